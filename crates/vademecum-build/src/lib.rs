@@ -1,0 +1,3 @@
+//! The offline stage: mesh → model → snapshots → basis → vademecum → bytes.
+
+pub mod mesh;
