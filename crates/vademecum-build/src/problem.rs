@@ -1,0 +1,646 @@
+//! The problem file: what a build is asked for (normative: `formats/problem-1.md`).
+//!
+//! A problem is read whole or refused: unknown keys, missing keys and impossible values are errors that name the
+//! file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in the mesh
+//! are resolved when the model is built.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::dynamics::SchemeKind;
+use crate::mesh::{Order, Selection};
+
+/// A problem file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ProblemError {
+    /// The file cannot be read.
+    #[error("{path}: cannot be read")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The text is not a problem: syntax, an unknown or missing key, a value of the wrong type.
+    #[error("{path}: {message}")]
+    Malformed {
+        /// The file.
+        path: String,
+        /// Line, key, what was found and what was expected.
+        message: String,
+    },
+    /// A value that no problem can have.
+    #[error("{path}: `{key}` is {found}; expected {expected}")]
+    Impossible {
+        /// The file.
+        path: String,
+        /// Path of the key, such as `material[1].young`.
+        key: String,
+        /// The value found.
+        found: String,
+        /// What a usable value is.
+        expected: &'static str,
+    },
+}
+
+/// What a build is asked for.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Problem {
+    /// A line for people.
+    #[serde(default)]
+    pub title: String,
+    /// The unit system all numbers are in; kept in the file, not interpreted.
+    #[serde(default = "si_units")]
+    pub units: String,
+    /// Where the mesh comes from.
+    pub mesh: MeshSource,
+    /// Materials; the first that names a region wins, `"*"` stands for all.
+    #[serde(rename = "material")]
+    pub materials: Vec<MaterialEntry>,
+    /// Rayleigh damping.
+    #[serde(default)]
+    pub damping: DampingEntry,
+    /// Supports; at least one.
+    #[serde(rename = "support", default)]
+    pub supports: Vec<SupportEntry>,
+    /// Where and how the body can be loaded.
+    pub load: LoadEntry,
+    /// Scheme and step.
+    pub time: TimeEntry,
+    /// How the snapshots are made.
+    #[serde(default)]
+    pub snapshots: SnapshotPlan,
+    /// The basis.
+    #[serde(default)]
+    pub basis: BasisEntry,
+    /// What the build must reach.
+    #[serde(default)]
+    pub tolerance: Tolerances,
+    /// What the file can show.
+    #[serde(default)]
+    pub output: OutputEntry,
+    /// The text this problem was read from.
+    #[serde(skip)]
+    pub text: String,
+    /// The folder that relative paths start from.
+    #[serde(skip)]
+    pub folder: PathBuf,
+    /// The name used in messages.
+    #[serde(skip)]
+    pub path: String,
+}
+
+fn si_units() -> String {
+    "SI: m, kg, s, N, Pa".into()
+}
+
+/// Where the mesh comes from: exactly one of `file`, `tables` and `block`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshSource {
+    /// A mesh file.
+    pub file: Option<PathBuf>,
+    /// Two plain tables.
+    pub tables: Option<TablesSource>,
+    /// A generated block.
+    pub block: Option<BlockSource>,
+    /// Factor on all coordinates.
+    #[serde(default = "one")]
+    pub scale: f64,
+}
+
+/// Two plain tables, as the chapter's program reads them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TablesSource {
+    /// One node per line: x y z.
+    pub coordinates: PathBuf,
+    /// One element per line: its nodes.
+    pub connectivity: PathBuf,
+}
+
+/// A block `[0, lengths]` cut into cells of six tetrahedra.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlockSource {
+    /// Edge lengths.
+    pub lengths: [f64; 3],
+    /// Cells along each edge.
+    pub divisions: [usize; 3],
+    /// Order of the elements.
+    #[serde(default)]
+    pub order: OrderEntry,
+}
+
+/// Order of generated elements.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum OrderEntry {
+    /// 4-node tetrahedra.
+    Linear,
+    /// 10-node tetrahedra.
+    #[default]
+    Quadratic,
+}
+
+impl From<OrderEntry> for Order {
+    fn from(entry: OrderEntry) -> Self {
+        match entry {
+            OrderEntry::Linear => Order::Linear,
+            OrderEntry::Quadratic => Order::Quadratic,
+        }
+    }
+}
+
+/// An isotropic linear elastic material.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialEntry {
+    /// Region by name or tag; `"*"` for every region not named elsewhere.
+    #[serde(default = "every_region")]
+    pub region: String,
+    /// Young's modulus, > 0.
+    pub young: f64,
+    /// Poisson's ratio, in (−1, ½).
+    pub poisson: f64,
+    /// Density, > 0.
+    pub density: f64,
+}
+
+fn every_region() -> String {
+    "*".into()
+}
+
+/// Rayleigh damping `C = α M + β K`: none, by coefficients, or by two (ratio, frequency) pairs.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DampingEntry {
+    /// α \[1/s\].
+    pub alpha: Option<f64>,
+    /// β \[s\].
+    pub beta: Option<f64>,
+    /// Two pairs `[ratio, frequency in Hz]`.
+    pub ratios: Option<[[f64; 2]; 2]>,
+}
+
+/// Displacement components held at zero.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupportEntry {
+    /// The nodes held.
+    pub on: Selection,
+    /// The components held.
+    #[serde(default = "all_components")]
+    pub components: Vec<Component>,
+}
+
+fn all_components() -> Vec<Component> {
+    vec![Component::X, Component::Y, Component::Z]
+}
+
+/// One component of a displacement.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs)]
+pub enum Component {
+    X,
+    Y,
+    Z,
+}
+
+/// Where and how the body can be loaded.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadEntry {
+    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free surface.
+    pub surface: Option<Selection>,
+    /// Distributed loads with an amplitude each.
+    #[serde(rename = "pattern", default)]
+    pub patterns: Vec<PatternEntry>,
+}
+
+/// One distributed load: exactly one of `acceleration`, `traction` and `pressure`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PatternEntry {
+    /// Its name.
+    pub name: String,
+    /// Facets it acts on (traction, pressure): those all of whose corners are selected.
+    pub on: Option<Selection>,
+    /// Body force per mass, such as gravity.
+    pub acceleration: Option<[f64; 3]>,
+    /// Force per area.
+    pub traction: Option<[f64; 3]>,
+    /// Force per area against the outward normal.
+    pub pressure: Option<f64>,
+}
+
+/// Scheme and step.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeEntry {
+    /// The scheme.
+    #[serde(default)]
+    pub scheme: SchemeKind,
+    /// Δt \[s\].
+    pub step: f64,
+}
+
+/// How the snapshots are made, or where they are read.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SnapshotPlan {
+    /// Load positions, spread over the loadable surface.
+    #[serde(default = "default_positions")]
+    pub positions: usize,
+    /// Directions of the force at each position.
+    #[serde(default = "the_axes")]
+    pub directions: Vec<[f64; 3]>,
+    /// How long each force is held \[s\]; absent: half the first period.
+    pub hold: Option<f64>,
+    /// Length of each run \[s\]; absent: three first periods.
+    pub duration: Option<f64>,
+    /// A snapshot is kept every `stride` steps; absent: about 200 per run.
+    pub stride: Option<usize>,
+    /// Snapshots of another program: `.npy` of shape (3 × nodes, snapshots), dof `3 node + component`.
+    pub npy: Option<PathBuf>,
+    /// Snapshots of another program: VTU files, one snapshot each.
+    pub vtu: Option<Vec<PathBuf>>,
+    /// Point array of the VTU files that holds the displacement.
+    #[serde(default = "displacement")]
+    pub field: String,
+}
+
+fn default_positions() -> usize {
+    12
+}
+
+fn the_axes() -> Vec<[f64; 3]> {
+    vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+}
+
+fn displacement() -> String {
+    "displacement".into()
+}
+
+impl Default for SnapshotPlan {
+    fn default() -> Self {
+        Self {
+            positions: default_positions(),
+            directions: the_axes(),
+            hold: None,
+            duration: None,
+            stride: None,
+            npy: None,
+            vtu: None,
+            field: displacement(),
+        }
+    }
+}
+
+/// The basis.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BasisEntry {
+    /// Kind of basis.
+    #[serde(default)]
+    pub kind: BasisKind,
+    /// Number of modes; absent: by `energy`, else 8.
+    pub modes: Option<usize>,
+    /// Fraction of the snapshot energy to keep, in (0, 1).
+    pub energy: Option<f64>,
+    /// POD vectors per kept Ritz vector.
+    #[serde(default = "default_oversampling")]
+    pub oversampling: usize,
+    /// Inner product of the POD.
+    #[serde(default)]
+    pub inner_product: InnerProduct,
+}
+
+fn default_oversampling() -> usize {
+    4
+}
+
+impl Default for BasisEntry {
+    fn default() -> Self {
+        Self {
+            kind: BasisKind::default(),
+            modes: None,
+            energy: None,
+            oversampling: default_oversampling(),
+            inner_product: InnerProduct::default(),
+        }
+    }
+}
+
+/// Kind of basis.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum BasisKind {
+    /// Ritz vectors of an oversampled POD (method.md §2).
+    #[default]
+    Ritz,
+    /// Plain POD, as the chapter has it.
+    Pod,
+    /// The lowest natural modes.
+    Modes,
+}
+
+/// Inner product in which the POD is best.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum InnerProduct {
+    /// `M`: kinetic energy.
+    #[default]
+    Mass,
+    /// `K`: strain energy.
+    Stiffness,
+    /// `I`: the chapter's.
+    Identity,
+}
+
+/// What the build must reach; a build that misses it writes nothing unless told to.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tolerances {
+    /// Largest trajectory error ÷ projection floor.
+    #[serde(default = "default_ratio")]
+    pub floor_ratio: f64,
+    /// Added to the allowed error: what separation and rounding may cost.
+    #[serde(default = "default_absolute")]
+    pub absolute: f64,
+    /// Steps of the certificate's unseen runs.
+    #[serde(default = "default_steps")]
+    pub steps: usize,
+}
+
+fn default_ratio() -> f64 {
+    1.1
+}
+
+fn default_absolute() -> f64 {
+    1e-6
+}
+
+fn default_steps() -> usize {
+    500
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Self { floor_ratio: default_ratio(), absolute: default_absolute(), steps: default_steps() }
+    }
+}
+
+/// What the file can show.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OutputEntry {
+    /// Fields kept.
+    #[serde(default)]
+    pub fields: Fields,
+    /// Number type of the fields.
+    #[serde(default)]
+    pub precision: Precision,
+    /// Named values read at every step.
+    #[serde(rename = "probe", default)]
+    pub probes: Vec<ProbeEntry>,
+}
+
+/// Fields kept in the file.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Fields {
+    /// Every node.
+    #[default]
+    Body,
+    /// Nodes of the surface.
+    Surface,
+}
+
+/// Number type of the fields.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// 64 bits.
+    #[default]
+    F64,
+    /// 32 bits.
+    F32,
+}
+
+/// A displacement component at the node nearest to a point.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeEntry {
+    /// Its name.
+    pub name: String,
+    /// Where; the nearest node is taken.
+    pub point: [f64; 3],
+    /// Along what; normalised.
+    pub direction: [f64; 3],
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl Problem {
+    /// Reads and checks a problem file.
+    pub fn read(path: &Path) -> Result<Self, ProblemError> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| ProblemError::Unreadable { path: name.clone(), source })?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        Self::parse(&text, &name, folder)
+    }
+
+    /// Reads and checks a problem from its text; relative paths start from `folder`, messages name `path`.
+    pub fn parse(text: &str, path: &str, folder: PathBuf) -> Result<Self, ProblemError> {
+        let mut problem: Problem = toml::from_str(text).map_err(|error| ProblemError::Malformed {
+            path: path.into(),
+            message: error.to_string(),
+        })?;
+        problem.text = text.into();
+        problem.folder = folder;
+        problem.path = path.into();
+        problem.check()?;
+        Ok(problem)
+    }
+
+    /// A path of the problem file, from where the program stands.
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        self.folder.join(path)
+    }
+
+    fn check(&self) -> Result<(), ProblemError> {
+        self.check_mesh()?;
+        self.check_materials()?;
+        self.check_damping()?;
+        self.check_loads()?;
+        self.check_time_and_basis()
+    }
+
+    fn check_mesh(&self) -> Result<(), ProblemError> {
+        let mesh = &self.mesh;
+        let given = mesh.file.is_some() as u8 + mesh.tables.is_some() as u8 + mesh.block.is_some() as u8;
+        self.require(given == 1, "mesh", given, "exactly one of `file`, `tables` and `block`")?;
+        self.require(positive(mesh.scale), "mesh.scale", mesh.scale, "a positive number")?;
+        if let Some(block) = &mesh.block {
+            let lengths = block.lengths.iter().all(|&l| positive(l));
+            self.require(lengths, "mesh.block.lengths", block.lengths, "three positive lengths")?;
+            let cells = block.divisions.iter().all(|&d| d >= 1);
+            self.require(cells, "mesh.block.divisions", block.divisions, "three counts of at least 1")?;
+        }
+        Ok(())
+    }
+
+    fn check_materials(&self) -> Result<(), ProblemError> {
+        self.require(!self.materials.is_empty(), "material", "absent", "at least one `[[material]]`")?;
+        for (i, m) in self.materials.iter().enumerate() {
+            let key = |name: &str| format!("material[{i}].{name}");
+            self.require(positive(m.young), &key("young"), m.young, "a positive modulus")?;
+            let poisson = m.poisson > -1.0 && m.poisson < 0.5;
+            self.require(poisson, &key("poisson"), m.poisson, "a ratio above −1 and below 0.5")?;
+            self.require(positive(m.density), &key("density"), m.density, "a positive density")?;
+            let twice = self.materials[..i].iter().any(|other| other.region == m.region);
+            self.require(!twice, &key("region"), &m.region, "a region no other material names")?;
+        }
+        Ok(())
+    }
+
+    fn check_damping(&self) -> Result<(), ProblemError> {
+        let d = &self.damping;
+        let both = d.ratios.is_some() && (d.alpha.is_some() || d.beta.is_some());
+        self.require(!both, "damping", "`ratios` beside `alpha` or `beta`", "one or the other")?;
+        for (name, value) in [("damping.alpha", d.alpha), ("damping.beta", d.beta)] {
+            let value = value.unwrap_or(0.0);
+            self.require(value >= 0.0 && value.is_finite(), name, value, "zero or a positive number")?;
+        }
+        if let Some(pairs) = d.ratios {
+            let usable = pairs.iter().all(|p| p[0] >= 0.0 && positive(p[1])) && pairs[0][1] != pairs[1][1];
+            self.require(usable, "damping.ratios", pairs, "two pairs [ratio ≥ 0, frequency > 0] at two frequencies")?;
+        }
+        Ok(())
+    }
+
+    fn check_loads(&self) -> Result<(), ProblemError> {
+        for (i, p) in self.load.patterns.iter().enumerate() {
+            let key = format!("load.pattern[{i}]");
+            let given = p.acceleration.is_some() as u8 + p.traction.is_some() as u8 + p.pressure.is_some() as u8;
+            self.require(given == 1, &key, given, "exactly one of `acceleration`, `traction` and `pressure`")?;
+            let placed = p.acceleration.is_some() != p.on.is_some();
+            self.require(placed, &key, "`on`", "`on` for traction and pressure, none for acceleration")?;
+            let twice = self.load.patterns[..i].iter().any(|other| other.name == p.name);
+            let name = !p.name.is_empty() && !p.name.contains('\n') && !twice;
+            self.require(name, &format!("{key}.name"), &p.name, "a name of one line that no other pattern has")?;
+        }
+        for (i, probe) in self.output.probes.iter().enumerate() {
+            let key = format!("output.probe[{i}]");
+            let twice = self.output.probes[..i].iter().any(|other| other.name == probe.name);
+            let name = !probe.name.is_empty() && !probe.name.contains(['\n', ',', '"']) && !twice;
+            self.require(name, &format!("{key}.name"), &probe.name, "a name of one line that no other probe has")?;
+            let length: f64 = probe.direction.iter().map(|c| c * c).sum();
+            self.require(positive(length), &format!("{key}.direction"), probe.direction, "a vector of some length")?;
+        }
+        Ok(())
+    }
+
+    fn check_time_and_basis(&self) -> Result<(), ProblemError> {
+        self.require(positive(self.time.step), "time.step", self.time.step, "a positive time in seconds")?;
+        let plan = &self.snapshots;
+        self.require(plan.positions >= 1, "snapshots.positions", plan.positions, "at least 1")?;
+        let directions = &plan.directions;
+        let usable = !directions.is_empty() && directions.iter().all(|d| positive(d.iter().map(|c| c * c).sum()));
+        self.require(usable, "snapshots.directions", directions, "vectors of some length")?;
+        for (name, value) in [("snapshots.hold", plan.hold), ("snapshots.duration", plan.duration)] {
+            self.require(value.is_none_or(positive), name, value.unwrap_or(0.0), "a positive time in seconds")?;
+        }
+        self.require(plan.stride != Some(0), "snapshots.stride", 0, "at least 1")?;
+        self.require(!(plan.npy.is_some() && plan.vtu.is_some()), "snapshots", "`npy` beside `vtu`", "one of them")?;
+        let basis = &self.basis;
+        self.require(basis.modes != Some(0), "basis.modes", 0, "at least 1")?;
+        self.require(basis.modes.is_none() || basis.energy.is_none(), "basis", "`modes` beside `energy`", "one of them")?;
+        let energy = basis.energy.is_none_or(|e| e > 0.0 && e < 1.0);
+        self.require(energy, "basis.energy", basis.energy.unwrap_or(0.0), "a fraction above 0 and below 1")?;
+        self.require(basis.oversampling >= 1, "basis.oversampling", basis.oversampling, "at least 1")?;
+        let t = &self.tolerance;
+        self.require(t.floor_ratio >= 1.0, "tolerance.floor_ratio", t.floor_ratio, "at least 1")?;
+        self.require(t.absolute >= 1e-13, "tolerance.absolute", t.absolute, "at least 1e-13, what f64 gives")?;
+        self.require(t.steps >= 10, "tolerance.steps", t.steps, "at least 10")
+    }
+
+    fn require(
+        &self,
+        holds: bool,
+        key: &str,
+        found: impl std::fmt::Debug,
+        expected: &'static str,
+    ) -> Result<(), ProblemError> {
+        if holds {
+            return Ok(());
+        }
+        Err(ProblemError::Impossible { path: self.path.clone(), key: key.into(), found: format!("{found:?}"), expected })
+    }
+}
+
+fn positive(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &str = r#"
+        [mesh]
+        block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1] }
+        [[material]]
+        young = 2e11
+        poisson = 0.3
+        density = 7800.0
+        [[support]]
+        on = { group = "x_min" }
+        [load]
+        [time]
+        step = 1e-3
+    "#;
+
+    fn parse(text: &str) -> Result<Problem, ProblemError> {
+        Problem::parse(text, "p.toml", PathBuf::new())
+    }
+
+    #[test]
+    fn the_smallest_problem_has_the_documented_defaults() {
+        let p = parse(SMALL).unwrap();
+        assert_eq!(p.basis.kind, BasisKind::Ritz);
+        assert_eq!(p.basis.oversampling, 4);
+        assert_eq!(p.snapshots.positions, 12);
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_with_its_line() {
+        let text = SMALL.replace("poisson = 0.3", "poison = 0.3");
+        let message = parse(&text).unwrap_err().to_string();
+        assert!(message.contains("line 6") && message.contains("poison"), "{message}");
+    }
+
+    #[test]
+    fn impossible_values_are_named_by_key() {
+        for (from, to, key) in [
+            ("young = 2e11", "young = -1.0", "material[0].young"),
+            ("poisson = 0.3", "poisson = 0.5", "material[0].poisson"),
+            ("step = 1e-3", "step = 0.0", "time.step"),
+            ("divisions = [4, 1, 1]", "divisions = [4, 0, 1]", "mesh.block.divisions"),
+            ("[load]", "[damping]\nalpha = -1.0\n[load]", "damping.alpha"),
+            ("[load]", "[basis]\nmodes = 0\n[load]", "basis.modes"),
+        ] {
+            match parse(&SMALL.replace(from, to)).unwrap_err() {
+                ProblemError::Impossible { key: found, .. } => assert_eq!(found, key),
+                other => panic!("{other}"),
+            }
+        }
+    }
+}
