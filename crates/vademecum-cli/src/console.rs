@@ -1,0 +1,87 @@
+//! What the user sees while work runs: progress on standard error, results on standard output.
+
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use vademecum_build::progress::Listener;
+
+/// Set by Ctrl-C; long work polls it and ends without leaving half a file.
+static CANCELLED: AtomicBool = AtomicBool::new(false);
+
+/// Turns Ctrl-C and termination into a polite stop; a second one kills.
+pub fn listen_for_ctrl_c() {
+    let result = ctrlc::set_handler(|| {
+        if CANCELLED.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = result {
+        eprintln!("note: Ctrl-C ends the program at once ({error})");
+    }
+}
+
+/// Whether the user asked to stop.
+pub fn cancelled() -> bool {
+    CANCELLED.load(Ordering::Relaxed)
+}
+
+/// Progress on standard error: a bar on a terminal, a line per stage elsewhere, nothing with `--quiet`.
+pub struct Console {
+    bar: Option<ProgressBar>,
+    quiet: bool,
+}
+
+impl Console {
+    /// A console; `quiet` shows nothing but results and errors.
+    pub fn new(quiet: bool) -> Self {
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let style = ProgressStyle::with_template("{spinner} {msg:<28} {wide_bar} {pos}/{len} {eta}");
+            let bar = ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.enable_steady_tick(Duration::from_millis(120));
+            bar
+        });
+        Self { bar, quiet }
+    }
+
+    /// Removes the bar.
+    pub fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Listener for Console {
+    fn stage(&self, name: &str) {
+        match &self.bar {
+            Some(bar) => {
+                bar.set_message(name.to_string());
+                bar.set_length(0);
+                bar.set_position(0);
+            }
+            None if !self.quiet => eprintln!("  {name}"),
+            None => {}
+        }
+    }
+
+    fn advance(&self, done: usize, total: usize) {
+        if let Some(bar) = &self.bar {
+            bar.set_length(total as u64);
+            bar.set_position(done as u64);
+        }
+    }
+
+    fn note(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(format!("  note: {text}")),
+            None if !self.quiet => eprintln!("  note: {text}"),
+            None => {}
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        cancelled()
+    }
+}

@@ -1,0 +1,158 @@
+//! Pictures as SVG: line charts and the outline of a body.
+
+use std::path::Path;
+
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::prelude::*;
+
+/// A named line.
+pub struct Series<'a> {
+    /// Shown in the legend.
+    pub name: &'a str,
+    /// Points (x, y).
+    pub points: Vec<(f64, f64)>,
+}
+
+/// What a chart says about itself.
+pub struct Chart<'a> {
+    /// Above the chart.
+    pub title: &'a str,
+    /// Quantity and unit along x.
+    pub x: &'a str,
+    /// Quantity and unit along y.
+    pub y: &'a str,
+    /// Logarithmic y axis; points that are not positive are left out.
+    pub log_y: bool,
+}
+
+/// Colours that stay apart in print and for colour-blind readers.
+const COLORS: [RGBColor; 5] =
+    [RGBColor(0, 90, 181), RGBColor(220, 50, 32), RGBColor(0, 0, 0), RGBColor(230, 159, 0), RGBColor(0, 158, 115)];
+
+/// Size of every picture \[px\].
+const SIZE: (u32, u32) = (900, 480);
+
+type DrawResult = Result<(), Box<dyn std::error::Error>>;
+
+/// Writes a line chart.
+pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> DrawResult {
+    let usable = |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0);
+    let points: Vec<(f64, f64)> = series.iter().flat_map(|s| s.points.iter().filter(usable)).copied().collect();
+    if points.is_empty() {
+        return Err("nothing to draw".into());
+    }
+    let bounds = |value: fn(&(f64, f64)) -> f64| {
+        let values = points.iter().map(value);
+        let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+        if high > low { (low, high) } else { (low - 0.5 * low.abs() - 1e-300, high + 0.5 * high.abs() + 1e-300) }
+    };
+    let ((x0, x1), (y0, y1)) = (bounds(|p| p.0), bounds(|p| p.1));
+    if chart.log_y {
+        draw(path, chart, series, x0..x1, (y0 / 2.0..y1 * 2.0).log_scale())
+    } else {
+        let margin = 0.05 * (y1 - y0);
+        draw(path, chart, series, x0..x1, y0 - margin..y1 + margin)
+    }
+}
+
+fn draw<Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], x: std::ops::Range<f64>, y: Y) -> DrawResult
+where
+    Y: AsRangedCoord<Value = f64>,
+    Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+{
+    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut context = ChartBuilder::on(&root)
+        .caption(chart.title, ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(86)
+        .build_cartesian_2d(x, y)?;
+    let number = |v: &f64| if *v == 0.0 || (1e-2..1e4).contains(&v.abs()) { format!("{v:.3}") } else { format!("{v:.1e}") };
+    context
+        .configure_mesh()
+        .x_desc(chart.x)
+        .y_desc(chart.y)
+        .label_style(("sans-serif", 14))
+        .light_line_style(RGBColor(238, 238, 238))
+        .x_label_formatter(&number)
+        .y_label_formatter(&number)
+        .draw()?;
+    for (i, line) in series.iter().enumerate() {
+        let style = COLORS[i % COLORS.len()].stroke_width(if i == 0 { 2 } else { 1 });
+        let points = line.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0));
+        context
+            .draw_series(LineSeries::new(points, style))?
+            .label(line.name)
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 24, y)], style));
+    }
+    if series.len() > 1 {
+        context
+            .configure_series_labels()
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.4))
+            .label_font(("sans-serif", 14))
+            .draw()?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// What an outline shows beside the body.
+pub struct Outline<'a> {
+    /// Above the picture.
+    pub title: &'a str,
+    /// Points to mark: colour index and position.
+    pub marks: &'a [(usize, [f64; 3])],
+}
+
+/// Writes the surface of a body, seen from a corner, far triangles first.
+pub fn outline(path: &Path, view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
+    // An isometric view: x to the lower right, y to the lower left, z up.
+    let project = |p: [f64; 3]| ((p[0] - p[1]) * 0.866, (p[0] + p[1]) * -0.5 + p[2]);
+    let depth = |p: [f64; 3]| p[0] + p[1] + p[2];
+    let corner = |t: &[u32; 3], k: usize| nodes[t[k] as usize];
+    let mut order: Vec<&[u32; 3]> = triangles.iter().collect();
+    let middle = |t: &[u32; 3]| (0..3).map(|k| depth(corner(t, k))).sum::<f64>();
+    order.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
+
+    let flat: Vec<(f64, f64)> = triangles.iter().flat_map(|t| (0..3).map(move |k| project(corner(t, k)))).collect();
+    let limits = |value: fn(&(f64, f64)) -> f64| {
+        flat.iter().map(value).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)))
+    };
+    let ((x0, x1), (y0, y1)) = (limits(|p| p.0), limits(|p| p.1));
+    let (width, height) = (f64::from(SIZE.0) - 60.0, f64::from(SIZE.1) - 90.0);
+    let scale = (width / (x1 - x0).max(f64::MIN_POSITIVE)).min(height / (y1 - y0).max(f64::MIN_POSITIVE));
+    let pixel = |p: [f64; 3]| {
+        let (x, y) = project(p);
+        let x = 30.0 + width / 2.0 + scale * (x - 0.5 * (x0 + x1));
+        let y = 60.0 + height / 2.0 - scale * (y - 0.5 * (y0 + y1));
+        (x.round() as i32, y.round() as i32)
+    };
+
+    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    root.draw(&Text::new(view.title, (20, 14), ("sans-serif", 20)))?;
+    for triangle in order {
+        let points: Vec<(i32, i32)> = (0..3).map(|k| pixel(corner(triangle, k))).collect();
+        let shade = light(corner(triangle, 0), corner(triangle, 1), corner(triangle, 2));
+        root.draw(&Polygon::new(points.clone(), RGBColor(shade, shade, shade.saturating_add(12))))?;
+        let closed = [points[0], points[1], points[2], points[0]];
+        root.draw(&PathElement::new(closed, RGBColor(90, 110, 140).mix(0.5)))?;
+    }
+    for (color, at) in view.marks {
+        root.draw(&Circle::new(pixel(*at), 2, COLORS[color % COLORS.len()].filled()))?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// Grey of a triangle lit from above the viewer.
+fn light(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> u8 {
+    let u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = n.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    let cosine = (0.2 * n[0] + 0.5 * n[1] + 0.84 * n[2]) / length;
+    (170.0 + 70.0 * cosine).clamp(90.0, 240.0) as u8
+}
