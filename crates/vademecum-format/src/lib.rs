@@ -4,4 +4,5 @@
 //! The normative text is `formats/vademecum-1.md`. Core only: no heap, no panic on any input.
 #![no_std]
 
+mod fuse;
 pub mod scheme;

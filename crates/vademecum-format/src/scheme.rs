@@ -12,6 +12,10 @@
 
 use bincode::{BorrowDecode, Encode};
 
+pub use crate::fuse::{
+    SchemeError, StageCoefficients, StepParameters, fuse_into, fuse_work_len, theta,
+};
+
 /// Most stages a table can hold.
 pub const MAX_STAGES: usize = 3;
 /// Length of a history: the old state and all stages.
