@@ -4,5 +4,21 @@
 //! The normative text is `formats/vademecum-1.md`. Core only: no heap, no panic on any input.
 #![no_std]
 
+mod error;
 mod fuse;
+mod layout;
+mod metadata;
+mod read;
 pub mod scheme;
+mod section;
+mod write;
+
+pub use error::{FormatError, Quantity};
+pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
+pub use metadata::{
+    Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_METADATA, MAX_MODES, MAX_NODES, MAX_TERMS,
+    Metadata, StructureCertificate,
+};
+pub use read::File;
+pub use section::{Codec, Element, Numbers, Section, SectionKind};
+pub use write::{SectionInput, encode_into, encoded_len};

@@ -1,0 +1,338 @@
+//! What a file says about itself: where it came from, how many of everything, the scheme, the axes, the certificate.
+//!
+//! Encoded by bincode 2.0.1 with fixed-width little-endian integers, under a size limit; strings are borrowed from the
+//! file. [`Metadata::check`] holds the numbers to their ranges and runs in the reader and in the writer alike.
+
+use crate::error::{FormatError, Quantity};
+use crate::scheme::SchemeTable;
+use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use bincode::{BorrowDecode, Encode};
+
+/// Most axes a separated solution can have.
+pub const MAX_AXES: usize = 12;
+/// Most bytes of encoded metadata (the problem file's text is in them).
+pub const MAX_METADATA: usize = 1 << 20;
+/// Most modes.
+pub const MAX_MODES: u32 = 4096;
+/// Most terms of a separated solution.
+pub const MAX_TERMS: u32 = 65_536;
+/// Most nodes: three dofs each must stay countable in 32 bits.
+pub const MAX_NODES: u32 = u32::MAX / 4;
+/// Most triangles, patterns, probes and axis points.
+pub const MAX_ITEMS: u32 = u32::MAX / 4;
+
+/// Everything a file says about itself. Counts are items, not dofs.
+///
+/// Node order: loadable surface nodes first, then the other surface nodes, then the interior ones. Triangles whose three
+/// nodes are loadable come first.
+#[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
+pub struct Metadata<'a> {
+    /// Name and version of the program that wrote the file.
+    pub program: &'a str,
+    /// The problem file's text, as it was built.
+    pub problem: &'a str,
+    /// Units, e.g. `m, kg, s`.
+    pub units: &'a str,
+    /// XXH3-128 of the mesh the file belongs to.
+    pub mesh_hash: [u8; 16],
+    /// Nodes of the body.
+    pub n_nodes: u32,
+    /// Nodes on its surface, the first of all nodes.
+    pub n_surface_nodes: u32,
+    /// Nodes a contact may load, the first of the surface nodes.
+    pub n_load_nodes: u32,
+    /// Surface triangles.
+    pub n_triangles: u32,
+    /// Triangles a contact may lie in, the first of all triangles.
+    pub n_load_triangles: u32,
+    /// `r`: modes of the basis.
+    pub n_modes: u32,
+    /// Distributed load patterns.
+    pub n_patterns: u32,
+    /// Named probes.
+    pub n_probes: u32,
+    /// Name of the time scheme.
+    pub scheme_name: &'a str,
+    /// The time scheme.
+    pub scheme: SchemeTable,
+    /// `Δt` \[s\] the file was built for.
+    pub time_step: f64,
+    /// Rayleigh `α` \[1/s\].
+    pub alpha: f64,
+    /// Rayleigh `β` \[s\].
+    pub beta: f64,
+    /// Axes of the block structure's separated solution; those past `n_axes` are [`Axis::UNUSED`].
+    pub axes: [Axis<'a>; MAX_AXES],
+    /// Number of axes in use.
+    pub n_axes: u32,
+    /// Terms of the block structure; 0 without it.
+    pub n_terms: u32,
+    /// The diagonal structure is present (Ritz basis, `BᵀKB` diagonal).
+    pub diagonal: bool,
+    /// The block structure is present.
+    pub block: bool,
+    /// What the build measured about itself.
+    pub certificate: Certificate,
+}
+
+/// What a build measured, per structure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Encode, BorrowDecode)]
+pub struct Certificate {
+    /// Of the diagonal structure.
+    pub diagonal: StructureCertificate,
+    /// Of the block structure.
+    pub block: StructureCertificate,
+}
+
+/// What a build measured of one structure; NaN where it was not measured.
+#[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
+pub struct StructureCertificate {
+    /// Relative L2 error over all dofs and steps at unseen loads, mass norm.
+    pub trajectory_error: f64,
+    /// The same norm of what the basis cannot show of the full-order trajectory.
+    pub projection_floor: f64,
+    /// Spectral radius of the fused step.
+    pub spectral_radius: f64,
+    /// Largest energy after release over the energy at release.
+    pub energy_ratio: f64,
+    /// Relative error of the stage maps at fresh parameter points.
+    pub map_error: f64,
+    /// Steps of the trajectory behind these numbers.
+    pub steps: f64,
+}
+
+impl Default for StructureCertificate {
+    /// Nothing measured.
+    fn default() -> Self {
+        let not_measured = f64::NAN;
+        Self {
+            trajectory_error: not_measured,
+            projection_floor: not_measured,
+            spectral_radius: not_measured,
+            energy_ratio: not_measured,
+            map_error: not_measured,
+            steps: not_measured,
+        }
+    }
+}
+
+impl StructureCertificate {
+    fn numbers(&self) -> [f64; 6] {
+        [
+            self.trajectory_error,
+            self.projection_floor,
+            self.spectral_radius,
+            self.energy_ratio,
+            self.map_error,
+            self.steps,
+        ]
+    }
+}
+
+/// One parameter of the separated solution.
+#[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
+pub struct Axis<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its unit; empty for a pure number.
+    pub unit: &'a str,
+    /// What it changes.
+    pub role: AxisRole,
+    /// How its factors are stored.
+    pub kind: AxisKind,
+    /// The factors are functions of the natural logarithm of the parameter; `lower` is then positive.
+    pub log: bool,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// Number of points.
+    pub n_points: u32,
+}
+
+impl Axis<'_> {
+    /// The filler of unused places.
+    pub const UNUSED: Axis<'static> = Axis {
+        name: "",
+        unit: "",
+        role: AxisRole::Stage,
+        kind: AxisKind::Index,
+        log: false,
+        lower: 0.0,
+        upper: 0.0,
+        n_points: 0,
+    };
+
+    fn is_sound(&self, n_stages: u8) -> bool {
+        let ordered = self.lower.is_finite() && self.upper.is_finite() && self.lower <= self.upper;
+        let points = self.n_points >= 1 && self.n_points <= MAX_ITEMS;
+        let logarithm = !self.log || self.lower > 0.0;
+        let stages = !matches!(self.role, AxisRole::Stage)
+            || (matches!(self.kind, AxisKind::Index) && self.n_points == u32::from(n_stages));
+        ordered && points && logarithm && stages
+    }
+}
+
+/// What an axis changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
+#[non_exhaustive]
+pub enum AxisRole {
+    /// The stage of the scheme, counted from 0.
+    Stage,
+    /// `θ` \[s²\] of a stage.
+    Theta,
+    /// Scale of a region's stiffness.
+    StiffnessScale {
+        /// The region.
+        region: u32,
+    },
+    /// Scale of a region's density.
+    DensityScale {
+        /// The region.
+        region: u32,
+    },
+    /// Rayleigh `α` \[1/s\].
+    Alpha,
+    /// Rayleigh `β` \[s\].
+    Beta,
+    /// `Δt` \[s\].
+    TimeStep,
+}
+
+/// How the factors of an axis are stored and evaluated between its points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
+#[non_exhaustive]
+pub enum AxisKind {
+    /// Values at the integers 0, 1, …, `n_points − 1`; nothing between.
+    Index,
+    /// Piecewise linear between increasing points.
+    Hat,
+    /// The polynomial through the points (barycentric formula), which lie at Chebyshev places.
+    Chebyshev,
+}
+
+/// How metadata are encoded.
+pub(crate) fn configuration() -> Configuration<LittleEndian, Fixint, Limit<MAX_METADATA>> {
+    bincode::config::standard()
+        .with_little_endian()
+        .with_fixed_int_encoding()
+        .with_limit::<MAX_METADATA>()
+}
+
+impl<'a> Metadata<'a> {
+    /// The axes in use.
+    #[must_use]
+    pub fn active_axes(&self) -> &[Axis<'a>] {
+        usize::try_from(self.n_axes)
+            .ok()
+            .and_then(|n| self.axes.get(..n))
+            .unwrap_or(&self.axes)
+    }
+
+    /// Points of all axes together.
+    #[must_use]
+    pub fn n_axis_points(&self) -> u64 {
+        self.active_axes()
+            .iter()
+            .map(|axis| u64::from(axis.n_points))
+            .sum()
+    }
+
+    /// Holds every number to its range.
+    ///
+    /// # Errors
+    /// Refusals 13 to 17.
+    pub fn check(&self) -> Result<(), FormatError> {
+        self.check_counts()?;
+        self.check_numbers()?;
+        self.scheme.check()?;
+        for (place, axis) in self.axes.iter().enumerate() {
+            let used = place < self.active_axes().len();
+            let sound = if used {
+                axis.is_sound(self.scheme.n_stages)
+            } else {
+                *axis == Axis::UNUSED
+            };
+            if !sound {
+                return Err(FormatError::Axis { axis: place as u32 });
+            }
+        }
+        if !self.diagonal && !self.block {
+            return Err(FormatError::NoStructure);
+        }
+        Ok(())
+    }
+
+    fn check_counts(&self) -> Result<(), FormatError> {
+        let least = u32::from(self.block);
+        let (terms, axes) = if self.block {
+            (MAX_TERMS, MAX_AXES as u32)
+        } else {
+            (0, 0)
+        };
+        let counts = [
+            (Quantity::Nodes, self.n_nodes, 1, MAX_NODES),
+            (
+                Quantity::SurfaceNodes,
+                self.n_surface_nodes,
+                0,
+                self.n_nodes,
+            ),
+            (
+                Quantity::LoadNodes,
+                self.n_load_nodes,
+                0,
+                self.n_surface_nodes,
+            ),
+            (Quantity::Triangles, self.n_triangles, 0, MAX_ITEMS),
+            (
+                Quantity::LoadTriangles,
+                self.n_load_triangles,
+                0,
+                self.n_triangles,
+            ),
+            (Quantity::Modes, self.n_modes, 1, MAX_MODES),
+            (Quantity::Patterns, self.n_patterns, 0, MAX_ITEMS),
+            (Quantity::Probes, self.n_probes, 0, MAX_ITEMS),
+            (Quantity::Terms, self.n_terms, least, terms),
+            (Quantity::Axes, self.n_axes, least, axes),
+        ];
+        for (what, found, lower, upper) in counts {
+            if found < lower || found > upper {
+                return Err(FormatError::Count {
+                    what,
+                    found,
+                    lower,
+                    upper,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self) -> Result<(), FormatError> {
+        let numbers = [
+            (Quantity::TimeStep, self.time_step, f64::MIN_POSITIVE),
+            (Quantity::Alpha, self.alpha, 0.0),
+            (Quantity::Beta, self.beta, 0.0),
+        ];
+        for (what, found, lower) in numbers {
+            if !found.is_finite() || found < lower {
+                return Err(FormatError::Number { what, found });
+            }
+        }
+        let certificates = [
+            self.certificate.diagonal.numbers(),
+            self.certificate.block.numbers(),
+        ];
+        for &found in certificates.iter().flatten() {
+            if found.is_infinite() || found < 0.0 {
+                return Err(FormatError::Number {
+                    what: Quantity::Certificate,
+                    found,
+                });
+            }
+        }
+        Ok(())
+    }
+}

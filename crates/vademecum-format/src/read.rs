@@ -1,0 +1,307 @@
+//! Opening a file: every structural statement in it is checked once, here.
+
+use crate::error::FormatError;
+use crate::layout::{BLOCK, Entry, Header, align, refuse_nonzero};
+use crate::metadata::{MAX_METADATA, Metadata, configuration};
+use crate::section::{Codec, Element, Section, SectionKind};
+
+/// An opened file: borrowed bytes whose structure has been checked.
+///
+/// Opening reads header, directory, metadata and padding; the sections themselves are read when they are used.
+#[derive(Clone, Copy, Debug)]
+pub struct File<'a> {
+    bytes: &'a [u8],
+    directory: &'a [[u8; BLOCK]],
+    metadata: Metadata<'a>,
+}
+
+impl<'a> File<'a> {
+    /// Opens the bytes of a file.
+    ///
+    /// # Errors
+    /// A refusal of `formats/vademecum-1.md`, 1 to 26.
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
+        let length = bytes.len() as u64;
+        let too_short = |needed| FormatError::TooShort {
+            found: length,
+            needed,
+        };
+        let (first, rest) = bytes
+            .split_first_chunk::<BLOCK>()
+            .ok_or(too_short(BLOCK as u64))?;
+        let header = Header::decode(first)?;
+        if header.file_length != length {
+            return Err(FormatError::FileLength {
+                found: length,
+                expected: header.file_length,
+            });
+        }
+        let directory_end = BLOCK as u64 * (1 + u64::from(header.n_sections));
+        let directory = rest
+            .as_chunks()
+            .0
+            .get(..header.n_sections as usize)
+            .ok_or(too_short(directory_end))?;
+        let found = crc32fast::hash(directory.as_flattened());
+        if found != header.directory_crc32 {
+            return Err(FormatError::DirectoryChecksum {
+                found,
+                expected: header.directory_crc32,
+            });
+        }
+        let metadata = read_metadata(bytes, &header, directory_end)?;
+        let file = Self {
+            bytes,
+            directory,
+            metadata,
+        };
+        file.check_sections(directory_end + header.metadata_length)?;
+        file.check_structures()?;
+        Ok(file)
+    }
+
+    /// What the file says about itself.
+    #[must_use]
+    pub const fn metadata(&self) -> &Metadata<'a> {
+        &self.metadata
+    }
+
+    /// All bytes of the file.
+    #[must_use]
+    pub const fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// The section of this kind, if the file has it.
+    #[must_use]
+    pub fn section(&self, kind: SectionKind) -> Option<Section<'a>> {
+        self.sections().find(|section| section.kind == kind)
+    }
+
+    /// All sections of known kinds, in file order.
+    pub fn sections(&self) -> impl Iterator<Item = Section<'a>> + use<'a> {
+        let Self {
+            bytes, directory, ..
+        } = *self;
+        directory
+            .iter()
+            .filter_map(move |block| open_section(bytes, &Entry::decode(block)).ok().flatten())
+    }
+
+    /// Compares every section of a known kind with its checksum. Reads the whole file.
+    ///
+    /// # Errors
+    /// Refusal 27.
+    pub fn verify_all(&self) -> Result<(), FormatError> {
+        self.sections().try_for_each(|section| section.verify())
+    }
+
+    /// Refusals 5 and 18 to 25, and 6 for bytes after the last section.
+    fn check_sections(&self, metadata_end: u64) -> Result<(), FormatError> {
+        let mut end = metadata_end;
+        for (place, block) in self.directory.iter().enumerate() {
+            let entry = Entry::decode(block);
+            let start = check_place(&entry, end, self.bytes)?;
+            if entry.reserved != 0 {
+                return Err(FormatError::NotZero {
+                    offset: (BLOCK * (1 + place) + 60) as u64,
+                });
+            }
+            end = start + entry.stored_length;
+            let same_kind = |other: &&[u8; BLOCK]| Entry::decode(other).kind == entry.kind;
+            if self.directory.iter().take(place).find(same_kind).is_some() {
+                return Err(FormatError::Duplicate { kind: entry.kind });
+            }
+            if let Some(section) = open_section(self.bytes, &entry)? {
+                check_shape(&section, &self.metadata)?;
+            }
+        }
+        let length = self.bytes.len() as u64;
+        if end != length {
+            return Err(FormatError::FileLength {
+                found: length,
+                expected: end,
+            });
+        }
+        Ok(())
+    }
+
+    /// Refusal 26.
+    fn check_structures(&self) -> Result<(), FormatError> {
+        use SectionKind as S;
+        let diagonal: &[SectionKind] = if self.metadata.diagonal {
+            &[S::Eigenvalues]
+        } else {
+            &[]
+        };
+        let block: &[SectionKind] = if self.metadata.block {
+            &[
+                S::ReducedStiffness,
+                S::BlockState,
+                S::AxisPoints,
+                S::Factors,
+            ]
+        } else {
+            &[]
+        };
+        match diagonal
+            .iter()
+            .chain(block)
+            .find(|&&kind| self.section(kind).is_none())
+        {
+            None => Ok(()),
+            Some(kind) => Err(FormatError::Missing {
+                kind: kind.number(),
+            }),
+        }
+    }
+}
+
+fn read_metadata<'a>(
+    bytes: &'a [u8],
+    header: &Header,
+    expected: u64,
+) -> Result<Metadata<'a>, FormatError> {
+    if header.metadata_offset != expected {
+        return Err(FormatError::MetadataOffset {
+            found: header.metadata_offset,
+            expected,
+        });
+    }
+    let limit = (MAX_METADATA as u64).min((bytes.len() as u64).saturating_sub(expected));
+    let too_long = FormatError::MetadataLength {
+        found: header.metadata_length,
+        limit,
+    };
+    if header.metadata_length > limit {
+        return Err(too_long);
+    }
+    let (start, length) = (expected as usize, header.metadata_length as usize);
+    let encoded = bytes.get(start..start + length).ok_or(too_long)?;
+    let found = crc32fast::hash(encoded);
+    if found != header.metadata_crc32 {
+        return Err(FormatError::MetadataChecksum {
+            found,
+            expected: header.metadata_crc32,
+        });
+    }
+    let refused = |understood| FormatError::MetadataEncoding {
+        understood,
+        length: header.metadata_length,
+    };
+    let (metadata, understood): (Metadata<'a>, usize) =
+        bincode::borrow_decode_from_slice(encoded, configuration()).map_err(|_| refused(0))?;
+    if understood != length {
+        return Err(refused(understood as u64));
+    }
+    metadata.check()?;
+    Ok(metadata)
+}
+
+/// Where the section begins: refusals 23, 24 and 5. Holds for sections of any kind.
+fn check_place(entry: &Entry, end: u64, bytes: &[u8]) -> Result<u64, FormatError> {
+    let kind = entry.kind;
+    let length = bytes.len() as u64;
+    let start = align(end).unwrap_or(u64::MAX);
+    if entry.offset != start {
+        return Err(FormatError::Offset {
+            kind,
+            found: entry.offset,
+            expected: start,
+        });
+    }
+    let room = length.saturating_sub(start);
+    if start > length || entry.stored_length > room {
+        return Err(FormatError::Length {
+            kind,
+            found: entry.stored_length,
+            expected: room,
+        });
+    }
+    let padding = bytes.get(end as usize..start as usize).unwrap_or_default();
+    refuse_nonzero(padding, end)?;
+    Ok(start)
+}
+
+/// The section of an entry whose place has been checked; `None` for an optional kind this reader does not know.
+fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>>, FormatError> {
+    let number = entry.kind;
+    let required = entry.flags & 1 == 1;
+    let Some(kind) = SectionKind::from_number(number) else {
+        return if required {
+            Err(FormatError::UnknownKind { kind: number })
+        } else {
+            Ok(None)
+        };
+    };
+    if entry.flags > 1 {
+        return Err(FormatError::Flags {
+            kind: number,
+            found: entry.flags,
+        });
+    }
+    let element = Element::from_code(entry.element).filter(|&element| kind.allows(element));
+    let element = element.ok_or(FormatError::Element {
+        kind: number,
+        found: entry.element,
+    })?;
+    let codec = Codec::from_code(entry.codec).ok_or(FormatError::Codec {
+        kind: number,
+        found: entry.codec,
+    })?;
+    let end = entry.offset.saturating_add(entry.stored_length);
+    let stored = bytes
+        .get(entry.offset as usize..end as usize)
+        .unwrap_or_default();
+    Ok(Some(Section {
+        kind,
+        element,
+        codec,
+        required,
+        shape: entry.shape,
+        decoded_length: entry.decoded_length,
+        crc32: entry.crc32,
+        stored,
+    }))
+}
+
+/// Refusals 24 and 25.
+fn check_shape(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), FormatError> {
+    let kind = section.kind.number();
+    for (axis, (&found, expected)) in section
+        .shape
+        .iter()
+        .zip(section.kind.shape(metadata))
+        .enumerate()
+    {
+        if let Some(expected) = expected.filter(|&expected| expected != found) {
+            return Err(FormatError::Shape {
+                kind,
+                axis: axis as u8,
+                found,
+                expected,
+            });
+        }
+    }
+    let bytes = section
+        .shape
+        .iter()
+        .try_fold(section.element.size(), |bytes, &n| bytes.checked_mul(n));
+    let expected = bytes.unwrap_or(u64::MAX);
+    if section.decoded_length != expected {
+        return Err(FormatError::Length {
+            kind,
+            found: section.decoded_length,
+            expected,
+        });
+    }
+    let found = section.stored.len() as u64;
+    if section.codec == Codec::Raw && found != expected {
+        return Err(FormatError::Length {
+            kind,
+            found,
+            expected,
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,410 @@
+//! Sections: what kinds there are, which shape and element each has, and how their numbers are read.
+//!
+//! Numbers are read with `from_le_bytes` from byte arrays (`as_chunks`), which vectorises like a slice and needs neither
+//! alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is opened, so that opening does
+//! not touch every page of a mapped file; call [`Section::verify`] for that.
+
+use crate::error::FormatError;
+use crate::metadata::Metadata;
+
+/// The kind of a section. Shapes use `r = n_modes`; row-major, last number fastest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+#[non_exhaustive]
+pub enum SectionKind {
+    /// Node ids of the mesh file, `u64 (n_nodes)`, in the file's node order.
+    NodeIds = 1,
+    /// Coordinates \[m\], `f32|f64 (n_nodes, 3)`.
+    NodeCoordinates = 2,
+    /// Surface triangles, `u32 (n_triangles, 3)`, outward, over surface nodes, loadable ones first.
+    Triangles = 3,
+    /// `BᵀKB` \[1/s²\], `f64 (r, r)`.
+    ReducedStiffness = 4,
+    /// Ritz values `λ_k` \[rad²/s²\], `f64 (r)`.
+    Eigenvalues = 5,
+    /// Rows of `B` \[kg^-½\] at surface nodes, `f32|f64 (n_surface_nodes, 3, r)`.
+    SurfaceBasis = 6,
+    /// Rows of `B` at interior nodes, `f32|f64 (n_nodes − n_surface_nodes, 3, r)`.
+    InteriorBasis = 7,
+    /// Space part `E_t` of `C − I`, `f64 (n_terms, r, r)`.
+    BlockState = 8,
+    /// Space part of `H − B` at loadable dofs, `f32|f64 (n_load_nodes, n_terms, 3·r)`: the components, then the columns.
+    BlockLoad = 9,
+    /// `BᵀF_p`, `f64 (n_patterns, r)`.
+    PatternBasis = 10,
+    /// Space part of `(H − B)ᵀF_p`, `f64 (n_patterns, n_terms, r)`.
+    PatternBlock = 11,
+    /// Names of the patterns, UTF-8, one a line.
+    PatternNames = 12,
+    /// Names of the probes, UTF-8, one a line.
+    ProbeNames = 13,
+    /// Row of `B` that gives each probe's value, `f64 (n_probes, r)`.
+    ProbeRows = 14,
+    /// Singular values of the snapshots, `f64 (any)`.
+    SingularValues = 15,
+    /// Per mode: frequency \[Hz\], Rayleigh quotient \[rad²/s²\], energy share, physical damping ratio, numerical damping
+    /// ratio, period elongation; `f64 (r, 6)`.
+    ModeTable = 16,
+    /// Points of all axes, one after the other, `f64 (Σ n_points)`.
+    AxisPoints = 17,
+    /// Factors of all axes, one after the other, each `(n_terms, n_points)`; `f64 (n_terms · Σ n_points)`.
+    Factors = 18,
+}
+
+impl SectionKind {
+    /// All kinds of version 1.0, by number.
+    pub const ALL: [Self; 18] = [
+        Self::NodeIds,
+        Self::NodeCoordinates,
+        Self::Triangles,
+        Self::ReducedStiffness,
+        Self::Eigenvalues,
+        Self::SurfaceBasis,
+        Self::InteriorBasis,
+        Self::BlockState,
+        Self::BlockLoad,
+        Self::PatternBasis,
+        Self::PatternBlock,
+        Self::PatternNames,
+        Self::ProbeNames,
+        Self::ProbeRows,
+        Self::SingularValues,
+        Self::ModeTable,
+        Self::AxisPoints,
+        Self::Factors,
+    ];
+
+    /// The kind with this number.
+    #[must_use]
+    pub fn from_number(number: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.number() == number)
+    }
+
+    /// Its number in the file.
+    #[must_use]
+    pub const fn number(self) -> u32 {
+        self as u32
+    }
+
+    /// The shape the metadata ask for; `None` where any number will do. Places past the rank are 1.
+    #[must_use]
+    pub fn shape(self, metadata: &Metadata<'_>) -> [Option<u64>; 3] {
+        let m = metadata;
+        let [nodes, surface, r, terms] =
+            [m.n_nodes, m.n_surface_nodes, m.n_modes, m.n_terms].map(u64::from);
+        let interior = nodes.saturating_sub(surface);
+        let points = m.n_axis_points();
+        let one = |a: u64| [Some(a), Some(1), Some(1)];
+        let two = |a: u64, b: u64| [Some(a), Some(b), Some(1)];
+        let three = |a: u64, b: u64, c: u64| [Some(a), Some(b), Some(c)];
+        match self {
+            Self::NodeIds => one(nodes),
+            Self::NodeCoordinates => two(nodes, 3),
+            Self::Triangles => two(u64::from(m.n_triangles), 3),
+            Self::ReducedStiffness => two(r, r),
+            Self::Eigenvalues => one(r),
+            Self::SurfaceBasis => three(surface, 3, r),
+            Self::InteriorBasis => three(interior, 3, r),
+            Self::BlockState => three(terms, r, r),
+            Self::BlockLoad => three(u64::from(m.n_load_nodes), terms, 3 * r),
+            Self::PatternBasis => two(u64::from(m.n_patterns), r),
+            Self::PatternBlock => three(u64::from(m.n_patterns), terms, r),
+            Self::PatternNames | Self::ProbeNames | Self::SingularValues => {
+                [None, Some(1), Some(1)]
+            }
+            Self::ProbeRows => two(u64::from(m.n_probes), r),
+            Self::ModeTable => two(r, 6),
+            Self::AxisPoints => one(points),
+            Self::Factors => one(terms.saturating_mul(points)),
+        }
+    }
+
+    /// Whether the kind may have this element type.
+    #[must_use]
+    pub fn allows(self, element: Element) -> bool {
+        match self {
+            Self::NodeIds => element == Element::U64,
+            Self::Triangles => element == Element::U32,
+            Self::PatternNames | Self::ProbeNames => element == Element::U8,
+            Self::NodeCoordinates | Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
+                matches!(element, Element::F32 | Element::F64)
+            }
+            _ => element == Element::F64,
+        }
+    }
+}
+
+/// Type of a section's numbers, all little-endian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum Element {
+    /// Bytes.
+    U8 = 0,
+    /// 32-bit unsigned.
+    U32 = 1,
+    /// 64-bit unsigned.
+    U64 = 2,
+    /// IEEE binary32.
+    F32 = 3,
+    /// IEEE binary64.
+    F64 = 4,
+    /// 16-bit signed; no kind of version 1.0 uses it.
+    I16 = 5,
+}
+
+impl Element {
+    /// The element with this code.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        let all = [
+            Self::U8,
+            Self::U32,
+            Self::U64,
+            Self::F32,
+            Self::F64,
+            Self::I16,
+        ];
+        all.into_iter().find(|element| *element as u8 == code)
+    }
+
+    /// Bytes of one number.
+    #[must_use]
+    pub const fn size(self) -> u64 {
+        match self {
+            Self::U8 => 1,
+            Self::I16 => 2,
+            Self::U32 | Self::F32 => 4,
+            Self::U64 | Self::F64 => 8,
+        }
+    }
+}
+
+/// How a section's bytes are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum Codec {
+    /// As they are.
+    Raw = 0,
+    /// One zstd frame of them.
+    Zstd = 1,
+}
+
+impl Codec {
+    /// The codec with this code.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        [Self::Raw, Self::Zstd]
+            .into_iter()
+            .find(|codec| *codec as u8 == code)
+    }
+}
+
+/// A section of an opened file; its place and shape have been checked, its bytes have not (see [`Section::verify`]).
+#[derive(Clone, Copy, Debug)]
+pub struct Section<'a> {
+    pub(crate) kind: SectionKind,
+    pub(crate) element: Element,
+    pub(crate) codec: Codec,
+    pub(crate) required: bool,
+    pub(crate) shape: [u64; 3],
+    pub(crate) decoded_length: u64,
+    pub(crate) crc32: u32,
+    pub(crate) stored: &'a [u8],
+}
+
+/// Real numbers of a section, as bytes.
+#[derive(Clone, Copy, Debug)]
+pub enum Numbers<'a> {
+    /// binary32, little-endian.
+    F32(&'a [[u8; 4]]),
+    /// binary64, little-endian.
+    F64(&'a [[u8; 8]]),
+}
+
+impl<'a> Numbers<'a> {
+    /// How many there are.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        match self {
+            Self::F32(numbers) => numbers.len(),
+            Self::F64(numbers) => numbers.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The number at `index`.
+    #[must_use]
+    pub fn get(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::F32(numbers) => numbers
+                .get(index)
+                .map(|&bytes| f64::from(f32::from_le_bytes(bytes))),
+            Self::F64(numbers) => numbers.get(index).map(|&bytes| f64::from_le_bytes(bytes)),
+        }
+    }
+
+    /// `length` numbers from `start`.
+    #[must_use]
+    pub fn row(&self, start: usize, length: usize) -> Option<Self> {
+        let end = start.checked_add(length)?;
+        match self {
+            Self::F32(numbers) => numbers.get(start..end).map(Self::F32),
+            Self::F64(numbers) => numbers.get(start..end).map(Self::F64),
+        }
+    }
+
+    /// All of them in order.
+    pub fn iter(&self) -> impl Iterator<Item = f64> + 'a {
+        let (single, double): (&'a [[u8; 4]], &'a [[u8; 8]]) = match *self {
+            Self::F32(numbers) => (numbers, &[]),
+            Self::F64(numbers) => (&[], numbers),
+        };
+        let single = single
+            .iter()
+            .map(|&bytes| f64::from(f32::from_le_bytes(bytes)));
+        single.chain(double.iter().map(|&bytes| f64::from_le_bytes(bytes)))
+    }
+}
+
+impl<'a> Section<'a> {
+    /// Its kind.
+    #[must_use]
+    pub const fn kind(&self) -> SectionKind {
+        self.kind
+    }
+
+    /// Its element type.
+    #[must_use]
+    pub const fn element(&self) -> Element {
+        self.element
+    }
+
+    /// Its codec.
+    #[must_use]
+    pub const fn codec(&self) -> Codec {
+        self.codec
+    }
+
+    /// Whether a reader that does not know it must refuse the file.
+    #[must_use]
+    pub const fn is_required(&self) -> bool {
+        self.required
+    }
+
+    /// Its shape, last number fastest; places past its rank are 1.
+    #[must_use]
+    pub const fn shape(&self) -> [u64; 3] {
+        self.shape
+    }
+
+    /// Its bytes as they are stored.
+    #[must_use]
+    pub const fn stored(&self) -> &'a [u8] {
+        self.stored
+    }
+
+    /// Bytes once decoded.
+    #[must_use]
+    pub const fn decoded_length(&self) -> u64 {
+        self.decoded_length
+    }
+
+    /// Compares the stored bytes with their checksum. Reads all of them.
+    ///
+    /// # Errors
+    /// Refusal 27.
+    pub fn verify(&self) -> Result<(), FormatError> {
+        let found = crc32fast::hash(self.stored);
+        if found == self.crc32 {
+            return Ok(());
+        }
+        Err(FormatError::SectionChecksum {
+            kind: self.kind.number(),
+            found,
+            expected: self.crc32,
+        })
+    }
+
+    /// Its bytes, if they are stored raw.
+    ///
+    /// # Errors
+    /// Refusal 28.
+    pub fn raw(&self) -> Result<&'a [u8], FormatError> {
+        match self.codec {
+            Codec::Raw => Ok(self.stored),
+            codec => Err(FormatError::Compressed {
+                kind: self.kind.number(),
+                codec: codec as u8,
+            }),
+        }
+    }
+
+    /// Its real numbers.
+    ///
+    /// # Errors
+    /// Refusals 28 (compressed) and 19 (not real numbers).
+    pub fn numbers(&self) -> Result<Numbers<'a>, FormatError> {
+        match self.element {
+            Element::F32 => Ok(Numbers::F32(self.raw()?.as_chunks().0)),
+            Element::F64 => Ok(Numbers::F64(self.raw()?.as_chunks().0)),
+            _ => Err(self.wrong_element()),
+        }
+    }
+
+    /// Its numbers as binary64.
+    ///
+    /// # Errors
+    /// Refusals 28 and 19.
+    pub fn f64s(&self) -> Result<&'a [[u8; 8]], FormatError> {
+        self.chunks(Element::F64)
+    }
+
+    /// Its numbers as 64-bit integers.
+    ///
+    /// # Errors
+    /// Refusals 28 and 19.
+    pub fn u64s(&self) -> Result<&'a [[u8; 8]], FormatError> {
+        self.chunks(Element::U64)
+    }
+
+    /// Its numbers as 32-bit integers.
+    ///
+    /// # Errors
+    /// Refusals 28 and 19.
+    pub fn u32s(&self) -> Result<&'a [[u8; 4]], FormatError> {
+        self.chunks(Element::U32)
+    }
+
+    /// Its text.
+    ///
+    /// # Errors
+    /// Refusals 28, 19 and 29.
+    pub fn text(&self) -> Result<&'a str, FormatError> {
+        let bytes = self.chunks::<1>(Element::U8)?.as_flattened();
+        core::str::from_utf8(bytes).map_err(|_| FormatError::Text {
+            kind: self.kind.number(),
+        })
+    }
+
+    fn chunks<const N: usize>(&self, element: Element) -> Result<&'a [[u8; N]], FormatError> {
+        if self.element == element {
+            Ok(self.raw()?.as_chunks().0)
+        } else {
+            Err(self.wrong_element())
+        }
+    }
+
+    fn wrong_element(&self) -> FormatError {
+        FormatError::Element {
+            kind: self.kind.number(),
+            found: self.element as u8,
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Writing a file into lent memory. The same input gives the same bytes, and what is written opens: the writer ends by
+//! parsing its own bytes, so reader and writer cannot disagree about what is allowed.
+
+use crate::error::FormatError;
+use crate::layout::{BLOCK, Entry, Header, MAX_SECTIONS, align};
+use crate::metadata::{MAX_METADATA, Metadata, configuration};
+use crate::read::File;
+use crate::section::{Codec, Element, SectionKind};
+use bincode::Encode;
+use bincode::enc::EncoderImpl;
+use bincode::enc::write::SizeWriter;
+
+/// A section to be written.
+#[derive(Clone, Copy, Debug)]
+pub struct SectionInput<'a> {
+    /// Its kind.
+    pub kind: SectionKind,
+    /// Its element type.
+    pub element: Element,
+    /// How `stored` is coded.
+    pub codec: Codec,
+    /// Whether a reader that does not know the kind must refuse the file.
+    pub required: bool,
+    /// Its shape; places past its rank are 1.
+    pub shape: [u64; 3],
+    /// Bytes once decoded: element size times the shape.
+    pub decoded_length: u64,
+    /// The coded bytes.
+    pub stored: &'a [u8],
+}
+
+/// Bytes [`encode_into`] will write.
+///
+/// # Errors
+/// Refusals 7, 9 (too many sections, metadata too long), 12 and 30 (longer than memory can be).
+pub fn encoded_len(
+    metadata: &Metadata<'_>,
+    sections: &[SectionInput<'_>],
+) -> Result<usize, FormatError> {
+    let mut end = (BLOCK * (1 + count(sections)? as usize) + metadata_len(metadata)?) as u64;
+    for section in sections {
+        end = align(end)
+            .and_then(|start| start.checked_add(section.stored.len() as u64))
+            .unwrap_or(u64::MAX);
+    }
+    let too_long = FormatError::LentMemory {
+        found: usize::MAX as u64,
+        needed: end,
+    };
+    usize::try_from(end).map_err(|_| too_long)
+}
+
+/// Writes a file at the front of `out` and returns its length, [`encoded_len`]. Sections keep their order.
+///
+/// # Errors
+/// Any refusal the written bytes would meet on opening, and 30 if `out` is too short.
+pub fn encode_into(
+    metadata: &Metadata<'_>,
+    sections: &[SectionInput<'_>],
+    out: &mut [u8],
+) -> Result<usize, FormatError> {
+    let needed = encoded_len(metadata, sections)?;
+    let found = out.len() as u64;
+    let short = FormatError::LentMemory {
+        found,
+        needed: needed as u64,
+    };
+    let out = out.get_mut(..needed).ok_or(short)?;
+    out.fill(0);
+    let n_sections = count(sections)?;
+    let directory_end = BLOCK * (1 + sections.len());
+    let metadata_length = metadata_len(metadata)?;
+    let (front, body) = out.split_at_mut(directory_end);
+    let encoded = body.get_mut(..metadata_length).ok_or(short)?;
+    encode_metadata(metadata, encoded)?;
+    let metadata_crc32 = crc32fast::hash(encoded);
+    let (header, directory) = front.split_at_mut(BLOCK);
+    write_sections(sections, directory, body, directory_end, metadata_length)?;
+    let block = Header {
+        n_sections,
+        file_length: needed as u64,
+        metadata_offset: directory_end as u64,
+        metadata_length: metadata_length as u64,
+        metadata_crc32,
+        directory_crc32: crc32fast::hash(directory),
+    };
+    header.copy_from_slice(&block.encode());
+    File::parse(out)?;
+    Ok(needed)
+}
+
+/// Fills the directory and copies the sections; `body` begins at byte `base` of the file with the metadata.
+fn write_sections(
+    sections: &[SectionInput<'_>],
+    directory: &mut [u8],
+    body: &mut [u8],
+    base: usize,
+    metadata_length: usize,
+) -> Result<(), FormatError> {
+    let mut end = (base + metadata_length) as u64;
+    let found = body.len() as u64;
+    for (section, block) in sections.iter().zip(directory.as_chunks_mut::<BLOCK>().0) {
+        let offset = align(end).unwrap_or(u64::MAX);
+        let start = (offset as usize).saturating_sub(base);
+        let short = FormatError::LentMemory {
+            found,
+            needed: offset,
+        };
+        let place = body
+            .get_mut(start..start.saturating_add(section.stored.len()))
+            .ok_or(short)?;
+        place.copy_from_slice(section.stored);
+        *block = entry(section, offset).encode();
+        end = offset.saturating_add(section.stored.len() as u64);
+    }
+    Ok(())
+}
+
+fn entry(section: &SectionInput<'_>, offset: u64) -> Entry {
+    Entry {
+        kind: section.kind.number(),
+        element: section.element as u8,
+        codec: section.codec as u8,
+        flags: u16::from(section.required),
+        shape: section.shape,
+        offset,
+        stored_length: section.stored.len() as u64,
+        decoded_length: section.decoded_length,
+        crc32: crc32fast::hash(section.stored),
+        reserved: 0,
+    }
+}
+
+fn count(sections: &[SectionInput<'_>]) -> Result<u32, FormatError> {
+    let found = u32::try_from(sections.len()).unwrap_or(u32::MAX);
+    if found > MAX_SECTIONS {
+        return Err(FormatError::SectionCount {
+            found,
+            limit: MAX_SECTIONS,
+        });
+    }
+    Ok(found)
+}
+
+fn metadata_len(metadata: &Metadata<'_>) -> Result<usize, FormatError> {
+    let mut encoder = EncoderImpl::new(SizeWriter::default(), configuration());
+    let refused = FormatError::MetadataEncoding {
+        understood: 0,
+        length: 0,
+    };
+    metadata.encode(&mut encoder).map_err(|_| refused)?;
+    let length = encoder.into_writer().bytes_written;
+    if length > MAX_METADATA {
+        return Err(FormatError::MetadataLength {
+            found: length as u64,
+            limit: MAX_METADATA as u64,
+        });
+    }
+    Ok(length)
+}
+
+fn encode_metadata(metadata: &Metadata<'_>, place: &mut [u8]) -> Result<(), FormatError> {
+    let length = place.len() as u64;
+    let refused = |understood| FormatError::MetadataEncoding { understood, length };
+    let written =
+        bincode::encode_into_slice(metadata, place, configuration()).map_err(|_| refused(0))?;
+    if written as u64 == length {
+        Ok(())
+    } else {
+        Err(refused(written as u64))
+    }
+}
