@@ -1,4 +1,6 @@
 //! The offline stage: mesh → model → snapshots → basis → vademecum → bytes.
 
+pub mod dynamics;
+pub mod fem;
 pub mod mesh;
 pub mod pod;

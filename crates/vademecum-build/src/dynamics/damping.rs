@@ -1,0 +1,172 @@
+//! Damping: what the material gives to each mode, and what the time scheme adds of its own.
+//!
+//! Rayleigh damping `C = α M + β K` gives a mode of circular frequency `ω` the ratio `ζ = α/(2ω) + βω/2`. What a scheme
+//! adds is read off the eigenvalues of its step on one oscillator, the 3 × 3 matrix that maps `(u, Δt u̇, Δt² ü)` from
+//! one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of frequency `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
+
+use faer::Mat;
+use serde::{Deserialize, Serialize};
+use vademecum_format::scheme::{HISTORY, SchemeTable};
+
+/// Coefficients of `C = α M + β K`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rayleigh {
+    /// Weight of the mass, 1/s.
+    pub alpha: f64,
+    /// Weight of the stiffness, s.
+    pub beta: f64,
+}
+
+/// Damping as a problem may state it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Damping {
+    /// None.
+    #[default]
+    None,
+    /// `α` and `β`.
+    Rayleigh(Rayleigh),
+    /// The ratio at two frequencies, `(ζ, f in Hz)` each.
+    Ratios([(f64, f64); 2]),
+}
+
+/// Damping data that describe no damping.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DampingError {
+    /// A coefficient is negative or not finite.
+    #[error("Rayleigh damping needs alpha >= 0 and beta >= 0; found alpha = {}, beta = {}", .0.alpha, .0.beta)]
+    Negative(Rayleigh),
+    /// Frequencies are not two different positive numbers, or a ratio is negative.
+    #[error(
+        "two (ratio, frequency) pairs need ratios >= 0 and two different frequencies > 0; found {0:?}"
+    )]
+    Pairs([(f64, f64); 2]),
+    /// The two ratios ask for a negative coefficient: the ratio would be negative at other frequencies.
+    #[error(
+        "these pairs give alpha = {}, beta = {}: one is negative, so modes at some frequency would gain energy; \
+         bring the two ratios closer together", .0.alpha, .0.beta
+    )]
+    GainsEnergy(Rayleigh),
+}
+
+impl Damping {
+    /// The Rayleigh coefficients.
+    ///
+    /// # Errors
+    /// [`DampingError`] for coefficients or ratios that are negative, not finite, or would feed energy to some mode.
+    pub fn rayleigh(&self) -> Result<Rayleigh, DampingError> {
+        match *self {
+            Damping::None => Ok(Rayleigh::default()),
+            Damping::Rayleigh(r) if r.is_sound() => Ok(r),
+            Damping::Rayleigh(r) => Err(DampingError::Negative(r)),
+            Damping::Ratios(pairs) => rayleigh_of_ratios(pairs),
+        }
+    }
+}
+
+/// Solves `α/(2ω) + βω/2 = ζ` at both frequencies.
+fn rayleigh_of_ratios(pairs: [(f64, f64); 2]) -> Result<Rayleigh, DampingError> {
+    let [(z1, f1), (z2, f2)] = pairs;
+    let sound = |x: f64, least: f64| x.is_finite() && x >= least;
+    if !(sound(z1, 0.0)
+        && sound(z2, 0.0)
+        && sound(f1, f64::MIN_POSITIVE)
+        && sound(f2, f64::MIN_POSITIVE))
+        || f1 == f2
+    {
+        return Err(DampingError::Pairs(pairs));
+    }
+    let [w1, w2] = [f1, f2].map(|f| std::f64::consts::TAU * f);
+    // Differences of squares as products: nothing cancels when the frequencies are close.
+    let scale = 2.0 / ((w2 - w1) * (w2 + w1));
+    let rayleigh = Rayleigh {
+        alpha: scale * w1 * w2 * (z1 * w2 - z2 * w1),
+        beta: scale * (z2 * w2 - z1 * w1),
+    };
+    if rayleigh.is_sound() {
+        Ok(rayleigh)
+    } else {
+        Err(DampingError::GainsEnergy(rayleigh))
+    }
+}
+
+impl Rayleigh {
+    /// Whether no mode gains energy: both coefficients finite and not negative.
+    pub fn is_sound(&self) -> bool {
+        [self.alpha, self.beta]
+            .iter()
+            .all(|x| *x >= 0.0 && x.is_finite())
+    }
+
+    /// Damping ratio a mode of frequency `f`, Hz, receives.
+    pub fn ratio(&self, frequency: f64) -> f64 {
+        let omega = std::f64::consts::TAU * frequency;
+        0.5 * (self.alpha / omega + self.beta * omega)
+    }
+}
+
+/// What a scheme does to one oscillator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NumericalDamping {
+    /// Largest modulus of the step's three eigenvalues.
+    pub spectral_radius: f64,
+    /// Damping ratio of the computed motion (that of the oscillator itself included); `None` once it no longer oscillates.
+    pub ratio: Option<f64>,
+    /// Computed period over the true one, less 1; `None` once it no longer oscillates.
+    pub period_elongation: Option<f64>,
+}
+
+/// Damping ratio and period elongation of a scheme on `ü + 2ζω u̇ + ω² u = 0` at `Ω = ωΔt`.
+///
+/// The elongation is measured against the damped period `2π/(ω√(1−ζ²))`.
+pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> NumericalDamping {
+    let step = step_matrix(table, omega_dt, ratio);
+    let matrix = Mat::from_fn(3, 3, |i, j| step[i][j]);
+    let values = matrix
+        .eigenvalues()
+        .expect("the eigenvalues of a finite 3 × 3 matrix converge");
+    let spectral_radius = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
+    let pair = values
+        .iter()
+        .filter(|z| z.im > 0.0)
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let Some(pair) = pair else {
+        return NumericalDamping {
+            spectral_radius,
+            ratio: None,
+            period_elongation: None,
+        };
+    };
+    let (decay, angle) = (-pair.norm().ln(), pair.arg());
+    NumericalDamping {
+        spectral_radius,
+        ratio: Some(decay / decay.hypot(angle)),
+        period_elongation: Some(omega_dt * (1.0 - ratio * ratio).sqrt() / angle - 1.0),
+    }
+}
+
+/// The step of a scheme on one unloaded oscillator, `y ← T y` with `y = (u, Δt u̇, Δt² ü)`; `omega_dt = ωΔt`, `ratio = ζ`.
+pub fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3]; 3] {
+    let (damping, stiffness) = (2.0 * ratio * omega_dt, omega_dt * omega_dt);
+    // Row p of the history: what entry p of (u, Δt u̇, Δt² ü, u_1, …) is of the old state.
+    let mut history = [[0.0; 3]; HISTORY];
+    for p in 0..3 {
+        history[p][p] = 1.0;
+    }
+    for (i, stage) in table.stages[..table.n_stages as usize].iter().enumerate() {
+        let weight = stage.mass + stage.damping * damping + stage.stiffness * stiffness;
+        let mut row = [0.0; 3];
+        for p in 0..3 + i {
+            let coefficient = stage.mass_history[p]
+                + damping * stage.damping_history[p]
+                + stiffness * stage.stiffness_history[p];
+            for k in 0..3 {
+                row[k] += coefficient * history[p][k];
+            }
+        }
+        history[3 + i] = row.map(|x| x / weight);
+    }
+    table
+        .finish
+        .map(|form| std::array::from_fn(|k| (0..HISTORY).map(|p| form[p] * history[p][k]).sum()))
+}

@@ -1,0 +1,14 @@
+//! Motion at full order: time schemes as tables, the march, natural modes, damping.
+
+mod damping;
+mod full_order;
+pub mod schemes;
+
+pub use damping::{
+    Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
+};
+pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
+pub use schemes::{SchemeError, SchemeKind};
+
+#[cfg(test)]
+mod oracle_tests;

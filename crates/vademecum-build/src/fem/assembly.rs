@@ -1,0 +1,233 @@
+//! Element matrices into global ones, the same bits for any number of threads.
+//!
+//! Elements are taken in waves of fixed size: one wave's matrices are computed in parallel, then added one element
+//! after the other in the order of the mesh. Sums are kept per pair of nodes (one mass, a 3 × 3 stiffness block) and
+//! only then written to the free dofs, so that supports cost nothing in the inner loop.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::element::{ElementError, ElementKernel, Material};
+use super::model::{DofMap, ModelError};
+use super::pencil::{Pencil, RegionMatrices};
+use super::sparse::{Pattern, SymmetricMatrix};
+use crate::mesh::Mesh;
+
+/// Elements per wave: 30 MB of quadratic element matrices, and enough for many threads.
+const WAVE: usize = 4096;
+
+/// Mass and stiffness of every region over the free dofs.
+///
+/// # Errors
+/// An element that folds over, or more matrix entries than an index counts.
+pub(crate) fn assemble(
+    mesh: &Mesh,
+    materials: &[Material],
+    dofs: &DofMap,
+) -> Result<Pencil, ModelError> {
+    let graph = NodeGraph::of(mesh);
+    let pattern = Arc::new(dof_pattern(&graph, dofs)?);
+    let kernel = ElementKernel::new(mesh.order);
+    let regions = materials
+        .iter()
+        .enumerate()
+        .map(|(region, material)| {
+            let blocks = assemble_region(mesh, &kernel, &graph, region as u32, material)?;
+            Ok(blocks.over_free_dofs(&graph, dofs, &pattern))
+        })
+        .collect::<Result<Vec<_>, ModelError>>()?;
+    let dof_nodes = dofs.dof_of_free().iter().map(|dof| dof / 3).collect();
+    Ok(Pencil::from_regions(regions, Some(dof_nodes)))
+}
+
+/// For each node, the nodes it shares an element with (itself among them), ascending.
+pub(crate) struct NodeGraph {
+    starts: Vec<usize>,
+    neighbours: Vec<u32>,
+}
+
+impl NodeGraph {
+    /// Reads the graph off the elements.
+    pub fn of(mesh: &Mesh) -> NodeGraph {
+        let per_element = mesh.order.nodes_per_element();
+        let (first, incident) = incident_elements(mesh);
+        let mut starts = vec![0];
+        let mut neighbours = Vec::new();
+        let mut row = Vec::new();
+        for node in 0..mesh.nodes.len() {
+            row.clear();
+            for &element in &incident[first[node]..first[node + 1]] {
+                row.extend_from_slice(
+                    &mesh.elements[element as usize * per_element..][..per_element],
+                );
+            }
+            row.sort_unstable();
+            row.dedup();
+            neighbours.extend_from_slice(&row);
+            starts.push(neighbours.len());
+        }
+        NodeGraph { starts, neighbours }
+    }
+
+    /// Neighbours of a node, ascending.
+    pub fn row(&self, node: usize) -> &[u32] {
+        &self.neighbours[self.starts[node]..self.starts[node + 1]]
+    }
+
+    /// Place of the pair `(node, other)` among all pairs.
+    fn place(&self, node: u32, other: u32) -> usize {
+        let at = self.row(node as usize).binary_search(&other);
+        self.starts[node as usize] + at.expect("nodes of one element are neighbours")
+    }
+}
+
+/// Elements at each node, in the order of the mesh, as offsets and list.
+fn incident_elements(mesh: &Mesh) -> (Vec<usize>, Vec<u32>) {
+    let mut first = vec![0; mesh.nodes.len() + 1];
+    for &node in &mesh.elements {
+        first[node as usize + 1] += 1;
+    }
+    for node in 0..mesh.nodes.len() {
+        first[node + 1] += first[node];
+    }
+    let mut next = first.clone();
+    let mut incident = vec![0; mesh.elements.len()];
+    let per_element = mesh.order.nodes_per_element();
+    for (place, &node) in mesh.elements.iter().enumerate() {
+        incident[next[node as usize]] = (place / per_element) as u32;
+        next[node as usize] += 1;
+    }
+    (first, incident)
+}
+
+/// The pattern over free dofs: full 3 × 3 blocks between neighbours, less the constrained dofs.
+fn dof_pattern(graph: &NodeGraph, dofs: &DofMap) -> Result<Pattern, ModelError> {
+    let mut starts = vec![0];
+    let mut rows = Vec::new();
+    for &dof in dofs.dof_of_free() {
+        for &other in graph.row(dof as usize / 3) {
+            rows.extend((0..3).filter_map(|c| dofs.free(3 * other as usize + c)));
+        }
+        let end = u32::try_from(rows.len()).map_err(|_| ModelError::TooLarge)?;
+        starts.push(end);
+    }
+    Ok(Pattern::new(starts, rows))
+}
+
+/// Sums over one region, per pair of neighbouring nodes.
+struct NodeBlocks {
+    mass: Vec<f64>,
+    stiffness: Vec<[f64; 9]>,
+}
+
+/// Adds up the elements of one region.
+fn assemble_region(
+    mesh: &Mesh,
+    kernel: &ElementKernel,
+    graph: &NodeGraph,
+    region: u32,
+    material: &Material,
+) -> Result<NodeBlocks, ModelError> {
+    let n = kernel.n_nodes();
+    let elements: Vec<u32> = (0..mesh.element_region.len() as u32)
+        .filter(|&e| mesh.element_region[e as usize] == region)
+        .collect();
+    let pairs = graph.neighbours.len();
+    let mut blocks = NodeBlocks {
+        mass: vec![0.0; pairs],
+        stiffness: vec![[0.0; 9]; pairs],
+    };
+    let mut buffer = vec![0.0; WAVE.min(elements.len()) * n * n * 10];
+    for wave in elements.chunks(WAVE) {
+        let folded: Vec<Option<ElementError>> = buffer
+            .par_chunks_mut(n * n * 10)
+            .zip(wave)
+            .map(|(matrices, &element)| {
+                element_matrices(mesh, kernel, element, material, matrices).err()
+            })
+            .collect();
+        for (error, &element) in folded.into_iter().zip(wave) {
+            if let Some(source) = error {
+                return Err(ModelError::FoldedElement { element, source });
+            }
+        }
+        for (matrices, &element) in buffer.chunks(n * n * 10).zip(wave) {
+            let nodes = &mesh.elements[element as usize * n..][..n];
+            blocks.add_element(graph, nodes, matrices);
+        }
+    }
+    Ok(blocks)
+}
+
+/// Mass, then stiffness of one element into its share of the wave's buffer.
+fn element_matrices(
+    mesh: &Mesh,
+    kernel: &ElementKernel,
+    element: u32,
+    material: &Material,
+    matrices: &mut [f64],
+) -> Result<(), ElementError> {
+    let n = kernel.n_nodes();
+    let (mass, stiffness) = matrices.split_at_mut(n * n);
+    let nodes = element_nodes(mesh, element);
+    kernel.mass_into(&nodes[..n], material.density, mass)?;
+    kernel.stiffness_into(&nodes[..n], material, stiffness)
+}
+
+/// Coordinates of an element's nodes.
+pub(crate) fn element_nodes(mesh: &Mesh, element: u32) -> [[f64; 3]; super::element::MAX_NODES] {
+    let n = mesh.order.nodes_per_element();
+    let mut nodes = [[0.0; 3]; super::element::MAX_NODES];
+    for (place, &node) in nodes
+        .iter_mut()
+        .zip(&mesh.elements[element as usize * n..][..n])
+    {
+        *place = mesh.nodes[node as usize];
+    }
+    nodes
+}
+
+impl NodeBlocks {
+    /// Adds one element.
+    fn add_element(&mut self, graph: &NodeGraph, nodes: &[u32], matrices: &[f64]) {
+        let n = nodes.len();
+        let (mass, stiffness) = matrices.split_at(n * n);
+        for a in 0..n {
+            for b in 0..n {
+                let place = graph.place(nodes[a], nodes[b]);
+                self.mass[place] += mass[a * n + b];
+                let block = &stiffness[(a * n + b) * 9..][..9];
+                for (sum, &entry) in self.stiffness[place].iter_mut().zip(block) {
+                    *sum += entry;
+                }
+            }
+        }
+    }
+
+    /// Writes the sums to the free dofs, column by column of the pattern.
+    fn over_free_dofs(
+        &self,
+        graph: &NodeGraph,
+        dofs: &DofMap,
+        pattern: &Arc<Pattern>,
+    ) -> RegionMatrices {
+        let mut mass = Vec::with_capacity(pattern.n_stored());
+        let mut stiffness = Vec::with_capacity(pattern.n_stored());
+        for &dof in dofs.dof_of_free() {
+            let (node, c) = (dof as usize / 3, dof as usize % 3);
+            for place in graph.starts[node]..graph.starts[node + 1] {
+                let other = graph.neighbours[place] as usize;
+                for d in (0..3).filter(|&d| dofs.free(3 * other + d).is_some()) {
+                    // Column (node, c), row (other, d); the sums are symmetric to the bit, so the block of (node, other) serves.
+                    mass.push(if c == d { self.mass[place] } else { 0.0 });
+                    stiffness.push(self.stiffness[place][3 * c + d]);
+                }
+            }
+        }
+        RegionMatrices {
+            mass: SymmetricMatrix::new(pattern.clone(), mass),
+            stiffness: SymmetricMatrix::new(pattern.clone(), stiffness),
+        }
+    }
+}

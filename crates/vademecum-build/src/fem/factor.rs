@@ -1,0 +1,346 @@
+//! Sparse Cholesky factorisation of `m M + k K`: symbolic once per pattern, numeric per matrix, a solve per block of
+//! right-hand sides.
+//!
+//! The fill-reducing order is a nested dissection of the *node* graph by METIS, each node then standing for its free
+//! dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. Every kernel runs on one
+//! thread and threads work on whole factors or whole groups of columns, so the bits never depend on their number.
+
+use std::sync::{Arc, Mutex};
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::solvers::LltError;
+use faer::perm::PermRef;
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::sparse::FaerError;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::{Conj, Mat, MatMut, Par, Side, Spec};
+use rayon::prelude::*;
+
+use super::pencil::Pencil;
+use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
+
+/// Right-hand sides solved together by one thread: 16 columns cost less than 4 single ones, and groups of 8 leave work
+/// for two threads.
+const SOLVE_GROUP: usize = 8;
+
+/// Below this many nodes minimum degree orders as well as a dissection, and faster.
+const METIS_NODES: usize = 200;
+
+/// Why a factorisation failed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FactorError {
+    /// The matrix is not positive definite: a body that can move freely, or a bad combination of weights.
+    #[error(
+        "the matrix is not positive definite (pivot {pivot} of {n}): is the body held, are all weights positive?"
+    )]
+    NotPositiveDefinite {
+        /// The pivot, in elimination order, at which it showed.
+        pivot: usize,
+        /// Size of the matrix.
+        n: usize,
+    },
+    /// The factor has more entries than an index can count.
+    #[error("the factor has more entries than a 32-bit index can count")]
+    TooLarge,
+    /// The memory for the factor was refused.
+    #[error("not enough memory for the factor")]
+    OutOfMemory,
+}
+
+impl From<FaerError> for FactorError {
+    fn from(error: FaerError) -> FactorError {
+        match error {
+            FaerError::IndexOverflow => FactorError::TooLarge,
+            _ => FactorError::OutOfMemory,
+        }
+    }
+}
+
+/// Order and structure of the factor of every matrix on one pattern.
+#[derive(Clone, Debug)]
+pub struct Symbolic {
+    pattern: Arc<Pattern>,
+    cholesky: Arc<SymbolicCholesky<u32>>,
+}
+
+impl Symbolic {
+    /// Orders the dofs of a pencil and finds the structure of the factor.
+    ///
+    /// # Errors
+    /// [`FactorError::TooLarge`] or [`FactorError::OutOfMemory`].
+    pub fn analyze(pencil: &Pencil) -> Result<Symbolic, FactorError> {
+        let pattern = pencil.mass().pattern().clone();
+        let order = pencil
+            .dof_nodes()
+            .and_then(|nodes| dissection_order(&pattern, nodes));
+        let cholesky = match order {
+            Some((forward, inverse)) => {
+                let permutation = PermRef::new_checked(&forward, &inverse, pattern.n());
+                symbolic_cholesky(&pattern, SymmetricOrdering::Custom(permutation))?
+            }
+            None => symbolic_cholesky(&pattern, SymmetricOrdering::Amd)?,
+        };
+        Ok(Symbolic {
+            pattern,
+            cholesky: Arc::new(cholesky),
+        })
+    }
+
+    /// Number of rows.
+    pub fn n(&self) -> usize {
+        self.pattern.n()
+    }
+
+    /// Numbers one factor stores.
+    pub fn factor_len(&self) -> usize {
+        self.cholesky.len_val()
+    }
+
+    /// Factorises a matrix, which is kept for refinement. One thread.
+    ///
+    /// # Errors
+    /// [`FactorError::NotPositiveDefinite`].
+    ///
+    /// # Panics
+    /// If the matrix is on another pattern.
+    pub fn factorize(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
+        assert!(
+            Arc::ptr_eq(&self.pattern, matrix.pattern()),
+            "one pattern per symbolic analysis"
+        );
+        let mut values = vec![0.0; self.cholesky.len_val()];
+        let request = self
+            .cholesky
+            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+        let mut memory = MemBuffer::try_new(request).map_err(|_| FactorError::OutOfMemory)?;
+        let done = self.cholesky.factorize_numeric_llt(
+            &mut values,
+            matrix.as_faer(),
+            Side::Lower,
+            Default::default(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        );
+        match done {
+            Ok(_) => Ok(Factor {
+                symbolic: self.clone(),
+                matrix,
+                values,
+            }),
+            Err(LltError::NonPositivePivot { index }) => Err(FactorError::NotPositiveDefinite {
+                pivot: index,
+                n: self.n(),
+            }),
+        }
+    }
+
+    /// Factorises several matrices, one thread each.
+    ///
+    /// # Errors
+    /// The error of the first matrix, in the given order, that has one.
+    pub fn factorize_all(
+        &self,
+        matrices: Vec<SymmetricMatrix>,
+    ) -> Result<Vec<Factor>, FactorError> {
+        let factors: Vec<_> = matrices
+            .into_par_iter()
+            .map(|matrix| self.factorize(matrix))
+            .collect();
+        factors.into_iter().collect()
+    }
+}
+
+/// A factorised matrix.
+#[derive(Clone, Debug)]
+pub struct Factor {
+    symbolic: Symbolic,
+    matrix: SymmetricMatrix,
+    values: Vec<f64>,
+}
+
+impl Factor {
+    /// The matrix that was factorised.
+    pub fn matrix(&self) -> &SymmetricMatrix {
+        &self.matrix
+    }
+
+    /// The structure the factor was computed on.
+    pub fn symbolic(&self) -> &Symbolic {
+        &self.symbolic
+    }
+
+    /// Solves for the few columns of one group.
+    fn solve_group(&self, x: MatMut<'_, f64>, memory: &mut MemBuffer) {
+        let factor = LltRef::new(&self.symbolic.cholesky, &self.values);
+        factor.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(memory));
+    }
+}
+
+/// Memory for solves of up to a fixed number of right-hand sides, lent to one solve at a time.
+pub struct Solve {
+    groups: Vec<MemBuffer>,
+    /// Right-hand side and residual, present when refinement is asked for.
+    refine: Option<[Mat<f64>; 2]>,
+}
+
+impl Solve {
+    /// Memory for `columns` right-hand sides of factors of one structure; `refine` asks for one step of iterative
+    /// refinement in each solve (a product and a second solve; for slender bodies, whose `K` is ill-conditioned).
+    pub fn new(symbolic: &Symbolic, columns: usize, refine: bool) -> Solve {
+        let request = symbolic
+            .cholesky
+            .solve_in_place_scratch::<f64>(SOLVE_GROUP.min(columns), Par::Seq);
+        let groups = columns.div_ceil(SOLVE_GROUP);
+        let n = symbolic.n();
+        Solve {
+            groups: (0..groups).map(|_| MemBuffer::new(request)).collect(),
+            refine: refine.then(|| [Mat::zeros(n, columns), Mat::zeros(n, columns)]),
+        }
+    }
+
+    /// Overwrites `rhs`, shape `(n, c)`, by `A⁻¹ rhs`; groups of columns in parallel, no allocation.
+    ///
+    /// # Panics
+    /// If `rhs` has more columns than this memory was made for.
+    pub fn solve_in_place(&mut self, factor: &Factor, mut rhs: MatMut<'_, f64>) {
+        let columns = rhs.ncols();
+        let Some([kept, residual]) = self.refine.as_mut() else {
+            return solve_groups(&mut self.groups, factor, rhs);
+        };
+        let mut kept = kept.as_mut().subcols_mut(0, columns);
+        let mut residual = residual.as_mut().subcols_mut(0, columns);
+        kept.copy_from(rhs.rb());
+        solve_groups(&mut self.groups, factor, rhs.rb_mut());
+        factor.matrix.mul_into(rhs.rb(), residual.rb_mut());
+        for c in 0..columns {
+            let target = contiguous(kept.rb(), c);
+            for (r, &b) in contiguous_mut(residual.rb_mut(), c).iter_mut().zip(target) {
+                *r = b - *r;
+            }
+        }
+        solve_groups(&mut self.groups, factor, residual.rb_mut());
+        for c in 0..columns {
+            let correction = contiguous(residual.rb(), c);
+            for (x, &d) in contiguous_mut(rhs.rb_mut(), c).iter_mut().zip(correction) {
+                *x += d;
+            }
+        }
+    }
+}
+
+/// Solves group by group, each with its own memory.
+fn solve_groups(memories: &mut [MemBuffer], factor: &Factor, rhs: MatMut<'_, f64>) {
+    assert!(
+        rhs.ncols() <= memories.len() * SOLVE_GROUP,
+        "more columns than the memory was made for"
+    );
+    if rhs.ncols() <= SOLVE_GROUP {
+        if rhs.ncols() > 0 {
+            factor.solve_group(rhs, &mut memories[0]);
+        }
+        return;
+    }
+    rhs.par_col_chunks_mut(SOLVE_GROUP)
+        .zip(memories.par_iter_mut())
+        .for_each(|(group, memory)| factor.solve_group(group, memory));
+}
+
+/// Structure of the factor under one order.
+fn symbolic_cholesky(
+    pattern: &Pattern,
+    order: SymmetricOrdering<'_, u32>,
+) -> Result<SymbolicCholesky<u32>, FactorError> {
+    // Default parameters: faer chooses the supernodal form wherever it pays; forcing the simplicial one is 20 × slower.
+    let params = CholeskySymbolicParams::default();
+    Ok(factorize_symbolic_cholesky(
+        pattern.as_faer(),
+        Side::Lower,
+        order,
+        params,
+    )?)
+}
+
+/// The dof order that dissects the node graph, as (old of new, new of old); `None` where it would not pay.
+fn dissection_order(pattern: &Pattern, dof_nodes: &[u32]) -> Option<(Vec<u32>, Vec<u32>)> {
+    let first_dofs = first_dofs(dof_nodes);
+    if first_dofs.len() - 1 < METIS_NODES {
+        return None;
+    }
+    let (starts, neighbours) = node_graph(pattern, &first_dofs);
+    let node_order = nested_dissection(starts, neighbours)?;
+    let mut forward = Vec::with_capacity(pattern.n());
+    for node in node_order {
+        forward.extend(first_dofs[node as usize]..first_dofs[node as usize + 1]);
+    }
+    let mut inverse = vec![0; forward.len()];
+    for (new, &old) in forward.iter().enumerate() {
+        inverse[old as usize] = new as u32;
+    }
+    Some((forward, inverse))
+}
+
+/// First dof of each node that has one, and the number of dofs at the end.
+fn first_dofs(dof_nodes: &[u32]) -> Vec<u32> {
+    let mut first: Vec<u32> = (0..dof_nodes.len())
+        .filter(|&d| d == 0 || dof_nodes[d] != dof_nodes[d - 1])
+        .map(|d| d as u32)
+        .collect();
+    first.push(dof_nodes.len() as u32);
+    first
+}
+
+/// Adjacency of nodes without loops, read off the first dof of each.
+fn node_graph(pattern: &Pattern, first_dofs: &[u32]) -> (Vec<i32>, Vec<i32>) {
+    let n_nodes = first_dofs.len() - 1;
+    let mut node_of_first = vec![-1; pattern.n()];
+    for node in 0..n_nodes {
+        node_of_first[first_dofs[node] as usize] = node as i32;
+    }
+    let mut starts = vec![0];
+    let mut neighbours = Vec::new();
+    for node in 0..n_nodes {
+        // Blocks are dense, so a neighbour shows through its first dof.
+        let rows = pattern.rows_of(first_dofs[node] as usize).iter();
+        let others = rows.map(|&row| node_of_first[row as usize]);
+        neighbours.extend(others.filter(|&other| other >= 0 && other != node as i32));
+        starts.push(neighbours.len() as i32);
+    }
+    (starts, neighbours)
+}
+
+/// METIS draws from one process-wide random sequence; two analyses at once would disturb each other's.
+static METIS_LOCK: Mutex<()> = Mutex::new(());
+
+/// Elimination order of the nodes (old number of each new one); `None` if METIS refuses.
+fn nested_dissection(mut starts: Vec<i32>, mut neighbours: Vec<i32>) -> Option<Vec<i32>> {
+    let mut n = i32::try_from(starts.len() - 1).ok()?;
+    i32::try_from(neighbours.len()).ok()?;
+    if neighbours.is_empty() {
+        return None;
+    }
+    let mut order = vec![0; n as usize];
+    let mut inverse = vec![0; n as usize];
+    let _guard = METIS_LOCK
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    // SAFETY: METIS_NodeND reads `starts` (n + 1 ascending offsets, the last equal to the length of `neighbours`) and
+    // `neighbours` (indices in 0..n, symmetric, no loops), takes null for "no weights" and "default options", and writes
+    // n numbers to each of `order` and `inverse`. All outlive the call, none alias, and no pointer is kept.
+    #[allow(unsafe_code)]
+    let status = unsafe {
+        metis_sys::METIS_NodeND(
+            &mut n,
+            starts.as_mut_ptr(),
+            neighbours.as_mut_ptr(),
+            std::ptr::null_mut(),
+            std::ptr::null_mut(),
+            order.as_mut_ptr(),
+            inverse.as_mut_ptr(),
+        )
+    };
+    (status == metis_sys::rstatus_et_METIS_OK).then_some(order)
+}

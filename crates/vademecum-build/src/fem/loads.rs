@@ -1,0 +1,218 @@
+//! Load vectors over the free dofs, N: body acceleration, traction and pressure on facets, a force at a point.
+//!
+//! All are consistent: `F_a = ∫ N_a f`, with the shape functions of the displacement. What falls on a held dof goes
+//! into the support and is dropped.
+
+use std::collections::HashMap;
+
+use super::assembly::element_nodes;
+use super::element::{EDGES, ElementKernel, cross};
+use super::model::Model;
+use crate::mesh::{Mesh, Order};
+
+/// Corners of the four faces of a tetrahedron, seen counter-clockwise from outside.
+const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+
+/// A triangle of the body's surface with all its nodes, counter-clockwise seen from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facet {
+    nodes: [u32; 6],
+    order: Order,
+}
+
+impl Facet {
+    /// Three corners, then for quadratic elements the nodes on the edges (0,1) (1,2) (2,0).
+    pub fn nodes(&self) -> &[u32] {
+        match self.order {
+            Order::Linear => &self.nodes[..3],
+            Order::Quadratic => &self.nodes,
+        }
+    }
+}
+
+/// Why a set of triangles cannot carry a load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LoadError {
+    /// No element has this face.
+    #[error("triangle of nodes {corners:?} (counted from 0) is no face of an element")]
+    NoSuchFacet {
+        /// Its corners.
+        corners: [u32; 3],
+    },
+    /// Two elements share this face: it has no outside.
+    #[error("triangle of nodes {corners:?} (counted from 0) lies inside the body")]
+    InnerFacet {
+        /// Its corners.
+        corners: [u32; 3],
+    },
+}
+
+/// The surface triangles with the given corners, in the given order, turned so that their normal points outward.
+///
+/// # Errors
+/// [`LoadError`] for a triangle that is no face of an element, or of two.
+pub fn surface_facets(mesh: &Mesh, corners: &[[u32; 3]]) -> Result<Vec<Facet>, LoadError> {
+    let mut wanted: HashMap<[u32; 3], (Option<Facet>, usize)> =
+        corners.iter().map(|&c| (sorted(c), (None, 0))).collect();
+    for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
+        for face in FACES {
+            if let Some(slot) = wanted.get_mut(&sorted(face.map(|i| element[i]))) {
+                *slot = (Some(element_facet(mesh.order, element, face)), slot.1 + 1);
+            }
+        }
+    }
+    corners
+        .iter()
+        .map(|&c| match wanted[&sorted(c)] {
+            (Some(facet), 1) => Ok(facet),
+            (None, _) => Err(LoadError::NoSuchFacet { corners: c }),
+            _ => Err(LoadError::InnerFacet { corners: c }),
+        })
+        .collect()
+}
+
+/// One face of an element, with its mid-side nodes.
+fn element_facet(order: Order, element: &[u32], face: [usize; 3]) -> Facet {
+    let mut nodes = [0; 6];
+    for i in 0..3 {
+        nodes[i] = element[face[i]];
+        if order == Order::Quadratic {
+            let ends = [face[i], face[(i + 1) % 3]];
+            let edge = EDGES
+                .iter()
+                .position(|e| *e == ends || *e == [ends[1], ends[0]]);
+            nodes[3 + i] = element[4 + edge.expect("two corners of a tetrahedron make an edge")];
+        }
+    }
+    Facet { nodes, order }
+}
+
+fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
+    corners.sort_unstable();
+    corners
+}
+
+impl Model {
+    /// `∫ ρ N_a b` for a uniform acceleration `b`, m/s² (gravity, or minus the acceleration of the frame).
+    pub fn body_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
+        let mesh = self.mesh();
+        let kernel = ElementKernel::new(mesh.order);
+        let n = kernel.n_nodes();
+        let mut mass = vec![0.0; n * n];
+        let mut load = vec![0.0; self.dofs().n_free()];
+        for (e, element) in mesh.elements.chunks_exact(n).enumerate() {
+            let density = self.materials()[mesh.element_region[e] as usize].density;
+            let nodes = element_nodes(mesh, e as u32);
+            kernel
+                .mass_into(&nodes[..n], density, &mut mass)
+                .expect("the assembled mesh has no folded element");
+            for (a, &node) in element.iter().enumerate() {
+                // Shape functions sum to one, so a row of the mass sums to ∫ ρ N_a.
+                let weight: f64 = mass[a * n..][..n].iter().sum();
+                self.add_nodal_force(node, acceleration.map(|b| weight * b), &mut load);
+            }
+        }
+        load
+    }
+
+    /// `∫ N_a t dA` for a uniform traction `t`, Pa, on a set of facets.
+    pub fn traction_load(&self, facets: &[Facet], traction: [f64; 3]) -> Vec<f64> {
+        self.facet_load(facets, |normal| {
+            let area = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+            traction.map(|t| t * area)
+        })
+    }
+
+    /// `−∫ N_a p n dA` for a uniform pressure `p`, Pa, pushing against the outward normal `n`.
+    pub fn pressure_load(&self, facets: &[Facet], pressure: f64) -> Vec<f64> {
+        self.facet_load(facets, |normal| normal.map(|n| -pressure * n))
+    }
+
+    /// A force, N, at the point `Σ_i w_i x_i` of a facet or element: node `nodes[i]` receives the share `weights[i]`
+    /// (barycentric weights on three corners, or shape-function values on all nodes). Added to `load`, `(n_free)`.
+    ///
+    /// # Panics
+    /// If the two lists differ in length, a node does not exist, or `load` is not of length `n_free`.
+    pub fn add_point_force(
+        &self,
+        nodes: &[u32],
+        weights: &[f64],
+        force: [f64; 3],
+        load: &mut [f64],
+    ) {
+        assert!(nodes.len() == weights.len() && load.len() == self.dofs().n_free());
+        for (&node, &weight) in nodes.iter().zip(weights) {
+            self.add_nodal_force(node, force.map(|f| weight * f), load);
+        }
+    }
+
+    /// Adds a force at one node.
+    fn add_nodal_force(&self, node: u32, force: [f64; 3], load: &mut [f64]) {
+        for (c, &f) in force.iter().enumerate() {
+            if let Some(free) = self.dofs().free(3 * node as usize + c) {
+                load[free as usize] += f;
+            }
+        }
+    }
+
+    /// Integrates a force density over facets; `density` maps the normal scaled by the area form to force per reference area.
+    fn facet_load(&self, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
+        let mut load = vec![0.0; self.dofs().n_free()];
+        for facet in facets {
+            for (l, weight) in triangle_rule() {
+                let (values, slopes) = facet_shapes(facet.order, l);
+                let mut tangents = [[0.0; 3]; 2];
+                for (a, &node) in facet.nodes().iter().enumerate() {
+                    let x = self.mesh().nodes[node as usize];
+                    for r in 0..2 {
+                        for i in 0..3 {
+                            tangents[r][i] += slopes[a][r] * x[i];
+                        }
+                    }
+                }
+                let force = density(cross(tangents[0], tangents[1]));
+                for (a, &node) in facet.nodes().iter().enumerate() {
+                    self.add_nodal_force(node, force.map(|f| f * weight * values[a]), &mut load);
+                }
+            }
+        }
+        load
+    }
+}
+
+/// Shape functions of a triangle and their slopes along `L_1` and `L_2`.
+fn facet_shapes(order: Order, l: [f64; 3]) -> ([f64; 6], [[f64; 2]; 6]) {
+    const D: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
+    let mut values = [0.0; 6];
+    let mut slopes = [[0.0; 2]; 6];
+    for a in 0..3 {
+        let b = (a + 1) % 3;
+        match order {
+            Order::Linear => (values[a], slopes[a]) = (l[a], D[a]),
+            Order::Quadratic => {
+                values[a] = l[a] * (2.0 * l[a] - 1.0);
+                slopes[a] = D[a].map(|d| (4.0 * l[a] - 1.0) * d);
+                values[3 + a] = 4.0 * l[a] * l[b];
+                slopes[3 + a] = std::array::from_fn(|r| 4.0 * (l[b] * D[a][r] + l[a] * D[b][r]));
+            }
+        }
+    }
+    (values, slopes)
+}
+
+/// Seven points on a triangle, exact for degree 5 (Radon 1948), weights summing to ½. The force density of a quadratic
+/// facet times a shape function is of degree 4 for a pressure, flat or curved.
+fn triangle_rule() -> [([f64; 3], f64); 7] {
+    let root = 15.0_f64.sqrt();
+    let (a, b) = ((6.0 - root) / 21.0, (6.0 + root) / 21.0);
+    let (wa, wb) = ((155.0 - root) / 2400.0, (155.0 + root) / 2400.0);
+    [
+        ([1.0 / 3.0; 3], 9.0 / 80.0),
+        ([1.0 - 2.0 * a, a, a], wa),
+        ([a, 1.0 - 2.0 * a, a], wa),
+        ([a, a, 1.0 - 2.0 * a], wa),
+        ([1.0 - 2.0 * b, b, b], wb),
+        ([b, 1.0 - 2.0 * b, b], wb),
+        ([b, b, 1.0 - 2.0 * b], wb),
+    ]
+}

@@ -1,0 +1,23 @@
+//! From a mesh and materials to the full-order matrices: elements, assembly, loads, factorisation.
+//!
+//! A [`Model`] is the body: mesh, supports, materials. Its [`Pencil`] is the algebra: `M` and `K` over the free dofs.
+//! Everything after this stage (dynamics, basis, vademecum) works on the pencil alone, so a problem given as two
+//! matrices runs the same road as a solid.
+
+mod assembly;
+mod element;
+mod factor;
+mod loads;
+mod model;
+mod pencil;
+mod sparse;
+
+pub use element::{ElementError, Material};
+pub use factor::{Factor, FactorError, Solve, Symbolic};
+pub use loads::{Facet, LoadError, surface_facets};
+pub use model::{DofMap, Model, ModelError};
+pub use pencil::{Pencil, PencilError};
+pub use sparse::{Pattern, SymmetricMatrix};
+
+#[cfg(test)]
+pub(crate) mod test_mesh;

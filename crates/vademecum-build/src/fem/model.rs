@@ -1,0 +1,323 @@
+//! A body: mesh, supports and materials, with its matrices.
+
+use super::assembly::{NodeGraph, assemble};
+use super::element::{ElementError, Material};
+use super::pencil::Pencil;
+use crate::mesh::Mesh;
+
+/// Marks a constrained dof in the map from dofs to free indices.
+const CONSTRAINED: u32 = u32::MAX;
+
+/// Why a mesh, its materials and supports make no model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// Not one material per region.
+    #[error("{found} materials for {expected} regions")]
+    MaterialCount {
+        /// Materials given.
+        found: usize,
+        /// Regions of the mesh.
+        expected: usize,
+    },
+    /// A constant that no solid has.
+    #[error(
+        "material of region \"{region}\" must have E > 0, -1 < nu < 0.5, rho > 0; found {material:?}"
+    )]
+    UnsoundMaterial {
+        /// Name of the region.
+        region: String,
+        /// The material found.
+        material: Material,
+    },
+    /// Not one support flag per dof.
+    #[error("{found} support flags for {expected} dofs (3 per node)")]
+    SupportCount {
+        /// Flags given.
+        found: usize,
+        /// Dofs of the mesh.
+        expected: usize,
+    },
+    /// An element folds over.
+    #[error("element {element} (counted from 0)")]
+    FoldedElement {
+        /// Index of the element.
+        element: u32,
+        /// What was found.
+        source: ElementError,
+    },
+    /// The mesh has no element, or every dof is held.
+    #[error("nothing can move: the mesh has no element or all of its dofs are held")]
+    NothingFree,
+    /// A part of the body is not held.
+    #[error(
+        "the part of the body with node {node} ({n_nodes} nodes) can still move in {n_modes} of the 6 rigid ways: \
+         support it"
+    )]
+    Unsupported {
+        /// A node of the part, as the mesh file numbers it.
+        node: u64,
+        /// Nodes of the part.
+        n_nodes: usize,
+        /// Rigid-body modes left to it.
+        n_modes: usize,
+    },
+    /// More matrix entries than a 32-bit index counts.
+    #[error("the matrices have more entries than a 32-bit index can count")]
+    TooLarge,
+}
+
+/// Which dofs are free. Dof `3 · node + component` is a number or held at zero.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DofMap {
+    free_of_dof: Vec<u32>,
+    dof_of_free: Vec<u32>,
+}
+
+impl DofMap {
+    /// Numbers the free dofs in ascending order.
+    pub(crate) fn new(constrained: &[bool]) -> DofMap {
+        let dof_of_free: Vec<u32> = (0..constrained.len() as u32)
+            .filter(|&d| !constrained[d as usize])
+            .collect();
+        let mut free_of_dof = vec![CONSTRAINED; constrained.len()];
+        for (free, &dof) in dof_of_free.iter().enumerate() {
+            free_of_dof[dof as usize] = free as u32;
+        }
+        DofMap {
+            free_of_dof,
+            dof_of_free,
+        }
+    }
+
+    /// Number of free dofs.
+    pub fn n_free(&self) -> usize {
+        self.dof_of_free.len()
+    }
+
+    /// Number of dofs, three per node.
+    pub fn n_dof(&self) -> usize {
+        self.free_of_dof.len()
+    }
+
+    /// Free index of a dof; `None` if it is held.
+    pub fn free(&self, dof: usize) -> Option<u32> {
+        Some(self.free_of_dof[dof]).filter(|&free| free != CONSTRAINED)
+    }
+
+    /// Dof of each free index, ascending.
+    pub fn dof_of_free(&self) -> &[u32] {
+        &self.dof_of_free
+    }
+
+    /// Free values to all dofs, zero where held.
+    ///
+    /// # Panics
+    /// If the lengths are not `n_free` and `n_dof`.
+    pub fn expand_into(&self, free: &[f64], full: &mut [f64]) {
+        assert!(free.len() == self.n_free() && full.len() == self.n_dof());
+        full.fill(0.0);
+        for (&value, &dof) in free.iter().zip(&self.dof_of_free) {
+            full[dof as usize] = value;
+        }
+    }
+
+    /// The free part of values at all dofs.
+    ///
+    /// # Panics
+    /// If the lengths are not `n_dof` and `n_free`.
+    pub fn restrict_into(&self, full: &[f64], free: &mut [f64]) {
+        assert!(free.len() == self.n_free() && full.len() == self.n_dof());
+        for (value, &dof) in free.iter_mut().zip(&self.dof_of_free) {
+            *value = full[dof as usize];
+        }
+    }
+}
+
+/// A supported body at full order.
+#[derive(Clone, Debug)]
+pub struct Model {
+    mesh: Mesh,
+    materials: Vec<Material>,
+    dofs: DofMap,
+    pencil: Pencil,
+}
+
+impl Model {
+    /// Assembles consistent mass and stiffness. `materials` holds one entry per region of the mesh, `constrained` one
+    /// flag per dof `3 · node + component`.
+    ///
+    /// Elements in parallel, the same bits for any number of threads; allocates the matrices and, while it runs, as much again.
+    ///
+    /// # Errors
+    /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left free to move.
+    pub fn assemble(
+        mesh: Mesh,
+        materials: &[Material],
+        constrained: &[bool],
+    ) -> Result<Model, ModelError> {
+        check_counts(&mesh, materials, constrained)?;
+        check_supports(&mesh, constrained)?;
+        let dofs = DofMap::new(constrained);
+        if dofs.n_free() == 0 || mesh.elements.is_empty() {
+            return Err(ModelError::NothingFree);
+        }
+        let pencil = assemble(&mesh, materials, &dofs)?;
+        Ok(Model {
+            mesh,
+            materials: materials.to_vec(),
+            dofs,
+            pencil,
+        })
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// One material per region.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Which dofs are free.
+    pub fn dofs(&self) -> &DofMap {
+        &self.dofs
+    }
+
+    /// The matrices over the free dofs.
+    pub fn pencil(&self) -> &Pencil {
+        &self.pencil
+    }
+}
+
+fn check_counts(
+    mesh: &Mesh,
+    materials: &[Material],
+    constrained: &[bool],
+) -> Result<(), ModelError> {
+    if materials.len() != mesh.regions.len() {
+        return Err(ModelError::MaterialCount {
+            found: materials.len(),
+            expected: mesh.regions.len(),
+        });
+    }
+    if constrained.len() != 3 * mesh.nodes.len() {
+        return Err(ModelError::SupportCount {
+            found: constrained.len(),
+            expected: 3 * mesh.nodes.len(),
+        });
+    }
+    for (material, region) in materials.iter().zip(&mesh.regions) {
+        if !material.is_sound() {
+            return Err(ModelError::UnsoundMaterial {
+                region: region.name.clone(),
+                material: *material,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Every connected part must be held against its six rigid-body modes.
+fn check_supports(mesh: &Mesh, constrained: &[bool]) -> Result<(), ModelError> {
+    for part in connected_parts(mesh) {
+        let n_modes = 6 - held_modes(mesh, &part, constrained);
+        if n_modes > 0 {
+            let node = mesh
+                .node_ids
+                .get(part[0] as usize)
+                .copied()
+                .unwrap_or(u64::from(part[0]));
+            return Err(ModelError::Unsupported {
+                node,
+                n_nodes: part.len(),
+                n_modes,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Nodes of each part connected through elements.
+fn connected_parts(mesh: &Mesh) -> Vec<Vec<u32>> {
+    let graph = NodeGraph::of(mesh);
+    let mut seen = vec![false; mesh.nodes.len()];
+    let mut parts = Vec::new();
+    for start in 0..mesh.nodes.len() {
+        if std::mem::replace(&mut seen[start], true) {
+            continue;
+        }
+        let mut part = vec![start as u32];
+        let mut next = 0;
+        while next < part.len() {
+            for &other in graph.row(part[next] as usize) {
+                if !std::mem::replace(&mut seen[other as usize], true) {
+                    part.push(other);
+                }
+            }
+            next += 1;
+        }
+        parts.push(part);
+    }
+    parts
+}
+
+/// Rank of the six rigid-body modes on the held dofs of a part.
+fn held_modes(mesh: &Mesh, part: &[u32], constrained: &[bool]) -> usize {
+    let corner = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
+        std::array::from_fn(|i| {
+            part.iter()
+                .map(|&n| mesh.nodes[n as usize][i])
+                .reduce(pick)
+                .unwrap_or(0.0)
+        })
+    };
+    let (low, high) = (corner(f64::min), corner(f64::max));
+    let size = (0..3)
+        .map(|i| high[i] - low[i])
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let mut gram = [[0.0; 6]; 6];
+    for &node in part {
+        let p = mesh.nodes[node as usize];
+        let x: [f64; 3] = std::array::from_fn(|i| (p[i] - 0.5 * (low[i] + high[i])) / size);
+        // Rows of (translations | rotations): u = t + ω × x.
+        let rows = [
+            [1.0, 0.0, 0.0, 0.0, x[2], -x[1]],
+            [0.0, 1.0, 0.0, -x[2], 0.0, x[0]],
+            [0.0, 0.0, 1.0, x[1], -x[0], 0.0],
+        ];
+        for c in (0..3).filter(|&c| constrained[3 * node as usize + c]) {
+            for i in 0..6 {
+                for j in 0..6 {
+                    gram[i][j] += rows[c][i] * rows[c][j];
+                }
+            }
+        }
+    }
+    rank(gram)
+}
+
+/// Rank of a Gram matrix by elimination with diagonal pivots. A pivot below 1e-12 of the largest counts as zero: it
+/// belongs to supports that span less than a millionth of the body, below what coordinates resolve.
+fn rank(mut gram: [[f64; 6]; 6]) -> usize {
+    let largest = (0..6).map(|i| gram[i][i]).fold(0.0, f64::max);
+    let mut used = [false; 6];
+    for found in 0..6 {
+        let free = (0..6).filter(|&i| !used[i]);
+        let Some(pivot) = free.max_by(|&i, &j| gram[i][i].total_cmp(&gram[j][j])) else {
+            return found;
+        };
+        if gram[pivot][pivot] <= 1e-12 * largest {
+            return found;
+        }
+        used[pivot] = true;
+        for i in (0..6).filter(|&i| !used[i]) {
+            let factor = gram[i][pivot] / gram[pivot][pivot];
+            for j in 0..6 {
+                gram[i][j] -= factor * gram[pivot][j];
+            }
+        }
+    }
+    6
+}

@@ -1,0 +1,258 @@
+//! Symmetric sparse matrices that share one pattern.
+//!
+//! Mass and stiffness of all regions have the same nonzero places, so the pattern is stored once and a matrix is a
+//! vector of values on it. Both triangles are kept: a column is then also a row, and a product is a gather that runs
+//! in parallel over rows with no sums across threads, hence the same bits for any number of threads.
+
+use std::sync::Arc;
+
+use faer::prelude::ReborrowMut;
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{MatMut, MatRef};
+use rayon::prelude::*;
+
+/// Rows one parallel task handles: some 100 µs of work, far above the cost of handing a task over.
+const ROW_CHUNK: usize = 2048;
+
+/// Columns of the right factor handled per pass over the matrix: eight accumulators fit the vector registers.
+const COLUMN_GROUP: usize = 8;
+
+/// Nonzero places of a symmetric `(n, n)` matrix, both triangles, rows sorted within a column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pattern {
+    column_starts: Vec<u32>,
+    rows: Vec<u32>,
+}
+
+impl Pattern {
+    /// Wraps the two arrays of a compressed-column pattern.
+    ///
+    /// The caller guarantees symmetry, sorted rows and a place for every diagonal entry.
+    pub(crate) fn new(column_starts: Vec<u32>, rows: Vec<u32>) -> Pattern {
+        debug_assert_eq!(*column_starts.last().unwrap_or(&0) as usize, rows.len());
+        Pattern {
+            column_starts,
+            rows,
+        }
+    }
+
+    /// Number of rows and columns.
+    pub fn n(&self) -> usize {
+        self.column_starts.len() - 1
+    }
+
+    /// Number of stored places, both triangles and the diagonal.
+    pub fn n_stored(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Where column `j` lies in the value array.
+    pub fn range(&self, j: usize) -> std::ops::Range<usize> {
+        self.column_starts[j] as usize..self.column_starts[j + 1] as usize
+    }
+
+    /// Row indices of column `j`, ascending.
+    pub fn rows_of(&self, j: usize) -> &[u32] {
+        &self.rows[self.range(j)]
+    }
+
+    /// The pattern as faer reads it; checked in one pass over the indices.
+    pub(crate) fn as_faer(&self) -> SymbolicSparseColMatRef<'_, u32> {
+        SymbolicSparseColMatRef::new_checked(
+            self.n(),
+            self.n(),
+            &self.column_starts,
+            None,
+            &self.rows,
+        )
+    }
+}
+
+/// A symmetric matrix: values on a shared [`Pattern`].
+#[derive(Clone, Debug)]
+pub struct SymmetricMatrix {
+    pattern: Arc<Pattern>,
+    values: Vec<f64>,
+}
+
+impl SymmetricMatrix {
+    /// Joins values, in the pattern's order, to their pattern.
+    pub(crate) fn new(pattern: Arc<Pattern>, values: Vec<f64>) -> SymmetricMatrix {
+        assert_eq!(pattern.n_stored(), values.len());
+        SymmetricMatrix { pattern, values }
+    }
+
+    /// Number of rows and columns.
+    pub fn n(&self) -> usize {
+        self.pattern.n()
+    }
+
+    /// The shared pattern.
+    pub fn pattern(&self) -> &Arc<Pattern> {
+        &self.pattern
+    }
+
+    /// Values in the order of the pattern, both triangles.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Diagonal entry `j`.
+    pub fn diagonal(&self, j: usize) -> f64 {
+        let rows = self.pattern.rows_of(j);
+        match rows.binary_search(&(j as u32)) {
+            Ok(at) => self.values[self.pattern.range(j).start + at],
+            Err(_) => 0.0,
+        }
+    }
+
+    /// `Σ_i w_i A_i` on the common pattern, summed in the given order.
+    ///
+    /// # Panics
+    /// If `parts` is empty or the matrices do not share one pattern.
+    pub fn combine(parts: &[(f64, &SymmetricMatrix)]) -> SymmetricMatrix {
+        let pattern = &parts[0].1.pattern;
+        let mut values = vec![0.0; pattern.n_stored()];
+        for &(weight, matrix) in parts {
+            assert!(Arc::ptr_eq(pattern, &matrix.pattern));
+            for (sum, &value) in values.iter_mut().zip(&matrix.values) {
+                *sum += weight * value;
+            }
+        }
+        SymmetricMatrix::new(pattern.clone(), values)
+    }
+
+    /// `y ← A x` for `x` and `y` of shape `(n, c)`, column-major with contiguous columns.
+    ///
+    /// Parallel over rows, the same bits for any number of threads; does not allocate beyond the thread pool's own.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn mul_into(&self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) {
+        mul_rows(&self.pattern, [(self.values.as_slice(), x)], y);
+    }
+
+    /// `y ← A x + B z` in one pass over the common pattern: one read of the indices for both products.
+    ///
+    /// # Panics
+    /// If the shapes differ or the matrices do not share one pattern.
+    pub fn mul_pair_into(
+        &self,
+        x: MatRef<'_, f64>,
+        other: &SymmetricMatrix,
+        z: MatRef<'_, f64>,
+        y: MatMut<'_, f64>,
+    ) {
+        assert!(Arc::ptr_eq(&self.pattern, &other.pattern));
+        mul_rows(
+            &self.pattern,
+            [(self.values.as_slice(), x), (other.values.as_slice(), z)],
+            y,
+        );
+    }
+
+    /// `xᵀ A y` of two columns, summed in row order.
+    pub fn inner(&self, x: &[f64], y: &[f64]) -> f64 {
+        assert!(x.len() == self.n() && y.len() == self.n());
+        (0..self.n())
+            .map(|i| {
+                let range = self.pattern.range(i);
+                let row = self.pattern.rows[range.clone()]
+                    .iter()
+                    .zip(&self.values[range]);
+                x[i] * row.map(|(&j, &a)| a * y[j as usize]).sum::<f64>()
+            })
+            .sum()
+    }
+
+    /// Values and pattern as faer reads them.
+    pub(crate) fn as_faer(&self) -> SparseColMatRef<'_, u32, f64> {
+        SparseColMatRef::new(self.pattern.as_faer(), &self.values)
+    }
+}
+
+/// Sum of `N` products on one pattern, split over rows.
+fn mul_rows<const N: usize>(
+    pattern: &Pattern,
+    parts: [(&[f64], MatRef<'_, f64>); N],
+    y: MatMut<'_, f64>,
+) {
+    assert_eq!(y.nrows(), pattern.n());
+    for (_, x) in &parts {
+        assert!(x.nrows() == pattern.n() && x.ncols() == y.ncols());
+    }
+    let task = |(index, mut chunk): (usize, MatMut<'_, f64>)| {
+        for first in (0..chunk.ncols()).step_by(COLUMN_GROUP) {
+            let width = COLUMN_GROUP.min(chunk.ncols() - first);
+            let out = chunk.rb_mut().subcols_mut(first, width);
+            let cut = parts.map(|(values, x)| (values, x.subcols(first, width)));
+            mul_group(pattern, cut, index * ROW_CHUNK, out);
+        }
+    };
+    if pattern.n() <= ROW_CHUNK {
+        task((0, y));
+    } else {
+        y.par_row_chunks_mut(ROW_CHUNK).enumerate().for_each(task);
+    }
+}
+
+/// Picks the kernel for the number of columns.
+fn mul_group<const N: usize>(
+    pattern: &Pattern,
+    parts: [(&[f64], MatRef<'_, f64>); N],
+    first_row: usize,
+    y: MatMut<'_, f64>,
+) {
+    match y.ncols() {
+        1 => mul_columns::<N, 1>(pattern, parts, first_row, y),
+        2 => mul_columns::<N, 2>(pattern, parts, first_row, y),
+        3 => mul_columns::<N, 3>(pattern, parts, first_row, y),
+        4 => mul_columns::<N, 4>(pattern, parts, first_row, y),
+        5 => mul_columns::<N, 5>(pattern, parts, first_row, y),
+        6 => mul_columns::<N, 6>(pattern, parts, first_row, y),
+        7 => mul_columns::<N, 7>(pattern, parts, first_row, y),
+        _ => mul_columns::<N, COLUMN_GROUP>(pattern, parts, first_row, y),
+    }
+}
+
+/// The kernel: `y[i, :] = Σ_parts Σ_j a_ij x[j, :]` for the rows of one chunk, `C` columns at once.
+fn mul_columns<const N: usize, const C: usize>(
+    pattern: &Pattern,
+    parts: [(&[f64], MatRef<'_, f64>); N],
+    first_row: usize,
+    mut y: MatMut<'_, f64>,
+) {
+    let columns: [[&[f64]; C]; N] = parts.map(|(_, x)| std::array::from_fn(|c| contiguous(x, c)));
+    for local in 0..y.nrows() {
+        let range = pattern.range(first_row + local);
+        let mut sums = [0.0; C];
+        for place in range {
+            let j = pattern.rows[place] as usize;
+            for part in 0..N {
+                let a = parts[part].0[place];
+                for c in 0..C {
+                    sums[c] += a * columns[part][c][j];
+                }
+            }
+        }
+        for c in 0..C {
+            y[(local, c)] = sums[c];
+        }
+    }
+}
+
+/// Column `c` as a slice.
+pub(crate) fn contiguous<'a>(x: MatRef<'a, f64>, c: usize) -> &'a [f64] {
+    x.col(c)
+        .try_as_col_major()
+        .expect("columns are contiguous")
+        .as_slice()
+}
+
+/// Column `c` as a mutable slice.
+pub(crate) fn contiguous_mut<'a>(x: MatMut<'a, f64>, c: usize) -> &'a mut [f64] {
+    x.col_mut(c)
+        .try_as_col_major_mut()
+        .expect("columns are contiguous")
+        .as_slice_mut()
+}
