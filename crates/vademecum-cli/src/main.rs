@@ -1,2 +1,67 @@
-//! stub
-fn main() {}
+//! `vademecum`: from a mesh to a stepped vademecum, on the command line.
+
+mod cmd;
+mod console;
+mod failure;
+mod pictures;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Real-time solid dynamics: build a vademecum offline, step it online.
+#[derive(Parser)]
+#[command(version, about, after_help = EXAMPLES)]
+struct Arguments {
+    /// Show results and errors only.
+    #[arg(long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  vademecum demo -o demo                            the whole road, once, with pictures
+  vademecum mesh liver.vtu                          what a mesh file holds and what is wrong with it
+  vademecum build problem.toml -o body.vdm          compute a vademecum
+  vademecum info body.vdm --json                    what a file holds
+  vademecum run body.vdm --scenario s.toml -o out/  step it; CSV for probes, VTU for fields
+  vademecum verify body.vdm --problem problem.toml --scenario s.toml
+
+Exit codes: 0 done, 1 the machine failed, 2 wrong usage, 3 problem or scenario file, 4 mesh, 5 numerics,
+6 a tolerance is missed, 7 vademecum file, 130 stopped on request.";
+
+#[derive(Subcommand)]
+enum Command {
+    Build(cmd::build::Build),
+    Info(cmd::info::Info),
+    Mesh(cmd::mesh::MeshCommand),
+    Modes(cmd::modes::Modes),
+    Run(cmd::run::Run),
+    Verify(cmd::verify::Verify),
+    Demo(cmd::demo::Demo),
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    console::listen_for_ctrl_c();
+    let console = console::Console::new(arguments.quiet);
+    let result = match &arguments.command {
+        Command::Build(command) => command.run(&console),
+        Command::Info(command) => command.run(),
+        Command::Mesh(command) => command.run(),
+        Command::Modes(command) => command.run(&console),
+        Command::Run(command) => command.run(&console),
+        Command::Verify(command) => command.run(&console),
+        Command::Demo(command) => command.run(&console),
+    };
+    console.clear();
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{failure}");
+            failure.exit_code()
+        }
+    }
+}

@@ -34,6 +34,18 @@ pub struct Pod {
     pub n_snapshots: usize,
 }
 
+impl Pod {
+    /// Vectors that hold this fraction of the snapshots' squared norm, at least one.
+    pub fn count_for_energy(&self, fraction: f64) -> usize {
+        let mut kept = 0.0;
+        let enough = self.singular_values.iter().position(|s| {
+            kept += s * s;
+            kept >= fraction * self.total_energy
+        });
+        enough.map_or(self.singular_values.len(), |i| i + 1)
+    }
+}
+
 /// A decomposition under way.
 pub struct StreamingPod<'a> {
     inner_product: Apply<'a>,

@@ -1,0 +1,266 @@
+//! From the built parts to the bytes of a file, and from the bytes to the disk.
+//!
+//! Rounding to the file's precision happens here and nowhere before.
+
+mod disk;
+mod order;
+
+pub use disk::write_atomic;
+pub use order::NodeOrder;
+
+use faer::{Mat, MatRef};
+use vademecum_format::error::FormatError;
+use vademecum_format::metadata::{Axis, AxisKind, AxisRole, Certificate, MAX_AXES, Metadata};
+use vademecum_format::scheme::SchemeTable;
+use vademecum_format::section::{Codec, Element, SectionKind};
+use vademecum_format::write::{SectionInput, encode_into, encoded_len};
+
+use crate::body::Body;
+use crate::dynamics::Rayleigh;
+use crate::fem::DofMap;
+use crate::pod::Basis;
+use crate::problem::{Fields, Precision, Problem};
+use crate::response::StageResponse;
+
+/// Everything a file is made of.
+pub struct Parts<'a> {
+    /// The problem it came from.
+    pub problem: &'a Problem,
+    /// The body.
+    pub body: &'a Body,
+    /// The basis.
+    pub basis: &'a Basis,
+    /// Name of the scheme, with its parameters.
+    pub scheme_name: &'a str,
+    /// The scheme.
+    pub scheme: &'a SchemeTable,
+    /// Rayleigh damping.
+    pub rayleigh: Rayleigh,
+    /// One response per stage; empty for a file without the block structure.
+    pub responses: &'a [StageResponse],
+    /// What was measured.
+    pub certificate: Certificate,
+    /// Rows of section 16, shape (r, 6).
+    pub mode_table: Mat<f64>,
+}
+
+/// A section before it is laid out.
+struct Draft {
+    kind: SectionKind,
+    element: Element,
+    shape: [u64; 3],
+    bytes: Vec<u8>,
+}
+
+/// The bytes of the file.
+///
+/// # Errors
+/// [`FormatError`] for numbers a file cannot hold (a count past the format's limits, a value that is not finite).
+pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
+    let order = NodeOrder::new(parts.body);
+    let drafts = sections(parts, &order);
+    let names = |names: Vec<&str>| names.len() as u32;
+    let block = !parts.responses.is_empty();
+    let n_stages = parts.scheme.active().len() as u32;
+    let mut axes = [Axis::UNUSED; MAX_AXES];
+    if block {
+        axes[0] = stage_axis(n_stages);
+    }
+    let metadata = Metadata {
+        program: concat!("vademecum ", env!("CARGO_PKG_VERSION")),
+        problem: &parts.problem.text,
+        units: &parts.problem.units,
+        mesh_hash: parts.body.mesh_hash,
+        n_nodes: order.nodes.len() as u32,
+        n_surface_nodes: order.n_surface as u32,
+        n_load_nodes: order.n_load as u32,
+        n_triangles: order.triangles.len() as u32,
+        n_load_triangles: order.n_load_triangles as u32,
+        n_modes: parts.basis.n_modes() as u32,
+        n_patterns: names(parts.body.patterns.iter().map(|p| p.0.as_str()).collect()),
+        n_probes: names(parts.body.probes.iter().map(|p| p.name.as_str()).collect()),
+        scheme_name: parts.scheme_name,
+        scheme: *parts.scheme,
+        time_step: parts.problem.time.step,
+        alpha: parts.rayleigh.alpha,
+        beta: parts.rayleigh.beta,
+        axes,
+        n_axes: u32::from(block),
+        n_terms: if block { n_stages } else { 0 },
+        diagonal: parts.basis.eigenvalues.is_some(),
+        block,
+        certificate: parts.certificate,
+    };
+    let inputs: Vec<SectionInput<'_>> = drafts.iter().map(Draft::input).collect();
+    let mut bytes = vec![0; encoded_len(&metadata, &inputs)?];
+    encode_into(&metadata, &inputs, &mut bytes)?;
+    Ok(bytes)
+}
+
+impl Draft {
+    fn input(&self) -> SectionInput<'_> {
+        SectionInput {
+            kind: self.kind,
+            element: self.element,
+            codec: Codec::Raw,
+            required: false,
+            shape: self.shape,
+            decoded_length: self.bytes.len() as u64,
+            stored: &self.bytes,
+        }
+    }
+
+    fn f64s(kind: SectionKind, shape: [usize; 3], values: impl IntoIterator<Item = f64>) -> Self {
+        let bytes = values.into_iter().flat_map(f64::to_le_bytes).collect();
+        Self { kind, element: Element::F64, shape: shape.map(|s| s as u64), bytes }
+    }
+
+    fn reals(
+        kind: SectionKind,
+        precision: Precision,
+        shape: [usize; 3],
+        values: impl IntoIterator<Item = f64>,
+    ) -> Self {
+        match precision {
+            Precision::F64 => Self::f64s(kind, shape, values),
+            Precision::F32 => {
+                let bytes = values.into_iter().flat_map(|v| (v as f32).to_le_bytes()).collect();
+                Self { kind, element: Element::F32, shape: shape.map(|s| s as u64), bytes }
+            }
+        }
+    }
+
+    fn names<'a>(kind: SectionKind, names: impl Iterator<Item = &'a str>) -> Self {
+        let bytes = names.collect::<Vec<_>>().join("\n").into_bytes();
+        Self { kind, element: Element::U8, shape: [bytes.len() as u64, 1, 1], bytes }
+    }
+}
+
+/// At fixed parameters the separated solution has one axis, the stage, and one term per stage.
+fn stage_axis(n_stages: u32) -> Axis<'static> {
+    Axis {
+        name: "stage",
+        unit: "",
+        role: AxisRole::Stage,
+        kind: AxisKind::Index,
+        log: false,
+        lower: 0.0,
+        upper: f64::from(n_stages - 1),
+        n_points: n_stages,
+    }
+}
+
+fn sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
+    let mut drafts = geometry_sections(parts, order);
+    drafts.extend(basis_sections(parts, order));
+    drafts.extend(load_and_probe_sections(parts));
+    if !parts.responses.is_empty() {
+        drafts.extend(block_sections(parts, order));
+    }
+    drafts.sort_by_key(|draft| draft.kind.number());
+    drafts
+}
+
+fn geometry_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
+    let mesh = parts.body.model.mesh();
+    let ids = order.nodes.iter().flat_map(|&n| mesh.node_ids[n as usize].to_le_bytes()).collect();
+    let coordinates = order.nodes.iter().flat_map(|&n| mesh.nodes[n as usize]);
+    let triangles = order.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()).collect();
+    let n = order.nodes.len();
+    vec![
+        Draft { kind: SectionKind::NodeIds, element: Element::U64, shape: [n as u64, 1, 1], bytes: ids },
+        Draft::reals(SectionKind::NodeCoordinates, parts.problem.output.precision, [n, 3, 1], coordinates),
+        Draft {
+            kind: SectionKind::Triangles,
+            element: Element::U32,
+            shape: [order.triangles.len() as u64, 3, 1],
+            bytes: triangles,
+        },
+    ]
+}
+
+fn basis_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
+    let (basis, dofs) = (parts.basis, parts.body.model.dofs());
+    let (r, precision) = (basis.n_modes(), parts.problem.output.precision);
+    let rows = |nodes: &[u32]| node_rows(dofs, basis.vectors.as_ref(), nodes);
+    let (surface, interior) = order.nodes.split_at(order.n_surface);
+    let stiffness = (0..r * r).map(|k| basis.stiffness[(k / r, k % r)]);
+    let mut drafts = vec![
+        Draft::f64s(SectionKind::ReducedStiffness, [r, r, 1], stiffness),
+        Draft::reals(SectionKind::SurfaceBasis, precision, [surface.len(), 3, r], rows(surface)),
+        Draft::f64s(SectionKind::ModeTable, [r, 6, 1], (0..6 * r).map(|k| parts.mode_table[(k / 6, k % 6)])),
+    ];
+    if let Some(values) = &basis.eigenvalues {
+        drafts.push(Draft::f64s(SectionKind::Eigenvalues, [r, 1, 1], values.iter().copied()));
+    }
+    if !basis.singular_values.is_empty() {
+        let values = basis.singular_values.iter().copied();
+        drafts.push(Draft::f64s(SectionKind::SingularValues, [basis.singular_values.len(), 1, 1], values));
+    }
+    if parts.problem.output.fields == Fields::Body && !interior.is_empty() {
+        drafts.push(Draft::reals(SectionKind::InteriorBasis, precision, [interior.len(), 3, r], rows(interior)));
+    }
+    drafts
+}
+
+fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
+    let (body, basis) = (parts.body, parts.basis);
+    let r = basis.n_modes();
+    let mut drafts = vec![];
+    if !body.patterns.is_empty() {
+        let rows = body.patterns.iter().flat_map(|(_, force)| reduced_load(basis.vectors.as_ref(), force));
+        drafts.push(Draft::f64s(SectionKind::PatternBasis, [body.patterns.len(), r, 1], rows));
+        drafts.push(Draft::names(SectionKind::PatternNames, body.patterns.iter().map(|p| p.0.as_str())));
+    }
+    if !body.probes.is_empty() {
+        let row = |probe: &crate::body::Probe| -> Vec<f64> {
+            let rows: Vec<f64> = node_rows(body.model.dofs(), basis.vectors.as_ref(), &[probe.node]).collect();
+            (0..r).map(|k| (0..3).map(|c| probe.direction[c] * rows[c * r + k]).sum()).collect()
+        };
+        let rows = body.probes.iter().flat_map(row);
+        drafts.push(Draft::f64s(SectionKind::ProbeRows, [body.probes.len(), r, 1], rows));
+        drafts.push(Draft::names(SectionKind::ProbeNames, body.probes.iter().map(|p| p.name.as_str())));
+    }
+    drafts
+}
+
+fn block_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
+    let (r, terms, dofs) = (parts.basis.n_modes(), parts.responses.len(), parts.body.model.dofs());
+    let state = parts.responses.iter().flat_map(|s| (0..r * r).map(|k| s.state[(k / r, k % r)]));
+    let load_nodes = &order.nodes[..order.n_load];
+    let load = load_nodes.iter().flat_map(|node| {
+        parts.responses.iter().flat_map(move |s| node_rows(dofs, s.increment.as_ref(), std::slice::from_ref(node)))
+    });
+    let precision = parts.problem.output.precision;
+    let identity = (0..terms * terms).map(|k| if k / terms == k % terms { 1.0 } else { 0.0 });
+    let mut drafts = vec![
+        Draft::f64s(SectionKind::BlockState, [terms, r, r], state),
+        Draft::reals(SectionKind::BlockLoad, precision, [load_nodes.len(), terms, 3 * r], load),
+        Draft::f64s(SectionKind::AxisPoints, [terms, 1, 1], (0..terms).map(|i| i as f64)),
+        Draft::f64s(SectionKind::Factors, [terms * terms, 1, 1], identity),
+    ];
+    let patterns = &parts.body.patterns;
+    if !patterns.is_empty() {
+        let rows = patterns.iter().flat_map(|(_, force)| {
+            parts.responses.iter().flat_map(move |s| reduced_load(s.increment.as_ref(), force))
+        });
+        drafts.push(Draft::f64s(SectionKind::PatternBlock, [patterns.len(), terms, r], rows));
+    }
+    drafts
+}
+
+/// Rows of a matrix over the free dofs at the three dofs of each node, zero where held: shape (nodes, 3, r).
+fn node_rows<'a>(dofs: &'a DofMap, matrix: MatRef<'a, f64>, nodes: &'a [u32]) -> impl Iterator<Item = f64> + 'a {
+    nodes.iter().flat_map(move |&node| {
+        (0..3).flat_map(move |component| {
+            let free = dofs.free(3 * node as usize + component);
+            (0..matrix.ncols()).map(move |k| free.map_or(0.0, |row| matrix[(row as usize, k)]))
+        })
+    })
+}
+
+/// `VᵀF`, length r.
+pub(crate) fn reduced_load(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> {
+    let dot = |k: usize| force.iter().enumerate().map(|(i, f)| f * vectors[(i, k)]).sum();
+    (0..vectors.ncols()).map(dot).collect()
+}

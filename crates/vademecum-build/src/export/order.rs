@@ -1,0 +1,40 @@
+//! The order of nodes and triangles in a file: what a contact needs first, what only a whole field needs last.
+
+use crate::body::Body;
+
+/// Nodes and triangles in file order.
+#[derive(Clone, Debug)]
+pub struct NodeOrder {
+    /// Mesh node of each file node: loadable ones, other surface nodes, interior ones; ascending in each part.
+    pub nodes: Vec<u32>,
+    /// Number of loadable nodes.
+    pub n_load: usize,
+    /// Number of surface nodes, the loadable ones included.
+    pub n_surface: usize,
+    /// Surface triangles by file node, loadable ones first.
+    pub triangles: Vec<[u32; 3]>,
+    /// Number of loadable triangles.
+    pub n_load_triangles: usize,
+}
+
+impl NodeOrder {
+    /// Orders the nodes of a body.
+    pub fn new(body: &Body) -> Self {
+        const INTERIOR: u8 = 2;
+        let n = body.model.mesh().nodes.len();
+        let mut part = vec![INTERIOR; n];
+        body.surface.iter().flatten().for_each(|&node| part[node as usize] = 1);
+        body.loadable.iter().flatten().for_each(|&node| part[node as usize] = 0);
+        let mut nodes: Vec<u32> = (0..n as u32).collect();
+        nodes.sort_by_key(|&node| (part[node as usize], node));
+        let n_load = part.iter().filter(|&&p| p == 0).count();
+        let n_surface = part.iter().filter(|&&p| p < INTERIOR).count();
+        let mut file_node = vec![0; n];
+        nodes.iter().enumerate().for_each(|(i, &node)| file_node[node as usize] = i as u32);
+        let loadable: std::collections::HashSet<[u32; 3]> = body.loadable.iter().copied().collect();
+        let others = body.surface.iter().filter(|triangle| !loadable.contains(*triangle));
+        let triangles = body.loadable.iter().chain(others);
+        let triangles: Vec<[u32; 3]> = triangles.map(|t| t.map(|node| file_node[node as usize])).collect();
+        Self { nodes, n_load, n_surface, triangles, n_load_triangles: body.loadable.len() }
+    }
+}

@@ -1,0 +1,468 @@
+//! The whole build on one page, one call per stage: mesh → model → snapshots → basis → vademecum → bytes.
+
+use faer::Mat;
+use vademecum_format::error::FormatError;
+use vademecum_format::fuse::{SchemeError, StepParameters};
+use vademecum_format::metadata::{Certificate, StructureCertificate};
+use vademecum_format::scheme::SchemeTable;
+
+use crate::body::{Body, BodyError, read_mesh};
+use crate::certificate::{UnseenLoads, certify};
+use crate::dynamics::{
+    Damping, DampingError, FullOrder, FullOrderError, Modes, ModesError, Rayleigh, lowest_modes, numerical_damping,
+};
+use crate::export::{Parts, encode};
+use crate::fem::{FactorError, Symbolic};
+use crate::march::MarchError;
+use crate::mesh::MeshError;
+use crate::pod::{Apply, Basis, Pod, modes_basis, pod_basis, ritz_basis};
+use crate::problem::{BasisKind, InnerProduct, Problem};
+use crate::progress::{Cancelled, Listener, StageTiming, Stopwatch};
+use crate::reduced::{BlockStep, DiagonalStep, FusedStep};
+use crate::response::StageResponse;
+use crate::snapshots::{self, Runs, SnapshotError};
+
+/// Why a build ended without a file.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The mesh cannot be used.
+    #[error("the mesh cannot be used")]
+    Mesh(#[from] MeshError),
+    /// Problem and mesh do not fit.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The damping feeds energy into some mode.
+    #[error("`damping`")]
+    Damping(#[from] DampingError),
+    /// The scheme's parameters are unusable.
+    #[error("`time.scheme`")]
+    Scheme(#[from] crate::dynamics::SchemeError),
+    /// The scheme's table is unusable.
+    #[error("`time.scheme`")]
+    Table(#[from] SchemeError),
+    /// A matrix does not factorise.
+    #[error("a matrix of the model does not factorise")]
+    Factor(#[from] FactorError),
+    /// The full-order march cannot start.
+    #[error("the full-order march cannot start")]
+    FullOrder(#[from] FullOrderError),
+    /// No natural modes.
+    #[error("natural modes")]
+    Modes(#[from] ModesError),
+    /// No snapshots.
+    #[error(transparent)]
+    Snapshots(#[from] SnapshotError),
+    /// The certificate's march failed.
+    #[error("certificate")]
+    March(#[from] MarchError),
+    /// More modes asked for than the snapshots span.
+    #[error("`basis.modes` is {asked}; the snapshots span {found} dimensions: add positions, directions or time to `[snapshots]`")]
+    TooManyModes {
+        /// Modes asked for.
+        asked: usize,
+        /// Dimension of the snapshots.
+        found: usize,
+    },
+    /// The file cannot hold what was built.
+    #[error("the file cannot hold what was built")]
+    Format(#[from] FormatError),
+    /// No structure keeps the tolerance.
+    #[error("{}", .0.missed())]
+    ToleranceMissed(Box<Report>),
+    /// On request.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What a build did and measured.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Report {
+    /// Title of the problem.
+    pub title: String,
+    /// Nodes of the mesh.
+    pub nodes: usize,
+    /// Elements of the mesh.
+    pub elements: usize,
+    /// Free dofs n.
+    pub dofs: usize,
+    /// Modes r.
+    pub modes: usize,
+    /// Steps in the first natural period.
+    pub steps_per_first_period: f64,
+    /// One entry per mode.
+    pub mode_table: Vec<ModeRow>,
+    /// Singular values of the snapshots.
+    pub singular_values: Vec<f64>,
+    /// Snapshots taken.
+    pub snapshots: usize,
+    /// What was measured, per structure.
+    pub certificate: CertificateReport,
+    /// Wall time and memory per stage.
+    pub timings: Vec<StageTiming>,
+    /// Length of the file \[bytes\].
+    pub file_bytes: usize,
+}
+
+/// A mode as engineers ask for it.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct ModeRow {
+    /// √(Rayleigh quotient)/2π \[Hz\].
+    pub frequency_hz: f64,
+    /// φᵀKφ ÷ φᵀMφ \[rad²/s²\].
+    pub rayleigh_quotient: f64,
+    /// Fraction of the snapshot energy; NaN for natural modes without snapshots.
+    pub energy: f64,
+    /// Damping ratio the material gives it.
+    pub physical_damping: f64,
+    /// Damping ratio the scheme adds at this step.
+    pub numerical_damping: f64,
+    /// Relative lengthening of its period by the scheme.
+    pub period_elongation: f64,
+}
+
+/// The certificate as a report shows it.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct CertificateReport {
+    /// Of the diagonal structure, if the file has it.
+    pub diagonal: Option<StructureReport>,
+    /// Of the block structure, if the file has it.
+    pub block: Option<StructureReport>,
+    /// Allowed: floor_ratio × floor + absolute.
+    pub floor_ratio: f64,
+    /// See `floor_ratio`.
+    pub absolute: f64,
+}
+
+/// A structure's certificate as a report shows it.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct StructureReport {
+    /// Relative L2 error over all dofs and steps, mass norm.
+    pub trajectory_error: f64,
+    /// The same of the projection of the full-order trajectory.
+    pub projection_floor: f64,
+    /// Error ÷ floor.
+    pub floor_ratio: f64,
+    /// Of the fused step.
+    pub spectral_radius: f64,
+    /// Largest energy of a free run over the energy at its start.
+    pub energy_ratio: f64,
+    /// Relative error of the stage maps.
+    pub map_error: f64,
+    /// Steps of the march behind the errors.
+    pub steps: f64,
+}
+
+impl StructureReport {
+    /// From what the file holds.
+    pub fn new(c: &StructureCertificate) -> Self {
+        Self {
+            trajectory_error: c.trajectory_error,
+            projection_floor: c.projection_floor,
+            floor_ratio: c.trajectory_error / c.projection_floor,
+            spectral_radius: c.spectral_radius,
+            energy_ratio: c.energy_ratio,
+            map_error: c.map_error,
+            steps: c.steps,
+        }
+    }
+
+    /// Whether it keeps a tolerance and is stable.
+    pub fn keeps(&self, floor_ratio: f64, absolute: f64) -> bool {
+        let accurate = self.trajectory_error <= floor_ratio * self.projection_floor + absolute;
+        // Energy may grow by rounding only; 1e-6 over the free run is far above that and far below harm.
+        accurate && self.spectral_radius <= STABLE && self.energy_ratio <= 1.0 + 1e-6
+    }
+}
+
+/// Largest spectral radius of a step that may be written: rounding of eigenvalues at 1 (method.md §6).
+const STABLE: f64 = 1.0 + 1e-12;
+
+impl CertificateReport {
+    /// Whether one of the structures keeps the tolerance.
+    pub fn holds(&self) -> bool {
+        let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute);
+        self.diagonal.iter().chain(&self.block).any(keeps)
+    }
+}
+
+impl Report {
+    fn missed(&self) -> String {
+        let line = |name: &str, s: &StructureReport| {
+            format!(
+                "\n  {name}: error {:.3e}, floor {:.3e} (ratio {:.2}), spectral radius 1{:+.1e}, energy ratio {:.6}",
+                s.trajectory_error, s.projection_floor, s.floor_ratio, s.spectral_radius - 1.0, s.energy_ratio
+            )
+        };
+        let c = &self.certificate;
+        let diagonal = c.diagonal.as_ref().map_or(String::new(), |s| line("diagonal", s));
+        let block = c.block.as_ref().map_or(String::new(), |s| line("block", s));
+        format!(
+            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12):{diagonal}{block}",
+            c.floor_ratio, c.absolute
+        )
+    }
+}
+
+/// A finished build.
+pub struct Built {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// What was done and measured.
+    pub report: Report,
+}
+
+/// What the user may change without changing the problem.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BuildOptions {
+    /// Write the file even if no structure keeps the tolerance; the certificate in it says so.
+    pub keep_missed: bool,
+}
+
+/// A model ready to be marched: what `build`, `verify` and `modes` start from.
+pub struct Prepared {
+    /// The body.
+    pub body: Body,
+    /// Symbolic factorisation of its pattern.
+    pub symbolic: Symbolic,
+    /// The scheme.
+    pub scheme: SchemeTable,
+    /// Rayleigh damping.
+    pub rayleigh: Rayleigh,
+}
+
+/// Reads the mesh and assembles the model of a problem.
+///
+/// # Errors
+/// [`BuildError`], by cause.
+pub fn prepare(problem: &Problem, watch: &mut Stopwatch<'_>, listener: &dyn Listener) -> Result<Prepared, BuildError> {
+    let scheme = problem.time.scheme.table()?;
+    let rayleigh = damping(problem).rayleigh()?;
+    let mesh = watch.stage("read mesh", || read_mesh(problem))?;
+    mesh.notes.iter().for_each(|note| listener.note(note));
+    let body = watch.stage("assemble", || Body::build(problem, mesh))?;
+    let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
+    Ok(Prepared { body, symbolic, scheme, rayleigh })
+}
+
+fn damping(problem: &Problem) -> Damping {
+    let entry = &problem.damping;
+    match (entry.ratios, entry.alpha, entry.beta) {
+        (Some(pairs), _, _) => Damping::Ratios(pairs.map(|[ratio, frequency]| (ratio, frequency))),
+        (None, None, None) => Damping::None,
+        (None, alpha, beta) => {
+            Damping::Rayleigh(Rayleigh { alpha: alpha.unwrap_or(0.0), beta: beta.unwrap_or(0.0) })
+        }
+    }
+}
+
+/// Runs the whole build.
+///
+/// # Errors
+/// [`BuildError`], by cause. Nothing is written here; the caller has the bytes or nothing.
+pub fn build(problem: &Problem, options: &BuildOptions, listener: &dyn Listener) -> Result<Built, BuildError> {
+    let mut watch = Stopwatch::new(listener);
+    let prepared = prepare(problem, &mut watch, listener)?;
+    let Prepared { body, symbolic, scheme, rayleigh } = &prepared;
+    let (pencil, dt) = (body.model.pencil(), problem.time.step);
+
+    let first = watch.stage("first natural mode", || lowest_modes(pencil, symbolic, 1))?;
+    let first_period = 1.0 / first.frequencies_hz()[0];
+    warn_about_step(first_period / dt, scheme, dt, first_period, listener);
+    let full = watch.stage("factorise stages", || FullOrder::new(pencil, symbolic, scheme, dt, *rayleigh))?;
+    let runs = Runs::plan(&problem.snapshots, body, dt, first_period);
+    let pod = watch.stage("snapshots", || make_pod(problem, body, &full, &runs, listener))?;
+    let basis = watch.stage("basis", || make_basis(problem, &prepared, pod.as_ref()))?;
+    let responses = watch.stage("stage responses", || stage_responses(&prepared, &basis, dt))?;
+
+    let parameters = StepParameters { time_step: dt, alpha: rayleigh.alpha, beta: rayleigh.beta, density: 1.0, stiffness: 1.0 };
+    let block = BlockStep::fuse(scheme, &parameters, basis.vectors.as_ref(), &responses)?;
+    let diagonal = match &basis.eigenvalues {
+        Some(values) => Some(DiagonalStep::fuse(scheme, &parameters, basis.vectors.as_ref(), values)?),
+        None => None,
+    };
+    let mut structures: Vec<&dyn FusedStep> = vec![&block];
+    structures.extend(diagonal.as_ref().map(|d| d as &dyn FusedStep));
+    let unseen = UnseenLoads::draw(body, &runs, problem.tolerance.steps);
+    let measured = watch.stage("certificate", || certify(body, &full, &basis, &structures, &unseen, listener))?;
+    let certificate = certificate(&measured, &responses);
+
+    let mode_table = mode_table(&basis, scheme, rayleigh, dt);
+    let scheme_name = problem.time.scheme.to_string();
+    let parts = Parts {
+        problem,
+        body,
+        basis: &basis,
+        scheme_name: &scheme_name,
+        scheme,
+        rayleigh: *rayleigh,
+        responses: &responses,
+        certificate,
+        mode_table: table_matrix(&mode_table),
+    };
+    let bytes = watch.stage("encode", || encode(&parts))?;
+    let report = Report {
+        title: problem.title.clone(),
+        nodes: body.model.mesh().nodes.len(),
+        elements: body.model.mesh().element_region.len(),
+        dofs: body.n_dof(),
+        modes: basis.n_modes(),
+        steps_per_first_period: first_period / dt,
+        mode_table,
+        singular_values: basis.singular_values.clone(),
+        snapshots: pod.as_ref().map_or(0, |p| p.n_snapshots),
+        certificate: certificate_report(problem, &certificate, diagonal.is_some()),
+        timings: watch.timings(),
+        file_bytes: bytes.len(),
+    };
+    if !report.certificate.holds() && !options.keep_missed {
+        return Err(BuildError::ToleranceMissed(Box::new(report)));
+    }
+    Ok(Built { bytes, report })
+}
+
+/// Bathe at few steps per period eats energy: say so while it can still be changed.
+fn warn_about_step(steps: f64, scheme: &SchemeTable, dt: f64, period: f64, listener: &dyn Listener) {
+    let damping = numerical_damping(scheme, std::f64::consts::TAU * dt / period, 0.0);
+    let kept = (-std::f64::consts::TAU * damping.ratio.unwrap_or(1.0) / period).exp();
+    if kept < 0.95 {
+        listener.note(&format!(
+            "{steps:.1} steps per first period: the scheme itself takes {:.0} % of the first mode's amplitude each second; \
+             a smaller `time.step`, Newmark or generalized-alpha keeps it",
+            100.0 * (1.0 - kept)
+        ));
+    }
+}
+
+fn make_pod(
+    problem: &Problem,
+    body: &Body,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    listener: &dyn Listener,
+) -> Result<Option<Pod>, SnapshotError> {
+    if problem.basis.kind == BasisKind::Modes {
+        return Ok(None);
+    }
+    let pencil = body.model.pencil();
+    let (mass, stiffness) = operators(pencil);
+    let identity = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| y.copy_from(x);
+    let inner_product: Apply<'_> = match problem.basis.inner_product {
+        InnerProduct::Mass => &mass,
+        InnerProduct::Stiffness => &stiffness,
+        InnerProduct::Identity => &identity,
+    };
+    let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
+    let rank = max_rank(problem);
+    let pod = if imported {
+        snapshots::import(body, problem, inner_product, rank, listener)?
+    } else {
+        snapshots::compute(body, full, runs, inner_product, rank, listener)?
+    };
+    Ok(Some(pod))
+}
+
+/// POD vectors kept while streaming: twice what the basis takes, so that truncation stays far below what is used.
+fn max_rank(problem: &Problem) -> usize {
+    const BY_ENERGY: usize = 128;
+    2 * problem.basis.modes.map_or(BY_ENERGY, |r| r * oversampling(problem)).max(16)
+}
+
+fn oversampling(problem: &Problem) -> usize {
+    if problem.basis.kind == BasisKind::Ritz { problem.basis.oversampling } else { 1 }
+}
+
+/// The operators of a pencil as the POD takes them.
+fn operators(
+    pencil: &crate::fem::Pencil,
+) -> (impl Fn(faer::MatRef<'_, f64>, faer::MatMut<'_, f64>), impl Fn(faer::MatRef<'_, f64>, faer::MatMut<'_, f64>)) {
+    (|x, y| pencil.mass().mul_into(x, y), |x, y| pencil.stiffness().mul_into(x, y))
+}
+
+fn make_basis(problem: &Problem, prepared: &Prepared, pod: Option<&Pod>) -> Result<Basis, BuildError> {
+    const DEFAULT_MODES: usize = 8;
+    let pencil = prepared.body.model.pencil();
+    let Some(pod) = pod else {
+        let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
+        let Modes { vectors, eigenvalues, .. } = lowest_modes(pencil, &prepared.symbolic, count)?;
+        return Ok(modes_basis(vectors, eigenvalues));
+    };
+    let found = pod.singular_values.len();
+    let count = match (problem.basis.modes, problem.basis.energy) {
+        (Some(count), _) => count,
+        (None, Some(fraction)) => pod.count_for_energy(fraction),
+        (None, None) => DEFAULT_MODES.min(found),
+    };
+    if count > found {
+        return Err(BuildError::TooManyModes { asked: count, found });
+    }
+    let (mass, stiffness) = operators(pencil);
+    Ok(match problem.basis.kind {
+        BasisKind::Pod => pod_basis(&mass, &stiffness, pod, count),
+        _ => ritz_basis(&mass, &stiffness, pod, count, problem.basis.oversampling),
+    })
+}
+
+/// One response per stage; stages that share θ share the solve.
+fn stage_responses(prepared: &Prepared, basis: &Basis, dt: f64) -> Result<Vec<StageResponse>, BuildError> {
+    let Prepared { body, symbolic, scheme, rayleigh } = prepared;
+    let parameters = StepParameters { time_step: dt, alpha: rayleigh.alpha, beta: rayleigh.beta, density: 1.0, stiffness: 1.0 };
+    let mut responses: Vec<StageResponse> = vec![];
+    for i in 0..scheme.active().len() {
+        let theta = vademecum_format::fuse::theta(scheme, &parameters, i)?;
+        let response = match responses.iter().find(|r| r.theta == theta) {
+            Some(same) => same.clone(),
+            None => StageResponse::solve(body.model.pencil(), symbolic, basis.vectors.as_ref(), theta)?,
+        };
+        responses.push(response);
+    }
+    Ok(responses)
+}
+
+/// The measured structures (block first), with the map errors: what the solve left for the block structure, the
+/// distance of the Galerkin stages from the full-order ones for the diagonal structure.
+fn certificate(measured: &[StructureCertificate], responses: &[StageResponse]) -> Certificate {
+    let residual = responses.iter().map(|r| r.residual).fold(0.0, f64::max);
+    let block = StructureCertificate { map_error: residual, ..measured[0] };
+    Certificate { block, diagonal: measured.get(1).copied().unwrap_or_default() }
+}
+
+fn certificate_report(problem: &Problem, certificate: &Certificate, diagonal: bool) -> CertificateReport {
+    CertificateReport {
+        diagonal: diagonal.then(|| StructureReport::new(&certificate.diagonal)),
+        block: Some(StructureReport::new(&certificate.block)),
+        floor_ratio: problem.tolerance.floor_ratio,
+        absolute: problem.tolerance.absolute,
+    }
+}
+
+fn mode_table(basis: &Basis, scheme: &SchemeTable, rayleigh: &Rayleigh, dt: f64) -> Vec<ModeRow> {
+    let row = |k: usize| {
+        let quotient = basis.stiffness[(k, k)];
+        let frequency_hz = quotient.sqrt() / std::f64::consts::TAU;
+        let physical_damping = rayleigh.ratio(frequency_hz);
+        let numerical = numerical_damping(scheme, quotient.sqrt() * dt, physical_damping);
+        ModeRow {
+            frequency_hz,
+            rayleigh_quotient: quotient,
+            energy: basis.energy.get(k).copied().unwrap_or(f64::NAN),
+            physical_damping,
+            numerical_damping: numerical.ratio.map_or(f64::NAN, |ratio| ratio - physical_damping),
+            period_elongation: numerical.period_elongation.unwrap_or(f64::NAN),
+        }
+    };
+    (0..basis.n_modes()).map(row).collect()
+}
+
+fn table_matrix(rows: &[ModeRow]) -> Mat<f64> {
+    Mat::from_fn(rows.len(), 6, |i, j| {
+        let row = &rows[i];
+        [
+            row.frequency_hz,
+            row.rayleigh_quotient,
+            row.energy,
+            row.physical_damping,
+            row.numerical_damping,
+            row.period_elongation,
+        ][j]
+    })
+}

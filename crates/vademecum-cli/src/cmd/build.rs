@@ -1,0 +1,99 @@
+//! `vademecum build`: from a problem to a file.
+
+use std::path::PathBuf;
+
+use vademecum_build::export::write_atomic;
+use vademecum_build::pipeline::{BuildOptions, Report, StructureReport, build};
+use vademecum_build::problem::Problem;
+
+use super::print_json;
+use crate::console::Console;
+use crate::failure::Failure;
+
+/// Computes a vademecum from a problem file.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  vademecum build beam.toml -o beam.vdm
+  vademecum build beam.toml -o beam.vdm --json > beam.json
+Keys of the problem file: formats/problem-1.md")]
+pub struct Build {
+    /// The problem file (TOML).
+    problem: PathBuf,
+    /// The file to write; an existing one is replaced in one step.
+    #[arg(short, long, default_value = "body.vdm")]
+    output: PathBuf,
+    /// Print the report as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Write the file even if no structure keeps the tolerance; its certificate says so.
+    #[arg(long)]
+    keep_missed: bool,
+}
+
+impl Build {
+    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+        let problem = Problem::read(&self.problem)?;
+        let built = build(&problem, &BuildOptions { keep_missed: self.keep_missed }, console)?;
+        write_atomic(&self.output, &built.bytes).map_err(|error| Failure::io(&self.output, error))?;
+        console.clear();
+        if self.json {
+            print_json(&built.report);
+        } else {
+            print_report(&built.report);
+            println!("wrote {} ({})", self.output.display(), bytes(built.report.file_bytes));
+        }
+        Ok(())
+    }
+}
+
+/// A length for people.
+pub fn bytes(length: usize) -> String {
+    match length {
+        0..10_000 => format!("{length} bytes"),
+        10_000..10_000_000 => format!("{:.1} kB", length as f64 / 1e3),
+        _ => format!("{:.1} MB", length as f64 / 1e6),
+    }
+}
+
+/// Prints a build's report.
+pub fn print_report(report: &Report) {
+    println!(
+        "{} nodes, {} elements, {} free dofs; {} snapshots; {} modes; {:.1} steps per first period",
+        report.nodes, report.elements, report.dofs, report.snapshots, report.modes, report.steps_per_first_period
+    );
+    println!("\nmode  frequency [Hz]  energy     damping: material  scheme     period");
+    for (k, row) in report.mode_table.iter().enumerate() {
+        println!(
+            "{:>4}  {:>14.6}  {:>9.2e}  {:>17.3e}  {:>9.2e}  {:>+9.2e}",
+            k + 1,
+            row.frequency_hz,
+            row.energy,
+            row.physical_damping,
+            row.numerical_damping,
+            row.period_elongation
+        );
+    }
+    println!("\nstructure  trajectory error  floor      error/floor  spectral radius  energy ratio");
+    let certificate = &report.certificate;
+    for (name, structure) in [("diagonal", &certificate.diagonal), ("block", &certificate.block)] {
+        if let Some(s) = structure {
+            print_structure(name, s);
+        }
+    }
+    println!("\nstage                     seconds  peak memory");
+    for timing in &report.timings {
+        let memory = timing.peak_memory_bytes.map_or("?".into(), |b| bytes(b as usize));
+        println!("{:<24}  {:>7.2}  {:>11}", timing.stage, timing.seconds, memory);
+    }
+}
+
+fn print_structure(name: &str, s: &StructureReport) {
+    println!(
+        "{name:<9}  {:>16.3e}  {:>9.3e}  {:>11.3}  1 {:>+13.1e}  {:>12.9}",
+        s.trajectory_error,
+        s.projection_floor,
+        s.floor_ratio,
+        s.spectral_radius - 1.0,
+        s.energy_ratio
+    );
+}

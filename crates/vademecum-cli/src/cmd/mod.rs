@@ -1,0 +1,28 @@
+//! One file per subcommand; no numerics here.
+
+pub mod build;
+pub mod demo;
+pub mod info;
+pub mod mesh;
+pub mod modes;
+pub mod run;
+pub mod verify;
+
+use std::path::Path;
+
+use crate::failure::Failure;
+
+/// Prints a value as JSON on standard output.
+pub fn print_json(value: &impl serde::Serialize) {
+    println!("{}", serde_json::to_string_pretty(value).expect("a report has string keys and finite nesting"));
+}
+
+/// Writes a text file.
+pub fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text).map_err(|error| Failure::io(path, error))
+}
+
+/// Makes an output folder.
+pub fn make_folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path).map_err(|error| Failure::io(path, error))
+}

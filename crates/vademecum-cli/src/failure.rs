@@ -1,0 +1,138 @@
+//! Every way a command can fail: one exit code per cause, the chain of causes, and what to do.
+
+use std::error::Error;
+use std::fmt;
+use std::path::Path;
+use std::process::ExitCode;
+
+use vademecum_build::body::BodyError;
+use vademecum_build::mesh::MeshError;
+use vademecum_build::pipeline::BuildError;
+use vademecum_build::problem::ProblemError;
+use vademecum_build::scenario::ScenarioError;
+
+/// A failed command.
+#[derive(Debug)]
+pub struct Failure {
+    cause: Cause,
+    error: Box<dyn Error>,
+    remedy: Option<String>,
+}
+
+/// Who can act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The machine: disk, memory, permissions.
+    Machine = 1,
+    /// The problem or scenario file.
+    Input = 3,
+    /// The mesh.
+    Mesh = 4,
+    /// The model: a matrix that does not factorise, modes that do not converge.
+    Numerics = 5,
+    /// A tolerance is missed.
+    Tolerance = 6,
+    /// The vademecum file.
+    File = 7,
+    /// Ctrl-C.
+    Stopped = 130,
+}
+
+impl Failure {
+    /// A failure with its cause.
+    pub fn new(cause: Cause, error: impl Into<Box<dyn Error>>) -> Self {
+        Self { cause, error: error.into(), remedy: None }
+    }
+
+    /// Adds what to do.
+    pub fn remedy(mut self, text: impl Into<String>) -> Self {
+        self.remedy = Some(text.into());
+        self
+    }
+
+    /// A file that cannot be read or written.
+    pub fn io(path: &Path, error: std::io::Error) -> Self {
+        Self::new(Cause::Machine, format!("{}: {error}", path.display()))
+            .remedy("check that the folder exists, that you may write there, and that the disk has room")
+    }
+
+    /// A vademecum file that cannot be used.
+    pub fn file(path: &Path, error: impl Error + 'static) -> Self {
+        Self::new(Cause::File, format!("{}: {error}", path.display()))
+    }
+
+    /// The process's exit code.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.cause as u8)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error: {}", self.error)?;
+        let mut source = self.error.source();
+        let mut said = self.error.to_string();
+        while let Some(error) = source {
+            let text = error.to_string();
+            if !said.contains(&text) {
+                write!(f, "\n  because: {text}")?;
+            }
+            said = text;
+            source = error.source();
+        }
+        match &self.remedy {
+            Some(remedy) => write!(f, "\n  try: {remedy}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl From<ProblemError> for Failure {
+    fn from(error: ProblemError) -> Self {
+        Self::new(Cause::Input, error).remedy("see formats/problem-1.md for every key and its range")
+    }
+}
+
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self::new(Cause::Input, error).remedy("see formats/scenario-1.md for every key and its range")
+    }
+}
+
+impl From<MeshError> for Failure {
+    fn from(error: MeshError) -> Self {
+        Self::new(Cause::Mesh, error).remedy("`vademecum mesh FILE` shows what the file holds and every problem found")
+    }
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
+        use vademecum_build::march::MarchError;
+        use vademecum_build::snapshots::SnapshotError;
+        let cancelled = matches!(
+            error,
+            BuildError::Cancelled(_)
+                | BuildError::March(MarchError::Cancelled(_))
+                | BuildError::Snapshots(
+                    SnapshotError::Cancelled(_) | SnapshotError::March(MarchError::Cancelled(_))
+                )
+        );
+        if cancelled {
+            return Self::new(Cause::Stopped, "stopped on request; nothing was written");
+        }
+        match error {
+            BuildError::Mesh(mesh) | BuildError::Body(BodyError::Mesh(mesh)) => mesh.into(),
+            BuildError::Body(BodyError::Model(_)) => Self::new(Cause::Numerics, error)
+                .remedy("check `[[support]]` (all six rigid motions must be held) and `[[material]]`"),
+            BuildError::Body(_) | BuildError::Damping(_) | BuildError::Scheme(_) | BuildError::Table(_) => {
+                Self::new(Cause::Input, error).remedy("see formats/problem-1.md for every key and its range")
+            }
+            BuildError::Snapshots(_) | BuildError::TooManyModes { .. } => Self::new(Cause::Input, error),
+            BuildError::ToleranceMissed(_) => Self::new(Cause::Tolerance, error).remedy(
+                "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to write it all the same",
+            ),
+            BuildError::Format(_) => Self::new(Cause::File, error),
+            _ => Self::new(Cause::Numerics, error),
+        }
+    }
+}
