@@ -1,6 +1,21 @@
 //! The offline stage: mesh → model → snapshots → basis → vademecum → bytes.
+//!
+//! Read [`pipeline`] first: it is the whole build on one page. Each folder is a stage and hands a whole, immutable
+//! value to the next; nothing flows back.
 
+pub mod body;
+pub mod certificate;
 pub mod dynamics;
+pub mod export;
 pub mod fem;
+pub mod field;
+pub mod march;
 pub mod mesh;
+pub mod pipeline;
 pub mod pod;
+pub mod problem;
+pub mod progress;
+pub mod reduced;
+pub mod response;
+pub mod scenario;
+pub mod snapshots;

@@ -1,6 +1,49 @@
 //! Tetrahedral meshes: what a solid is made of, read from the formats engineers have.
+//!
+//! [`parse`] turns a file into a [`RawMesh`]: what the file says, nothing checked. [`read`] mends what is harmless (with a
+//! note), refuses what is not, and gives the [`Mesh`] everything else is built on; [`inspect`] gives a report on any raw
+//! mesh without refusing it. Files are untrusted: no input makes a parser panic or allocate beyond the file's own size.
+
+mod block;
+pub(crate) mod check;
+mod detect;
+mod error;
+mod gmsh;
+mod gmsh2;
+mod gmsh4;
+mod hash;
+mod inp;
+mod inp_deck;
+mod inp_sets;
+mod medit;
+mod mfem;
+pub(crate) mod quality;
+mod raw;
+mod report;
+mod rows;
+pub mod select;
+pub mod surface;
+mod tables;
+mod tetgen;
+pub(crate) mod text;
+mod vtk;
+mod vtk_cells;
+pub(crate) mod vtk_array;
+pub(crate) mod vtk_xml;
+mod vtu;
 
 use std::collections::BTreeMap;
+
+pub use block::block;
+pub use check::Problem;
+pub use detect::{parse, read};
+pub use error::{Fault, MeshError, Place};
+pub(crate) use error::shown;
+pub use hash::hash;
+pub use quality::{corner_volume, jacobian_10, quality};
+pub use raw::{RawMesh, Tetrahedra, UnsupportedCells};
+pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};
+pub use tables::{parse_tables, read_tables};
 
 /// Polynomial order of the displacement in an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,4 +94,39 @@ pub struct Mesh {
     pub facet_groups: BTreeMap<String, Vec<[u32; 3]>>,
     /// What was mended on reading, in sentences for the user.
     pub notes: Vec<String>,
+}
+
+impl Mesh {
+    /// Number of elements.
+    pub fn element_count(&self) -> usize {
+        self.element_region.len()
+    }
+
+    /// Node indices of one element, 4 or 10.
+    ///
+    /// # Panics
+    /// If there is no such element.
+    pub fn element(&self, index: usize) -> &[u32] {
+        let per = self.order.nodes_per_element();
+        &self.elements[index * per..(index + 1) * per]
+    }
+
+    /// Lower and upper corner of the box around all nodes, in the unit of the mesh.
+    pub fn bounding_box(&self) -> ([f64; 3], [f64; 3]) {
+        bounding_box(&self.nodes)
+    }
+
+    /// Volume of all elements (of the curved ones if quadratic), in the mesh's unit cubed.
+    pub fn volume(&self) -> f64 {
+        let elements = self.elements.chunks_exact(self.order.nodes_per_element());
+        elements.map(|e| quality::element_volume(self.order, &self.nodes, e)).sum()
+    }
+}
+
+/// Lower and upper corner of the box around points; zeros for none.
+pub(crate) fn bounding_box(points: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
+    let Some(&first) = points.first() else { return ([0.0; 3], [0.0; 3]) };
+    points.iter().fold((first, first), |(low, high), p| {
+        (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
+    })
 }

@@ -1,0 +1,122 @@
+//! Fields on meshes: written for ParaView, read back as snapshots.
+//!
+//! [`write_vtu`] and [`write_pvd`] write what ParaView opens; [`read_vtu`] and [`read_displacements`] read point data of
+//! VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through the last two.
+
+mod npy;
+mod pvd;
+mod vtu_read;
+mod vtu_write;
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+pub use npy::{read_npy, write_npy};
+pub use pvd::{read_pvd, write_pvd};
+pub use vtu_read::{PointArray, VtuFile, read_displacements, read_vtu};
+pub use vtu_write::{Cells, write_vtu};
+
+use crate::mesh::MeshError;
+
+/// A dense matrix, columns one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matrix {
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of columns.
+    pub columns: usize,
+    /// `(rows, columns)`, column-major.
+    pub data: Vec<f64>,
+}
+
+impl Matrix {
+    /// One column.
+    ///
+    /// # Panics
+    /// If there is no such column.
+    pub fn column(&self, index: usize) -> &[f64] {
+        &self.data[index * self.rows..(index + 1) * self.rows]
+    }
+}
+
+/// Why a field could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FieldError {
+    /// The disk refused.
+    #[error("{}: cannot be read or written", .file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What the machine said.
+        source: std::io::Error,
+    },
+    /// A VTK file is faulty.
+    #[error(transparent)]
+    Vtk(#[from] MeshError),
+    /// A `.npy` or `.pvd` file is faulty.
+    #[error("{}: found {found}, expected {expected}", .file.display())]
+    Malformed {
+        /// The file.
+        file: PathBuf,
+        /// What stands there.
+        found: String,
+        /// What the format asks for.
+        expected: String,
+    },
+    /// A file has no point data of this name.
+    #[error("{}: no point data `{name}` with {components} components; there are {known}", .file.display())]
+    NoSuchField {
+        /// The file.
+        file: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// The components asked for.
+        components: usize,
+        /// Names and components there are, or `none`.
+        known: String,
+    },
+    /// The file's points are not the nodes of the mesh.
+    #[error("{}: its points are not the nodes of the mesh ({detail}); snapshots must be on the mesh of the problem", .file.display())]
+    ForeignMesh {
+        /// The file.
+        file: PathBuf,
+        /// The first difference.
+        detail: String,
+    },
+    /// The caller's arrays do not fit together.
+    #[error("{what} has {found} values, but {expected} are needed")]
+    WrongLength {
+        /// Which array.
+        what: String,
+        /// Its length.
+        found: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+}
+
+fn io_error(file: &Path) -> impl Fn(std::io::Error) -> FieldError + '_ {
+    |source| FieldError::Io { file: file.to_path_buf(), source }
+}
+
+/// Writes a file under another name and gives it its own when it is whole, so that no half-written file is ever seen.
+fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+) -> Result<(), FieldError> {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    let attempt = || -> std::io::Result<()> {
+        let mut out = BufWriter::new(File::create(&part)?);
+        write(&mut out)?;
+        out.flush()?;
+        std::fs::rename(&part, path)
+    };
+    attempt().map_err(|source| {
+        // The first error is the one to tell; the leftover may not even exist.
+        let _ = std::fs::remove_file(&part);
+        FieldError::Io { file: path.to_path_buf(), source }
+    })
+}

@@ -1,0 +1,152 @@
+//! What can be wrong with a mesh file, said so that its author knows where to look and what to change.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use super::check::Problem;
+
+/// Where in a file a fault lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Line of a text file, counted from 1.
+    Line(usize),
+    /// Offset in a binary file, counted from 0.
+    Byte(usize),
+    /// The file as a whole.
+    Whole,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Line(line) => write!(f, "line {line}"),
+            Place::Byte(byte) => write!(f, "byte {byte}"),
+            Place::Whole => write!(f, "the whole file"),
+        }
+    }
+}
+
+/// One fault of a file: where, what was found, what was expected, what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// The file.
+    pub file: PathBuf,
+    /// The line or byte.
+    pub place: Place,
+    /// The section as the file spells it, for instance `$Nodes` or `*ELEMENT`.
+    pub section: String,
+    /// What stands there, shortened.
+    pub found: String,
+    /// What the format asks for.
+    pub expected: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}, in {}: ", self.file.display(), self.place, self.section)?;
+        write!(f, "found {}, expected {}; {}", self.found, self.expected, self.remedy)
+    }
+}
+
+/// Why a mesh could not be read. The file is at fault in all of them but `Io`.
+#[derive(Debug, thiserror::Error)]
+pub enum MeshError {
+    /// The file could not be read from disk.
+    #[error("{}: cannot be read", .file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What the machine said.
+        source: std::io::Error,
+    },
+    /// Neither content nor extension tells the format.
+    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0", .file.display())]
+    UnknownFormat {
+        /// The file.
+        file: PathBuf,
+        /// Its first characters.
+        found: String,
+    },
+    /// The file breaks the rules of its own format.
+    #[error("{0}")]
+    Malformed(Box<Fault>),
+    /// The file keeps its format's rules, but asks for something that is not supported.
+    #[error("not supported: {0}")]
+    Unsupported(Box<Fault>),
+    /// The file was read, but its mesh cannot be computed with.
+    #[error("{}: {}", .file.display(), sentences(.problems))]
+    Unsound {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong, the gravest first, never empty.
+        problems: Vec<Problem>,
+    },
+}
+
+fn sentences(problems: &[Problem]) -> String {
+    let all: Vec<String> = problems.iter().map(|p| p.to_string()).collect();
+    all.join("; ")
+}
+
+impl MeshError {
+    /// The located fault, for the variants that have one.
+    pub fn fault(&self) -> Option<&Fault> {
+        match self {
+            MeshError::Malformed(fault) | MeshError::Unsupported(fault) => Some(fault),
+            _ => None,
+        }
+    }
+
+    /// The problems of an unsound mesh, empty for the other variants.
+    pub fn problems(&self) -> &[Problem] {
+        match self {
+            MeshError::Unsound { problems, .. } => problems,
+            _ => &[],
+        }
+    }
+}
+
+/// What a parser knows about its position when it meets a fault.
+pub(crate) struct At<'a> {
+    pub file: &'a Path,
+    pub place: Place,
+    pub section: &'a str,
+}
+
+/// What to do about a file that breaks its format's rules.
+const REWRITE: &str = "correct the file, or write it again with the mesher";
+
+impl At<'_> {
+    pub fn malformed(&self, found: impl Into<String>, expected: impl Into<String>) -> MeshError {
+        MeshError::Malformed(Box::new(self.fault(found.into(), expected.into(), REWRITE.into())))
+    }
+
+    pub fn unsupported(
+        &self,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> MeshError {
+        MeshError::Unsupported(Box::new(self.fault(found.into(), expected.into(), remedy.into())))
+    }
+
+    fn fault(&self, found: String, expected: String, remedy: String) -> Fault {
+        let (file, section) = (self.file.to_path_buf(), self.section.to_string());
+        Fault { file, place: self.place, section, found, expected, remedy }
+    }
+}
+
+/// A piece of the file as it may be shown in a message: printable, quoted, at most 60 characters.
+pub(crate) fn shown(bytes: &[u8]) -> String {
+    if bytes.is_empty() {
+        return "nothing".into();
+    }
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(240)]);
+    let mut text: String = head.chars().take(60).map(|c| if c.is_control() { '.' } else { c }).collect();
+    if head.chars().count() > 60 {
+        text.push('…');
+    }
+    format!("`{}`", text.trim())
+}

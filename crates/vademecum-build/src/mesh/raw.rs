@@ -1,0 +1,180 @@
+//! What the parsers hand over: cells as the file has them, before anything is checked or mended.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::error::{At, MeshError, Place};
+
+/// The shape of a cell in a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CellKind {
+    Point,
+    /// A line with this many nodes.
+    Line(usize),
+    Triangle3,
+    Triangle6,
+    Tetrahedron4,
+    /// Nodes in the order of `Order::Quadratic`.
+    Tetrahedron10,
+    /// A surface cell that cannot be a facet of a tetrahedron we compute with.
+    OtherSurface(&'static str, usize),
+    /// A volume cell that is refused by this name.
+    OtherVolume(&'static str, usize),
+}
+
+impl CellKind {
+    /// Nodes of the cell.
+    pub fn node_count(self) -> usize {
+        match self {
+            CellKind::Point => 1,
+            CellKind::Triangle3 => 3,
+            CellKind::Triangle6 => 6,
+            CellKind::Tetrahedron4 => 4,
+            CellKind::Tetrahedron10 => 10,
+            CellKind::Line(n) | CellKind::OtherSurface(_, n) | CellKind::OtherVolume(_, n) => n,
+        }
+    }
+
+    /// Dimension of the cell, 0 to 3.
+    pub fn dimension(self) -> usize {
+        match self {
+            CellKind::Point => 0,
+            CellKind::Line(_) => 1,
+            CellKind::Triangle3 | CellKind::Triangle6 | CellKind::OtherSurface(..) => 2,
+            _ => 3,
+        }
+    }
+}
+
+/// Volume cells of one kind that cannot be computed with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnsupportedCells {
+    /// Their kind in words, for instance `8-node hexahedron`.
+    pub kind: String,
+    /// How many there are.
+    pub count: usize,
+    /// Where the first one is.
+    pub first: Place,
+}
+
+/// The tetrahedra of one order.
+#[derive(Clone, Debug, Default)]
+pub struct Tetrahedra {
+    /// Node indices, 4 or 10 per element.
+    pub connectivity: Vec<u32>,
+    /// Region tag per element.
+    pub region: Vec<i64>,
+}
+
+/// A mesh as its file has it. Made by `mesh::parse`, looked at by `mesh::inspect`, made a `Mesh` by `mesh::read`.
+#[derive(Clone, Debug, Default)]
+pub struct RawMesh {
+    /// The file.
+    pub file: std::path::PathBuf,
+    /// Format in words.
+    pub format: String,
+    /// Coordinates.
+    pub nodes: Vec<[f64; 3]>,
+    /// Number of each node in the file.
+    pub node_ids: Vec<u64>,
+    /// 4-node tetrahedra.
+    pub linear: Tetrahedra,
+    /// 10-node tetrahedra.
+    pub quadratic: Tetrahedra,
+    /// Names of regions by tag.
+    pub region_names: BTreeMap<i64, String>,
+    /// Node sets; not yet sorted.
+    pub node_groups: BTreeMap<String, Vec<u32>>,
+    /// Facet sets by corner nodes.
+    pub facet_groups: BTreeMap<String, Vec<[u32; 3]>>,
+    /// Volume cells that are refused.
+    pub unsupported: Vec<UnsupportedCells>,
+    /// Surface cells that are no triangles and were left out, by kind.
+    pub(crate) skipped: BTreeMap<&'static str, usize>,
+    /// Remarks made while reading.
+    pub notes: Vec<String>,
+    /// Names given by the file to cells of a dimension and tag.
+    pub(crate) names: BTreeMap<(usize, i64), String>,
+}
+
+impl RawMesh {
+    pub(crate) fn new(file: &std::path::Path, format: &str) -> Self {
+        RawMesh { file: file.to_path_buf(), format: format.into(), ..RawMesh::default() }
+    }
+
+    /// The name of the cells of this dimension and tag: the file's, else the tag in words.
+    pub(crate) fn group_name(&self, dimension: usize, tag: i64) -> String {
+        const WORDS: [&str; 4] = ["point", "curve", "surface", "region"];
+        match self.names.get(&(dimension, tag)) {
+            Some(name) => name.clone(),
+            None => format!("{} {tag}", WORDS[dimension.min(3)]),
+        }
+    }
+
+    /// Adds a cell whose nodes are indices already. `tags` are the groups it is in; the first one of a volume is its
+    /// region, further ones become node groups.
+    pub(crate) fn push(&mut self, kind: CellKind, nodes: &[u32], tags: &[i64], place: Place) {
+        match kind {
+            CellKind::Tetrahedron4 => push_tetrahedron(&mut self.linear, nodes, tags),
+            CellKind::Tetrahedron10 => push_tetrahedron(&mut self.quadratic, nodes, tags),
+            CellKind::OtherVolume(name, _) => self.refuse(name, place),
+            CellKind::OtherSurface(name, _) => *self.skipped.entry(name).or_default() += 1,
+            _ => {}
+        }
+        let dimension = kind.dimension();
+        for &tag in tags.iter().skip(usize::from(dimension == 3)) {
+            let name = self.group_name(dimension, tag);
+            if matches!(kind, CellKind::Triangle3 | CellKind::Triangle6) {
+                let facet = [nodes[0], nodes[1], nodes[2]];
+                self.facet_groups.entry(name.clone()).or_default().push(facet);
+            }
+            self.node_groups.entry(name).or_default().extend_from_slice(nodes);
+        }
+    }
+
+    /// Counts a volume cell that cannot be computed with.
+    pub(crate) fn refuse(&mut self, kind: &str, place: Place) {
+        match self.unsupported.iter_mut().find(|u| u.kind == kind) {
+            Some(known) => known.count += 1,
+            None => self.unsupported.push(UnsupportedCells { kind: kind.into(), count: 1, first: place }),
+        }
+    }
+
+    /// Takes over the names of the regions in use, once all cells are in.
+    pub(crate) fn name_regions(&mut self) {
+        let tags: Vec<i64> = self.linear.region.iter().chain(&self.quadratic.region).copied().collect();
+        for tag in tags {
+            if !self.region_names.contains_key(&tag) {
+                self.region_names.insert(tag, self.group_name(3, tag));
+            }
+        }
+    }
+}
+
+fn push_tetrahedron(tetrahedra: &mut Tetrahedra, nodes: &[u32], tags: &[i64]) {
+    tetrahedra.connectivity.extend_from_slice(nodes);
+    tetrahedra.region.push(tags.first().copied().unwrap_or(0));
+}
+
+/// Finds the index of a node by its number in the file, for numbers with gaps.
+#[derive(Default)]
+pub(crate) struct NodeIndex(HashMap<u64, u32>);
+
+impl NodeIndex {
+    /// Registers the next node; a number that was used before is a fault.
+    pub fn insert(&mut self, id: u64, index: usize, at: &At<'_>) -> Result<(), MeshError> {
+        match self.0.insert(id, index as u32) {
+            None => Ok(()),
+            Some(_) => Err(at.malformed(format!("node {id} a second time"), "every node number once")),
+        }
+    }
+
+    pub fn get(&self, id: u64) -> Option<u32> {
+        self.0.get(&id).copied()
+    }
+
+    pub fn find(&self, id: u64, at: &At<'_>) -> Result<u32, MeshError> {
+        self.get(id).ok_or_else(|| {
+            at.malformed(format!("node {id}"), "a node number that the file defines")
+        })
+    }
+}

@@ -1,0 +1,144 @@
+//! The boundary of a mesh: the faces that belong to one element only.
+
+use std::collections::HashMap;
+
+use super::check::sorted_with_parity;
+use super::quality::{FACE_MIDS, FACES, cross, norm, sub};
+use super::{Mesh, Order};
+
+/// Boundary facets, their linear triangles and the nodes on them.
+///
+/// Facets are in order of their elements, so the same mesh gives the same surface on any machine.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Order of the mesh.
+    pub order: Order,
+    /// Node indices of the mesh, 3 or 6 per facet: corners counter-clockwise seen from outside, then the mid-side nodes
+    /// on edges (0,1), (1,2), (2,0).
+    pub facets: Vec<u32>,
+    /// The element each facet belongs to.
+    pub facet_element: Vec<u32>,
+    /// Linear triangles on node indices of the mesh, outward: the facets themselves, or four for each 6-node facet.
+    pub triangles: Vec<[u32; 3]>,
+    /// The facet each triangle belongs to.
+    pub triangle_facet: Vec<u32>,
+    /// Nodes on the surface, ascending.
+    pub nodes: Vec<u32>,
+    /// Outward unit normal at each of `nodes`: that of the triangles round it, weighted by area.
+    pub normals: Vec<[f64; 3]>,
+}
+
+impl Surface {
+    /// Finds the boundary of a mesh. Sorts its faces: O(n log n) time, 20 bytes per face.
+    pub fn of(mesh: &Mesh) -> Surface {
+        let (facets, facet_element) = boundary(mesh);
+        let per = facet_len(mesh.order);
+        let (mut triangles, mut triangle_facet) = (Vec::new(), Vec::new());
+        for (index, facet) in facets.chunks_exact(per).enumerate() {
+            let parts: &[[usize; 3]] = match mesh.order {
+                Order::Linear => &[[0, 1, 2]],
+                Order::Quadratic => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+            };
+            triangles.extend(parts.iter().map(|part| part.map(|i| facet[i])));
+            triangle_facet.extend(parts.iter().map(|_| index as u32));
+        }
+        let mut nodes = facets.clone();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let normals = normals(mesh, &triangles, &nodes);
+        Surface { order: mesh.order, facets, facet_element, triangles, triangle_facet, nodes, normals }
+    }
+
+    /// Nodes of one facet, 3 or 6.
+    pub fn nodes_per_facet(&self) -> usize {
+        facet_len(self.order)
+    }
+
+    /// Number of facets.
+    pub fn facet_count(&self) -> usize {
+        self.facet_element.len()
+    }
+
+    /// Nodes of one facet.
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    pub fn facet(&self, index: usize) -> &[u32] {
+        let per = self.nodes_per_facet();
+        &self.facets[index * per..(index + 1) * per]
+    }
+
+    /// Position of a mesh node in `nodes`.
+    pub fn position(&self, node: u32) -> Option<usize> {
+        self.nodes.binary_search(&node).ok()
+    }
+
+    /// Indices of the facets that a facet group of the mesh names, ascending and unique; interior facets of the group
+    /// are no part of the surface and left out.
+    pub fn facets_of(&self, group: &[[u32; 3]]) -> Vec<u32> {
+        let key = |f: &[u32]| sorted_with_parity([f[0], f[1], f[2]]).0;
+        let facets = self.facets.chunks_exact(self.nodes_per_facet());
+        let index: HashMap<[u32; 3], u32> = facets.map(key).zip(0..).collect();
+        let mut found: Vec<u32> = group.iter().filter_map(|f| index.get(&key(f)).copied()).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Indices of the facets all of whose nodes are among `nodes` (ascending): the patch a selection of nodes means.
+    pub fn facets_within(&self, nodes: &[u32]) -> Vec<u32> {
+        let facets = self.facets.chunks_exact(self.nodes_per_facet()).zip(0..);
+        let inside = |f: &[u32]| f.iter().all(|n| nodes.binary_search(n).is_ok());
+        facets.filter(|(f, _)| inside(f)).map(|(_, index)| index).collect()
+    }
+}
+
+fn facet_len(order: Order) -> usize {
+    match order {
+        Order::Linear => 3,
+        Order::Quadratic => 6,
+    }
+}
+
+fn boundary(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
+    let per = mesh.order.nodes_per_element();
+    let mut faces: Vec<([u32; 3], u64)> = Vec::with_capacity(mesh.elements.len() / per * 4);
+    for (e, element) in mesh.elements.chunks_exact(per).enumerate() {
+        for (f, face) in FACES.iter().enumerate() {
+            faces.push((sorted_with_parity(face.map(|i| element[i])).0, (4 * e + f) as u64));
+        }
+    }
+    faces.sort_unstable();
+    let single = |run: &[([u32; 3], u64)]| (run.len() == 1).then(|| run[0].1);
+    let mut open: Vec<u64> = faces.chunk_by(|a, b| a.0 == b.0).filter_map(single).collect();
+    open.sort_unstable();
+    let mut facets = Vec::with_capacity(open.len() * facet_len(mesh.order));
+    for &code in &open {
+        let (e, f) = ((code / 4) as usize, (code % 4) as usize);
+        let element = mesh.element(e);
+        facets.extend(FACES[f].map(|i| element[i]));
+        if mesh.order == Order::Quadratic {
+            facets.extend(FACE_MIDS[f].map(|i| element[i]));
+        }
+    }
+    (facets, open.iter().map(|code| (code / 4) as u32).collect())
+}
+
+fn normals(mesh: &Mesh, triangles: &[[u32; 3]], nodes: &[u32]) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; mesh.nodes.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
+        let area = cross(sub(b, a), sub(c, a));
+        for &n in triangle {
+            for k in 0..3 {
+                sums[n as usize][k] += area[k];
+            }
+        }
+    }
+    let unit = |v: [f64; 3]| {
+        let length = norm(v);
+        // A node where opposite sides meet (an edge of a crack) has no normal of its own.
+        if length > 0.0 { v.map(|x| x / length) } else { [0.0; 3] }
+    };
+    nodes.iter().map(|&n| unit(sums[n as usize])).collect()
+}
