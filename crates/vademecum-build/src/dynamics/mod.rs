@@ -2,12 +2,15 @@
 
 mod damping;
 mod full_order;
+mod modes;
 pub mod schemes;
 
 pub use damping::{
     Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
 };
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
+pub(crate) use modes::symmetric_eigen;
+pub use modes::{Modes, ModesError, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
 
 #[cfg(test)]
