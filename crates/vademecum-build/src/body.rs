@@ -3,7 +3,9 @@
 //! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
 
 use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
-use crate::mesh::{self, Mesh, MeshError, SelectError, Selection, Surface};
+use crate::mesh::select::{SelectError, Selection};
+use crate::mesh::surface::Surface;
+use crate::mesh::{self, Mesh, MeshError};
 use crate::problem::{PatternEntry, Problem};
 
 /// Why a problem and its mesh make no body.

@@ -5,7 +5,7 @@
 //! watched, and its spectral radius is computed.
 
 use faer::{Mat, MatRef};
-use vademecum_format::metadata::StructureCertificate;
+use vademecum_format::StructureCertificate;
 
 use crate::body::Body;
 use crate::dynamics::FullOrder;

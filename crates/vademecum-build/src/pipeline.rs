@@ -1,9 +1,9 @@
 //! The whole build on one page, one call per stage: mesh → model → snapshots → basis → vademecum → bytes.
 
 use faer::Mat;
-use vademecum_format::error::FormatError;
-use vademecum_format::fuse::{SchemeError, StepParameters};
-use vademecum_format::metadata::{Certificate, StructureCertificate};
+use vademecum_format::FormatError;
+use vademecum_format::scheme::{SchemeError, StepParameters};
+use vademecum_format::{Certificate, StructureCertificate};
 use vademecum_format::scheme::SchemeTable;
 
 use crate::body::{Body, BodyError, read_mesh};
@@ -408,7 +408,7 @@ fn stage_responses(prepared: &Prepared, basis: &Basis, dt: f64) -> Result<Vec<St
     let parameters = StepParameters { time_step: dt, alpha: rayleigh.alpha, beta: rayleigh.beta, density: 1.0, stiffness: 1.0 };
     let mut responses: Vec<StageResponse> = vec![];
     for i in 0..scheme.active().len() {
-        let theta = vademecum_format::fuse::theta(scheme, &parameters, i)?;
+        let theta = vademecum_format::scheme::theta(scheme, &parameters, i)?;
         let response = match responses.iter().find(|r| r.theta == theta) {
             Some(same) => same.clone(),
             None => StageResponse::solve(body.model.pencil(), symbolic, basis.vectors.as_ref(), theta)?,

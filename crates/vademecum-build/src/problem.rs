@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::dynamics::SchemeKind;
-use crate::mesh::{Order, Selection};
+use crate::mesh::Order;
+use crate::mesh::select::Selection;
 
 /// A problem file that cannot be used.
 #[derive(Debug, thiserror::Error)]

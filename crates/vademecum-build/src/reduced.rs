@@ -1,7 +1,7 @@
 //! The fused reduced step in its two structures, as the evaluator will march it, for certificates and comparisons.
 
 use faer::{Mat, MatRef};
-use vademecum_format::fuse::{SchemeError, StepParameters, fuse_into, fuse_work_len, theta};
+use vademecum_format::scheme::{SchemeError, StepParameters, fuse_into, fuse_work_len, theta};
 use vademecum_format::scheme::SchemeTable;
 
 use crate::export::reduced_load;

@@ -212,13 +212,15 @@ pub fn import(
             pod.push(restrict(body, column).as_ref());
         }
     }
-    let files = problem.snapshots.vtu.as_deref().unwrap_or(&[]);
-    for (i, path) in files.iter().enumerate() {
-        let path = problem.resolve(path);
-        let values = field::read_vtu_vectors(&path, &problem.snapshots.field)?;
-        check_rows(body, &path, values.len())?;
-        pod.push(restrict(body, &values).as_ref());
-        listener.checkpoint(i + 1, files.len())?;
+    if let Some(files) = &problem.snapshots.vtu {
+        let files: Vec<PathBuf> = files.iter().map(|path| problem.resolve(path)).collect();
+        // One file at a time: a series may be longer than memory.
+        for (i, file) in files.iter().enumerate() {
+            let name = &problem.snapshots.field;
+            let matrix = field::read_displacements(std::slice::from_ref(file), name, body.model.mesh())?;
+            pod.push(restrict(body, matrix.column(0)).as_ref());
+            listener.checkpoint(i + 1, files.len())?;
+        }
     }
     finish(pod)
 }

@@ -53,6 +53,18 @@ pub enum SchemeKind {
     },
 }
 
+impl std::fmt::Display for SchemeKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Bathe => write!(f, "bathe"),
+            Self::RhoBathe { rho_infinity } => write!(f, "rho-bathe rho_infinity={rho_infinity}"),
+            Self::Newmark { beta, gamma } => write!(f, "newmark beta={beta} gamma={gamma}"),
+            Self::HhtAlpha { alpha } => write!(f, "hht-alpha alpha={alpha}"),
+            Self::GeneralizedAlpha { rho_infinity } => write!(f, "generalized-alpha rho_infinity={rho_infinity}"),
+        }
+    }
+}
+
 /// A scheme parameter outside its range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SchemeError {

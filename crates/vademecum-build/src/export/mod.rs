@@ -9,11 +9,11 @@ pub use disk::write_atomic;
 pub use order::NodeOrder;
 
 use faer::{Mat, MatRef};
-use vademecum_format::error::FormatError;
-use vademecum_format::metadata::{Axis, AxisKind, AxisRole, Certificate, MAX_AXES, Metadata};
+use vademecum_format::FormatError;
+use vademecum_format::{Axis, AxisKind, AxisRole, Certificate, MAX_AXES, Metadata};
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::section::{Codec, Element, SectionKind};
-use vademecum_format::write::{SectionInput, encode_into, encoded_len};
+use vademecum_format::{Codec, Element, SectionKind};
+use vademecum_format::{SectionInput, encode_into, encoded_len};
 
 use crate::body::Body;
 use crate::dynamics::Rayleigh;
@@ -59,7 +59,6 @@ struct Draft {
 pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
     let order = NodeOrder::new(parts.body);
     let drafts = sections(parts, &order);
-    let names = |names: Vec<&str>| names.len() as u32;
     let block = !parts.responses.is_empty();
     let n_stages = parts.scheme.active().len() as u32;
     let mut axes = [Axis::UNUSED; MAX_AXES];
@@ -77,8 +76,8 @@ pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
         n_triangles: order.triangles.len() as u32,
         n_load_triangles: order.n_load_triangles as u32,
         n_modes: parts.basis.n_modes() as u32,
-        n_patterns: names(parts.body.patterns.iter().map(|p| p.0.as_str()).collect()),
-        n_probes: names(parts.body.probes.iter().map(|p| p.name.as_str()).collect()),
+        n_patterns: parts.body.patterns.len() as u32,
+        n_probes: parts.body.probes.len() as u32,
         scheme_name: parts.scheme_name,
         scheme: *parts.scheme,
         time_step: parts.problem.time.step,
@@ -182,12 +181,11 @@ fn geometry_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
 fn basis_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     let (basis, dofs) = (parts.basis, parts.body.model.dofs());
     let (r, precision) = (basis.n_modes(), parts.problem.output.precision);
-    let rows = |nodes: &[u32]| node_rows(dofs, basis.vectors.as_ref(), nodes);
     let (surface, interior) = order.nodes.split_at(order.n_surface);
     let stiffness = (0..r * r).map(|k| basis.stiffness[(k / r, k % r)]);
     let mut drafts = vec![
         Draft::f64s(SectionKind::ReducedStiffness, [r, r, 1], stiffness),
-        Draft::reals(SectionKind::SurfaceBasis, precision, [surface.len(), 3, r], rows(surface)),
+        Draft::reals(SectionKind::SurfaceBasis, precision, [surface.len(), 3, r], node_rows(dofs, basis.vectors.as_ref(), surface)),
         Draft::f64s(SectionKind::ModeTable, [r, 6, 1], (0..6 * r).map(|k| parts.mode_table[(k / 6, k % 6)])),
     ];
     if let Some(values) = &basis.eigenvalues {
@@ -198,7 +196,8 @@ fn basis_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
         drafts.push(Draft::f64s(SectionKind::SingularValues, [basis.singular_values.len(), 1, 1], values));
     }
     if parts.problem.output.fields == Fields::Body && !interior.is_empty() {
-        drafts.push(Draft::reals(SectionKind::InteriorBasis, precision, [interior.len(), 3, r], rows(interior)));
+        let rows = node_rows(dofs, basis.vectors.as_ref(), interior);
+        drafts.push(Draft::reals(SectionKind::InteriorBasis, precision, [interior.len(), 3, r], rows));
     }
     drafts
 }

@@ -3,6 +3,7 @@
 use faer::{Mat, MatRef};
 
 use super::{Apply, Pod, gram, lower_gram_factor};
+use crate::dynamics::symmetric_eigen;
 
 /// The basis of a vademecum.
 #[derive(Clone, Debug)]
@@ -121,17 +122,4 @@ fn fix_signs(mut vectors: Mat<f64>) -> Mat<f64> {
 fn symmetric_gram(operator: Apply<'_>, vectors: MatRef<'_, f64>) -> Mat<f64> {
     let product = gram(operator, vectors, vectors);
     Mat::from_fn(product.nrows(), product.ncols(), |i, j| 0.5 * (product[(i, j)] + product[(j, i)]))
-}
-
-/// Eigenvalues (ascending) and orthonormal eigenvectors of a symmetric matrix, scaled to unit size first: faer's
-/// routine silently loses matrices of small norm from n ≈ 130 on.
-pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> (Vec<f64>, Mat<f64>) {
-    let scale = matrix.norm_max();
-    if scale == 0.0 {
-        return (vec![0.0; matrix.nrows()], Mat::identity(matrix.nrows(), matrix.nrows()));
-    }
-    let scaled = matrix * faer::Scale(1.0 / scale);
-    let eigen = scaled.self_adjoint_eigen(faer::Side::Lower).expect("a finite symmetric matrix has eigenvalues");
-    let values = eigen.S().column_vector().iter().map(|v| v * scale).collect();
-    (values, eigen.U().to_owned())
 }
