@@ -1,1 +1,5 @@
 //! What crosses crates is tested here.
+
+pub mod stage;
+pub mod synthetic;
+pub mod textbook;

@@ -1,0 +1,138 @@
+//! The two inner loops. Both read fixed-size arrays so that they vectorise without run-time lengths inside, write the new
+//! state beside the old one, set what is below [`Scalar::FLOOR`] to zero and return `Σ|y|`, which is not finite exactly when
+//! the new state is not (or overflows when summed).
+
+use crate::scalar::Scalar;
+
+/// Modes handled at once by the diagonal kernel; strides are multiples of it.
+pub(crate) const LANES: usize = 16;
+/// Rows handled at once by the dense kernel: `3r` for r = 8, and six SSE (three AVX) registers of `f32`.
+pub(crate) const TILE: usize = 24;
+
+/// Nine coefficients (`D` of each mode, row by row) of [`LANES`] modes.
+pub(crate) type ModeBlock<T> = [[T; LANES]; 9];
+
+/// One diagonal step: for each mode, `y + D y + ℓ` with a 3×3 `D`. All state slices are `(3, stride)`.
+pub(crate) fn step_diagonal<T: Scalar>(
+    blocks: &[ModeBlock<T>],
+    old: &[T],
+    load: &[T],
+    new: &mut [T],
+) -> T {
+    let stride = old.len() / 3;
+    let ([z, v, a], [lz, lv, la]) = (thirds(old, stride), thirds(load, stride));
+    let (nz, rest) = new.split_at_mut_checked(stride).unwrap_or_default();
+    let (nv, na) = rest.split_at_mut_checked(stride).unwrap_or_default();
+    let (nz, nv, na) = (
+        nz.as_chunks_mut().0,
+        nv.as_chunks_mut().0,
+        na.as_chunks_mut().0,
+    );
+    let state = z.iter().zip(v).zip(a);
+    let load = lz.iter().zip(lv).zip(la);
+    let new = nz.iter_mut().zip(nv).zip(na);
+    let mut sums = [T::ZERO; LANES];
+    for (((d, ((z, v), a)), ((lz, lv), la)), ((nz, nv), na)) in
+        blocks.iter().zip(state).zip(load).zip(new)
+    {
+        let old: [&[T; LANES]; 3] = [z, v, a];
+        *nz = mode_row(&d[0], &d[1], &d[2], old, z, lz, &mut sums);
+        *nv = mode_row(&d[3], &d[4], &d[5], old, v, lv, &mut sums);
+        *na = mode_row(&d[6], &d[7], &d[8], old, a, la, &mut sums);
+    }
+    total(&sums)
+}
+
+/// One row of the 3×3 blocks: `kept + (ℓ + d₀ z + d₁ v + d₂ a)`, the small sum first.
+#[inline(always)]
+fn mode_row<T: Scalar>(
+    d0: &[T; LANES],
+    d1: &[T; LANES],
+    d2: &[T; LANES],
+    [z, v, a]: [&[T; LANES]; 3],
+    kept: &[T; LANES],
+    load: &[T; LANES],
+    sums: &mut [T; LANES],
+) -> [T; LANES] {
+    let mut new = [T::ZERO; LANES];
+    for k in 0..LANES {
+        let increment = load[k] + d0[k] * z[k] + d1[k] * v[k] + d2[k] * a[k];
+        new[k] = flushed(kept[k] + increment, &mut sums[k]);
+    }
+    new
+}
+
+/// One dense step: `y + D y + ℓ`; `tiles` holds `D` in tiles of [`TILE`] rows, each tile column by column.
+pub(crate) fn step_dense<T: Scalar>(
+    tiles: &[[T; TILE]],
+    columns: usize,
+    old: &[T],
+    load: &[T],
+    new: &mut [T],
+) -> T {
+    let mut sums = [T::ZERO; TILE];
+    let kept = old.as_chunks::<TILE>().0;
+    let load = load.as_chunks::<TILE>().0;
+    let new = new.as_chunks_mut::<TILE>().0;
+    for (((tile, kept), load), new) in tiles
+        .chunks_exact(columns.max(1))
+        .zip(kept)
+        .zip(load)
+        .zip(new)
+    {
+        let increment = columns_times(tile, old, *load);
+        for k in 0..TILE {
+            new[k] = flushed(kept[k] + increment[k], &mut sums[k]);
+        }
+    }
+    total(&sums)
+}
+
+/// `out += tiles · x`, tiles as in [`step_dense`] with `x.len()` columns.
+pub(crate) fn add_dense<T: Scalar>(tiles: &[[T; TILE]], x: &[T], out: &mut [T]) {
+    for (tile, out) in tiles
+        .chunks_exact(x.len().max(1))
+        .zip(out.as_chunks_mut::<TILE>().0)
+    {
+        *out = columns_times(tile, x, *out);
+    }
+}
+
+#[inline(always)]
+fn columns_times<T: Scalar>(tile: &[[T; TILE]], x: &[T], mut sum: [T; TILE]) -> [T; TILE] {
+    for (column, &x) in tile.iter().zip(x) {
+        for k in 0..TILE {
+            sum[k] += column[k] * x;
+        }
+    }
+    sum
+}
+
+/// `value`, or zero below the floor; adds its magnitude to `sum`. NaN passes.
+#[inline(always)]
+fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
+    let magnitude = value.magnitude();
+    *sum += magnitude;
+    if magnitude < T::FLOOR { T::ZERO } else { value }
+}
+
+fn thirds<T>(all: &[T], stride: usize) -> [&[[T; LANES]]; 3] {
+    let part = |place: usize| {
+        all.get(place * stride..(place + 1) * stride)
+            .unwrap_or_default()
+            .as_chunks()
+            .0
+    };
+    [part(0), part(1), part(2)]
+}
+
+fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {
+    sums.iter().fold(T::ZERO, |total, &sum| total + sum)
+}
+
+/// `out += scale · row` for a row of the file.
+pub(crate) fn add_row<T: Scalar>(row: vademecum_format::Numbers<'_>, scale: T, out: &mut [T]) {
+    for (out, value) in out.iter_mut().zip(row.iter()) {
+        *out += scale * T::from_f64(value);
+    }
+}

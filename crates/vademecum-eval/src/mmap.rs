@@ -1,0 +1,61 @@
+//! A file mapped into memory: the one place of the crate that needs an operating system, and its one `unsafe`.
+
+use core::fmt;
+use memmap2::Mmap;
+use std::path::Path;
+use vademecum_format::{File, FormatError};
+
+/// A mapped file. Pages are read when they are first touched.
+#[derive(Debug)]
+pub struct Mapped {
+    map: Mmap,
+}
+
+/// Why a path could not be mapped.
+#[derive(Debug)]
+pub struct OpenError(std::io::Error);
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "the file cannot be opened or mapped")
+    }
+}
+
+impl core::error::Error for OpenError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        Some(&self.0)
+    }
+}
+
+impl Mapped {
+    /// Maps the file at `path` for reading.
+    ///
+    /// Nobody may shorten or overwrite the file while it is mapped: a shortened file ends the process when a lost page is
+    /// touched, an overwritten one gives other numbers. Replace files by renaming a new one over the old, as the builder does.
+    ///
+    /// # Errors
+    /// [`OpenError`] with the system's reason as its source.
+    pub fn open(path: &Path) -> Result<Self, OpenError> {
+        let file = std::fs::File::open(path).map_err(OpenError)?;
+        // SAFETY: the map is read-only and private to this value, and outlives every slice borrowed from it. What Rust cannot
+        // see is another process writing to the file; the documented precondition of `open` excludes it, and every byte read
+        // is treated as untrusted data, never as a reference, length or enum without a check.
+        #[allow(unsafe_code)]
+        let map = unsafe { Mmap::map(&file) }.map_err(OpenError)?;
+        Ok(Self { map })
+    }
+
+    /// The bytes.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.map
+    }
+
+    /// Opens the bytes as a vademecum file.
+    ///
+    /// # Errors
+    /// [`FormatError`].
+    pub fn file(&self) -> Result<File<'_>, FormatError> {
+        File::parse(self.bytes())
+    }
+}

@@ -1,0 +1,80 @@
+//! The two precisions a scene can step in.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Mul, Sub};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// `f32` or `f64`.
+pub trait Scalar:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + AddAssign
+{
+    /// Zero.
+    const ZERO: Self;
+    /// State numbers \[m kg^½\] smaller than this are set to zero after each step. Products with coefficients down to 1e-13
+    /// (`f32`) stay normal numbers, so a body that comes to rest never pays for denormals.
+    const FLOOR: Self;
+    /// Rounds to this precision.
+    fn from_f64(value: f64) -> Self;
+    /// Rounds (or keeps) a binary32 number.
+    fn from_f32(value: f32) -> Self;
+    /// Exact.
+    fn to_f64(self) -> f64;
+    /// Absolute value.
+    #[must_use]
+    fn magnitude(self) -> Self;
+}
+
+impl Scalar for f32 {
+    const ZERO: Self = 0.0;
+    const FLOOR: Self = 1e-24;
+
+    fn from_f64(value: f64) -> Self {
+        value as f32
+    }
+
+    fn from_f32(value: f32) -> Self {
+        value
+    }
+
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+}
+
+impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+    const FLOOR: Self = 1e-250;
+
+    fn from_f64(value: f64) -> Self {
+        value
+    }
+
+    fn from_f32(value: f32) -> Self {
+        f64::from(value)
+    }
+
+    fn to_f64(self) -> f64 {
+        self
+    }
+
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+}

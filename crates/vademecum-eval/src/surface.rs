@@ -1,0 +1,120 @@
+//! Finding the point of the loadable surface nearest to a point in space.
+//!
+//! Brute force over all loadable triangles, without an index: contacts are looked up when a hand or a tool moves, and 10 000
+//! triangles take a fraction of a millisecond.
+
+use vademecum_format::{File, Numbers, SectionKind};
+
+use crate::error::OutputError;
+
+/// The loadable surface of a file, at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'m> {
+    coordinates: Numbers<'m>,
+    triangles: &'m [[u8; 4]],
+}
+
+/// A point of the loadable surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Nodes of its triangle, in file order.
+    pub nodes: [u32; 3],
+    /// Barycentric weights; they sum to 1.
+    pub weights: [f64; 3],
+    /// Where it is \[m\].
+    pub position: [f64; 3],
+    /// Distance \[m\] from the point that was asked for.
+    pub distance: f64,
+}
+
+impl<'m> Surface<'m> {
+    /// The loadable surface of `file`.
+    ///
+    /// # Errors
+    /// [`OutputError::Missing`] if coordinates or triangles are not in the file or are compressed.
+    pub fn new(file: &File<'m>) -> Result<Self, OutputError> {
+        let section = |kind| file.section(kind).ok_or(OutputError::Missing { kind });
+        let missing = |kind| move |_| OutputError::Missing { kind };
+        let kind = SectionKind::NodeCoordinates;
+        let coordinates = section(kind)?.numbers().map_err(missing(kind))?;
+        let kind = SectionKind::Triangles;
+        let all = section(kind)?.u32s().map_err(missing(kind))?;
+        let loadable = 3 * file.metadata().n_load_triangles as usize;
+        let triangles = all.get(..loadable).unwrap_or(all);
+        Ok(Self {
+            coordinates,
+            triangles,
+        })
+    }
+
+    /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or `point` is not finite.
+    #[must_use]
+    pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
+        let mut nearest: Option<SurfacePoint> = None;
+        for triangle in self.triangles.as_chunks::<3>().0 {
+            let nodes = triangle.map(u32::from_le_bytes);
+            let [Some(a), Some(b), Some(c)] = nodes.map(|node| self.node(node)) else {
+                continue;
+            };
+            let weights = closest(point, a, b, c);
+            let position =
+                [0, 1, 2].map(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i]);
+            let away = minus(point, position);
+            let distance = libm::sqrt(dot(away, away));
+            if distance.is_finite() && nearest.is_none_or(|known| distance < known.distance) {
+                nearest = Some(SurfacePoint {
+                    nodes,
+                    weights,
+                    position,
+                    distance,
+                });
+            }
+        }
+        nearest
+    }
+
+    fn node(&self, node: u32) -> Option<[f64; 3]> {
+        let at = (node as usize).checked_mul(3)?;
+        Some([
+            self.coordinates.get(at)?,
+            self.coordinates.get(at.checked_add(1)?)?,
+            self.coordinates.get(at.checked_add(2)?)?,
+        ])
+    }
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Barycentric weights of the point of the triangle `a b c` nearest to `p`: the inside if the projection lies there, else the
+/// best of the three edges. A triangle without area gives its edges' answer.
+fn closest(p: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
+    let (ab, ac, ap) = (minus(b, a), minus(c, a), minus(p, a));
+    let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
+    let (pb, pc) = (dot(ap, ab), dot(ap, ac));
+    let area = bb * cc - bc * bc;
+    let (v, w) = ((cc * pb - bc * pc) / area, (bb * pc - bc * pb) / area);
+    if area > 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
+        return [1.0 - v - w, v, w];
+    }
+    let edges = [(a, b, [0, 1]), (b, c, [1, 2]), (c, a, [2, 0])];
+    let mut best = ([1.0, 0.0, 0.0], f64::INFINITY);
+    for (from, to, places) in edges {
+        let (along, away) = (minus(to, from), minus(p, from));
+        let share = (dot(along, away) / dot(along, along)).clamp(0.0, 1.0);
+        let share = if share.is_finite() { share } else { 0.0 };
+        let rest = minus(away, along.map(|x| share * x));
+        if dot(rest, rest) < best.1 {
+            let mut weights = [0.0; 3];
+            weights[places[0]] = 1.0 - share;
+            weights[places[1]] = share;
+            best = (weights, dot(rest, rest));
+        }
+    }
+    best.0
+}
