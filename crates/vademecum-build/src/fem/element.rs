@@ -58,11 +58,11 @@ pub struct ElementError {
 }
 
 /// Shape functions at one quadrature point.
-struct Point {
-    weight: f64,
-    values: [f64; MAX_NODES],
+pub(super) struct Point {
+    pub weight: f64,
+    pub values: [f64; MAX_NODES],
     /// Derivatives along the reference axes `ξ = L_1, η = L_2, ζ = L_3`.
-    gradients: [[f64; 3]; MAX_NODES],
+    pub gradients: [[f64; 3]; MAX_NODES],
 }
 
 /// What all elements of one order have in common.
@@ -94,7 +94,7 @@ impl ElementKernel {
         for point in &curved {
             for a in 0..n {
                 for b in 0..n {
-                    reference_mass[a * n + b] += point.weight * point.values[a] * point.values[b];
+                    reference_mass[a * n + b] += point.weight * (point.values[a] * point.values[b]);
                 }
             }
         }
@@ -132,7 +132,8 @@ impl ElementKernel {
             let scale = density * determinant * point.weight;
             for a in 0..n {
                 for b in 0..n {
-                    mass[a * n + b] += scale * point.values[a] * point.values[b];
+                    // The pair first: the product is then symmetric to the last bit.
+                    mass[a * n + b] += scale * (point.values[a] * point.values[b]);
                 }
             }
         }
@@ -220,7 +221,7 @@ fn mirror_blocks(stiffness: &mut [f64], n: usize) {
 }
 
 /// Inverse of the map's Jacobian, `inverse[r][i] = ∂ξ_r/∂x_i`, and its determinant (m³ per reference volume).
-fn jacobian(
+pub(super) fn jacobian(
     n: usize,
     point: &Point,
     nodes: &[[f64; 3]],
@@ -252,7 +253,7 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// Shape functions and their reference derivatives at barycentric coordinates `l`.
-fn tabulate_point(order: Order, l: [f64; 4], weight: f64) -> Point {
+pub(super) fn tabulate_point(order: Order, l: [f64; 4], weight: f64) -> Point {
     // ∇L_0 … ∇L_3 along (ξ, η, ζ).
     const D: [[f64; 3]; 4] = [
         [-1.0, -1.0, -1.0],

@@ -20,4 +20,6 @@ pub use pencil::{Pencil, PencilError};
 pub use sparse::{Pattern, SymmetricMatrix};
 
 #[cfg(test)]
+mod oracle_tests;
+#[cfg(test)]
 pub(crate) mod test_mesh;
