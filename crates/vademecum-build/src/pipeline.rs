@@ -1,6 +1,7 @@
 //! The whole build on one page, one call per stage: mesh → model → snapshots → basis → vademecum → bytes.
 
 use faer::Mat;
+use faer::prelude::ReborrowMut;
 use vademecum_format::FormatError;
 use vademecum_format::scheme::{SchemeError, StepParameters};
 use vademecum_format::{Certificate, StructureCertificate};
@@ -12,7 +13,7 @@ use crate::dynamics::{
     Damping, DampingError, FullOrder, FullOrderError, Modes, ModesError, Rayleigh, lowest_modes, numerical_damping,
 };
 use crate::export::{Parts, encode};
-use crate::fem::{FactorError, Symbolic};
+use crate::fem::{FactorError, Solve, Symbolic};
 use crate::march::MarchError;
 use crate::mesh::MeshError;
 use crate::pod::{Apply, Basis, Pod, modes_basis, pod_basis, ritz_basis};
@@ -398,7 +399,14 @@ fn make_basis(problem: &Problem, prepared: &Prepared, pod: Option<&Pod>) -> Resu
     let (mass, stiffness) = operators(pencil);
     Ok(match problem.basis.kind {
         BasisKind::Pod => pod_basis(&mass, &stiffness, pod, count),
-        _ => ritz_basis(&mass, &stiffness, pod, count, problem.basis.oversampling),
+        _ => {
+            let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
+            let static_response = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| {
+                pencil.mass().mul_into(x, y.rb_mut());
+                Solve::new(&prepared.symbolic, y.ncols(), true).solve_in_place(&factor, y);
+            };
+            ritz_basis(&mass, &stiffness, &static_response, pod, count, problem.basis.oversampling)
+        }
     })
 }
 

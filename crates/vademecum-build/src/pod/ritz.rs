@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::{Apply, Pod, gram, lower_gram_factor};
+use super::{Apply, Pod, gram, lower_gram_factor, weighted_svd};
 use crate::dynamics::symmetric_eigen;
 
 /// The basis of a vademecum.
@@ -36,19 +36,29 @@ pub fn pod_basis(mass: Apply<'_>, stiffness: Apply<'_>, pod: &Pod, count: usize)
     Basis { vectors, stiffness, eigenvalues: None, energy, singular_values: pod.singular_values.clone() }
 }
 
-/// Ritz vectors of the `oversampling × count` leading POD vectors; the `count` that carry most snapshot energy stay.
+/// Ritz vectors of the carrier `[V, K⁻¹MV]`, with `V` the `oversampling × count` leading POD vectors; the `count` that
+/// carry most snapshot energy stay.
 ///
-/// `BᵀKB` is diagonalised inside the larger POD space, so what is kept is nearly invariant under the dynamics and
-/// little leaks out of it step by step (`docs/theory/`, method.md §2).
-pub fn ritz_basis(mass: Apply<'_>, stiffness: Apply<'_>, pod: &Pod, count: usize, oversampling: usize) -> Basis {
+/// `BᵀKB` is diagonalised inside a space larger than the basis, so what is kept is nearly invariant under the dynamics
+/// and little leaks out of it step by step. `V` alone is not enough: under a point load the POD holds local, stiff
+/// shapes beside every mode, and what they leave in a Ritz vector shifts its frequency; `static_response` (`K⁻¹M x`)
+/// damps them by their eigenvalue (`docs/decisions/ritz-carrier.md`).
+pub fn ritz_basis(
+    mass: Apply<'_>,
+    stiffness: Apply<'_>,
+    static_response: Apply<'_>,
+    pod: &Pod,
+    count: usize,
+    oversampling: usize,
+) -> Basis {
     let width = (count * oversampling).min(pod.vectors.ncols());
-    let (carrier, lower) = mass_orthonormal(mass, pod.vectors.subcols(0, width));
+    let carrier = carrier(mass, static_response, pod.vectors.subcols(0, width));
     let carried = symmetric_gram(stiffness, carrier.as_ref());
     let (values, rotation) = symmetric_eigen(carried.as_ref());
-    let coordinates = rotation.transpose() * lower.transpose();
+    let coordinates = rotation.transpose() * gram(mass, carrier.as_ref(), pod.vectors.subcols(0, width));
     let energy = coordinate_energy(coordinates.as_ref(), pod);
     let kept = most_energetic(&energy, count.min(width));
-    let mut chosen = Mat::zeros(width, kept.len());
+    let mut chosen = Mat::zeros(carrier.ncols(), kept.len());
     for (j, &k) in kept.iter().enumerate() {
         chosen.col_mut(j).copy_from(rotation.col(k));
     }
@@ -60,6 +70,24 @@ pub fn ritz_basis(mass: Apply<'_>, stiffness: Apply<'_>, pod: &Pod, count: usize
         energy: kept.iter().map(|&k| energy[k]).collect(),
         singular_values: pod.singular_values.clone(),
     }
+}
+
+/// M-orthonormal basis of `[V, K⁻¹MV]`; directions both parts share to eight digits count once.
+fn carrier(mass: Apply<'_>, static_response: Apply<'_>, vectors: MatRef<'_, f64>) -> Mat<f64> {
+    const DEPENDENT: f64 = 1e-8;
+    let (n, width) = (vectors.nrows(), vectors.ncols());
+    let (orthonormal, _) = mass_orthonormal(mass, vectors);
+    let mut columns = Mat::zeros(n, 2 * width);
+    columns.subcols_mut(0, width).copy_from(&orthonormal);
+    static_response(orthonormal.as_ref(), columns.subcols_mut(width, width));
+    let norms = gram(mass, columns.subcols(width, width), columns.subcols(width, width));
+    for j in 0..width {
+        let scale = 1.0 / norms[(j, j)].sqrt();
+        columns.col_mut(width + j).iter_mut().for_each(|v| *v *= scale);
+    }
+    let (vectors, values) = weighted_svd(mass, columns.as_ref());
+    let rank = values.iter().take_while(|&&s| s > DEPENDENT * values[0]).count();
+    mass_orthonormal(mass, vectors.subcols(0, rank)).0
 }
 
 /// Natural modes as a basis: `vectors` are M-orthonormal with eigenvalues `values`.
