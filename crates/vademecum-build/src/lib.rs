@@ -5,6 +5,7 @@
 
 pub mod body;
 pub mod certificate;
+pub mod compare;
 pub mod dynamics;
 pub mod export;
 pub mod fem;
@@ -19,3 +20,6 @@ pub mod reduced;
 pub mod response;
 pub mod scenario;
 pub mod snapshots;
+
+/// The dense matrix of the builder, column-major.
+pub type Matrix = faer::Mat<f64>;

@@ -1,5 +1,7 @@
 //! Loads over time, and the full-order march under them: what snapshots, certificates and `verify` share.
 
+use std::time::Instant;
+
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 
@@ -99,6 +101,8 @@ pub enum MarchError {
 
 /// Marches `columns` trajectories from rest and shows each state to `observe` with its step number; 0 is the start.
 ///
+/// Returns the seconds spent stepping, those of `observe` left out.
+///
 /// # Errors
 /// If there is no initial acceleration, or the listener stops it.
 pub fn march_full_order(
@@ -108,21 +112,24 @@ pub fn march_full_order(
     steps: usize,
     listener: &dyn Listener,
     mut observe: impl FnMut(usize, &State),
-) -> Result<(), MarchError> {
+) -> Result<f64, MarchError> {
     let (n, table) = (full.n_dof(), full.table());
     let zero = Mat::zeros(n, columns);
     let force = initial_force(loads, n, columns);
     let mut state = full.initial_state(zero.as_ref(), zero.as_ref(), Some(force.as_ref()))?;
     let mut work = full.workspace(columns, false);
     let mut forces = Forces::new(table, loads, n, columns);
+    let mut seconds = 0.0;
     observe(0, &state);
     for step in 0..steps {
+        let start = Instant::now();
         forces.update(table, full.dt(), step);
         full.step(&mut state, &forces.stage_loads(), &mut work);
+        seconds += start.elapsed().as_secs_f64();
         observe(step + 1, &state);
         listener.checkpoint(step + 1, steps)?;
     }
-    Ok(())
+    Ok(seconds)
 }
 
 /// How far a reduced trajectory is from the full-order one, per trajectory, in the mass norm over all dofs and steps.

@@ -180,3 +180,9 @@ pub fn energy(stiffness: MatRef<'_, f64>, time_step: f64, y: &[f64]) -> f64 {
     let row = |i: usize| (0..r).map(|j| stiffness[(i, j)] * y[j]).sum::<f64>() * y[i];
     0.5 * (kinetic + (0..r).map(row).sum::<f64>())
 }
+
+/// Largest modulus of the eigenvalues of a step map `T`, shape (n, n), column-major.
+pub fn spectral_radius(n: usize, map: &[f64]) -> f64 {
+    let eigenvalues = MatRef::from_column_major_slice(map, n, n).eigenvalues().expect("a finite matrix has eigenvalues");
+    eigenvalues.iter().map(|l| l.re.hypot(l.im)).fold(0.0, f64::max)
+}

@@ -4,6 +4,7 @@ mod cmd;
 mod console;
 mod failure;
 mod pictures;
+mod player;
 
 use std::process::ExitCode;
 
@@ -35,7 +36,12 @@ Exit codes: 0 done, 1 the machine failed, 2 wrong usage, 3 problem or scenario f
 #[derive(Subcommand)]
 enum Command {
     Build(cmd::build::Build),
+    Info(cmd::info::Info),
+    Mesh(cmd::mesh::MeshCommand),
     Modes(cmd::modes::Modes),
+    Run(cmd::run::Run),
+    Verify(cmd::verify::Verify),
+    Demo(cmd::demo::Demo),
 }
 
 fn main() -> ExitCode {
@@ -44,7 +50,12 @@ fn main() -> ExitCode {
     let console = console::Console::new(arguments.quiet);
     let result = match &arguments.command {
         Command::Build(command) => command.run(&console),
+        Command::Info(command) => command.run(),
+        Command::Mesh(command) => command.run(),
         Command::Modes(command) => command.run(&console),
+        Command::Run(command) => command.run(&console),
+        Command::Verify(command) => command.run(&console),
+        Command::Demo(command) => command.run(&console),
     };
     console.clear();
     match result {

@@ -1,7 +1,12 @@
 //! One file per subcommand; no numerics here.
 
 pub mod build;
+pub mod demo;
+pub mod info;
+pub mod mesh;
 pub mod modes;
+pub mod run;
+pub mod verify;
 
 use std::path::Path;
 

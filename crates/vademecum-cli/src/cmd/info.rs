@@ -1,0 +1,178 @@
+//! `vademecum info`: everything a file says about itself.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+use vademecum_build::pipeline::StructureReport;
+use vademecum_eval::Mapped;
+use vademecum_format::{File, SectionKind};
+
+use super::print_json;
+use crate::failure::Failure;
+use crate::player::names;
+
+/// Prints what a vademecum file holds.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  vademecum info body.vdm --json")]
+pub struct Info {
+    /// The vademecum file.
+    file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    file_bytes: usize,
+    format: String,
+    program: String,
+    units: String,
+    mesh_hash: String,
+    nodes: u32,
+    surface_nodes: u32,
+    loadable_nodes: u32,
+    triangles: u32,
+    modes: u32,
+    scheme: String,
+    stages: u8,
+    time_step: f64,
+    alpha: f64,
+    beta: f64,
+    structures: Vec<&'static str>,
+    terms: u32,
+    axes: Vec<AxisReport>,
+    load_patterns: Vec<String>,
+    probes: Vec<String>,
+    certificate: Certificates,
+    sections: Vec<SectionReport>,
+    problem: String,
+}
+
+#[derive(Serialize)]
+struct AxisReport {
+    name: String,
+    unit: String,
+    role: String,
+    kind: String,
+    log: bool,
+    lower: f64,
+    upper: f64,
+    points: u32,
+}
+
+#[derive(Serialize)]
+struct Certificates {
+    diagonal: Option<StructureReport>,
+    block: Option<StructureReport>,
+}
+
+#[derive(Serialize)]
+struct SectionReport {
+    kind: String,
+    element: String,
+    codec: String,
+    shape: [u64; 3],
+    stored_bytes: usize,
+    decoded_bytes: u64,
+}
+
+impl Info {
+    pub fn run(&self) -> Result<(), Failure> {
+        let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
+        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let report = self.report(mapped.bytes().len(), &file)?;
+        if self.json {
+            print_json(&report);
+        } else {
+            report.print();
+        }
+        Ok(())
+    }
+
+    fn report(&self, file_bytes: usize, file: &File<'_>) -> Result<Report, Failure> {
+        let m = file.metadata();
+        let certificate = &m.certificate;
+        let axis = |a: &vademecum_format::Axis<'_>| AxisReport {
+            name: a.name.into(),
+            unit: a.unit.into(),
+            role: format!("{:?}", a.role),
+            kind: format!("{:?}", a.kind),
+            log: a.log,
+            lower: a.lower,
+            upper: a.upper,
+            points: a.n_points,
+        };
+        let section = |s: vademecum_format::Section<'_>| SectionReport {
+            kind: format!("{:?}", s.kind()),
+            element: format!("{:?}", s.element()),
+            codec: format!("{:?}", s.codec()),
+            shape: s.shape(),
+            stored_bytes: s.stored().len(),
+            decoded_bytes: s.decoded_length(),
+        };
+        let present = [("diagonal", m.diagonal), ("block", m.block)];
+        Ok(Report {
+            file_bytes,
+            format: format!("{}.{}", vademecum_format::MAJOR, vademecum_format::MINOR),
+            program: m.program.into(),
+            units: m.units.into(),
+            mesh_hash: m.mesh_hash.iter().map(|b| format!("{b:02x}")).collect(),
+            nodes: m.n_nodes,
+            surface_nodes: m.n_surface_nodes,
+            loadable_nodes: m.n_load_nodes,
+            triangles: m.n_triangles,
+            modes: m.n_modes,
+            scheme: m.scheme_name.into(),
+            stages: m.scheme.n_stages,
+            time_step: m.time_step,
+            alpha: m.alpha,
+            beta: m.beta,
+            structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
+            terms: m.n_terms,
+            axes: m.active_axes().iter().map(axis).collect(),
+            load_patterns: names(&self.file, file, SectionKind::PatternNames)?,
+            probes: names(&self.file, file, SectionKind::ProbeNames)?,
+            certificate: Certificates {
+                diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
+                block: m.block.then(|| StructureReport::new(&certificate.block)),
+            },
+            sections: SectionKind::ALL.iter().filter_map(|&kind| file.section(kind)).map(section).collect(),
+            problem: m.problem.into(),
+        })
+    }
+}
+
+impl Report {
+    fn print(&self) {
+        println!("vademecum file, format {}, written by {}; {} bytes", self.format, self.program, self.file_bytes);
+        println!("units {}; mesh {}", self.units, self.mesh_hash);
+        println!(
+            "{} nodes ({} on the surface, {} loadable), {} triangles, {} modes",
+            self.nodes, self.surface_nodes, self.loadable_nodes, self.triangles, self.modes
+        );
+        println!("scheme {}, time step {} s, alpha {} 1/s, beta {} s", self.scheme, self.time_step, self.alpha, self.beta);
+        println!("structures: {}; probes: {}; load patterns: {}", self.structures.join(", "), list(&self.probes), list(&self.load_patterns));
+        for axis in &self.axes {
+            println!("axis {}: {} to {} {}, {} points ({})", axis.name, axis.lower, axis.upper, axis.unit, axis.points, axis.kind);
+        }
+        for (name, certificate) in [("diagonal", &self.certificate.diagonal), ("block", &self.certificate.block)] {
+            if let Some(c) = certificate {
+                println!(
+                    "certificate, {name}: error {:.3e}, floor {:.3e} (ratio {:.3}) over {} steps; spectral radius 1 {:+.1e}; energy ratio {:.9}",
+                    c.trajectory_error, c.projection_floor, c.floor_ratio, c.steps, c.spectral_radius - 1.0, c.energy_ratio
+                );
+            }
+        }
+        println!("\nsection           element  codec  shape                     bytes");
+        for s in &self.sections {
+            let shape = format!("{} × {} × {}", s.shape[0], s.shape[1], s.shape[2]);
+            println!("{:<16}  {:<7}  {:<5}  {shape:<20}  {:>9}", s.kind, s.element, s.codec, s.stored_bytes);
+        }
+    }
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".into() } else { names.join(", ") }
+}

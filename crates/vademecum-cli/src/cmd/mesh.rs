@@ -1,0 +1,38 @@
+//! `vademecum mesh`: what a mesh file holds and what is wrong with it.
+
+use std::path::PathBuf;
+
+use vademecum_build::mesh::{inspect, parse};
+
+use super::print_json;
+use crate::failure::{Cause, Failure};
+
+/// Reads a mesh file and prints counts, groups, bounding box, quality and every problem found.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  vademecum mesh liver.vtu
+  vademecum mesh beam.msh --json
+Formats: Gmsh 1, 2.2 and 4.1, Abaqus/CalculiX, VTK, VTU, TetGen, Medit, MFEM")]
+pub struct MeshCommand {
+    /// The mesh file.
+    file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl MeshCommand {
+    pub fn run(&self) -> Result<(), Failure> {
+        let report = inspect(&parse(&self.file)?);
+        if self.json {
+            print_json(&report);
+        } else {
+            println!("{report}");
+        }
+        if report.problems.is_empty() {
+            return Ok(());
+        }
+        let count = report.problems.len();
+        Err(Failure::new(Cause::Mesh, format!("{}: {count} problems keep it from being built", self.file.display())))
+    }
+}
