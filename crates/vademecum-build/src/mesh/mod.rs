@@ -27,8 +27,8 @@ mod tables;
 mod tetgen;
 pub(crate) mod text;
 mod vtk;
-mod vtk_cells;
 pub(crate) mod vtk_array;
+mod vtk_cells;
 pub(crate) mod vtk_xml;
 mod vtu;
 
@@ -37,8 +37,8 @@ use std::collections::BTreeMap;
 pub use block::block;
 pub use check::Problem;
 pub use detect::{parse, read};
-pub use error::{Fault, MeshError, Place};
 pub(crate) use error::shown;
+pub use error::{Fault, MeshError, Place};
 pub use hash::hash;
 pub use quality::{corner_volume, jacobian_10, quality};
 pub use raw::{RawMesh, Tetrahedra, UnsupportedCells};
@@ -119,14 +119,21 @@ impl Mesh {
     /// Volume of all elements (of the curved ones if quadratic), in the mesh's unit cubed.
     pub fn volume(&self) -> f64 {
         let elements = self.elements.chunks_exact(self.order.nodes_per_element());
-        elements.map(|e| quality::element_volume(self.order, &self.nodes, e)).sum()
+        elements
+            .map(|e| quality::element_volume(self.order, &self.nodes, e))
+            .sum()
     }
 }
 
 /// Lower and upper corner of the box around points; zeros for none.
 pub(crate) fn bounding_box(points: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
-    let Some(&first) = points.first() else { return ([0.0; 3], [0.0; 3]) };
+    let Some(&first) = points.first() else {
+        return ([0.0; 3], [0.0; 3]);
+    };
     points.iter().fold((first, first), |(low, high), p| {
-        (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
+        (
+            std::array::from_fn(|k| low[k].min(p[k])),
+            std::array::from_fn(|k| high[k].max(p[k])),
+        )
     })
 }
