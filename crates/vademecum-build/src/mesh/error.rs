@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::check::Problem;
+use super::problem::Problem;
 
 /// Where in a file a fault lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

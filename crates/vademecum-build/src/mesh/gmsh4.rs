@@ -150,11 +150,11 @@ pub(crate) fn nodes(
         raw.node_ids.iter().min().copied(),
         raw.node_ids.iter().max().copied(),
     );
-    if let (Some(low), Some(high)) = range {
-        if (low, high) != (least, largest) {
-            let expected = format!("{low} to {high}, the tags the blocks hold");
-            return Err(at.malformed(format!("node tags {least} to {largest}"), expected));
-        }
+    if let (Some(low), Some(high)) = range
+        && (low, high) != (least, largest)
+    {
+        let expected = format!("{low} to {high}, the tags the blocks hold");
+        return Err(at.malformed(format!("node tags {least} to {largest}"), expected));
     }
     Ok(())
 }
