@@ -559,3 +559,63 @@ fn binary_gmsh_files_of_the_other_byte_order_are_read() {
     let mesh = mesh::read(&path).unwrap();
     assert_eq!((mesh.regions[0].tag, mesh.volume()), (3, 1.0 / 6.0));
 }
+
+#[test]
+fn a_hexahedron_is_refused_with_its_kind_its_count_and_its_place() {
+    let text = "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 float\n0 0 0 1 0 0 1 1 0 0 1 0\n\
+        0 0 1 1 0 1 1 1 1 0 1 1 0 0 2\nCELLS 3 12\nOFFSETS vtktypeint64\n0 4 12\nCONNECTIVITY vtktypeint64\n4 5 7 8\n\
+        0 1 2 3 4 5 6 7\nCELL_TYPES 2\n10 12\n";
+    let error = read_text("hex.vtk", text).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("1 × 8-node hexahedron (first at cell 1)"),
+        "{message}"
+    );
+}
+
+#[test]
+fn ten_node_orders_of_other_programs_become_ours() {
+    // Mid-side nodes 5 to 10 in Gmsh's order: the last two are on (2,3) and (1,3).
+    let points = [
+        [0., 0., 0.],
+        [1., 0., 0.],
+        [0., 1., 0.],
+        [0., 0., 1.],
+        [0.5, 0., 0.],
+        [0.5, 0.5, 0.],
+        [0., 0.5, 0.],
+        [0., 0., 0.5],
+        [0., 0.5, 0.5],
+        [0.5, 0., 0.5],
+    ];
+    let lines = |from: usize| -> String {
+        points
+            .iter()
+            .enumerate()
+            .map(|(i, p)| format!("{} {} {} {}\n", i + from, p[0], p[1], p[2]))
+            .collect()
+    };
+    let gmsh = format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n{}$EndNodes\n$Elements\n1\n1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n\
+         $EndElements\n",
+        lines(1)
+    );
+    let wanted = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8];
+    assert_eq!(read_text("ten.msh", &gmsh).unwrap().elements, wanted);
+    // TetGen's mid-side nodes are placed by position, in whatever order they come.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("t.node"),
+        format!("10 3 0 0\n{}", lines(0)),
+    )
+    .unwrap();
+    std::fs::write(
+        folder.path().join("t.ele"),
+        "1 10 0\n0 0 1 2 3 9 8 7 6 5 4\n",
+    )
+    .unwrap();
+    assert_eq!(
+        mesh::read(&folder.path().join("t.ele")).unwrap().elements,
+        wanted
+    );
+}

@@ -12,6 +12,8 @@ pub enum Place {
     Line(usize),
     /// Offset in a binary file, counted from 0.
     Byte(usize),
+    /// Cell of a file that stores its cells as arrays, counted from 0.
+    Cell(usize),
     /// The file as a whole.
     Whole,
 }
@@ -21,6 +23,7 @@ impl fmt::Display for Place {
         match self {
             Place::Line(line) => write!(f, "line {line}"),
             Place::Byte(byte) => write!(f, "byte {byte}"),
+            Place::Cell(cell) => write!(f, "cell {cell}"),
             Place::Whole => write!(f, "the whole file"),
         }
     }

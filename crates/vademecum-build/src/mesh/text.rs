@@ -185,7 +185,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Places the cursor at a byte, for lines and tokens that follow a binary section.
+    /// The next `n` bytes; too few left is a fault.
     pub fn take(&mut self, n: usize, what: &str) -> Result<&'a [u8], MeshError> {
         if n > self.left() {
             let found = format!("{} bytes to the end of the file", self.left());

@@ -110,7 +110,7 @@ pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &At<'_>) -> Result<RawMes
             kind,
             &nodes,
             if grouped { &tags } else { &[] },
-            Place::Whole,
+            Place::Cell(cell),
         );
         start = end;
     }
