@@ -11,9 +11,16 @@ use super::{FieldError, io_error, write_whole};
 /// [`FieldError::Io`].
 pub fn write_pvd(path: &Path, entries: &[(f64, String)]) -> Result<(), FieldError> {
     write_whole(path, |out| {
-        writeln!(out, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>")?;
+        writeln!(
+            out,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>"
+        )?;
         for (time, file) in entries {
-            writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escaped(file))?;
+            writeln!(
+                out,
+                "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>",
+                escaped(file)
+            )?;
         }
         writeln!(out, "</Collection>\n</VTKFile>")
     })
@@ -21,7 +28,9 @@ pub fn write_pvd(path: &Path, entries: &[(f64, String)]) -> Result<(), FieldErro
 
 /// Text as it may stand in an XML attribute.
 pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
 }
 
 /// Reads a collection in file order: times and paths (relative ones against the folder of the collection).
@@ -40,9 +49,18 @@ pub fn read_pvd(path: &Path) -> Result<Vec<(f64, PathBuf)>, FieldError> {
     let sets = document.descendants().filter(|n| n.has_tag_name("DataSet"));
     sets.map(|set| {
         let line = document.text_pos_at(set.range().start).row;
-        let time = set.attribute("timestep").unwrap_or("0").trim().parse::<f64>().ok().filter(|t| t.is_finite());
-        let time = time.ok_or_else(|| fault(format!("a timestep on line {line}"), "a finite number"))?;
-        let file = set.attribute("file").ok_or_else(|| fault(format!("no file on line {line}"), "file=\"…\""))?;
+        let time = set
+            .attribute("timestep")
+            .unwrap_or("0")
+            .trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|t| t.is_finite());
+        let time =
+            time.ok_or_else(|| fault(format!("a timestep on line {line}"), "a finite number"))?;
+        let file = set
+            .attribute("file")
+            .ok_or_else(|| fault(format!("no file on line {line}"), "file=\"…\""))?;
         Ok((time, folder.join(file)))
     })
     .collect()

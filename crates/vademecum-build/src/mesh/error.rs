@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::check::Problem;
+use super::problem::Problem;
 
 /// Where in a file a fault lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +12,8 @@ pub enum Place {
     Line(usize),
     /// Offset in a binary file, counted from 0.
     Byte(usize),
+    /// Cell of a file that stores its cells as arrays, counted from 0.
+    Cell(usize),
     /// The file as a whole.
     Whole,
 }
@@ -21,6 +23,7 @@ impl fmt::Display for Place {
         match self {
             Place::Line(line) => write!(f, "line {line}"),
             Place::Byte(byte) => write!(f, "byte {byte}"),
+            Place::Cell(cell) => write!(f, "cell {cell}"),
             Place::Whole => write!(f, "the whole file"),
         }
     }
@@ -45,8 +48,18 @@ pub struct Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}, {}, in {}: ", self.file.display(), self.place, self.section)?;
-        write!(f, "found {}, expected {}; {}", self.found, self.expected, self.remedy)
+        write!(
+            f,
+            "{}, {}, in {}: ",
+            self.file.display(),
+            self.place,
+            self.section
+        )?;
+        write!(
+            f,
+            "found {}, expected {}; {}",
+            self.found, self.expected, self.remedy
+        )
     }
 }
 
@@ -120,7 +133,11 @@ const REWRITE: &str = "correct the file, or write it again with the mesher";
 
 impl At<'_> {
     pub fn malformed(&self, found: impl Into<String>, expected: impl Into<String>) -> MeshError {
-        MeshError::Malformed(Box::new(self.fault(found.into(), expected.into(), REWRITE.into())))
+        MeshError::Malformed(Box::new(self.fault(
+            found.into(),
+            expected.into(),
+            REWRITE.into(),
+        )))
     }
 
     pub fn unsupported(
@@ -129,12 +146,23 @@ impl At<'_> {
         expected: impl Into<String>,
         remedy: impl Into<String>,
     ) -> MeshError {
-        MeshError::Unsupported(Box::new(self.fault(found.into(), expected.into(), remedy.into())))
+        MeshError::Unsupported(Box::new(self.fault(
+            found.into(),
+            expected.into(),
+            remedy.into(),
+        )))
     }
 
     fn fault(&self, found: String, expected: String, remedy: String) -> Fault {
         let (file, section) = (self.file.to_path_buf(), self.section.to_string());
-        Fault { file, place: self.place, section, found, expected, remedy }
+        Fault {
+            file,
+            place: self.place,
+            section,
+            found,
+            expected,
+            remedy,
+        }
     }
 }
 
@@ -144,7 +172,11 @@ pub(crate) fn shown(bytes: &[u8]) -> String {
         return "nothing".into();
     }
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(240)]);
-    let mut text: String = head.chars().take(60).map(|c| if c.is_control() { '.' } else { c }).collect();
+    let mut text: String = head
+        .chars()
+        .take(60)
+        .map(|c| if c.is_control() { '.' } else { c })
+        .collect();
     if head.chars().count() > 60 {
         text.push('…');
     }

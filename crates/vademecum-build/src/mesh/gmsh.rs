@@ -41,7 +41,9 @@ fn parse_sections(mut text: Text<'_>) -> Result<RawMesh, MeshError> {
         rows.text.section.clone_from(&section);
         match (section.as_str(), version) {
             ("$PhysicalNames", _) => physical_names(&mut rows.text, &mut raw)?,
-            ("$Nodes", _) if has_nodes => return Err(rows.text.malformed(line, "one $Nodes section")),
+            ("$Nodes", _) if has_nodes => {
+                return Err(rows.text.malformed(line, "one $Nodes section"));
+            }
             ("$Elements", _) if has_elements => {
                 return Err(rows.text.malformed(line, "one $Elements section"));
             }
@@ -51,28 +53,42 @@ fn parse_sections(mut text: Text<'_>) -> Result<RawMesh, MeshError> {
             ("$Nodes", Version::Two) => gmsh2::nodes(&mut rows, &mut raw, &mut model.index)?,
             ("$Elements", Version::Two) => gmsh2::elements(&mut rows, &mut raw, &model.index)?,
             ("$Entities", Version::FourOne) => gmsh4::entities(&mut rows, &mut model)?,
-            ("$PartitionedEntities", Version::FourOne) => gmsh4::partitioned(&mut rows, &mut model)?,
-            ("$Nodes", Version::FourOne) => gmsh4::nodes(&mut rows, &mut raw, &mut model.index)?,
+            ("$PartitionedEntities", Version::FourOne) => {
+                gmsh4::partitioned(&mut rows, &mut model)?
+            }
+            ("$Nodes", Version::FourOne) => gmsh4::nodes(&mut rows, &mut raw, &mut model)?,
             ("$Elements", Version::FourOne) => gmsh4::elements(&mut rows, &mut raw, &model)?,
             ("$Periodic", _) => {
-                raw.notes.push("the periodicity of the mesh ($Periodic) is ignored".into());
+                raw.notes
+                    .push("the periodicity of the mesh ($Periodic) is ignored".into());
                 skip_section(&mut rows.text, &section)?;
             }
             (other, _) if other.starts_with('$') => skip_section(&mut rows.text, &section)?,
-            _ => return Err(rows.text.malformed(line, "the name of a section, like `$Nodes`")),
+            _ => {
+                return Err(rows
+                    .text
+                    .malformed(line, "the name of a section, like `$Nodes`"));
+            }
         }
         has_nodes |= section == "$Nodes";
         has_elements |= section == "$Elements";
-        if matches!(section.as_str(), "$Nodes" | "$Elements" | "$Entities" | "$PartitionedEntities") {
+        if matches!(
+            section.as_str(),
+            "$Nodes" | "$Elements" | "$Entities" | "$PartitionedEntities"
+        ) {
             rows.text.literal(&end_of(&section))?;
         }
     }
     for (present, missing) in [(has_nodes, "$Nodes"), (has_elements, "$Elements")] {
         if !present {
-            return Err(rows.text.at().malformed("the end of the file", format!("a section {missing}")));
+            return Err(rows
+                .text
+                .at()
+                .malformed("the end of the file", format!("a section {missing}")));
         }
     }
     raw.name_regions();
+    gmsh4::groups_without_elements(&mut raw, &model);
     Ok(raw)
 }
 
@@ -82,23 +98,32 @@ fn end_of(section: &str) -> String {
 
 /// Version, its name, and the byte order of a binary file.
 fn format_header(text: &mut Text<'_>) -> Result<(Version, String, Option<Endian>), MeshError> {
-    const EXPECTED: &str = "the version, 0 (text) or 1 (binary), and the size of a real, like `4.1 0 8`";
+    const EXPECTED: &str =
+        "the version, 0 (text) or 1 (binary), and the size of a real, like `4.1 0 8`";
     let line = text.line(EXPECTED)?;
     let words: Vec<&[u8]> = tokens(line).collect();
-    let [version, kind, size] = words[..] else { return Err(text.malformed(line, EXPECTED)) };
+    let [version, kind, size] = words[..] else {
+        return Err(text.malformed(line, EXPECTED));
+    };
     let layout = match version {
         b"4.1" => Version::FourOne,
         b"2" | b"2.0" | b"2.1" | b"2.2" => Version::Two,
         _ => {
             let found = format!("MSH version {}", shown(version));
             let remedy = "write it again with `gmsh -save -format msh41`";
-            return Err(text.at().unsupported(found, "version 1.0, 2.x or 4.1", remedy));
+            return Err(text
+                .at()
+                .unsupported(found, "version 1.0, 2.x or 4.1", remedy));
         }
     };
     if size != b"8" || !matches!(kind, b"0" | b"1") {
         return Err(text.malformed(line, EXPECTED));
     }
-    let endian = if kind == b"1" { Some(byte_order(text)?) } else { None };
+    let endian = if kind == b"1" {
+        Some(byte_order(text)?)
+    } else {
+        None
+    };
     text.literal("$EndMeshFormat")?;
     let written = if endian.is_some() { "binary" } else { "ASCII" };
     let name = format!("Gmsh MSH {} {written}", String::from_utf8_lossy(version));
@@ -121,11 +146,18 @@ fn physical_names(text: &mut Text<'_>, raw: &mut RawMesh) -> Result<(), MeshErro
     for _ in 0..text.bounded(count, 6, "physical names")? {
         const EXPECTED: &str = "dimension, tag and \"name\"";
         let line = text.line(EXPECTED)?;
-        let mut parts = line.splitn(2, |&b| b == b'"');
-        let [dimension, tag] = text.exactly::<i64, 2>(parts.next().unwrap_or(b""), EXPECTED)?;
-        let name = parts.next().and_then(|rest| rest.strip_suffix(b"\""));
-        let (Some(name), 0..=3) = (name, dimension) else { return Err(text.malformed(line, EXPECTED)) };
-        raw.names.insert((dimension as usize, tag), String::from_utf8_lossy(name).into_owned());
+        // Some programs write remarks behind the closing quote.
+        let mut parts = line.split(|&b| b == b'"');
+        let numbers = parts.next().unwrap_or(b"");
+        let [dimension, tag] = text.exactly::<i64, 2>(numbers, EXPECTED)?;
+        let name = parts.next().filter(|_| parts.next().is_some());
+        let (Some(name), 0..=3) = (name, dimension) else {
+            return Err(text.malformed(line, EXPECTED));
+        };
+        raw.names.insert(
+            (dimension as usize, tag),
+            String::from_utf8_lossy(name).into_owned(),
+        );
     }
     text.literal("$EndPhysicalNames")
 }
@@ -139,7 +171,9 @@ fn skip_section(text: &mut Text<'_>, section: &str) -> Result<(), MeshError> {
             return Ok(());
         }
     }
-    Err(text.at().malformed("the end of the file", format!("`{end}`")))
+    Err(text
+        .at()
+        .malformed("the end of the file", format!("`{end}`")))
 }
 
 /// What Gmsh's element type numbers stand for.

@@ -50,7 +50,10 @@ fn element_version_1(
     let tag = rows.int(&expected)?;
     rows.int(&expected)?;
     if rows.size(&expected)? != kind.node_count() as u64 {
-        return Err(rows.text.at().malformed("another node count", format!("{} nodes", kind.node_count())));
+        return Err(rows
+            .text
+            .at()
+            .malformed("another node count", format!("{} nodes", kind.node_count())));
     }
     cell(rows, raw, index, kind, tag, &expected)
 }
@@ -106,10 +109,15 @@ fn binary_elements(
         let kind = kind_of(rows, EXPECTED)?;
         let run = rows.id(EXPECTED)?;
         let tags = rows.id(EXPECTED)?;
-        let run = rows.text.bounded(run, 4 * (1 + kind.node_count()), "elements")?;
+        let run = rows
+            .text
+            .bounded(run, 4 * (1 + kind.node_count()), "elements")?;
         if run == 0 || run > count - read {
             let found = format!("a run of {run} elements");
-            return Err(rows.text.at().malformed(found, format!("1 to {} elements", count - read)));
+            return Err(rows
+                .text
+                .at()
+                .malformed(found, format!("1 to {} elements", count - read)));
         }
         for _ in 0..run {
             rows.id("an element number")?;
@@ -124,7 +132,11 @@ fn kind_of(rows: &mut Rows<'_>, expected: &str) -> Result<CellKind, MeshError> {
     let code = rows.int(expected)?;
     cell_kind(code).ok_or_else(|| {
         let found = format!("element type {code}");
-        rows.text.at().unsupported(found, "a type of up to quadratic tetrahedra", "mesh with tetrahedra")
+        rows.text.at().unsupported(
+            found,
+            "a type of up to quadratic tetrahedra",
+            "mesh with tetrahedra",
+        )
     })
 }
 
@@ -161,7 +173,11 @@ fn cell(
     rows.end(expected)?;
     reorder(kind, &mut nodes);
     // A physical tag of zero means none; a negative one is a reversed orientation of the same group.
-    let tags = if physical == 0 { &[][..] } else { &[physical.abs()][..] };
+    let tags = if physical == 0 {
+        &[][..]
+    } else {
+        &[physical.saturating_abs()][..]
+    };
     raw.push(kind, &nodes, tags, rows.text.place());
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! MSH 4.1: entities carry the physical groups, nodes and elements come in blocks per entity.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::error::MeshError;
 use super::gmsh::{cell_kind, reorder};
@@ -12,6 +12,10 @@ use super::rows::Rows;
 pub(crate) struct Model {
     /// Physical tags by dimension and entity tag.
     physical: HashMap<(usize, i64), Vec<i64>>,
+    /// Tags of the bounding entities (one dimension lower) by dimension and entity tag.
+    boundary: HashMap<(usize, i64), Vec<i64>>,
+    /// Dimension and tag of the entity each node lies on.
+    node_entity: Vec<(usize, i64)>,
     /// Node indices by number.
     pub index: NodeIndex,
 }
@@ -22,7 +26,8 @@ const HEADER: &str = "four counts: points, curves, surfaces, volumes";
 pub(crate) fn entities(rows: &mut Rows<'_>, model: &mut Model) -> Result<(), MeshError> {
     for (dimension, count) in counts(rows)?.into_iter().enumerate() {
         for _ in 0..count {
-            const EXPECTED: &str = "an entity: tag, position or bounds, physical tags, boundary tags";
+            const EXPECTED: &str =
+                "an entity: tag, position or bounds, physical tags, boundary tags";
             rows.begin(EXPECTED)?;
             let tag = rows.int(EXPECTED)?;
             entity(rows, model, dimension, tag, EXPECTED)?;
@@ -81,9 +86,17 @@ fn entity(
     for _ in 0..if dimension == 0 { 3 } else { 6 } {
         rows.real(expected)?;
     }
-    let physical = integers(rows, expected)?.iter().map(|t| t.abs()).collect();
+    let physical = integers(rows, expected)?
+        .iter()
+        .map(|t| t.saturating_abs())
+        .collect();
     if dimension > 0 && !rows.line_is_empty() {
-        integers(rows, expected)?;
+        // The sign of a bounding tag is its orientation.
+        let bounding = integers(rows, expected)?
+            .iter()
+            .map(|t| t.saturating_abs())
+            .collect();
+        model.boundary.insert((dimension, tag), bounding);
     }
     rows.end(expected)?;
     model.physical.insert((dimension, tag), physical);
@@ -93,7 +106,9 @@ fn entity(
 /// A count and that many integers.
 fn integers(rows: &mut Rows<'_>, expected: &str) -> Result<Vec<i64>, MeshError> {
     let count = rows.size(expected)?;
-    let count = rows.text.bounded(count, if rows.is_binary() { 4 } else { 1 }, "tags")?;
+    let count = rows
+        .text
+        .bounded(count, if rows.is_binary() { 4 } else { 1 }, "tags")?;
     (0..count).map(|_| rows.int(expected)).collect()
 }
 
@@ -116,39 +131,48 @@ fn block_header(rows: &mut Rows<'_>, what: &str) -> Result<[u64; 4], MeshError> 
 pub(crate) fn nodes(
     rows: &mut Rows<'_>,
     raw: &mut RawMesh,
-    index: &mut NodeIndex,
+    model: &mut Model,
 ) -> Result<(), MeshError> {
     let [blocks, total, least, largest] = block_header(rows, "node")?;
     let header_place = rows.text.place();
     for _ in 0..blocks {
-        node_block(rows, raw, index)?;
+        node_block(rows, raw, model)?;
     }
     let mut at = rows.text.at();
     at.place = header_place;
     if raw.nodes.len() as u64 != total {
-        return Err(at.malformed(format!("a total of {total} nodes"), format!("{}, the blocks' sum", raw.nodes.len())));
+        return Err(at.malformed(
+            format!("a total of {total} nodes"),
+            format!("{}, the blocks' sum", raw.nodes.len()),
+        ));
     }
-    let range = (raw.node_ids.iter().min().copied(), raw.node_ids.iter().max().copied());
-    if let (Some(low), Some(high)) = range {
-        if (low, high) != (least, largest) {
-            let expected = format!("{low} to {high}, the tags the blocks hold");
-            return Err(at.malformed(format!("node tags {least} to {largest}"), expected));
-        }
+    let range = (
+        raw.node_ids.iter().min().copied(),
+        raw.node_ids.iter().max().copied(),
+    );
+    if let (Some(low), Some(high)) = range
+        && (low, high) != (least, largest)
+    {
+        let expected = format!("{low} to {high}, the tags the blocks hold");
+        return Err(at.malformed(format!("node tags {least} to {largest}"), expected));
     }
     Ok(())
 }
 
-fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &mut NodeIndex) -> Result<(), MeshError> {
+fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Result<(), MeshError> {
     const BLOCK: &str = "a node block: dimension, entity, parametric, count";
     rows.begin(BLOCK)?;
     let dimension = rows.int(BLOCK)?;
-    rows.int(BLOCK)?;
+    let entity = rows.int(BLOCK)?;
     let parametric = rows.int(BLOCK)?;
     let count = rows.size(BLOCK)?;
     rows.end(BLOCK)?;
     if !(0..=3).contains(&dimension) || !(0..=1).contains(&parametric) {
         let found = format!("dimension {dimension}, parametric {parametric}");
-        return Err(rows.text.at().malformed(found, "dimension 0 to 3, parametric 0 or 1"));
+        return Err(rows
+            .text
+            .at()
+            .malformed(found, "dimension 0 to 3, parametric 0 or 1"));
     }
     let count = rows.text.bounded(count, 2, "nodes")?;
     let first = raw.nodes.len();
@@ -156,7 +180,10 @@ fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &mut NodeIndex) -> 
         rows.begin("a node tag")?;
         let id = rows.size("a node tag alone on its line")?;
         rows.end("a node tag alone on its line")?;
-        index.insert(id, raw.node_ids.len(), &rows.text.at())?;
+        model
+            .index
+            .insert(id, raw.node_ids.len(), &rows.text.at())?;
+        model.node_entity.push((dimension as usize, entity));
         raw.node_ids.push(id);
     }
     for i in first..first + count {
@@ -171,7 +198,11 @@ fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &mut NodeIndex) -> 
     Ok(())
 }
 
-pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) -> Result<(), MeshError> {
+pub(crate) fn elements(
+    rows: &mut Rows<'_>,
+    raw: &mut RawMesh,
+    model: &Model,
+) -> Result<(), MeshError> {
     let [blocks, total, ..] = block_header(rows, "element")?;
     let header_place = rows.text.place();
     let mut read = 0;
@@ -181,7 +212,10 @@ pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) ->
     if read != total {
         let mut at = rows.text.at();
         at.place = header_place;
-        return Err(at.malformed(format!("a total of {total} elements"), format!("{read}, the blocks' sum")));
+        return Err(at.malformed(
+            format!("a total of {total} elements"),
+            format!("{read}, the blocks' sum"),
+        ));
     }
     Ok(())
 }
@@ -196,15 +230,27 @@ fn element_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) -> Resul
     rows.end(BLOCK)?;
     let kind = cell_kind(code).ok_or_else(|| {
         let found = format!("{count} elements of type {code}");
-        rows.text.at().unsupported(found, "a type of up to quadratic tetrahedra", "mesh with tetrahedra")
+        rows.text.at().unsupported(
+            found,
+            "a type of up to quadratic tetrahedra",
+            "mesh with tetrahedra",
+        )
     })?;
     if dimension != kind.dimension() as i64 {
         let found = format!("element type {code} in dimension {dimension}");
-        return Err(rows.text.at().malformed(found, format!("dimension {}", kind.dimension())));
+        return Err(rows
+            .text
+            .at()
+            .malformed(found, format!("dimension {}", kind.dimension())));
     }
-    let count = rows.text.bounded(count, 2 * (1 + kind.node_count()), "elements")?;
+    let count = rows
+        .text
+        .bounded(count, 2 * (1 + kind.node_count()), "elements")?;
     let none = Vec::new();
-    let tags = model.physical.get(&(kind.dimension(), entity)).unwrap_or(&none);
+    let tags = model
+        .physical
+        .get(&(kind.dimension(), entity))
+        .unwrap_or(&none);
     for _ in 0..count {
         element(rows, raw, model, kind, tags)?;
     }
@@ -230,4 +276,42 @@ fn element(
     reorder(kind, &mut nodes);
     raw.push(kind, &nodes, tags, rows.text.place());
     Ok(())
+}
+
+/// Groups that were named, but of which no element was saved: their nodes are those on their entities and on what bounds
+/// these.
+pub(crate) fn groups_without_elements(raw: &mut RawMesh, model: &Model) {
+    let missing: Vec<(usize, i64, String)> = raw.missing_groups();
+    for (dimension, tag, name) in missing {
+        let with_tag = model
+            .physical
+            .iter()
+            .filter(|(e, tags)| e.0 == dimension && tags.contains(&tag));
+        let mut open: Vec<(usize, i64)> = with_tag.map(|(entity, _)| *entity).collect();
+        let mut closure = HashSet::new();
+        while let Some(entity) = open.pop() {
+            if closure.insert(entity) {
+                let bounding = model.boundary.get(&entity).into_iter().flatten();
+                open.extend(bounding.map(|&tag| (entity.0.saturating_sub(1), tag)));
+            }
+        }
+        let on = |e: &(usize, i64)| closure.contains(e);
+        let nodes: Vec<u32> = model
+            .node_entity
+            .iter()
+            .zip(0..)
+            .filter(|(e, _)| on(e))
+            .map(|(_, node)| node)
+            .collect();
+        if nodes.is_empty() {
+            raw.notes.push(format!(
+                "group `{name}` is named, but the file has no element of it"
+            ));
+        } else {
+            raw.notes.push(format!(
+                "group `{name}` has no elements, its nodes were taken from the geometry"
+            ));
+            raw.node_groups.entry(name).or_default().extend(nodes);
+        }
+    }
 }

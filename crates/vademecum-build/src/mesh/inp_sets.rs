@@ -2,16 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::check::sorted_with_parity;
 use super::error::{MeshError, shown};
 use super::inp::{Deck, Element};
 use super::inp_deck::{Card, DataLine};
-use super::quality::EDGES;
 use super::raw::CellKind;
 use super::text::Number;
-
-/// Corner places of the faces S1 to S4 of a tetrahedron.
-const ABAQUS_FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
 
 /// How a set came about.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -43,24 +38,34 @@ impl Sets {
     /// Adds members to a set. A set of the assembly that has the name of a set of the part gets `assembly.` before it.
     pub fn add(&mut self, name: &str, members: Vec<usize>, family: Family, in_assembly: bool) {
         let mut name = name.to_string();
-        if self.get(&name).is_some_and(|set| set.in_assembly != in_assembly) {
+        if self
+            .get(&name)
+            .is_some_and(|set| set.in_assembly != in_assembly)
+        {
             name = format!("assembly.{name}");
         }
         let next = self.all.len();
         let place = *self.index.entry(name.to_ascii_uppercase()).or_insert(next);
         if place == next {
-            self.all.push(Set { name, members, family, in_assembly });
+            self.all.push(Set {
+                name,
+                members,
+                family,
+                in_assembly,
+            });
         } else {
             self.all[place].members.extend(members);
         }
     }
 
     pub fn get(&self, name: &str) -> Option<&Set> {
-        self.index.get(&name.to_ascii_uppercase()).map(|&i| &self.all[i])
+        self.index
+            .get(&name.to_ascii_uppercase())
+            .map(|&i| &self.all[i])
     }
 }
 
-fn is_volume(element: &Element) -> bool {
+pub(crate) fn is_volume(element: &Element) -> bool {
     element.kind.dimension() == 3
 }
 
@@ -70,18 +75,29 @@ impl Deck {
         let mut members = match card.parameter("GENERATE") {
             Some(_) => {
                 let known: Vec<(u64, usize)> = self.raw.node_ids.iter().copied().zip(0..).collect();
-                generated(card, "*NSET", &known, |id| self.index.get(id).map(|i| i as usize))?
+                generated(card, "*NSET", &known, |id| {
+                    self.index.get(id).map(|i| i as usize)
+                })?
             }
             None => self.node_members(&card.data, "*NSET")?,
         };
         if let Some(from) = card.parameter("ELSET") {
             let Some(set) = self.element_sets.get(self.strip_instance(from)) else {
                 let found = format!("element set `{from}`");
-                return Err(card.place.at("*NSET").malformed(found, "an element set defined before"));
+                return Err(card
+                    .place
+                    .at("*NSET")
+                    .malformed(found, "an element set defined before"));
             };
-            members.extend(set.members.iter().flat_map(|&e| &self.elements[e].nodes).map(|&n| n as usize));
+            members.extend(
+                set.members
+                    .iter()
+                    .flat_map(|&e| &self.elements[e].nodes)
+                    .map(|&n| n as usize),
+            );
         }
-        self.node_sets.add(&name, members, family(card), self.in_assembly);
+        self.node_sets
+            .add(&name, members, family(card), self.in_assembly);
         Ok(())
     }
 
@@ -89,25 +105,31 @@ impl Deck {
         let name = set_name(card, "ELSET")?;
         let members = match card.parameter("GENERATE") {
             Some(_) => {
-                let mut known: Vec<(u64, usize)> = self.element_index.iter().map(|(&id, &i)| (id, i)).collect();
+                let mut known: Vec<(u64, usize)> =
+                    self.element_index.iter().map(|(&id, &i)| (id, i)).collect();
                 known.sort_unstable();
-                generated(card, "*ELSET", &known, |id| self.element_index.get(&id).copied())?
+                generated(card, "*ELSET", &known, |id| {
+                    self.element_index.get(&id).copied()
+                })?
             }
             None => {
                 let find = |id| self.element_index.get(&id).copied();
                 self.members(&card.data, "*ELSET", &self.element_sets, find)?
             }
         };
-        self.element_sets.add(&name, members, family(card), self.in_assembly);
+        self.element_sets
+            .add(&name, members, family(card), self.in_assembly);
         Ok(())
     }
 
     pub fn node_members(&self, data: &[DataLine], section: &str) -> Result<Vec<usize>, MeshError> {
-        self.members(data, section, &self.node_sets, |id| self.index.get(id).map(|i| i as usize))
+        self.members(data, section, &self.node_sets, |id| {
+            self.index.get(id).map(|i| i as usize)
+        })
     }
 
     /// Numbers and names of sets defined before.
-    fn members(
+    pub fn members(
         &self,
         data: &[DataLine],
         section: &str,
@@ -124,12 +146,18 @@ impl Deck {
                     (_, Some(set)) => members.extend_from_slice(&set.members),
                     _ => {
                         let expected = "a number or a set defined before";
-                        return Err(line.place.at(section).malformed(shown(field.as_bytes()), expected));
+                        return Err(line
+                            .place
+                            .at(section)
+                            .malformed(shown(field.as_bytes()), expected));
                     }
                 }
                 // Sets that name each other can double at every line; no honest deck has more than this.
                 if members.len() > 64 * (self.raw.nodes.len() + self.elements.len() + 64) {
-                    return Err(line.place.at(section).malformed("the same members over and over", "each member once"));
+                    return Err(line
+                        .place
+                        .at(section)
+                        .malformed("the same members over and over", "each member once"));
                 }
             }
         }
@@ -146,7 +174,9 @@ impl Deck {
         for (name, place) in &sections {
             let Some(set) = self.element_sets.get(self.strip_instance(name)) else {
                 let found = format!("element set `{name}`");
-                return Err(place.at("*SOLID SECTION").malformed(found, "an element set of this deck"));
+                return Err(place
+                    .at("*SOLID SECTION")
+                    .malformed(found, "an element set of this deck"));
             };
             for &e in &set.members {
                 regions[e] = Some(set.name.clone());
@@ -155,9 +185,16 @@ impl Deck {
         if sections.is_empty() && !self.regions_from(Family::Explicit, &mut regions) {
             self.regions_from(Family::Creation, &mut regions);
         }
-        let missing = self.elements.iter().zip(&regions).filter(|(e, r)| is_volume(e) && r.is_none()).count();
+        let missing = self
+            .elements
+            .iter()
+            .zip(&regions)
+            .filter(|(e, r)| is_volume(e) && r.is_none())
+            .count();
         if !sections.is_empty() && missing > 0 {
-            self.raw.notes.push(format!("{missing} elements have no *SOLID SECTION, their region is `body`"));
+            self.raw.notes.push(format!(
+                "{missing} elements have no *SOLID SECTION, their region is `body`"
+            ));
         }
         Ok(regions)
     }
@@ -166,14 +203,22 @@ impl Deck {
     fn regions_from(&self, family: Family, regions: &mut [Option<String>]) -> bool {
         let mut found: Vec<Option<String>> = vec![None; regions.len()];
         for set in self.element_sets.all.iter().filter(|s| s.family == family) {
-            for &e in set.members.iter().filter(|&&e| is_volume(&self.elements[e])) {
+            for &e in set
+                .members
+                .iter()
+                .filter(|&&e| is_volume(&self.elements[e]))
+            {
                 if family == Family::Explicit && found[e].is_some() {
                     return false;
                 }
                 found[e] = Some(set.name.clone());
             }
         }
-        let covers = self.elements.iter().zip(&found).all(|(e, r)| !is_volume(e) || r.is_some());
+        let covers = self
+            .elements
+            .iter()
+            .zip(&found)
+            .all(|(e, r)| !is_volume(e) || r.is_some());
         if family == Family::Explicit && !covers {
             return false;
         }
@@ -189,11 +234,19 @@ impl Deck {
             self.raw.node_groups.insert(set.name.clone(), nodes);
         }
         let regions: Vec<String> = self.raw.region_names.values().cloned().collect();
-        for set in self.element_sets.all.iter().filter(|s| s.family != Family::Internal) {
+        for set in self
+            .element_sets
+            .all
+            .iter()
+            .filter(|s| s.family != Family::Internal)
+        {
             let members = || set.members.iter().map(|&e| &self.elements[e]);
-            let triangle = |e: &&Element| matches!(e.kind, CellKind::Triangle3 | CellKind::Triangle6);
-            let facets: Vec<[u32; 3]> =
-                members().filter(triangle).map(|e| [e.nodes[0], e.nodes[1], e.nodes[2]]).collect();
+            let triangle =
+                |e: &&Element| matches!(e.kind, CellKind::Triangle3 | CellKind::Triangle6);
+            let facets: Vec<[u32; 3]> = members()
+                .filter(triangle)
+                .map(|e| [e.nodes[0], e.nodes[1], e.nodes[2]])
+                .collect();
             if !facets.is_empty() {
                 self.raw.facet_groups.insert(set.name.clone(), facets);
             }
@@ -204,101 +257,24 @@ impl Deck {
             }
         }
     }
-
-    /// Surfaces become facet groups.
-    pub fn surface_groups(&mut self) -> Result<(), MeshError> {
-        let surfaces = std::mem::take(&mut self.surfaces);
-        if surfaces.is_empty() {
-            return Ok(());
-        }
-        let free = self.free_faces();
-        for (name, data, place) in &surfaces {
-            let (mut facets, mut nodes) = (Vec::new(), Vec::new());
-            for line in data {
-                self.surface_line(line, &free, &mut facets, &mut nodes)?;
-            }
-            if facets.is_empty() {
-                return Err(place.at("*SURFACE").malformed("no face", "at least one face of a tetrahedron"));
-            }
-            self.raw.facet_groups.insert(name.clone(), facets);
-            self.raw.node_groups.insert(name.clone(), nodes);
-        }
-        Ok(())
-    }
-
-    fn surface_line(
-        &self,
-        line: &DataLine,
-        free: &HashMap<[u32; 3], u32>,
-        facets: &mut Vec<[u32; 3]>,
-        nodes: &mut Vec<u32>,
-    ) -> Result<(), MeshError> {
-        let at = line.place.at("*SURFACE");
-        let fields = line.fields();
-        let label = fields.get(1).map_or(String::new(), |l| l.to_ascii_uppercase());
-        let face = ["S1", "S2", "S3", "S4"].iter().position(|l| *l == label);
-        let whole_surface = matches!(label.as_str(), "" | "SPOS" | "SNEG");
-        if face.is_none() && !whole_surface {
-            return Err(at.unsupported(format!("face `{label}`"), "S1 to S4 or no label", "name faces of tetrahedra"));
-        }
-        for e in self.members_of_field(line, fields[0])? {
-            let element = &self.elements[e];
-            if matches!(element.kind, CellKind::Triangle3 | CellKind::Triangle6) && whole_surface {
-                facets.push([element.nodes[0], element.nodes[1], element.nodes[2]]);
-                nodes.extend_from_slice(&element.nodes);
-                continue;
-            }
-            if !matches!(element.kind, CellKind::Tetrahedron4 | CellKind::Tetrahedron10) {
-                continue;
-            }
-            for (f, corners) in ABAQUS_FACES.iter().enumerate() {
-                let key = sorted_with_parity(corners.map(|i| element.nodes[i])).0;
-                if face == Some(f) || (face.is_none() && free.get(&key) == Some(&1)) {
-                    facets.push(corners.map(|i| element.nodes[i]));
-                    nodes.extend(face_nodes(element, *corners));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn members_of_field(&self, line: &DataLine, field: &str) -> Result<Vec<usize>, MeshError> {
-        let field = DataLine { text: field.to_string(), place: line.place.clone() };
-        let find = |id| self.element_index.get(&id).copied();
-        self.members(std::slice::from_ref(&field), "*SURFACE", &self.element_sets, find)
-    }
-
-    /// How many tetrahedra each face belongs to.
-    fn free_faces(&self) -> HashMap<[u32; 3], u32> {
-        let mut count = HashMap::new();
-        for element in self.elements.iter().filter(|e| is_volume(e) && matches!(e.nodes.len(), 4 | 10)) {
-            for face in ABAQUS_FACES {
-                *count.entry(sorted_with_parity(face.map(|i| element.nodes[i])).0).or_default() += 1;
-            }
-        }
-        count
-    }
-}
-
-/// Corners and mid-side nodes of a face.
-fn face_nodes(element: &Element, corners: [usize; 3]) -> Vec<u32> {
-    let mut nodes = corners.map(|i| element.nodes[i]).to_vec();
-    if element.nodes.len() == 10 {
-        let on_face = |edge: &[usize; 2]| edge.iter().all(|i| corners.contains(i));
-        nodes.extend(EDGES.iter().zip(&element.nodes[4..]).filter(|(edge, _)| on_face(edge)).map(|(_, &n)| n));
-    }
-    nodes
 }
 
 fn set_name(card: &Card, key: &str) -> Result<String, MeshError> {
     match card.parameter(key) {
         Some(name) if !name.is_empty() => Ok(name.to_string()),
-        _ => Err(card.place.at(&card.section()).malformed("no name", format!("{key}=name"))),
+        _ => Err(card
+            .place
+            .at(&card.section())
+            .malformed("no name", format!("{key}=name"))),
     }
 }
 
 fn family(card: &Card) -> Family {
-    if card.parameter("INTERNAL").is_some() { Family::Internal } else { Family::Explicit }
+    if card.parameter("INTERNAL").is_some() {
+        Family::Internal
+    } else {
+        Family::Explicit
+    }
 }
 
 /// Members of `first, last, step` lines; numbers that do not exist are skipped, as both programs do.
@@ -313,21 +289,37 @@ fn generated(
     const EXPECTED: &str = "first, last, step";
     let mut members = Vec::new();
     for line in &card.data {
-        let fault = || line.place.at(section).malformed(shown(line.text.as_bytes()), EXPECTED);
-        let numbers: Option<Vec<u64>> = line.fields().iter().map(|f| u64::parse(f.as_bytes())).collect();
+        let fault = || {
+            line.place
+                .at(section)
+                .malformed(shown(line.text.as_bytes()), EXPECTED)
+        };
+        let numbers: Option<Vec<u64>> = line
+            .fields()
+            .iter()
+            .map(|f| u64::parse(f.as_bytes()))
+            .collect();
         let (first, last, step) = match numbers.ok_or_else(fault)?[..] {
             [first, last] => (first, last, 1),
             [first, last, step] if step > 0 => (first, last, step),
             _ => return Err(fault()),
         };
         if last.saturating_sub(first) / step > known.len() as u64 {
-            let inside = |id: u64| (first..=last).contains(&id) && (id - first) % step == 0;
-            members.extend(known.iter().filter(|(id, _)| inside(*id)).map(|(_, index)| index));
+            let inside =
+                |id: u64| (first..=last).contains(&id) && (id - first).is_multiple_of(step);
+            members.extend(
+                known
+                    .iter()
+                    .filter(|(id, _)| inside(*id))
+                    .map(|(_, index)| index),
+            );
         } else {
             let mut id = first;
             while id <= last {
                 members.extend(find(id));
-                let Some(next) = id.checked_add(step) else { break };
+                let Some(next) = id.checked_add(step) else {
+                    break;
+                };
                 id = next;
             }
         }

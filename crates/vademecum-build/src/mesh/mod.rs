@@ -15,8 +15,10 @@ mod hash;
 mod inp;
 mod inp_deck;
 mod inp_sets;
+mod inp_surfaces;
 mod medit;
 mod mfem;
+mod problem;
 pub(crate) mod quality;
 mod raw;
 mod report;
@@ -27,19 +29,19 @@ mod tables;
 mod tetgen;
 pub(crate) mod text;
 mod vtk;
-mod vtk_cells;
 pub(crate) mod vtk_array;
+mod vtk_cells;
 pub(crate) mod vtk_xml;
 mod vtu;
 
 use std::collections::BTreeMap;
 
 pub use block::block;
-pub use check::Problem;
 pub use detect::{parse, read};
-pub use error::{Fault, MeshError, Place};
 pub(crate) use error::shown;
+pub use error::{Fault, MeshError, Place};
 pub use hash::hash;
+pub use problem::Problem;
 pub use quality::{corner_volume, jacobian_10, quality};
 pub use raw::{RawMesh, Tetrahedra, UnsupportedCells};
 pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};
@@ -119,14 +121,21 @@ impl Mesh {
     /// Volume of all elements (of the curved ones if quadratic), in the mesh's unit cubed.
     pub fn volume(&self) -> f64 {
         let elements = self.elements.chunks_exact(self.order.nodes_per_element());
-        elements.map(|e| quality::element_volume(self.order, &self.nodes, e)).sum()
+        elements
+            .map(|e| quality::element_volume(self.order, &self.nodes, e))
+            .sum()
     }
 }
 
 /// Lower and upper corner of the box around points; zeros for none.
 pub(crate) fn bounding_box(points: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
-    let Some(&first) = points.first() else { return ([0.0; 3], [0.0; 3]) };
+    let Some(&first) = points.first() else {
+        return ([0.0; 3], [0.0; 3]);
+    };
     points.iter().fold((first, first), |(low, high), p| {
-        (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
+        (
+            std::array::from_fn(|k| low[k].min(p[k])),
+            std::array::from_fn(|k| high[k].max(p[k])),
+        )
     })
 }
