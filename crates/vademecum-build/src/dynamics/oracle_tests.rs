@@ -268,7 +268,7 @@ fn high_frequencies_are_damped_as_asked() {
     }
     assert!(at_infinity(bathe()) < 1e-2);
     assert!((at_infinity(newmark(0.25, 0.5).unwrap()) - 1.0).abs() < 1e-12);
-    // Hilber and Hughes: (1 + α)/(1 − α) less, α = −0.1: the double root −(1+α)… of the limit, printed as 0.818.
+    // HHT tends to (1 + α)/(1 − α).
     assert!((at_infinity(hht_alpha(-0.1).unwrap()) - 0.9 / 1.1).abs() < 1e-2);
 }
 
