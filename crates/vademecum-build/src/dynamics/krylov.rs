@@ -43,8 +43,8 @@ pub(super) struct Ritz {
 impl<'a> Krylov<'a> {
     pub fn new(pencil: &'a Pencil, factor: &'a Factor, count: usize) -> Krylov<'a> {
         let n = pencil.n_dof();
-        // Lanczos needs about twice the modes wanted; the rest is room for slow ones and for the probe.
-        let capacity = (2 * count + 16 * BLOCK).min(n);
+        // Blocks of 8 need two to three times the modes wanted; the rest is room for slow ones and for the probe.
+        let capacity = (3 * count + 16 * BLOCK).min(n);
         let mut space = Krylov {
             pencil,
             factor,

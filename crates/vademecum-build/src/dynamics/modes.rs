@@ -13,7 +13,7 @@ use crate::fem::{FactorError, Pencil, Symbolic};
 
 /// Ritz residual `‖K⁻¹M x − θ x‖ / θ`, in the mass norm, at which a mode counts as converged. It bounds the relative
 /// error of its eigenvalue (whose true error is of the order of its square over the gap).
-const TOLERANCE: f64 = 1e-9;
+const TOLERANCE: f64 = 5e-9;
 
 /// Expansions of a probe block before the answer stands.
 const PROBES: usize = 2;
@@ -68,7 +68,8 @@ pub enum ModesError {
 
 /// The `count` lowest modes of a pencil, with `symbolic` the analysis of its pattern.
 ///
-/// One factor of `K`, then some `2 count + 5 · 8` solves; memory for as many vectors twice over. Deterministic.
+/// One factor of `K`, then some two or three solves per mode; memory for up to `3 count + 128` vectors, twice.
+/// Deterministic.
 ///
 /// # Errors
 /// [`ModesError`]. Modes that have not converged are no error: see [`Modes::residuals`].
