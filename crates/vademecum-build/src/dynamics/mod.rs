@@ -2,6 +2,8 @@
 
 mod damping;
 mod full_order;
+mod initial;
+mod krylov;
 mod modes;
 pub mod schemes;
 
@@ -9,7 +11,6 @@ pub use damping::{
     Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
 };
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
-pub(crate) use modes::symmetric_eigen;
 pub use modes::{Modes, ModesError, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
 

@@ -298,7 +298,22 @@ pub fn inconsistency(table: &SchemeTable) -> f64 {
     let still = |form: &Form| form[U] + form[STAGE..].iter().sum::<f64>();
     let size = |form: &Form| form.iter().map(|x| x.abs()).fold(1.0, f64::max);
     let mut worst = 0.0_f64;
+    let finite = |form: &Form| form.iter().all(|x| x.is_finite());
+    if !table.finish.iter().all(finite) {
+        return f64::INFINITY; // `max` would lose a NaN
+    }
     for stage in &table.stages[..table.n_stages as usize] {
+        let histories = [
+            stage.mass_history,
+            stage.damping_history,
+            stage.stiffness_history,
+        ];
+        let weights = [stage.mass, stage.damping, stage.stiffness];
+        if !(histories.iter().all(finite)
+            && weights.iter().chain(&stage.load).all(|x| x.is_finite()))
+        {
+            return f64::INFINITY;
+        }
         let off = [
             (still(&stage.mass_history) - stage.mass) / size(&stage.mass_history),
             (still(&stage.damping_history) - stage.damping) / size(&stage.damping_history),

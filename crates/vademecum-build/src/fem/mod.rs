@@ -18,7 +18,10 @@ pub use loads::{Facet, LoadError, surface_facets};
 pub use model::{DofMap, Model, ModelError};
 pub use pencil::{Pencil, PencilError};
 pub use sparse::{Pattern, SymmetricMatrix};
+pub(crate) use sparse::{contiguous, contiguous_mut};
 
+#[cfg(test)]
+mod convergence_tests;
 #[cfg(test)]
 mod oracle_tests;
 #[cfg(test)]
