@@ -87,11 +87,6 @@ fn no_surface(path: &Path) -> Failure {
     Failure::new(Cause::File, text)
 }
 
-/// What a played scenario cost.
-pub struct Played {
-    /// Seconds in `step` alone, all steps together.
-    pub step_seconds: f64,
-}
 
 /// Marches `steps` steps from rest and shows each state, the start included.
 pub fn play(
@@ -101,7 +96,7 @@ pub fn play(
     track: &Track,
     steps: usize,
     mut observe: impl FnMut(usize, &Scene<'_, f64>, &State<'_, f64>) -> Result<(), Failure>,
-) -> Result<Played, Failure> {
+) -> Result<(), Failure> {
     let bind = |error| Failure::file(path, error);
     let sizes = Scene::<f64>::sizes(file, options).map_err(bind)?;
     let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
@@ -117,22 +112,19 @@ pub fn play(
     let zero = vec![0.0; scene.n_modes()];
     scene.set(&mut state, &zero, &zero, &loads).map_err(step_failed)?;
     observe(0, &scene, &state)?;
-    let mut step_seconds = 0.0;
     for step in 0..steps {
         let next = track.factors(&instants, time_step, step);
         if next != factors {
             factors = next;
             track.apply(&scene, &factors, &mut loads)?;
         }
-        let start = Instant::now();
         scene.step(&mut state, &loads).map_err(step_failed)?;
-        step_seconds += start.elapsed().as_secs_f64();
         observe(step + 1, &scene, &state)?;
         if cancelled() {
             return Err(Failure::new(Cause::Stopped, "stopped on request"));
         }
     }
-    Ok(Played { step_seconds })
+    Ok(())
 }
 
 /// A long march under one held contact and then free: what stepping costs, and whether it stays bounded.

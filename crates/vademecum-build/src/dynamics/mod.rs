@@ -3,7 +3,7 @@
 mod damping;
 mod full_order;
 mod initial;
-mod krylov;
+pub(crate) mod krylov;
 mod modes;
 pub mod schemes;
 

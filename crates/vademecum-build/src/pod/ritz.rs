@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 
 use super::{Apply, Pod, gram, lower_gram_factor, weighted_svd};
-use crate::dynamics::symmetric_eigen;
+use crate::dynamics::krylov::symmetric_eigen;
 
 /// The basis of a vademecum.
 #[derive(Clone, Debug)]
