@@ -18,28 +18,32 @@
 //! come out depend on the seed and not on the number of threads.
 
 mod axis;
-//mod block;
+mod block;
 //pub mod canonical;
 mod enrich;
 mod error;
-//mod fit;
+mod fit;
 mod linalg;
 mod problem;
 mod recompress;
-//mod reduce;
+mod reduce;
 mod solution;
 mod update;
 
 pub use axis::{Axis, AxisKind};
-//pub use block::{BlockProblem, BlockSource, FreshPoints};
+pub use block::{BlockProblem, BlockSource, FreshPoints};
 pub use enrich::{EnrichmentOptions, EnrichmentReport, StopReason, enrich};
 pub use error::SeparatedError;
-//pub use fit::{SampledBlocks, fit};
+pub use fit::{SampledBlocks, fit};
 pub use linalg::Random;
 pub use problem::{AxisOperator, DenseSpace, Problem, Source, Space, SparseSpace};
 pub use recompress::recompress;
-//pub use reduce::{Reduction, ReductionOptions, compress, reduce};
+pub use reduce::{Energy, Reduction, ReductionOptions, compress, reduce};
 pub use solution::Separated;
 
+#[cfg(test)]
+mod block_tests;
+#[cfg(test)]
+mod surrogate;
 #[cfg(test)]
 mod tests;
