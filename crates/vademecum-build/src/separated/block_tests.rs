@@ -5,52 +5,35 @@ use super::*;
 use faer::MatRef;
 use std::time::Instant;
 
-/// How region stiffness maps to axes.
-enum Axes {
-    /// Common `θ` and one stiffness scale per region: `θ_q = θ κ_q`.
-    CommonAndScales,
-    /// `θ` of the first region, and the ratio to it of every other region: `θ_q = θ c_q`.
-    CommonAndRatios,
-    /// Geometric mean and contrast of two regions: `θ_{1,2} = θ c^{±½}`.
-    MeanAndContrast,
-}
-
-fn chebyshev(name: &str, lower: f64, upper: f64, points: usize) -> Axis {
-    Axis::new(name, "1", lower, upper, AxisKind::Chebyshev { points }, true).unwrap()
-}
-
 /// Increment problem of a beam with region scales in [½, 2] and `θ` over a factor `span`, ending where θλ_1 of the
 /// nominal beam is that of 12 steps per period (Bathe, stage 2).
-fn increment(beam: &Beam, span: f64, points: (usize, usize), choice: Axes) -> BlockProblem<SparseSpace> {
+fn increment(beam: &Beam, span: f64, points: (usize, usize)) -> (RegionAxes, BlockProblem<SparseSpace>) {
     let regions = beam.stiffness.len();
-    let top = (2.0 * std::f64::consts::PI / 12.0f64).powi(2) / 9.0 / beam.eigenvalues[0];
-    let (low, high) = if regions > 1 { (0.5, 2.0) } else { (1.0, 1.0) };
-    let (axes, powers) = match choice {
-        Axes::CommonAndScales => {
-            let mut axes = vec![chebyshev("theta", top / span, top, points.0)];
-            axes.extend((0..regions).filter(|_| regions > 1).map(|_| chebyshev("kappa", low, high, points.1)));
-            let powers = (0..regions).map(|q| (0..axes.len()).map(|a| f64::from(a == 0 || a == q + 1)).collect());
-            let powers: Vec<Vec<f64>> = powers.collect();
-            (axes, powers)
-        }
-        Axes::CommonAndRatios => {
-            let mut axes = vec![chebyshev("theta", low * top / span, high * top, points.0)];
-            axes.extend((1..regions).map(|_| chebyshev("ratio", low / high, high / low, points.1)));
-            let powers = (0..regions).map(|q| (0..regions).map(|a| f64::from(a == 0 || a == q)).collect());
-            let powers: Vec<Vec<f64>> = powers.collect();
-            (axes, powers)
-        }
-        Axes::MeanAndContrast => {
-            let axes = vec![
-                chebyshev("theta", low * top / span, high * top, points.0),
-                chebyshev("contrast", low / high, high / low, points.1),
-            ];
-            (axes, vec![vec![1.0, 0.5], vec![1.0, -0.5]])
-        }
-    };
+    let top = theta_top(beam);
+    let scale = if regions > 1 { (0.5, 2.0) } else { (1.0, 1.0) };
+    let map = RegionAxes::new((top / span, top), &vec![scale; regions], points.0, points.1).unwrap();
     let mut matrices = vec![beam.mass.clone()];
     matrices.extend(beam.stiffness.iter().cloned());
-    BlockProblem::increment(axes, &powers, SparseSpace::new(matrices).unwrap(), &beam.modes).unwrap()
+    let space = SparseSpace::new(matrices).unwrap();
+    let problem = BlockProblem::increment(map.axes().to_vec(), map.powers(), space, &beam.modes).unwrap();
+    (map, problem)
+}
+
+fn theta_top(beam: &Beam) -> f64 {
+    (2.0 * std::f64::consts::PI / 12.0f64).powi(2) / 9.0 / beam.eigenvalues[0]
+}
+
+/// 200 points of the box the user asked for: θ times region scales, not the box of the axes, which is wider.
+fn fresh_points(beam: &Beam, span: f64, map: &RegionAxes, problem: &BlockProblem<DenseSpace>) -> FreshPoints {
+    let mut random = Random::new(77);
+    let regions = beam.stiffness.len();
+    let mut point = || {
+        let common = theta_top(beam) * span.powf(-random.uniform());
+        let scale = |t: f64| if regions > 1 { 4f64.powf(t - 0.5) } else { 1.0 };
+        let theta: Vec<f64> = (0..regions).map(|_| common * scale(random.uniform())).collect();
+        map.point(&theta).unwrap()
+    };
+    FreshPoints::at(problem, (0..200).map(|_| point()).collect()).unwrap()
 }
 
 fn reduced(beam: &Beam, problem: &BlockProblem<SparseSpace>, tolerance: f64) -> Reduction {
@@ -64,34 +47,45 @@ fn sci(values: &[f64]) -> String {
     values.iter().map(|v| format!("{v:.1e} ")).collect()
 }
 
+fn report(name: &str, reduction: &Reduction, fresh: &FreshPoints, most: usize, options: &EnrichmentOptions) {
+    let clock = Instant::now();
+    let problem = &reduction.problem;
+    let measure = |u: &Separated| fresh.error(u).unwrap().0;
+    let (u, report) = if most > 0 {
+        problem.separate(most, options, Some(&measure)).unwrap()
+    } else {
+        enrich(&problem.galerkin().unwrap(), options, None, Some(&measure)).unwrap()
+    };
+    println!(
+        "{name}, updates {}: {} terms {:?} {}, {:.2} s; {}",
+        options.update_sweeps, u.n_terms(), report.stop,
+        sci(&<[f64; 2]>::from(fresh.error(&u).unwrap())), clock.elapsed().as_secs_f64(),
+        sci(&report.history.iter().copied().enumerate().filter(|(i, _)| i % 10 == 9).map(|x| x.1).collect::<Vec<_>>())
+    );
+}
+
 #[test]
 #[ignore = "measurement"]
-fn measure_variants() {
-    let beam = Beam::new(150, 2, 8);
-    for (name, choice, points) in [
-        ("scales", Axes::CommonAndScales, (15, 9)),
-        ("ratio", Axes::CommonAndRatios, (17, 13)),
-        ("contrast", Axes::MeanAndContrast, (17, 13)),
-    ] {
+fn measure_block() {
+    for (regions, points, tolerance, max_terms) in
+        [(1, (29, 2), 1e-8, 20), (2, (17, 11), 1e-7, 60), (4, (15, 7), 1e-5, 200)]
+    {
+        let beam = Beam::new(160, regions, 8);
+        let span = if regions == 1 { 100.0 } else { 30.0 };
         let clock = Instant::now();
-        let problem = increment(&beam, 30.0, points, choice);
-        let reduction = reduced(&beam, &problem, 1e-8);
+        let (map, problem) = increment(&beam, span, points);
+        let reduction = reduced(&beam, &problem, 0.1 * tolerance);
         println!(
-            "{name}: k = {}, {} samples, errors {}, {:.2} s",
+            "{regions} regions: k = {}, {} samples, errors {}, {:.2} s",
             reduction.basis.ncols(), reduction.points.len(), sci(&reduction.history), clock.elapsed().as_secs_f64()
         );
-        let fresh = FreshPoints::random(&reduction.problem, 200, 77).unwrap();
-        for updates in [0, 2, 5, 10] {
-            let clock = Instant::now();
-            let measure = |u: &Separated| fresh.error(u).unwrap().0;
-            let options = EnrichmentOptions { tolerance: 1e-7, max_terms: 60, update_sweeps: updates, ..Default::default() };
-            let (u, report) = reduction.problem.separate(4000, &options, Some(&measure)).unwrap();
-            let at = |n: usize| report.history.get(n - 1).copied().unwrap_or(f64::NAN);
-            println!(
-                "  updates {updates}: 10 {:.1e} 20 {:.1e} 30 {:.1e} 40 {:.1e} 60 {:.1e}; {} terms {:?} {}, {:.2} s",
-                at(10), at(20), at(30), at(40), at(60), u.n_terms(), report.stop, sci(&<[f64; 2]>::from(fresh.error(&u).unwrap())),
-                clock.elapsed().as_secs_f64()
-            );
+        let fresh = fresh_points(&beam, span, &map, &reduction.problem);
+        let options = EnrichmentOptions { tolerance, max_terms, ..Default::default() };
+        for updates in [0, 1, 2, 5] {
+            if regions == 4 && (updates == 5 || updates == 0) { continue; }
+            let options = EnrichmentOptions { update_sweeps: updates, ..options.clone() };
+            report("  samples", &reduction, &fresh, 5000, &options);
+            if regions < 4 { report("  galerkin", &reduction, &fresh, 0, &options); }
         }
     }
 }

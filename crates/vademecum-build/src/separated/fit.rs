@@ -13,6 +13,7 @@ use super::error::{SeparatedError, check_len};
 use super::linalg::{Random, add_product, column, norm, product, solve_semidefinite, thin_svd, transposed_product};
 use super::solution::Separated;
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 /// Solutions at grid points.
 #[derive(Clone, Debug)]
@@ -43,8 +44,12 @@ pub fn fit(
     let mut state = fitter.empty();
     let mut progress = Progress::new(Separated::zero(&samples.axes, samples.n_rows, span.nrows() / samples.n_rows), 1.0);
     loop {
-        if !fitter.add_term(&mut state, options.max_sweeps) {
-            return Ok(progress.finish(StopReason::Stagnation));
+        // Late terms are small and many: a few at a time share one update.
+        let batch = if options.update_sweeps > 0 { 1 + state.blocks.ncols() / 32 } else { 1 };
+        for _ in 0..batch.min(options.max_terms - state.blocks.ncols()) {
+            if !fitter.add_term(&mut state, options.max_sweeps) {
+                return Ok(progress.finish(StopReason::Stagnation));
+            }
         }
         for _ in 0..options.update_sweeps {
             fitter.sweep(&mut state);
@@ -196,16 +201,20 @@ impl Fitter {
         let terms = blocks.ncols();
         let (order, starts) = &self.groups[a];
         let mut step = Mat::zeros(self.index.len(), terms);
-        for j in 0..self.lengths[a] {
+        // The points of an axis are independent of each other, so threads do not change a bit.
+        let solve_at = |j: usize| {
             let members = &order[starts[j]..starts[j + 1]];
             let own = Mat::from_fn(members.len(), terms, |q, i| k[(members[q], i)]);
             let gram = transposed_product(own.as_ref(), own.as_ref());
             let gram = Mat::from_fn(terms, terms, |i, l| gram[(i, l)] * blocks[(i, l)]);
             let pull = |i: usize| (0..members.len()).map(|q| own[(q, i)] * seen[(members[q], i)]).sum();
-            let correction = solve_semidefinite(gram.as_ref(), Mat::from_fn(terms, 1, |i, _| pull(i)));
+            solve_semidefinite(gram.as_ref(), Mat::from_fn(terms, 1, |i, _| pull(i)))
+        };
+        let corrections: Vec<Mat<f64>> = (0..self.lengths[a]).into_par_iter().map(solve_at).collect();
+        for (j, correction) in corrections.iter().enumerate() {
             for i in 0..terms {
                 state.factors[a][(j, i)] += correction[(i, 0)];
-                members.iter().for_each(|&p| step[(p, i)] = k[(p, i)] * correction[(i, 0)]);
+                order[starts[j]..starts[j + 1]].iter().for_each(|&p| step[(p, i)] = k[(p, i)] * correction[(i, 0)]);
             }
         }
         add_product(state.residual.as_mut(), -1.0, step.as_ref(), state.blocks.transpose());

@@ -26,6 +26,7 @@ mod fit;
 mod linalg;
 mod problem;
 mod recompress;
+mod regions;
 mod reduce;
 mod solution;
 mod update;
@@ -38,6 +39,7 @@ pub use fit::{SampledBlocks, fit};
 pub use linalg::Random;
 pub use problem::{AxisOperator, DenseSpace, Problem, Source, Space, SparseSpace};
 pub use recompress::recompress;
+pub use regions::RegionAxes;
 pub use reduce::{Energy, Reduction, ReductionOptions, compress, reduce};
 pub use solution::Separated;
 

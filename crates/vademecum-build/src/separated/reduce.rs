@@ -95,9 +95,12 @@ pub fn reduce<S: Space>(
         let exact = problem.solve(&point)?;
         let error = reduced.error(&point, &exact, energy)?;
         history.push(error);
+        let size = basis.vectors.ncols();
         basis.append(exact.as_ref(), energy, 1e-2 * options.tolerance);
         points.push(point);
-        if history.iter().rev().take(2).filter(|e| **e <= options.tolerance).count() == 2 {
+        // A sample that adds no direction means that rounding, not the basis, is what is left.
+        let met = history.iter().rev().take(2).filter(|e| **e <= options.tolerance).count() == 2;
+        if met || basis.vectors.ncols() == size {
             break;
         }
     }

@@ -13,7 +13,8 @@ pub(crate) struct Beam {
     pub(crate) stiffness: Vec<SparseColMat<usize, f64>>,
     /// Lowest eigenvalues of the nominal pencil.
     pub(crate) eigenvalues: Vec<f64>,
-    /// Their mass-orthonormal vectors, `(n, n_modes)`.
+    /// Ritz vectors of a space of static responses, `(n, n_modes)`: near the eigenmodes but not invariant, as a basis
+    /// that comes from snapshots.
     pub(crate) modes: Mat<f64>,
 }
 
@@ -46,37 +47,49 @@ impl Beam {
         };
         let mass = assemble(h / 420.0, &inertia, None);
         let stiffness: Vec<_> = (0..regions).map(|q| assemble(h.powi(-3), &bending, Some(q))).collect();
-        let (eigenvalues, modes) = lowest(&mass, &stiffness, n_modes);
+        let (eigenvalues, modes) = ritz(&mass, &stiffness, n_modes);
         Beam { mass, stiffness, eigenvalues, modes }
     }
 }
 
-/// Eigenpairs by subspace iteration with the inverse of the stiffness.
-fn lowest(mass: &SparseColMat<usize, f64>, stiffness: &[SparseColMat<usize, f64>], count: usize) -> (Vec<f64>, Mat<f64>) {
+/// Lowest eigenvalues, and the Ritz vectors of `3 n_modes` responses to point loads, once through the inertia.
+fn ritz(mass: &SparseColMat<usize, f64>, stiffness: &[SparseColMat<usize, f64>], count: usize) -> (Vec<f64>, Mat<f64>) {
     let n = mass.nrows();
     let m = mass.to_dense();
     let mut k = Mat::zeros(n, n);
     stiffness.iter().for_each(|q| k += q.to_dense());
     let factor = Cholesky::new(k.clone()).unwrap();
-    let mut random = super::Random::new(5);
-    let mut v = Mat::from_fn(n, 2 * count + 4, |_, _| random.uniform() - 0.5);
-    let mut values = Vec::new();
-    for _ in 0..30 {
+    let width = 3 * count;
+    let mut v = Mat::from_fn(n, width, |i, j| f64::from(i == 2 * ((j + 1) * n / (2 * width) - 1)));
+    factor.solve_in_place(v.as_mut());
+    let inverse = |v: &Mat<f64>| {
         let mut w = product(m.as_ref(), v.as_ref());
         factor.solve_in_place(w.as_mut());
-        let mw = product(m.as_ref(), w.as_ref());
-        let gram = transposed_product(w.as_ref(), mw.as_ref());
-        let l = gram.llt(Side::Lower).unwrap();
-        // w L⁻ᵀ is mass-orthonormal; the projected stiffness in it is an ordinary symmetric eigenproblem.
-        let mut t = w.transpose().to_owned();
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(l.L(), t.as_mut(), faer::Par::Seq);
-        let q = t.transpose().to_owned();
-        let small = transposed_product(q.as_ref(), product(k.as_ref(), q.as_ref()).as_ref());
-        let evd = small.self_adjoint_eigen(Side::Lower).unwrap();
-        values = (0..count).map(|i| evd.S().column_vector()[i]).collect();
-        v = product(q.as_ref(), evd.U());
+        rayleigh_ritz(&m, &k, &w)
+    };
+    let (_, mut v) = inverse(&v);
+    let basis = v.as_ref().subcols(0, count).to_owned();
+    let mut values = Vec::new();
+    for _ in 0..20 {
+        (values, v) = inverse(&v);
     }
-    (values, v.as_ref().subcols(0, count).to_owned())
+    values.truncate(count);
+    (values, basis)
+}
+
+/// Ritz values and mass-orthonormal Ritz vectors of the span of `w`.
+fn rayleigh_ritz(m: &Mat<f64>, k: &Mat<f64>, w: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
+    // columns of unit length first, then an orthonormal basis: static responses are nearly parallel
+    let (w, _, _) = super::linalg::thin_svd(w.as_ref()).unwrap();
+    let gram = transposed_product(w.as_ref(), product(m.as_ref(), w.as_ref()).as_ref());
+    let l = gram.llt(Side::Lower).unwrap();
+    let mut t = w.transpose().to_owned();
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l.L(), t.as_mut(), faer::Par::Seq);
+    let q = t.transpose().to_owned();
+    let small = transposed_product(q.as_ref(), product(k.as_ref(), q.as_ref()).as_ref());
+    let evd = small.self_adjoint_eigen(Side::Lower).unwrap();
+    let values = (0..w.ncols()).map(|i| evd.S().column_vector()[i]).collect();
+    (values, product(q.as_ref(), evd.U()))
 }
 
 #[cfg(test)]
