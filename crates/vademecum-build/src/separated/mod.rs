@@ -19,7 +19,7 @@
 
 mod axis;
 mod block;
-//pub mod canonical;
+pub mod canonical;
 mod enrich;
 mod error;
 mod fit;
@@ -45,6 +45,8 @@ pub use solution::Separated;
 
 #[cfg(test)]
 mod block_tests;
+#[cfg(test)]
+mod canonical_tests;
 #[cfg(test)]
 mod surrogate;
 #[cfg(test)]

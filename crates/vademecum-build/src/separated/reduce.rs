@@ -110,7 +110,7 @@ pub fn reduce<S: Space>(
 }
 
 /// An orthonormal basis that grows, and the coordinates of everything it was grown from.
-struct EnergyBasis {
+pub(crate) struct EnergyBasis {
     /// `(n, k)`.
     vectors: Mat<f64>,
     /// `M vectors`.
@@ -120,12 +120,12 @@ struct EnergyBasis {
 }
 
 impl EnergyBasis {
-    fn new(n: usize) -> EnergyBasis {
+    pub(crate) fn new(n: usize) -> EnergyBasis {
         EnergyBasis { vectors: Mat::zeros(n, 0), images: Mat::zeros(n, 0), coordinates: Vec::new() }
     }
 
     /// Adds what a block has outside the basis, leaving out columns whose remainder is below `drop` of the block.
-    fn append(&mut self, block: MatRef<'_, f64>, energy: &Energy<'_>, drop: f64) {
+    pub(crate) fn append(&mut self, block: MatRef<'_, f64>, energy: &Energy<'_>, drop: f64) {
         let size = inner(block, energy(block).as_ref()).max(0.0).sqrt();
         if size == 0.0 {
             return;
@@ -150,6 +150,11 @@ impl EnergyBasis {
             }
         }
         self.coordinates.push(coordinates);
+    }
+
+    /// The basis as it stands.
+    pub(crate) fn into_vectors(self) -> Mat<f64> {
+        self.vectors
     }
 
     /// The leading directions of all coordinates, to a relative `tolerance`.
