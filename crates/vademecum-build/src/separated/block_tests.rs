@@ -1,13 +1,13 @@
 //! The block representation on the beam: the numbers of the issue, at fresh points.
 
-use super::surrogate::Beam;
+use super::surrogate::Pencil;
 use super::*;
 use faer::MatRef;
 use std::time::Instant;
 
 /// Increment problem of a beam with region scales in [½, 2] and `θ` over a factor `span`, ending where θλ_1 of the
 /// nominal beam is that of 12 steps per period (Bathe, stage 2).
-fn increment(beam: &Beam, span: f64, points: (usize, usize)) -> (RegionAxes, BlockProblem<SparseSpace>) {
+fn increment(beam: &Pencil, span: f64, points: (usize, usize)) -> (RegionAxes, BlockProblem<SparseSpace>) {
     let regions = beam.stiffness.len();
     let top = theta_top(beam);
     let scale = if regions > 1 { (0.5, 2.0) } else { (1.0, 1.0) };
@@ -19,12 +19,12 @@ fn increment(beam: &Beam, span: f64, points: (usize, usize)) -> (RegionAxes, Blo
     (map, problem)
 }
 
-fn theta_top(beam: &Beam) -> f64 {
+fn theta_top(beam: &Pencil) -> f64 {
     (2.0 * std::f64::consts::PI / 12.0f64).powi(2) / 9.0 / beam.eigenvalues[0]
 }
 
 /// 200 points of the box the user asked for: θ times region scales, not the box of the axes, which is wider.
-fn fresh_points(beam: &Beam, span: f64, map: &RegionAxes, problem: &BlockProblem<DenseSpace>) -> FreshPoints {
+fn fresh_points(beam: &Pencil, span: f64, map: &RegionAxes, problem: &BlockProblem<DenseSpace>) -> FreshPoints {
     let mut random = Random::new(77);
     let regions = beam.stiffness.len();
     let mut point = || {
@@ -36,7 +36,7 @@ fn fresh_points(beam: &Beam, span: f64, map: &RegionAxes, problem: &BlockProblem
     FreshPoints::at(problem, (0..200).map(|_| point()).collect()).unwrap()
 }
 
-fn reduced(beam: &Beam, problem: &BlockProblem<SparseSpace>, tolerance: f64) -> Reduction {
+fn reduced(beam: &Pencil, problem: &BlockProblem<SparseSpace>, tolerance: f64) -> Reduction {
     let energy = |x: MatRef<'_, f64>| problem.space().apply(0, x);
     let weights: Vec<f64> = (0..beam.mass.nrows()).map(|i| 1.0 / beam.mass.as_ref().get(i, i).unwrap()).collect();
     let options = ReductionOptions { tolerance, ..Default::default() };
@@ -70,7 +70,7 @@ fn measure_block() {
     for (regions, points, tolerance, max_terms) in
         [(1, (29, 2), 1e-8, 20), (2, (17, 11), 1e-7, 60), (4, (15, 7), 1e-5, 200)]
     {
-        let beam = Beam::new(160, regions, 8);
+        let beam = Pencil::beam(160, regions, 8);
         let span = if regions == 1 { 100.0 } else { 30.0 };
         let clock = Instant::now();
         let (map, problem) = increment(&beam, span, points);

@@ -57,6 +57,9 @@ pub struct CanonicalOptions {
     pub scaled_coordinates: bool,
     /// State and load separated apart, each to the tolerance relative to itself.
     pub separate_blocks: bool,
+    /// Start from the one-axis terms, one per right-hand side with its own functions and its own space solve, the largest
+    /// `max_terms` of them, and enrich from there. Nothing is left to find when there is room for all.
+    pub one_axis_start: bool,
     /// Tolerance, limits, start and updates of the engine. `max_terms` counts both blocks together.
     pub enrichment: EnrichmentOptions,
 }
@@ -65,14 +68,13 @@ impl CanonicalOptions {
     /// The chapter's method.
     pub fn chapter(tolerance: f64, max_terms: usize) -> CanonicalOptions {
         let enrichment = EnrichmentOptions { tolerance, max_terms, update_sweeps: 0, ..EnrichmentOptions::default() };
-        CanonicalOptions { scaled_coordinates: false, separate_blocks: false, enrichment }
+        CanonicalOptions { scaled_coordinates: false, separate_blocks: false, one_axis_start: false, enrichment }
     }
 
     /// All repairs.
     pub fn repaired(tolerance: f64, max_terms: usize) -> CanonicalOptions {
-        let enrichment =
-            EnrichmentOptions { tolerance, max_terms, start_at_sources: true, ..EnrichmentOptions::default() };
-        CanonicalOptions { scaled_coordinates: true, separate_blocks: true, enrichment }
+        let enrichment = EnrichmentOptions { tolerance, max_terms, ..EnrichmentOptions::default() };
+        CanonicalOptions { scaled_coordinates: true, separate_blocks: true, one_axis_start: true, enrichment }
     }
 }
 
@@ -127,7 +129,8 @@ pub fn separate<S: Space>(
         let problem = part.problem(&inputs, &span)?;
         let points = fresh.of_part(part);
         let measure = |u: &Separated| points.error(u, &span);
-        let (found, report) = enrich(&problem, &engine, None, Some(&measure))?;
+        let start = if options.one_axis_start { Some(part.one_axis_terms(&inputs, &span, max_terms)?) } else { None };
+        let (found, report) = enrich(&problem, &engine, start.as_ref(), Some(&measure))?;
         solution = solution.concatenate(&part.embed(&inputs, &found)?)?;
         reports.push(report);
     }
@@ -185,6 +188,14 @@ impl Inputs {
         columns.iter().try_for_each(|(m, _, _)| check_len("rows of a right-hand side", n, m.nrows()))?;
         let columns = Mat::from_fn(n, columns.len(), |i, s| columns[s].0[(i, columns[s].1)] * columns[s].2);
         Ok(Inputs { axes, n_state, functions, columns })
+    }
+
+    /// Values of source `s` at the points of axis `a`.
+    fn values(&self, s: usize, a: usize) -> Vec<f64> {
+        match self.functions[s].iter().find(|(on, _)| *on == a) {
+            Some((_, values)) => values.clone(),
+            None => vec![1.0; self.axes[a].len()],
+        }
     }
 
     fn all(&self) -> Part {
@@ -248,16 +259,22 @@ impl Part {
         let axes = inputs.axes[self.axes.clone()].to_vec();
         let grams: Vec<_> = axes.iter().map(Axis::gram).collect();
         let source = |s: usize| {
-            let values = |a: usize| match inputs.functions[s].iter().find(|(on, _)| *on == a) {
-                Some((_, values)) => values.clone(),
-                None => vec![1.0; inputs.axes[a].len()],
-            };
-            let vectors = self.axes.clone().map(|a| grams[a - self.axes.start].apply(&values(a))).collect();
+            let vectors = self.axes.clone().map(|a| grams[a - self.axes.start].apply(&inputs.values(s, a))).collect();
             Source { vectors, block: span.sources.as_ref().subcols(s, 1).to_owned() }
         };
         let sources = self.sources.clone().map(source).collect();
         let k = span.sources.nrows();
         Problem::new(axes, vec![grams.clone()], DenseSpace::new(vec![Mat::identity(k, k)])?, sources)
+    }
+
+    /// Every source's own answer, the largest `most` of them: exact when all are there.
+    fn one_axis_terms(&self, inputs: &Inputs, span: &Span, most: usize) -> Result<Separated, SeparatedError> {
+        let axes = inputs.axes[self.axes.clone()].to_vec();
+        let values: Vec<Vec<Vec<f64>>> =
+            self.axes.clone().map(|a| self.sources.clone().map(|s| inputs.values(s, a)).collect()).collect();
+        let factors = values.iter().map(|v| Mat::from_fn(v[0].len(), v.len(), |j, s| v[s][j])).collect();
+        let blocks = span.sources.as_ref().subcols(self.sources.start, self.sources.len()).to_owned();
+        Ok(Separated::new(axes, factors, blocks, span.sources.nrows())?.normalised().truncated(most))
     }
 
     /// The part's solution on all axes, constant on those it does not have.

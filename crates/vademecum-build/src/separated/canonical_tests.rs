@@ -1,7 +1,7 @@
 //! The chapter's representation on the beam, each repair apart.
 
 use super::canonical::*;
-use super::surrogate::Beam;
+use super::surrogate::Pencil;
 use super::*;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatRef};
@@ -9,13 +9,12 @@ use std::time::Instant;
 
 /// Stage 1 (`third` is Δt² ζ̈, weights 16, 8, 1) or 2 (`third` is ζ½, weights −19, −5, 28) of Bathe's scheme.
 struct Case {
-    beam: Beam,
+    beam: Pencil,
     dt: f64,
 }
 
 impl Case {
-    fn new(elements: usize, modes: usize) -> Case {
-        let beam = Beam::new(elements, 1, modes);
+    fn new(beam: Pencil) -> Case {
         let dt = 2.0 * std::f64::consts::PI / beam.eigenvalues[0].sqrt() / 35.0;
         Case { beam, dt }
     }
@@ -33,25 +32,11 @@ impl Case {
         SparseSpace::new(vec![SparseColMat::try_new_from_triplets(n, n, &entries).unwrap()]).unwrap()
     }
 
-    fn energy(&self) -> impl Fn(MatRef<'_, f64>) -> Mat<f64> + Sync + '_ {
-        |x| {
-            let mut out = Mat::zeros(x.nrows(), x.ncols());
-            for c in 0..x.ncols() {
-                for j in 0..x.nrows() {
-                    for (i, v) in self.beam.mass.row_idx_of_col(j).zip(self.beam.mass.val_of_col(j)) {
-                        out[(i, c)] += v * x[(j, c)];
-                    }
-                }
-            }
-            out
-        }
-    }
-
     /// Ranges as free vibration from a tip load makes them: amplitude `a_j = φ_j(L)/λ_j`, velocity `ω a`, not centred.
     fn stage(&self, second: bool, positions: usize) -> CanonicalStage {
         let b = &self.beam.modes;
         let (n, r) = (b.nrows(), b.ncols());
-        let mb = self.energy()(b.as_ref());
+        let mb = self.beam.energy()(b.as_ref());
         let amplitude = |j: usize| (b[(n - 2, j)] / self.beam.eigenvalues[j]).abs();
         let range = |power: i32| -> Vec<(f64, f64)> {
             let size = |j: usize| amplitude(j) * self.beam.eigenvalues[j].sqrt().powi(power);
@@ -76,17 +61,23 @@ impl Case {
 #[test]
 #[ignore = "measurement"]
 fn measure_canonical() {
-    for (modes, elements, positions) in [(6, 150, 20), (8, 150, 20), (8, 5000, 40)] {
-        let case = Case::new(elements.min(500), modes);
+    for (pencil, positions) in [
+        (Pencil::beam(150, 1, 6), 20),
+        (Pencil::beam(150, 1, 8), 20),
+        (Pencil::lattice(15, 15, 45, 1, 8), 100),
+    ] {
+        let modes = pencil.modes.ncols();
+        let case = Case::new(pencil);
         let rank = 3 * modes + positions;
         for second in [false, true] {
             let (stage, space) = (case.stage(second, positions), case.space(if second { 9.0 } else { 16.0 }));
-            println!("r = {modes}, n_s = {positions}, stage {}: load share {:.1e}", 1 + usize::from(second),
-                load_share(&stage, &space, &case.energy()).unwrap());
+            println!("n = {}, r = {modes}, n_s = {positions}, stage {}: load share {:.1e}", case.beam.mass.nrows(), 1 + usize::from(second),
+                load_share(&stage, &space, &case.beam.energy()).unwrap());
             let chapter = CanonicalOptions::chapter(1e-7, rank);
             let all = CanonicalOptions::repaired(1e-7, rank);
             let with = |o: &CanonicalOptions, updates: usize, start: bool| CanonicalOptions {
-                enrichment: EnrichmentOptions { update_sweeps: updates, start_at_sources: start, ..o.enrichment.clone() },
+                one_axis_start: start,
+                enrichment: EnrichmentOptions { update_sweeps: updates, ..o.enrichment.clone() },
                 ..o.clone()
             };
             let variants = [
@@ -101,7 +92,7 @@ fn measure_canonical() {
             ];
             for (name, options) in variants {
                 let clock = Instant::now();
-                let found = separate(&stage, &space, &case.energy(), &options).unwrap();
+                let found = separate(&stage, &space, &case.beam.energy(), &options).unwrap();
                 let history: Vec<String> = found.reports.iter().map(|r| {
                     let at = |n: usize| r.history.get(n - 1).map_or(String::new(), |v| format!("{n}: {v:.1e} "));
                     [10, 20, 40].iter().map(|n| at(*n)).collect()

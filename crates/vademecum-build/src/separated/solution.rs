@@ -130,6 +130,13 @@ impl Separated {
         self.inner(self).max(0.0).sqrt()
     }
 
+    /// The first `terms` terms, all when there are fewer.
+    pub fn truncated(&self, terms: usize) -> Separated {
+        let first = |m: &Mat<f64>| m.as_ref().subcols(0, terms.min(m.ncols())).to_owned();
+        let factors = self.factors.iter().map(first).collect();
+        Separated { axes: self.axes.clone(), factors, blocks: first(&self.blocks), n_rows: self.n_rows }
+    }
+
     /// All terms of `self`, then all of `other`, over the same axes.
     ///
     /// # Errors
