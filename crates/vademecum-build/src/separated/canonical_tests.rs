@@ -4,7 +4,7 @@ use super::canonical::*;
 use super::surrogate::Pencil;
 use super::*;
 use faer::sparse::{SparseColMat, Triplet};
-use faer::{Mat, MatRef};
+use faer::Mat;
 use std::time::Instant;
 
 /// Stage 1 (`third` is Δt² ζ̈, weights 16, 8, 1) or 2 (`third` is ζ½, weights −19, −5, 28) of Bathe's scheme.

@@ -44,10 +44,12 @@ pub fn fit(
     let mut state = fitter.empty();
     let mut progress = Progress::new(Separated::zero(&samples.axes, samples.n_rows, span.nrows() / samples.n_rows), 1.0);
     loop {
-        // Late terms are small and many: a few at a time share one update.
-        let batch = if options.update_sweeps > 0 { 1 + state.blocks.ncols() / 32 } else { 1 };
+        // Late terms are small and many: a few at a time share one update, which also makes up for a short search.
+        let updated = options.update_sweeps > 0;
+        let batch = if updated { 1 + state.blocks.ncols() / 32 } else { 1 };
+        let sweeps = if updated { options.max_sweeps.min(6) } else { options.max_sweeps };
         for _ in 0..batch.min(options.max_terms - state.blocks.ncols()) {
-            if !fitter.add_term(&mut state, options.max_sweeps) {
+            if !fitter.add_term(&mut state, sweeps) {
                 return Ok(progress.finish(StopReason::Stagnation));
             }
         }
