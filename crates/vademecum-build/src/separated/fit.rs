@@ -46,14 +46,16 @@ pub fn fit(
     loop {
         // Late terms are small and many: a few at a time share one update, which also makes up for a short search.
         let updated = options.update_sweeps > 0;
-        let batch = if updated { 1 + state.blocks.ncols() / 32 } else { 1 };
+        let batch = if updated { 1 + state.blocks.ncols().saturating_sub(48) / 16 } else { 1 };
         let sweeps = if updated { options.max_sweeps.min(6) } else { options.max_sweeps };
         for _ in 0..batch.min(options.max_terms - state.blocks.ncols()) {
             if !fitter.add_term(&mut state, sweeps) {
                 return Ok(progress.finish(StopReason::Stagnation));
             }
         }
-        for _ in 0..options.update_sweeps {
+        // The last terms have had few updates: with room for no more, polish what is there.
+        let last = state.blocks.ncols() >= options.max_terms;
+        for _ in 0..options.update_sweeps * if last { 8 } else { 1 } {
             fitter.sweep(&mut state);
         }
         let blocks = product(span.as_ref(), state.blocks.as_ref());
