@@ -67,14 +67,34 @@ pub struct CanonicalOptions {
 impl CanonicalOptions {
     /// The chapter's method.
     pub fn chapter(tolerance: f64, max_terms: usize) -> CanonicalOptions {
-        let enrichment = EnrichmentOptions { tolerance, max_terms, update_sweeps: 0, ..EnrichmentOptions::default() };
-        CanonicalOptions { scaled_coordinates: false, separate_blocks: false, one_axis_start: false, enrichment }
+        let enrichment = EnrichmentOptions {
+            tolerance,
+            max_terms,
+            update_sweeps: 0,
+            patience: 30,
+            ..EnrichmentOptions::default()
+        };
+        CanonicalOptions {
+            scaled_coordinates: false,
+            separate_blocks: false,
+            one_axis_start: false,
+            enrichment,
+        }
     }
 
     /// All repairs.
     pub fn repaired(tolerance: f64, max_terms: usize) -> CanonicalOptions {
-        let enrichment = EnrichmentOptions { tolerance, max_terms, ..EnrichmentOptions::default() };
-        CanonicalOptions { scaled_coordinates: true, separate_blocks: true, one_axis_start: true, enrichment }
+        let enrichment = EnrichmentOptions {
+            tolerance,
+            max_terms,
+            ..EnrichmentOptions::default()
+        };
+        CanonicalOptions {
+            scaled_coordinates: true,
+            separate_blocks: true,
+            one_axis_start: true,
+            enrichment,
+        }
     }
 }
 
@@ -115,27 +135,47 @@ pub fn separate<S: Space>(
     let inputs = Inputs::new(stage, options.scaled_coordinates)?;
     let span = Span::new(space, &inputs.columns, energy)?;
     let fresh = Fresh::new(&inputs, &span, options.enrichment.seed);
-    let parts = if options.separate_blocks { vec![inputs.state_part(), inputs.load_part()] } else { vec![inputs.all()] };
+    let parts = if options.separate_blocks {
+        vec![inputs.state_part(), inputs.load_part()]
+    } else {
+        vec![inputs.all()]
+    };
     let mut solution = Separated::zero(&inputs.axes, span.sources.nrows(), 1);
     let mut reports = Vec::new();
     for (number, part) in parts.iter().enumerate() {
         let others: usize = parts.iter().skip(number + 1).map(|p| p.sources.len()).sum();
-        let left = options.enrichment.max_terms.saturating_sub(solution.n_terms());
-        let max_terms = left.saturating_sub(others).max(left.min(part.sources.len()));
+        let left = options
+            .enrichment
+            .max_terms
+            .saturating_sub(solution.n_terms());
+        let max_terms = left
+            .saturating_sub(others)
+            .max(left.min(part.sources.len()));
         if max_terms == 0 || part.sources.is_empty() {
             continue;
         }
-        let engine = EnrichmentOptions { max_terms, ..options.enrichment.clone() };
+        let engine = EnrichmentOptions {
+            max_terms,
+            ..options.enrichment.clone()
+        };
         let problem = part.problem(&inputs, &span)?;
         let points = fresh.of_part(part);
         let measure = |u: &Separated| points.error(u, &span);
-        let start = if options.one_axis_start { Some(part.one_axis_terms(&inputs, &span, max_terms)?) } else { None };
+        let start = if options.one_axis_start {
+            Some(part.one_axis_terms(&inputs, &span, max_terms)?)
+        } else {
+            None
+        };
         let (found, report) = enrich(&problem, &engine, start.as_ref(), Some(&measure))?;
         solution = solution.concatenate(&part.embed(&inputs, &found)?)?;
         reports.push(report);
     }
     let error = fresh.stage_error(&inputs, &span, &solution);
-    Ok(Canonical { solution: solution.expand(span.basis.as_ref())?, error, reports })
+    Ok(Canonical {
+        solution: solution.expand(span.basis.as_ref())?,
+        error,
+        reports,
+    })
 }
 
 /// Axes, and for every right-hand side its functions on them (one where none is named).
@@ -151,32 +191,80 @@ struct Inputs {
 impl Inputs {
     fn new(stage: &CanonicalStage, scaled: bool) -> Result<Inputs, SeparatedError> {
         let (mut axes, mut functions, mut columns) = (Vec::new(), Vec::new(), Vec::new());
-        let kind = AxisKind::Hat { points: stage.points };
+        let kind = AxisKind::Hat {
+            points: stage.points,
+        };
         for family in &stage.families {
-            check_len("ranges of a family, one per mode", family.columns.ncols(), family.ranges.len())?;
-            let (scale, rest) = if scaled { (family.scale, 1.0) } else { (1.0, family.scale) };
+            check_len(
+                "ranges of a family, one per mode",
+                family.columns.ncols(),
+                family.ranges.len(),
+            )?;
+            let (scale, rest) = if scaled {
+                (family.scale, 1.0)
+            } else {
+                (1.0, family.scale)
+            };
             for (j, range) in family.ranges.iter().enumerate() {
                 let name = format!("{}{}", family.name, j + 1);
                 let unit = if scaled { "scaled" } else { &family.unit };
-                axes.push(Axis::new(&name, unit, scale * range.0, scale * range.1, kind, false)?);
-                functions.push(vec![(axes.len() - 1, axes[axes.len() - 1].nodes().to_vec())]);
+                axes.push(Axis::new(
+                    &name,
+                    unit,
+                    scale * range.0,
+                    scale * range.1,
+                    kind,
+                    false,
+                )?);
+                functions.push(vec![(
+                    axes.len() - 1,
+                    axes[axes.len() - 1].nodes().to_vec(),
+                )]);
                 columns.push((&family.columns, j, rest));
             }
         }
         let n_state = axes.len();
         let two = AxisKind::Hat { points: 2 };
-        axes.push(Axis::new("p", "N", stage.magnitude.0, stage.magnitude.1, two, false)?);
+        axes.push(Axis::new(
+            "p",
+            "N",
+            stage.magnitude.0,
+            stage.magnitude.1,
+            two,
+            false,
+        )?);
         for (c, range) in stage.components.iter().enumerate() {
-            axes.push(Axis::new(&format!("d{}", c + 1), "1", range.0, range.1, two, false)?);
+            axes.push(Axis::new(
+                &format!("d{}", c + 1),
+                "1",
+                range.0,
+                range.1,
+                two,
+                false,
+            )?);
         }
         let per_position = stage.components.len().max(1);
         let positions = stage.loads.ncols() / per_position;
-        check_len("load columns, modulo components", 0, stage.loads.ncols() % per_position)?;
-        axes.push(Axis::new("s", "position", 0.0, positions as f64 - 1.0, AxisKind::Index, false)?);
+        check_len(
+            "load columns, modulo components",
+            0,
+            stage.loads.ncols() % per_position,
+        )?;
+        axes.push(Axis::new(
+            "s",
+            "position",
+            0.0,
+            positions as f64 - 1.0,
+            AxisKind::Index,
+            false,
+        )?);
         let last = axes.len() - 1;
         for k in 0..stage.loads.ncols() {
             let at = |j: usize| f64::from(j == k / per_position);
-            let mut on = vec![(n_state, axes[n_state].nodes().to_vec()), (last, (0..positions).map(at).collect())];
+            let mut on = vec![
+                (n_state, axes[n_state].nodes().to_vec()),
+                (last, (0..positions).map(at).collect()),
+            ];
             if !stage.components.is_empty() {
                 let axis = n_state + 1 + k % per_position;
                 on.push((axis, axes[axis].nodes().to_vec()));
@@ -185,9 +273,18 @@ impl Inputs {
             columns.push((&stage.loads, k, 1.0));
         }
         let n = stage.loads.nrows();
-        columns.iter().try_for_each(|(m, _, _)| check_len("rows of a right-hand side", n, m.nrows()))?;
-        let columns = Mat::from_fn(n, columns.len(), |i, s| columns[s].0[(i, columns[s].1)] * columns[s].2);
-        Ok(Inputs { axes, n_state, functions, columns })
+        columns
+            .iter()
+            .try_for_each(|(m, _, _)| check_len("rows of a right-hand side", n, m.nrows()))?;
+        let columns = Mat::from_fn(n, columns.len(), |i, s| {
+            columns[s].0[(i, columns[s].1)] * columns[s].2
+        });
+        Ok(Inputs {
+            axes,
+            n_state,
+            functions,
+            columns,
+        })
     }
 
     /// Values of source `s` at the points of axis `a`.
@@ -199,21 +296,34 @@ impl Inputs {
     }
 
     fn all(&self) -> Part {
-        Part { axes: 0..self.axes.len(), sources: 0..self.functions.len() }
+        Part {
+            axes: 0..self.axes.len(),
+            sources: 0..self.functions.len(),
+        }
     }
 
     fn state_part(&self) -> Part {
-        Part { axes: 0..self.n_state, sources: 0..self.n_state }
+        Part {
+            axes: 0..self.n_state,
+            sources: 0..self.n_state,
+        }
     }
 
     fn load_part(&self) -> Part {
-        Part { axes: self.n_state..self.axes.len(), sources: self.n_state..self.functions.len() }
+        Part {
+            axes: self.n_state..self.axes.len(),
+            sources: self.n_state..self.functions.len(),
+        }
     }
 
     /// Value of each source's coefficient at a point of all axes; the points are on the axes by construction.
     fn weights(&self, point: &[f64]) -> Vec<f64> {
-        let value = |(a, f): &(usize, Vec<f64>)| self.axes[*a].evaluate(f, point[*a]).unwrap_or(f64::NAN);
-        self.functions.iter().map(|on| on.iter().map(value).product()).collect()
+        let value =
+            |(a, f): &(usize, Vec<f64>)| self.axes[*a].evaluate(f, point[*a]).unwrap_or(f64::NAN);
+        self.functions
+            .iter()
+            .map(|on| on.iter().map(value).product())
+            .collect()
     }
 }
 
@@ -228,7 +338,11 @@ struct Span {
 }
 
 impl Span {
-    fn new<S: Space>(space: &S, columns: &Mat<f64>, energy: &Energy<'_>) -> Result<Span, SeparatedError> {
+    fn new<S: Space>(
+        space: &S,
+        columns: &Mat<f64>,
+        energy: &Energy<'_>,
+    ) -> Result<Span, SeparatedError> {
         let answers = space.solve(&[1.0], columns.as_ref())?;
         let a = |x: MatRef<'_, f64>| space.apply(0, x);
         let mut basis = EnergyBasis::new(columns.nrows());
@@ -239,12 +353,19 @@ impl Span {
         let basis = basis.into_vectors();
         let sources = transposed_product(basis.as_ref(), columns.as_ref());
         let energy = transposed_product(basis.as_ref(), energy(basis.as_ref()).as_ref());
-        Ok(Span { basis, sources, energy })
+        Ok(Span {
+            basis,
+            sources,
+            energy,
+        })
     }
 
     /// Energy norm squared of a vector of coordinates.
     fn size(&self, x: &Mat<f64>) -> f64 {
-        transposed_product(x.as_ref(), product(self.energy.as_ref(), x.as_ref()).as_ref())[(0, 0)]
+        transposed_product(
+            x.as_ref(),
+            product(self.energy.as_ref(), x.as_ref()).as_ref(),
+        )[(0, 0)]
     }
 }
 
@@ -259,22 +380,51 @@ impl Part {
         let axes = inputs.axes[self.axes.clone()].to_vec();
         let grams: Vec<_> = axes.iter().map(Axis::gram).collect();
         let source = |s: usize| {
-            let vectors = self.axes.clone().map(|a| grams[a - self.axes.start].apply(&inputs.values(s, a))).collect();
-            Source { vectors, block: span.sources.as_ref().subcols(s, 1).to_owned() }
+            let vectors = self
+                .axes
+                .clone()
+                .map(|a| grams[a - self.axes.start].apply(&inputs.values(s, a)))
+                .collect();
+            Source {
+                vectors,
+                block: span.sources.as_ref().subcols(s, 1).to_owned(),
+            }
         };
         let sources = self.sources.clone().map(source).collect();
         let k = span.sources.nrows();
-        Problem::new(axes, vec![grams.clone()], DenseSpace::new(vec![Mat::identity(k, k)])?, sources)
+        Problem::new(
+            axes,
+            vec![grams.clone()],
+            DenseSpace::new(vec![Mat::identity(k, k)])?,
+            sources,
+        )
     }
 
     /// Every source's own answer, the largest `most` of them: exact when all are there.
-    fn one_axis_terms(&self, inputs: &Inputs, span: &Span, most: usize) -> Result<Separated, SeparatedError> {
+    fn one_axis_terms(
+        &self,
+        inputs: &Inputs,
+        span: &Span,
+        most: usize,
+    ) -> Result<Separated, SeparatedError> {
         let axes = inputs.axes[self.axes.clone()].to_vec();
-        let values: Vec<Vec<Vec<f64>>> =
-            self.axes.clone().map(|a| self.sources.clone().map(|s| inputs.values(s, a)).collect()).collect();
-        let factors = values.iter().map(|v| Mat::from_fn(v[0].len(), v.len(), |j, s| v[s][j])).collect();
-        let blocks = span.sources.as_ref().subcols(self.sources.start, self.sources.len()).to_owned();
-        Ok(Separated::new(axes, factors, blocks, span.sources.nrows())?.normalised().truncated(most))
+        let values: Vec<Vec<Vec<f64>>> = self
+            .axes
+            .clone()
+            .map(|a| self.sources.clone().map(|s| inputs.values(s, a)).collect())
+            .collect();
+        let factors = values
+            .iter()
+            .map(|v| Mat::from_fn(v[0].len(), v.len(), |j, s| v[s][j]))
+            .collect();
+        let blocks = span
+            .sources
+            .as_ref()
+            .subcols(self.sources.start, self.sources.len())
+            .to_owned();
+        Ok(Separated::new(axes, factors, blocks, span.sources.nrows())?
+            .normalised()
+            .truncated(most))
     }
 
     /// The part's solution on all axes, constant on those it does not have.
@@ -287,7 +437,12 @@ impl Part {
             }
         };
         let factors = (0..inputs.axes.len()).map(factor).collect();
-        Separated::new(inputs.axes.clone(), factors, u.blocks().to_owned(), u.n_rows())
+        Separated::new(
+            inputs.axes.clone(),
+            factors,
+            u.blocks().to_owned(),
+            u.n_rows(),
+        )
     }
 }
 
@@ -302,22 +457,48 @@ struct Fresh {
 impl Fresh {
     fn new(inputs: &Inputs, span: &Span, seed: u64) -> Fresh {
         let mut random = Random::new(seed ^ 0x5eed_f00d);
-        let mut point = || inputs.axes.iter().map(|a| a.at_fraction(random.uniform())).collect();
+        let mut point = || {
+            inputs
+                .axes
+                .iter()
+                .map(|a| a.at_fraction(random.uniform()))
+                .collect()
+        };
         Fresh::at((0..200).map(|_| point()).collect(), inputs, span)
     }
 
     fn at(points: Vec<Vec<f64>>, inputs: &Inputs, span: &Span) -> Fresh {
         let weights: Vec<Vec<f64>> = points.iter().map(|p| inputs.weights(p)).collect();
         let weights = Mat::from_fn(inputs.functions.len(), points.len(), |s, p| weights[p][s]);
-        Fresh { points, weights, sources: span.sources.clone() }
+        Fresh {
+            points,
+            weights,
+            sources: span.sources.clone(),
+        }
     }
 
     /// The same points seen by one part: its coordinates, its sources.
     fn of_part(&self, part: &Part) -> Fresh {
-        let points = self.points.iter().map(|p| p[part.axes.clone()].to_vec()).collect();
-        let sources = self.sources.as_ref().subcols(part.sources.start, part.sources.len()).to_owned();
-        let weights = self.weights.as_ref().subrows(part.sources.start, part.sources.len()).to_owned();
-        Fresh { points, weights, sources }
+        let points = self
+            .points
+            .iter()
+            .map(|p| p[part.axes.clone()].to_vec())
+            .collect();
+        let sources = self
+            .sources
+            .as_ref()
+            .subcols(part.sources.start, part.sources.len())
+            .to_owned();
+        let weights = self
+            .weights
+            .as_ref()
+            .subrows(part.sources.start, part.sources.len())
+            .to_owned();
+        Fresh {
+            points,
+            weights,
+            sources,
+        }
     }
 
     /// Error over size, each a root mean square in the energy norm.
@@ -326,7 +507,9 @@ impl Fresh {
         let (mut gap, mut size) = (0.0, 0.0);
         for (p, point) in self.points.iter().enumerate() {
             let exact = exact.as_ref().subcols(p, 1).to_owned();
-            let Ok(found) = u.evaluate(point) else { return f64::NAN };
+            let Ok(found) = u.evaluate(point) else {
+                return f64::NAN;
+            };
             gap += span.size(&(&exact - &found));
             size += span.size(&exact);
         }
@@ -335,10 +518,16 @@ impl Fresh {
 
     fn stage_error(&self, inputs: &Inputs, span: &Span, u: &Separated) -> StageError {
         let with_zero = |axes: std::ops::Range<usize>| {
-            let holds_zero = axes.clone().all(|a| inputs.axes[a].range().0 <= 0.0 && inputs.axes[a].range().1 >= 0.0);
+            let holds_zero = axes
+                .clone()
+                .all(|a| inputs.axes[a].range().0 <= 0.0 && inputs.axes[a].range().1 >= 0.0);
             let mut points = self.points.clone();
             points.iter_mut().for_each(|p| p[axes.clone()].fill(0.0));
-            if holds_zero { Fresh::at(points, inputs, span).error(u, span) } else { f64::NAN }
+            if holds_zero {
+                Fresh::at(points, inputs, span).error(u, span)
+            } else {
+                f64::NAN
+            }
         };
         StageError {
             total: self.error(u, span),
@@ -377,7 +566,11 @@ pub fn load_share<S: Space>(
         let f = fresh.of_part(part);
         let exact = product(f.sources.as_ref(), f.weights.as_ref());
         let scaled = product(span.energy.as_ref(), exact.as_ref());
-        (0..exact.ncols()).map(|p| super::linalg::inner(exact.as_ref().subcols(p, 1), scaled.as_ref().subcols(p, 1))).sum::<f64>()
+        (0..exact.ncols())
+            .map(|p| {
+                super::linalg::inner(exact.as_ref().subcols(p, 1), scaled.as_ref().subcols(p, 1))
+            })
+            .sum::<f64>()
     };
     Ok((rms(&inputs.load_part()) / rms(&inputs.state_part())).sqrt())
 }

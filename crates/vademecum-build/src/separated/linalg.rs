@@ -97,16 +97,28 @@ impl Cholesky {
     /// Factorises; `None` when a pivot is not positive.
     pub(crate) fn new(mut a: Mat<f64>) -> Option<Cholesky> {
         let n = a.nrows();
-        let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
+        let scratch =
+            llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
         let mut buffer = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut buffer);
-        llt::factor::cholesky_in_place(a.as_mut(), Default::default(), Par::Seq, stack, Default::default()).ok()?;
+        llt::factor::cholesky_in_place(
+            a.as_mut(),
+            Default::default(),
+            Par::Seq,
+            stack,
+            Default::default(),
+        )
+        .ok()?;
         (0..n).all(|i| a[(i, i)].is_finite()).then_some(Cholesky(a))
     }
 
     /// Overwrites `rhs` with `A⁻¹ rhs`.
     pub(crate) fn solve_in_place(&self, rhs: MatMut<'_, f64>) {
-        let mut buffer = MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(self.0.nrows(), rhs.ncols(), Par::Seq));
+        let mut buffer = MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(
+            self.0.nrows(),
+            rhs.ncols(),
+            Par::Seq,
+        ));
         llt::solve::solve_in_place(self.0.as_ref(), rhs, Par::Seq, MemStack::new(&mut buffer));
     }
 }
@@ -116,7 +128,15 @@ impl Cholesky {
 /// in W) upwards. Directions below the ridge are left where they are, so `R` should be a residual, not a total.
 pub(crate) fn solve_semidefinite(w: MatRef<'_, f64>, mut rhs: Mat<f64>) -> Mat<f64> {
     let n = w.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| if w[(i, i)] > 0.0 { w[(i, i)].sqrt().recip() } else { 0.0 }).collect();
+    let scale: Vec<f64> = (0..n)
+        .map(|i| {
+            if w[(i, i)] > 0.0 {
+                w[(i, i)].sqrt().recip()
+            } else {
+                0.0
+            }
+        })
+        .collect();
     let scaled = Mat::from_fn(n, n, |i, j| w[(i, j)] * scale[i] * scale[j]);
     let mut ridge = 1e-14 * n as f64;
     let factor = loop {
@@ -141,25 +161,47 @@ pub(crate) fn solve_semidefinite(w: MatRef<'_, f64>, mut rhs: Mat<f64>) -> Mat<f
     rhs
 }
 
+/// `(U, s, V)`.
+pub(crate) type ThinSvd = (Mat<f64>, Vec<f64>, Mat<f64>);
+
 /// Thin singular value decomposition `A = U diag(s) Vᵀ`, `s` descending.
 ///
 /// The matrix is brought to unit largest entry first: the library loses accuracy on matrices of tiny norm.
-pub(crate) fn thin_svd(a: MatRef<'_, f64>) -> Result<(Mat<f64>, Vec<f64>, Mat<f64>), SeparatedError> {
+pub(crate) fn thin_svd(a: MatRef<'_, f64>) -> Result<ThinSvd, SeparatedError> {
     let (m, n) = (a.nrows(), a.ncols());
     let size = m.min(n);
     let largest = a.norm_max();
     if !largest.is_finite() {
-        return Err(SeparatedError::NoConvergence { what: "singular value decomposition" });
+        return Err(SeparatedError::NoConvergence {
+            what: "singular value decomposition",
+        });
     }
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let scaled = Mat::from_fn(m, n, |i, j| a[(i, j)] / scale);
     let (mut u, mut v) = (Mat::zeros(m, size), Mat::zeros(n, size));
     let mut s = faer::diag::Diag::<f64>::zeros(size);
     let thin = svd::ComputeSvdVectors::Thin;
-    let mut buffer = MemBuffer::new(svd::svd_scratch::<f64>(m, n, thin, thin, Par::Seq, Default::default()));
+    let mut buffer = MemBuffer::new(svd::svd_scratch::<f64>(
+        m,
+        n,
+        thin,
+        thin,
+        Par::Seq,
+        Default::default(),
+    ));
     let stack = MemStack::new(&mut buffer);
-    svd::svd(scaled.as_ref(), s.as_mut(), Some(u.as_mut()), Some(v.as_mut()), Par::Seq, stack, Default::default())
-        .map_err(|_| SeparatedError::NoConvergence { what: "singular value decomposition" })?;
+    svd::svd(
+        scaled.as_ref(),
+        s.as_mut(),
+        Some(u.as_mut()),
+        Some(v.as_mut()),
+        Par::Seq,
+        stack,
+        Default::default(),
+    )
+    .map_err(|_| SeparatedError::NoConvergence {
+        what: "singular value decomposition",
+    })?;
     let values = (0..size).map(|i| s.column_vector()[i] * scale).collect();
     Ok((u, values, v))
 }
@@ -181,10 +223,26 @@ mod tests {
 
     #[test]
     fn semidefinite_solve_leaves_the_null_space_alone() {
-        let w = Mat::from_fn(3, 3, |i, j| if i < 2 && j < 2 { 4.0 } else if i == j { 1.0 } else { 0.0 });
-        let x = solve_semidefinite(w.as_ref(), Mat::from_fn(3, 1, |i, _| if i < 2 { 8.0 } else { 3.0 }));
+        let w = Mat::from_fn(3, 3, |i, j| {
+            if i < 2 && j < 2 {
+                4.0
+            } else if i == j {
+                1.0
+            } else {
+                0.0
+            }
+        });
+        let x = solve_semidefinite(
+            w.as_ref(),
+            Mat::from_fn(3, 1, |i, _| if i < 2 { 8.0 } else { 3.0 }),
+        );
         // the ridge of 3e-14 moves the solution by that much, amplified by nothing in the range of W
-        assert!((4.0 * (x[(0, 0)] + x[(1, 0)]) - 8.0).abs() < 1e-11 && (x[(2, 0)] - 3.0).abs() < 1e-11);
-        assert!((x[(0, 0)] - x[(1, 0)]).abs() < 1e-1, "the null direction (1,−1,0) is not excited");
+        assert!(
+            (4.0 * (x[(0, 0)] + x[(1, 0)]) - 8.0).abs() < 1e-11 && (x[(2, 0)] - 3.0).abs() < 1e-11
+        );
+        assert!(
+            (x[(0, 0)] - x[(1, 0)]).abs() < 1e-1,
+            "the null direction (1,−1,0) is not excited"
+        );
     }
 }

@@ -32,29 +32,60 @@ impl RegionAxes {
         scale_points: usize,
     ) -> Result<RegionAxes, SeparatedError> {
         let axis = |name: &str, (lower, upper): (f64, f64), points: usize| {
-            Axis::new(name, "1", lower, upper, AxisKind::Chebyshev { points }, true)
+            Axis::new(
+                name,
+                "1",
+                lower,
+                upper,
+                AxisKind::Chebyshev { points },
+                true,
+            )
         };
         let live: Vec<bool> = scales.iter().map(Option::is_some).collect();
         let (axes, powers) = match scales {
-            [] => return Err(SeparatedError::Shape { what: "regions", expected: 1, found: 0 }),
+            [] => {
+                return Err(SeparatedError::Shape {
+                    what: "regions",
+                    expected: 1,
+                    found: 0,
+                });
+            }
             [only] => {
                 let (low, high) = only.unwrap_or((1.0, 1.0));
-                (vec![axis("theta", (theta.0 * low, theta.1 * high), theta_points)?], vec![vec![1.0]])
+                (
+                    vec![axis(
+                        "theta",
+                        (theta.0 * low, theta.1 * high),
+                        theta_points,
+                    )?],
+                    vec![vec![1.0]],
+                )
             }
             [Some(p), Some(q)] => {
                 let mean = (theta.0 * (p.0 * q.0).sqrt(), theta.1 * (p.1 * q.1).sqrt());
                 let contrast = ((p.0 / q.1).sqrt(), (p.1 / q.0).sqrt());
-                let axes = vec![axis("theta", mean, theta_points)?, axis("contrast", contrast, scale_points)?];
+                let axes = vec![
+                    axis("theta", mean, theta_points)?,
+                    axis("contrast", contrast, scale_points)?,
+                ];
                 (axes, vec![vec![1.0, 1.0], vec![1.0, -1.0]])
             }
             _ => {
                 let mut axes = vec![axis("theta", theta, theta_points)?];
                 let mut own = vec![0; scales.len()];
-                for (q, range) in scales.iter().enumerate().filter_map(|(q, s)| s.map(|range| (q, range))) {
+                for (q, range) in scales
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(q, s)| s.map(|range| (q, range)))
+                {
                     own[q] = axes.len();
                     axes.push(axis(&format!("kappa{}", q + 1), range, scale_points)?);
                 }
-                let power = |own: usize| (0..axes.len()).map(|a| f64::from(a == 0 || a == own)).collect();
+                let power = |own: usize| {
+                    (0..axes.len())
+                        .map(|a| f64::from(a == 0 || a == own))
+                        .collect()
+                };
                 let powers = own.into_iter().map(power).collect();
                 (axes, powers)
             }
@@ -77,13 +108,21 @@ impl RegionAxes {
     /// # Errors
     /// [`SeparatedError::Shape`]. Whether the point is on the axes is for the axes to say.
     pub fn point(&self, theta: f64, scales: &[f64]) -> Result<Vec<f64>, SeparatedError> {
-        check_len("stiffness scales, one per region", self.live.len(), scales.len())?;
+        check_len(
+            "stiffness scales, one per region",
+            self.live.len(),
+            scales.len(),
+        )?;
         let mut point = match (scales, self.axes.len()) {
             ([only], _) => vec![theta * only],
-            ([p, q], 2) if self.live == [true, true] => vec![theta * (p * q).sqrt(), (p / q).sqrt()],
+            ([p, q], 2) if self.live == [true, true] => {
+                vec![theta * (p * q).sqrt(), (p / q).sqrt()]
+            }
             _ => {
                 let live = scales.iter().zip(&self.live).filter(|(_, live)| **live);
-                std::iter::once(theta).chain(live.map(|(s, _)| *s)).collect()
+                std::iter::once(theta)
+                    .chain(live.map(|(s, _)| *s))
+                    .collect()
             }
         };
         // The very end of a range may be left by a rounding of the products above; only that is undone.
@@ -112,7 +151,9 @@ mod tests {
             // every choice of live regions with its corners and a random point
             for which in 0..1u32 << regions {
                 let range = |q: usize| (0.5 / (1.0 + q as f64), 2.0);
-                let scales: Vec<_> = (0..regions).map(|q| (which >> q & 1 == 1).then(|| range(q))).collect();
+                let scales: Vec<_> = (0..regions)
+                    .map(|q| (which >> q & 1 == 1).then(|| range(q)))
+                    .collect();
                 let map = RegionAxes::new(common, &scales, 5, 4).unwrap();
                 for corner in 0..=1u32 << (regions + 1) {
                     let mut at = |bit: usize, (low, high): (f64, f64)| match corner {
@@ -121,14 +162,22 @@ mod tests {
                         _ => low,
                     };
                     let theta = at(regions, common);
-                    let kappa: Vec<f64> = (0..regions).map(|q| scales[q].map_or(1.0, |s| at(q, s))).collect();
+                    let kappa: Vec<f64> = (0..regions)
+                        .map(|q| scales[q].map_or(1.0, |s| at(q, s)))
+                        .collect();
                     let point = map.point(theta, &kappa).unwrap();
                     for (x, axis) in point.iter().zip(map.axes()) {
-                        assert!(axis.evaluate(&vec![1.0; axis.len()], *x).is_ok(), "{x} on {axis:?}");
+                        assert!(
+                            axis.evaluate(&vec![1.0; axis.len()], *x).is_ok(),
+                            "{x} on {axis:?}"
+                        );
                     }
                     for (power, k) in map.powers().iter().zip(&kappa) {
                         let back: f64 = power.iter().zip(&point).map(|(p, x)| x.powf(*p)).product();
-                        assert!((back / (theta * k) - 1.0).abs() < 16.0 * f64::EPSILON, "a few roundings");
+                        assert!(
+                            (back / (theta * k) - 1.0).abs() < 16.0 * f64::EPSILON,
+                            "a few roundings"
+                        );
                     }
                 }
             }
@@ -137,11 +186,17 @@ mod tests {
 
     #[test]
     fn what_is_outside_stays_outside() {
-        assert!(matches!(RegionAxes::new((1.0, 2.0), &[], 3, 3), Err(SeparatedError::Shape { .. })));
+        assert!(matches!(
+            RegionAxes::new((1.0, 2.0), &[], 3, 3),
+            Err(SeparatedError::Shape { .. })
+        ));
         let map = RegionAxes::new((1e-4, 1e-2), &[Some((0.5, 2.0)); 2], 5, 4).unwrap();
         for (theta, scales) in [(3e-2, [2.0, 2.0]), (1e-2 * (1.0 + 1e-12), [2.0, 2.0])] {
             let point = map.point(theta, &scales).unwrap();
-            assert!(matches!(map.axes()[0].evaluate(&[0.0; 5], point[0]), Err(SeparatedError::OutsideAxis { .. })));
+            assert!(matches!(
+                map.axes()[0].evaluate(&[0.0; 5], point[0]),
+                Err(SeparatedError::OutsideAxis { .. })
+            ));
         }
     }
 }
