@@ -139,7 +139,7 @@ fn constrained_dofs(problem: &Problem, mesh: &Mesh) -> Result<Vec<bool>, BodyErr
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.
 fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
     let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
-    let error = |found: String| BodyError::Region { path: problem.path.clone(), found, regions: names() };
+    let error = |found: String| BodyError::Region { path: problem.place("material"), found, regions: names() };
     let fits = |entry: &str, region: &mesh::Region| entry == region.name || entry == region.tag.to_string();
     for entry in problem.materials.iter().filter(|entry| entry.region != "*") {
         if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {
@@ -175,7 +175,7 @@ fn loadable_triangles(
     let triangles = selected.iter().flat_map(|&f| &surface.triangles[f * per_facet..(f + 1) * per_facet]);
     let loadable: Vec<[u32; 3]> = triangles.filter(|t| !t.iter().all(held)).copied().collect();
     if loadable.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.path.clone(), key: key.into() });
+        return Err(BodyError::NoFacet { path: problem.place(key), key: key.into() });
     }
     Ok(loadable)
 }
@@ -206,7 +206,7 @@ fn pattern_force(
         .map(|f| std::array::from_fn(|k| surface.facet(f)[k]))
         .collect();
     if corners.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.path.clone(), key: key() });
+        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
     }
     let facets = surface_facets(model.mesh(), &corners)?;
     Ok(match (entry.traction, entry.pressure) {
@@ -240,6 +240,6 @@ fn select(
     mesh: &Mesh,
     key: impl Fn() -> String,
 ) -> Result<Vec<u32>, BodyError> {
-    let located = |source| BodyError::Selection { path: problem.path.clone(), key: key(), source };
+    let located = |source| BodyError::Selection { path: problem.place(&key()), key: key(), source };
     selection.nodes(mesh).map_err(located)
 }

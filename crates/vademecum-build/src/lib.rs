@@ -19,7 +19,9 @@ pub mod progress;
 pub mod reduced;
 pub mod response;
 pub mod scenario;
+pub mod separated;
 pub mod snapshots;
+mod toml_line;
 
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;
