@@ -580,10 +580,10 @@ fn fuse_block<T: Scalar>(
         .split_at_mut_checked(3 * shape.n_stages * square)
         .unwrap_or_default();
     e.fill(0.0);
-    let stages = e
-        .chunks_exact_mut(square.max(1))
-        .zip(lent.weights.chunks_exact_mut(shape.n_terms.max(1)));
-    for (stage, (e, weights)) in stages.enumerate() {
+    // `next` in the loop, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
+    let mut weights = lent.weights.chunks_exact_mut(shape.n_terms.max(1));
+    for (stage, e) in e.chunks_exact_mut(square.max(1)).enumerate() {
+        let weights = weights.next().unwrap_or_default();
         let theta = allowed_theta(metadata, parameters, stage)?;
         let place = StagePlace {
             stage,
@@ -600,8 +600,9 @@ fn fuse_block<T: Scalar>(
     }
     fuse_into(&metadata.scheme, parameters, shape.r, e, d, loads, work)?;
     lay_out(d, 3 * shape.r, lent.map);
-    let load_maps = lent.load_maps.chunks_exact_mut(shape.load_map_len().max(1));
-    for (columns, out) in loads.chunks_exact((3 * square).max(1)).zip(load_maps) {
+    let mut load_maps = lent.load_maps.chunks_exact_mut(shape.load_map_len().max(1));
+    for columns in loads.chunks_exact(square.saturating_mul(3).max(1)) {
+        let out = load_maps.next().unwrap_or_default();
         lay_out(columns, 3 * shape.r, out);
     }
     Ok(())

@@ -374,18 +374,22 @@ pub fn fuse_into(
     for (index, stage) in stages.iter_mut().take(n_stages).enumerate() {
         *stage = StageCoefficients::new(table, parameters, index)?;
     }
-    if r == 0 {
-        return Ok(());
-    }
-    let (work, combined) = work.split_at_mut(MAX_STAGES * r);
+    let short = SchemeError::Length {
+        found: work.len(),
+        needed: fuse_work_len(r),
+    };
+    let (increments, rest) = work.split_at_mut_checked(MAX_STAGES * r).ok_or(short)?;
+    let combined = rest.get_mut(..r).ok_or(short)?;
+    let stages = stages.get(..n_stages).unwrap_or_default();
+    let r = r.max(1);
     let mut march = Propagation {
-        stages: &stages[..n_stages],
+        stages,
         e,
         r,
-        increments: work,
-        combined: &mut combined[..r],
+        increments,
+        combined,
     };
-    for (column, out) in d.chunks_exact_mut(3 * r).enumerate() {
+    for (column, out) in d.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
         let unit = Unit {
             block: column / r,
             row: column % r,
@@ -394,7 +398,10 @@ pub fn fuse_into(
         march.run(unit);
         march.finish(table, unit, out);
     }
-    for (column, out) in loads.chunks_exact_mut(3 * r).enumerate() {
+    for (column, out) in loads
+        .chunks_exact_mut(r.saturating_mul(3).max(1))
+        .enumerate()
+    {
         let unit = Unit {
             block: HISTORY,
             row: column % r,
@@ -435,29 +442,35 @@ struct Propagation<'a> {
 
 impl Propagation<'_> {
     fn run(&mut self, unit: Unit) {
-        let r = self.r;
-        for (i, stage) in self.stages.iter().enumerate() {
-            let (earlier, rest) = self.increments.split_at_mut(i * r);
+        let r = self.r.max(1);
+        let square = r.saturating_mul(r).max(1);
+        for ((i, stage), e) in self
+            .stages
+            .iter()
+            .enumerate()
+            .zip(self.e.chunks_exact(square))
+        {
+            let Some((earlier, rest)) = self.increments.split_at_mut_checked(i * r) else {
+                return;
+            };
             let Some(x) = rest.get_mut(..r) else { return };
             x.fill(0.0);
             self.combined.fill(0.0);
-            for (l, x_l) in earlier.chunks_exact(r).enumerate() {
-                let (identity, increment) = (stage.identity[3 + l], stage.increment[3 + l]);
+            let weights = stage.identity.iter().zip(&stage.increment);
+            for (x_l, (identity, increment)) in earlier.chunks_exact(r).zip(weights.clone().skip(3))
+            {
                 for ((x, w), &known) in x.iter_mut().zip(self.combined.iter_mut()).zip(x_l) {
                     *x += identity * known;
                     *w += increment * known;
                 }
             }
-            if unit.block < 3 {
-                x[unit.row] += stage.identity[unit.block];
-                self.combined[unit.row] += stage.increment[unit.block];
+            if let Some((identity, increment)) = weights.clone().take(3).nth(unit.block) {
+                add_at(x, unit.row, *identity);
+                add_at(self.combined, unit.row, *increment);
             }
             if unit.load_stage == i {
-                x[unit.row] += stage.load;
+                add_at(x, unit.row, stage.load);
             }
-            let Some(e) = self.e.get(i * r * r..(i + 1) * r * r) else {
-                return;
-            };
             for (x, row) in x.iter_mut().zip(e.chunks_exact(r)) {
                 *x += row
                     .iter()
@@ -470,25 +483,34 @@ impl Propagation<'_> {
 
     fn finish(&self, table: &SchemeTable, unit: Unit, out: &mut [f64]) {
         out.fill(0.0);
-        for (block, (row, out)) in table
-            .finish
-            .iter()
-            .zip(out.chunks_exact_mut(self.r))
-            .enumerate()
-        {
-            for (&weight, x) in row[3..]
+        let r = self.r.max(1);
+        for (block, (row, out)) in table.finish.iter().zip(out.chunks_exact_mut(r)).enumerate() {
+            let stages = row
                 .iter()
-                .zip(self.increments.chunks_exact(self.r))
-                .take(self.stages.len())
-            {
+                .skip(3)
+                .zip(self.increments.chunks_exact(r))
+                .take(self.stages.len());
+            for (&weight, x) in stages {
                 for (out, x) in out.iter_mut().zip(x) {
                     *out += weight * x;
                 }
             }
-            if unit.block == 1 || unit.block == 2 {
+            // The columns of ζ are consistent: what they keep and what the stages carry of them cancel on paper.
+            if let Some(weight) = row
+                .iter()
+                .take(3)
+                .nth(unit.block)
+                .filter(|_| unit.block != 0)
+            {
                 let kept = if block == unit.block { 1.0 } else { 0.0 };
-                out[unit.row] += row[unit.block] - kept;
+                add_at(out, unit.row, weight - kept);
             }
         }
+    }
+}
+
+fn add_at(out: &mut [f64], index: usize, value: f64) {
+    if let Some(out) = out.get_mut(index) {
+        *out += value;
     }
 }
