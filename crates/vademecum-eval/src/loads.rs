@@ -6,8 +6,10 @@
 
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
+use crate::options::Structure;
 use crate::scalar::Scalar;
-use crate::scene::{Scene, Shape, Structure};
+use crate::scene::Scene;
+use crate::shape::Shape;
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{Numbers, SectionKind};
 

@@ -2,7 +2,8 @@
 
 use crate::error::{BindError, StepError};
 use crate::scalar::Scalar;
-use crate::scene::{Scene, Shape};
+use crate::scene::Scene;
+use crate::shape::Shape;
 
 /// The state `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length `3r` [m kg^½], old and new side by side in lent memory.
 #[derive(Debug)]
