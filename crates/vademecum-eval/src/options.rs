@@ -40,7 +40,7 @@ pub struct SceneOptions {
     /// Rayleigh `β` \[s\]; the file's if `None`.
     pub beta: Option<f64>,
     /// An unloaded body is put at rest once the sum of its `3r` absolute state numbers \[m kg^½\] is at or below this. With 0 it
-    /// rests when every number has fallen below [`Scalar::FLOOR`].
+    /// rests when every number has fallen below [`Scalar::FLOOR`](crate::Scalar::FLOOR).
     pub rest_below: f64,
 }
 
@@ -64,11 +64,11 @@ impl Default for SceneOptions {
 pub struct Sizes {
     /// Of `T`, to the scene.
     pub scene: usize,
-    /// Of `f64`, to [`Scene::bind`] while it runs.
+    /// Of `f64`, to [`Scene::bind`](crate::Scene::bind) while it runs.
     pub work: usize,
-    /// Of `T`, to each [`State`].
+    /// Of `T`, to each [`State`](crate::State).
     pub state: usize,
-    /// Of `T`, to each [`Loads`].
+    /// Of `T`, to each [`Loads`](crate::Loads).
     pub loads: usize,
 }
 
