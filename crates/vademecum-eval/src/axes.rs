@@ -96,10 +96,11 @@ fn barycentric(
     x: f64,
     point: impl Fn(&[u8; 8]) -> f64,
 ) -> Option<f64> {
-    let ends = points.iter().map(&point);
-    let (low, high) = ends.fold((f64::MAX, f64::MIN), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    for at in points.iter().map(&point) {
+        low = if at < low { at } else { low };
+        high = if at > high { at } else { high };
+    }
     let quarter = (high - low) / 4.0;
     let (mut above, mut below) = (0.0, 0.0);
     for (j, (bytes, factor)) in points.iter().zip(factors).enumerate() {

@@ -6,6 +6,8 @@
 use crate::error::{FormatError, Quantity};
 use crate::scheme::SchemeTable;
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use bincode::de::BorrowDecoder;
+use bincode::error::DecodeError;
 use bincode::{BorrowDecode, Encode};
 
 /// Most axes a separated solution can have.
@@ -25,7 +27,7 @@ pub const MAX_ITEMS: u32 = u32::MAX / 4;
 ///
 /// Node order: loadable surface nodes first, then the other surface nodes, then the interior ones. Triangles whose three
 /// nodes are loadable come first.
-#[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
+#[derive(Clone, Copy, Debug, PartialEq, Encode)]
 pub struct Metadata<'a> {
     /// Name and version of the program that wrote the file.
     pub program: &'a str,
@@ -73,6 +75,50 @@ pub struct Metadata<'a> {
     pub block: bool,
     /// What the build measured about itself.
     pub certificate: Certificate,
+}
+
+// By hand what the derive would write, for the sake of `axes`: bincode's own array of borrowing items leaves a panic in the
+// library that the compiler cannot rule out, and `tests/bare-metal` allows none.
+impl<'a, 'de: 'a, Context> BorrowDecode<'de, Context> for Metadata<'a> {
+    fn borrow_decode<D: BorrowDecoder<'de, Context = Context>>(
+        decoder: &mut D,
+    ) -> Result<Self, DecodeError> {
+        Ok(Self {
+            program: BorrowDecode::borrow_decode(decoder)?,
+            problem: BorrowDecode::borrow_decode(decoder)?,
+            units: BorrowDecode::borrow_decode(decoder)?,
+            mesh_hash: BorrowDecode::borrow_decode(decoder)?,
+            n_nodes: BorrowDecode::borrow_decode(decoder)?,
+            n_surface_nodes: BorrowDecode::borrow_decode(decoder)?,
+            n_load_nodes: BorrowDecode::borrow_decode(decoder)?,
+            n_triangles: BorrowDecode::borrow_decode(decoder)?,
+            n_load_triangles: BorrowDecode::borrow_decode(decoder)?,
+            n_modes: BorrowDecode::borrow_decode(decoder)?,
+            n_patterns: BorrowDecode::borrow_decode(decoder)?,
+            n_probes: BorrowDecode::borrow_decode(decoder)?,
+            scheme_name: BorrowDecode::borrow_decode(decoder)?,
+            scheme: BorrowDecode::borrow_decode(decoder)?,
+            time_step: BorrowDecode::borrow_decode(decoder)?,
+            alpha: BorrowDecode::borrow_decode(decoder)?,
+            beta: BorrowDecode::borrow_decode(decoder)?,
+            axes: axes(decoder)?,
+            n_axes: BorrowDecode::borrow_decode(decoder)?,
+            n_terms: BorrowDecode::borrow_decode(decoder)?,
+            diagonal: BorrowDecode::borrow_decode(decoder)?,
+            block: BorrowDecode::borrow_decode(decoder)?,
+            certificate: BorrowDecode::borrow_decode(decoder)?,
+        })
+    }
+}
+
+fn axes<'a, 'de: 'a, D: BorrowDecoder<'de>>(
+    decoder: &mut D,
+) -> Result<[Axis<'a>; MAX_AXES], DecodeError> {
+    let mut axes = [Axis::UNUSED; MAX_AXES];
+    for axis in &mut axes {
+        *axis = BorrowDecode::borrow_decode(decoder)?;
+    }
+    Ok(axes)
 }
 
 /// What a build measured, per structure.
