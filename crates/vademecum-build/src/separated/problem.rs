@@ -209,7 +209,8 @@ impl SparseSpace {
         };
         for m in &matrices {
             check_len("rows of a space matrix", first.nrows(), m.nrows())?;
-            let same = m.symbolic().row_idx() == first.symbolic().row_idx();
+            let (own, other) = (m.symbolic(), first.symbolic());
+            let same = own.row_idx() == other.row_idx() && own.col_ptr() == other.col_ptr();
             check_len(
                 "entries of a space matrix (or their pattern)",
                 first.compute_nnz(),
