@@ -271,6 +271,20 @@ impl Axis {
     }
 }
 
+/// Chebyshev points that interpolate the solution of a parametric pencil over `μ ∈ [1, ratio]`, in `ln μ`, to a relative
+/// `tolerance` wherever it is small.
+///
+/// `1/(1 + μλ)` has its poles at `ln μ = −ln λ ± iπ`; with `ρ` the Bernstein ellipse through them, the error of `n` points is
+/// at most `4 ρ^{1−n}/(ρ − 1)` (Trefethen, Approximation Theory, thm. 8.2), and an increment may be `ratio` times smaller
+/// at one end than at the other. `strip` is the distance of the poles from the real axis: π, or π/2 for a contrast, which
+/// enters as `c` and `1/c` at once.
+pub(crate) fn chebyshev_points(ratio: f64, strip: f64, tolerance: f64) -> usize {
+    let x = 2.0 * strip / ratio.ln();
+    let rho = x + (1.0 + x * x).sqrt();
+    let points = 1.0 + (4.0 * ratio / (tolerance * (rho - 1.0))).ln() / rho.ln();
+    (points.ceil() as usize).max(2)
+}
+
 /// `cos(π j / (points − 1))`, from 1 down to −1, written as a sine so that it is exactly antisymmetric.
 fn chebyshev_cosine(j: usize, points: usize) -> f64 {
     let n = (points - 1) as f64;
@@ -409,6 +423,38 @@ mod tests {
         let integral: f64 = axis.weights().iter().zip(&values).map(|(w, v)| w * v).sum();
         let exact = 4.0 - 4.0 + 0.125 * (81.0 - 1.0) - 0.1 / 7.0 * (2187.0 + 1.0);
         assert!((integral - exact).abs() < 100.0 * f64::EPSILON * largest * 4.0);
+    }
+
+    #[test]
+    fn the_number_of_points_keeps_its_tolerance_and_is_not_wasteful() {
+        for ratio in [4.0, 10.0, 100.0, 1e4] {
+            for tolerance in [1e-4, 1e-6, 1e-8] {
+                let points = chebyshev_points(ratio, std::f64::consts::PI, tolerance);
+                let worst = |points: usize| {
+                    let axis = axis(AxisKind::Chebyshev { points }, 1.0, ratio, true);
+                    let mut worst = 0.0f64;
+                    for lambda in (-40..=20).map(|k| 10f64.powf(0.1 * f64::from(k))) {
+                        let x = |t: f64| t * lambda / (1.0 + t * lambda);
+                        let values: Vec<f64> = axis.nodes().iter().map(|t| x(*t)).collect();
+                        for k in 0..=100 {
+                            let t = axis.at_fraction(f64::from(k) / 100.0);
+                            worst =
+                                worst.max((axis.evaluate(&values, t).unwrap() / x(t) - 1.0).abs());
+                        }
+                    }
+                    worst
+                };
+                assert!(
+                    worst(points) <= tolerance,
+                    "{ratio} {tolerance} {points}: {}",
+                    worst(points)
+                );
+                assert!(
+                    worst(points / 2) > tolerance,
+                    "half of the points are not enough: the bound is not wasteful"
+                );
+            }
+        }
     }
 
     #[test]

@@ -200,10 +200,10 @@ impl<S: Space> BlockProblem<S> {
         })
     }
 
-    /// Separates the solution from samples at up to `most` grid points, see [`fit`].
+    /// Separates the solution from samples at up to `most` grid points, see [`fit()`].
     ///
     /// # Errors
-    /// As [`BlockProblem::sample_grid`] and [`fit`].
+    /// As [`BlockProblem::sample_grid`] and [`fit()`].
     pub fn separate(
         &self,
         most: usize,

@@ -7,16 +7,11 @@ use std::time::Instant;
 
 /// Increment problem of a beam with region scales in [½, 2] and `θ` over a factor `span`, ending where θλ_1 of the
 /// nominal beam is that of 12 steps per period (Bathe, stage 2).
-fn increment(
-    beam: &Pencil,
-    span: f64,
-    points: (usize, usize),
-) -> (RegionAxes, BlockProblem<SparseSpace>) {
+fn increment(beam: &Pencil, span: f64, tolerance: f64) -> (RegionAxes, BlockProblem<SparseSpace>) {
     let regions = beam.stiffness.len();
     let top = theta_top(beam);
     let scale = (regions > 1).then_some((0.5, 2.0));
-    let map =
-        RegionAxes::new((top / span, top), &vec![scale; regions], points.0, points.1).unwrap();
+    let map = RegionAxes::new((top / span, top), &vec![scale; regions], tolerance).unwrap();
     let mut matrices = vec![beam.mass.clone()];
     matrices.extend(beam.stiffness.iter().cloned());
     let space = SparseSpace::new(matrices).unwrap();
@@ -152,7 +147,7 @@ fn one_region_over_a_factor_of_100_takes_at_most_20_terms_for_1e_8() {
         ("beam", Pencil::beam(160, 1, 8)),
         ("lattice", Pencil::lattice(6, 6, 30, 1, 8)),
     ] {
-        let (map, problem) = increment(&pencil, 100.0, (29, 2));
+        let (map, problem) = increment(&pencil, 100.0, 1e-9);
         let reduction = reduced(&pencil, &problem, 1e-9);
         let fresh = fresh_points(&pencil, 100.0, &map, &reduction.problem);
         let options = EnrichmentOptions {
@@ -177,7 +172,7 @@ fn two_regions_take_at_most_60_terms_for_1e_6_and_updates_are_why() {
         ("beam", Pencil::beam(160, 2, 8)),
         ("lattice", Pencil::lattice(5, 5, 30, 2, 8)),
     ] {
-        let (map, problem) = increment(&pencil, 30.0, (17, 11));
+        let (map, problem) = increment(&pencil, 30.0, 1e-7);
         let reduction = reduced(&pencil, &problem, 1e-7);
         let k = reduction.basis.ncols();
         println!(
@@ -236,7 +231,7 @@ fn two_regions_take_at_most_60_terms_for_1e_6_and_updates_are_why() {
 #[ignore = "the slow half of the table, about 20 s"]
 fn four_regions_and_a_common_axis_converge_to_1e_5() {
     let pencil = Pencil::beam(160, 4, 8);
-    let (map, problem) = increment(&pencil, 30.0, (15, 8));
+    let (map, problem) = increment(&pencil, 30.0, 1e-6);
     let reduction = reduced(&pencil, &problem, 1e-6);
     let fresh = fresh_points(&pencil, 30.0, &map, &reduction.problem);
     let options = EnrichmentOptions {
@@ -259,7 +254,7 @@ fn cost_grows_with_the_number_of_parameters() {
     let mut terms = Vec::new();
     for regions in 1..=5 {
         let pencil = Pencil::beam(180, regions, 8);
-        let (map, problem) = increment(&pencil, 30.0, (15, 8));
+        let (map, problem) = increment(&pencil, 30.0, 1e-6);
         let reduction = reduced(&pencil, &problem, 1e-5);
         let fresh = fresh_points(&pencil, 30.0, &map, &reduction.problem);
         let options = EnrichmentOptions {
@@ -283,7 +278,7 @@ fn cost_grows_with_the_number_of_parameters() {
 #[test]
 fn four_regions_converge_at_the_same_rate_from_the_start() {
     let pencil = Pencil::beam(120, 4, 8);
-    let (map, problem) = increment(&pencil, 30.0, (11, 6));
+    let (map, problem) = increment(&pencil, 30.0, 1e-4);
     let reduction = reduced(&pencil, &problem, 1e-5);
     let fresh = fresh_points(&pencil, 30.0, &map, &reduction.problem);
     let options = EnrichmentOptions {
@@ -304,7 +299,7 @@ fn four_regions_converge_at_the_same_rate_from_the_start() {
 fn separation_gives_the_same_bits_whatever_the_threads() {
     let pencil = Pencil::beam(40, 2, 4);
     let run = || {
-        let (_, problem) = increment(&pencil, 10.0, (9, 6));
+        let (_, problem) = increment(&pencil, 10.0, 1e-5);
         let reduction = reduced(&pencil, &problem, 1e-5);
         let options = EnrichmentOptions {
             tolerance: 1e-4,
@@ -330,7 +325,7 @@ fn separation_gives_the_same_bits_whatever_the_threads() {
 fn compression_is_orthonormal_in_the_energy_and_keeps_its_tolerance() {
     let pencil = Pencil::beam(60, 1, 6);
     let energy = pencil.energy();
-    let (_, problem) = increment(&pencil, 100.0, (9, 2));
+    let (_, problem) = increment(&pencil, 100.0, 1e-3);
     let axis = &problem.axes()[0];
     let samples: Vec<_> = (0..15)
         .map(|k| {

@@ -6,12 +6,12 @@
 //!
 //! Four ways lead to such a sum, and they share [`Separated`], [`EnrichmentOptions`] and [`EnrichmentReport`]:
 //!
-//! - [`enrich`] solves a [`Problem`], a sum of Kronecker operators, by greedy alternating directions (chapter
+//! - [`enrich()`] solves a [`Problem`], a sum of Kronecker operators, by greedy alternating directions (chapter
 //!   eqs. 5.11–5.13) with an optional Galerkin update of all factors after each term;
-//! - [`fit`] finds the terms from sampled solutions by alternating least squares, which is cheaper when the small
+//! - [`fit()`] finds the terms from sampled solutions by alternating least squares, which is cheaper when the small
 //!   problem can simply be solved at every sample;
 //! - [`BlockProblem`] is the family `(Σ_t c_t(μ) S_t) X = Σ_s c_s(μ) B_s` of the block representation, reduced in space
-//!   by [`reduce`] before it is separated;
+//!   by [`reduce()`] before it is separated;
 //! - [`canonical`] is the chapter's own representation, state coordinates and load as axes.
 //!
 //! The odd thing: every dense kernel runs sequentially, and threads only solve independent samples, so the bytes that

@@ -186,8 +186,8 @@ impl Space for DenseSpace {
 /// Ratio of the weights, and the factor it gave.
 type Factorised = (Vec<f64>, Llt<usize, f64>);
 
-/// Sparse space operators of one pattern: analysed once, factorised when the *ratio* of the weights changes. With one
-/// operator, or with parameter operators that are all mass matrices, that is once.
+/// Sparse space operators of one pattern: analysed once, factorised when the *ratio* of the weights changes: once,
+/// with one operator. Bits do not depend on which solve came before, so only exactly equal ratios share a factor.
 pub struct SparseSpace {
     matrices: Vec<SparseColMat<usize, f64>>,
     symbolic: SymbolicLlt<usize>,
@@ -209,7 +209,8 @@ impl SparseSpace {
         };
         for m in &matrices {
             check_len("rows of a space matrix", first.nrows(), m.nrows())?;
-            let same = m.symbolic().row_idx() == first.symbolic().row_idx();
+            let (own, other) = (m.symbolic(), first.symbolic());
+            let same = own.row_idx() == other.row_idx() && own.col_ptr() == other.col_ptr();
             check_len(
                 "entries of a space matrix (or their pattern)",
                 first.compute_nnz(),
@@ -275,7 +276,7 @@ impl Space for SparseSpace {
             .latest
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner());
-        if latest.as_ref().is_none_or(|(r, _)| !same_ratio(r, &ratio)) {
+        if latest.as_ref().is_none_or(|(r, _)| *r != ratio) {
             *latest = Some((ratio.clone(), self.factorize(&ratio)?));
         }
         let (_, factor) = latest.as_ref().ok_or(SeparatedError::NotPositiveDefinite {
@@ -284,13 +285,6 @@ impl Space for SparseSpace {
         let x = factor.solve(rhs);
         Ok(Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)] / scale))
     }
-}
-
-/// Equal but for the rounding of the products that made them.
-fn same_ratio(a: &[f64], b: &[f64]) -> bool {
-    a.iter()
-        .zip(b)
-        .all(|(x, y)| (x - y).abs() <= 64.0 * f64::EPSILON)
 }
 
 /// One separable right-hand side, `(⊗_a f_a) ⊗ B`.

@@ -4,10 +4,11 @@
 //! One region folds its scale into `θ`. Two regions take the geometric mean of both `θ_q` and their contrast,
 //! `θ_{1,2} = m c^{±1}`: two axes, none redundant. Any other case takes `θ` and one `κ_q` per live region: one axis more
 //! than there are freedoms when all are live, and still fewer terms than contrasts of contrasts or ratios to one region,
-//! because each `κ_q` acts on one matrix only (four regions of a beam, error at 100 terms: 1e-4, against 2e-4 and 2.5e-4).
+//! because each `κ_q` acts on one matrix only (four regions of a beam, error at 100 terms: 1e-4, against 3e-4 and 2.5e-4).
 
-use super::axis::{Axis, AxisKind};
+use super::axis::{Axis, AxisKind, chebyshev_points};
 use super::error::{SeparatedError, check_len};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The map between the common `θ` and region scales, and a point on the axes.
 #[derive(Clone, Debug)]
@@ -20,18 +21,24 @@ pub struct RegionAxes {
 }
 
 impl RegionAxes {
-    /// Axes for a common `theta` range and the range of each region's stiffness scale (`None`: fixed at 1), with
-    /// `theta_points` Chebyshev points on the common axis and `scale_points` on each other one.
+    /// Axes for a common `theta` range and the range of each region's stiffness scale (`None`: fixed at 1), with as many
+    /// Chebyshev points in `ln μ` as interpolate solutions to a relative `tolerance`.
     ///
     /// # Errors
     /// As [`Axis::new`]; [`SeparatedError::Shape`] without regions.
     pub fn new(
         theta: (f64, f64),
         scales: &[Option<(f64, f64)>],
-        theta_points: usize,
-        scale_points: usize,
+        tolerance: f64,
     ) -> Result<RegionAxes, SeparatedError> {
-        let axis = |name: &str, (lower, upper): (f64, f64), points: usize| {
+        let with_strip = |name: &str, (lower, upper): (f64, f64), strip: f64| {
+            // a range that Axis::new will refuse still needs some number of points to be refused with
+            let valid = lower > 0.0 && lower < upper && upper.is_finite();
+            let points = if valid {
+                chebyshev_points(upper / lower, strip, tolerance)
+            } else {
+                2
+            };
             Axis::new(
                 name,
                 "1",
@@ -41,6 +48,7 @@ impl RegionAxes {
                 true,
             )
         };
+        let axis = |name: &str, range: (f64, f64)| with_strip(name, range, PI);
         let live: Vec<bool> = scales.iter().map(Option::is_some).collect();
         let (axes, powers) = match scales {
             [] => {
@@ -53,11 +61,7 @@ impl RegionAxes {
             [only] => {
                 let (low, high) = only.unwrap_or((1.0, 1.0));
                 (
-                    vec![axis(
-                        "theta",
-                        (theta.0 * low, theta.1 * high),
-                        theta_points,
-                    )?],
+                    vec![axis("theta", (theta.0 * low, theta.1 * high))?],
                     vec![vec![1.0]],
                 )
             }
@@ -65,13 +69,13 @@ impl RegionAxes {
                 let mean = (theta.0 * (p.0 * q.0).sqrt(), theta.1 * (p.1 * q.1).sqrt());
                 let contrast = ((p.0 / q.1).sqrt(), (p.1 / q.0).sqrt());
                 let axes = vec![
-                    axis("theta", mean, theta_points)?,
-                    axis("contrast", contrast, scale_points)?,
+                    axis("theta", mean)?,
+                    with_strip("contrast", contrast, FRAC_PI_2)?,
                 ];
                 (axes, vec![vec![1.0, 1.0], vec![1.0, -1.0]])
             }
             _ => {
-                let mut axes = vec![axis("theta", theta, theta_points)?];
+                let mut axes = vec![axis("theta", theta)?];
                 let mut own = vec![0; scales.len()];
                 for (q, range) in scales
                     .iter()
@@ -79,7 +83,7 @@ impl RegionAxes {
                     .filter_map(|(q, s)| s.map(|range| (q, range)))
                 {
                     own[q] = axes.len();
-                    axes.push(axis(&format!("kappa{}", q + 1), range, scale_points)?);
+                    axes.push(axis(&format!("kappa{}", q + 1), range)?);
                 }
                 let power = |own: usize| {
                     (0..axes.len())
@@ -154,7 +158,7 @@ mod tests {
                 let scales: Vec<_> = (0..regions)
                     .map(|q| (which >> q & 1 == 1).then(|| range(q)))
                     .collect();
-                let map = RegionAxes::new(common, &scales, 5, 4).unwrap();
+                let map = RegionAxes::new(common, &scales, 1e-3).unwrap();
                 for corner in 0..=1u32 << (regions + 1) {
                     let mut at = |bit: usize, (low, high): (f64, f64)| match corner {
                         c if c == 1 << (regions + 1) => low * (high / low).powf(random.uniform()),
@@ -187,14 +191,14 @@ mod tests {
     #[test]
     fn what_is_outside_stays_outside() {
         assert!(matches!(
-            RegionAxes::new((1.0, 2.0), &[], 3, 3),
+            RegionAxes::new((1.0, 2.0), &[], 1e-3),
             Err(SeparatedError::Shape { .. })
         ));
-        let map = RegionAxes::new((1e-4, 1e-2), &[Some((0.5, 2.0)); 2], 5, 4).unwrap();
+        let map = RegionAxes::new((1e-4, 1e-2), &[Some((0.5, 2.0)); 2], 1e-3).unwrap();
         for (theta, scales) in [(3e-2, [2.0, 2.0]), (1e-2 * (1.0 + 1e-12), [2.0, 2.0])] {
             let point = map.point(theta, &scales).unwrap();
             assert!(matches!(
-                map.axes()[0].evaluate(&[0.0; 5], point[0]),
+                map.axes()[0].evaluate(&vec![0.0; map.axes()[0].len()], point[0]),
                 Err(SeparatedError::OutsideAxis { .. })
             ));
         }

@@ -90,7 +90,7 @@ fn the_sine_of_a_sum_takes_two_terms_and_of_three_takes_its_known_rank() {
         "{report:?}"
     );
 
-    // sin(x+y+z) expands into 2² products, but its rank is 3 (complex rank 2): updated greedy must get near with 4.
+    // sin(x+y+z) expands into 2² products; its rank over the reals is 3. Updated greedy must not need more than the 4.
     let axes = [
         hat("x", 0.0, 3.0, 16),
         hat("y", 0.0, 3.0, 16),
