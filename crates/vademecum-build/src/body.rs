@@ -34,6 +34,18 @@ pub enum BodyError {
         /// Names of the mesh's regions.
         regions: String,
     },
+    /// A parameter's range leaves out the problem's own value.
+    #[error("{path}: `parameter`: the range {range:?} of `{name}` leaves out the problem's own value, {nominal}")]
+    Nominal {
+        /// The problem file and line.
+        path: String,
+        /// The parameter.
+        name: String,
+        /// The problem's own value.
+        nominal: f64,
+        /// The range.
+        range: [f64; 2],
+    },
     /// A selection holds no whole facet of the surface.
     #[error("{path}: `{key}` selects nodes but no whole facet of the surface; select all corners of the facets meant")]
     NoFacet {

@@ -12,6 +12,7 @@ pub mod fem;
 pub mod field;
 pub mod march;
 pub mod mesh;
+pub mod parametric;
 pub mod pipeline;
 pub mod pod;
 pub mod problem;

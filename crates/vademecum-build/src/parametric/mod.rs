@@ -10,7 +10,7 @@ mod separate;
 
 pub use basis::carrier_basis;
 pub use box_certificate::{BoxCertificate, certify_box};
-pub use separate::{Parametric, ParametricError, separate_responses};
+pub use separate::{Parametric, ParametricError, SeparationOptions, separate_responses};
 
 use vademecum_format::ParameterRole;
 use vademecum_format::scheme::{SchemeError, SchemeTable, StepParameters, theta};

@@ -15,11 +15,13 @@ use crate::progress::{Cancelled, Listener};
 use crate::response::StageResponse;
 use crate::separated::{
     Axis, AxisKind, BlockProblem, BlockSource, EnrichmentOptions, EnrichmentReport, FreshPoints, ReductionOptions,
-    RegionAxes, Separated, SeparatedError, Space, reduce,
+    RegionAxes, Separated, SeparatedError, Space, chebyshev_points, reduce,
 };
 
-/// Parameter points at which the small problem is solved for the fit.
-const FIT_SAMPLES: usize = 4000;
+/// Parameter points at which the small problem is solved for the fit: few samples overfit many axes.
+fn fit_samples(axes: usize) -> usize {
+    if axes <= 3 { 4000 } else { 12_000 }
+}
 /// Fresh points at which errors are measured.
 const FRESH: usize = 200;
 
@@ -35,6 +37,15 @@ pub enum ParametricError {
     /// On request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// How far the separation goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeparationOptions {
+    /// Largest relative error of `H − B` over fresh points, root mean square; ten times that at the worst.
+    pub tolerance: f64,
+    /// Most terms.
+    pub max_terms: usize,
 }
 
 /// Stage responses as a separated solution over the box.
@@ -98,27 +109,23 @@ impl Space for PencilSpace<'_> {
     }
 }
 
-/// Chebyshev points for a range and a tolerance: method.md §3 measured the error of C(θ) as about e^(−1.1 n/decades).
-fn chebyshev_points(range: (f64, f64), tolerance: f64) -> usize {
-    let decades = (range.1 / range.0).log10();
-    let digits = -tolerance.log10();
-    ((9.0 + 5.5 * decades) * digits / 6.0).ceil().clamp(5.0, 60.0) as usize
+/// Chebyshev points on a density axis: the singularities of the response lie as for a stiffness factor, π away in the
+/// complex logarithm.
+fn density_points((lower, upper): (f64, f64), tolerance: f64) -> usize {
+    chebyshev_points(upper / lower, std::f64::consts::PI, tolerance)
 }
 
 impl AxisMap {
     fn new(space: &ParameterSpace, theta: (f64, f64), tolerance: f64) -> Result<Self, SeparatedError> {
+        // A scheme whose stages share θ, and no parameter that moves it, still need an axis of some width.
+        let theta = if theta.1 > 1.001 * theta.0 { theta } else { (theta.0 / 1.01, theta.1 * 1.01) };
         let scales: Vec<_> = (0..space.n_regions).map(|q| space.region_range(q, false)).collect();
-        let widest = scales.iter().flatten().map(|r| chebyshev_points(*r, tolerance)).max().unwrap_or(5);
-        // The common axis of two live regions is wider by their scales; RegionAxes says how wide only once it is made.
-        let wider = |pick: fn(&(f64, f64)) -> f64| scales.iter().flatten().map(pick).product::<f64>();
-        let count = scales.iter().flatten().count().max(1) as f64;
-        let span = (theta.0 * wider(|r| r.0).powf(1.0 / count), theta.1 * wider(|r| r.1).powf(1.0 / count));
-        let regions = RegionAxes::new(theta, &scales, chebyshev_points(span, tolerance), widest)?;
+        let regions = RegionAxes::new(theta, &scales, 0.1 * tolerance)?;
         let mut axes = regions.axes().to_vec();
         let mut density_axes = vec![];
         for q in 0..space.n_regions {
             if let Some((lower, upper)) = space.region_range(q, true) {
-                let points = chebyshev_points((lower, upper), tolerance);
+                let points = density_points((lower, upper), 0.1 * tolerance);
                 let name = format!("rho{}", q + 1);
                 axes.push(Axis::new(&name, "1", lower, upper, AxisKind::Chebyshev { points }, true)?);
                 density_axes.push(q);
@@ -185,7 +192,8 @@ fn block_problem<'a>(
     matrices.extend((0..map.n_regions).map(|q| pencil.region_stiffness(q)));
     if map.density_axes.is_empty() {
         let space = PencilSpace { matrices, symbolic };
-        return BlockProblem::increment(map.axes.clone(), &powers, space, basis);
+        let fixed_mass = [vec![0.0; map.axes.len()]];
+        return BlockProblem::increment(map.axes.clone(), &fixed_mass, &powers, space, basis.as_ref());
     }
     matrices.splice(0..1, (0..map.n_regions).map(|q| pencil.region_mass(q)));
     let space = PencilSpace { matrices, symbolic };
@@ -220,10 +228,10 @@ pub fn separate_responses(
     basis: &Mat<f64>,
     space: &ParameterSpace,
     scheme: &SchemeTable,
-    tolerance: f64,
-    max_terms: usize,
+    asked: &SeparationOptions,
     listener: &dyn Listener,
 ) -> Result<Parametric, ParametricError> {
+    let SeparationOptions { tolerance, max_terms } = *asked;
     let range = space.theta_range(scheme)?;
     space.explain(range).iter().for_each(|line| listener.note(line));
     let map = AxisMap::new(space, range, tolerance)?;
@@ -246,7 +254,7 @@ pub fn separate_responses(
     // Root mean square to the tolerance and the worst point to ten times it: whichever is farther decides.
     let measure = |u: &Separated| fresh.error(u).map_or(f64::INFINITY, |(rms, worst)| rms.max(0.1 * worst));
     let options = EnrichmentOptions { tolerance: 0.8 * tolerance, max_terms, ..Default::default() };
-    let (small, enrichment) = reduction.problem.separate(FIT_SAMPLES, &options, Some(&measure))?;
+    let (small, enrichment) = reduction.problem.separate(fit_samples(map.axes.len()), &options, Some(&measure))?;
     let solution = small.expand(reduction.basis.as_ref())?;
     listener.checkpoint(1, 1)?;
 
@@ -312,6 +320,11 @@ impl Parametric {
     /// Number of terms.
     pub fn n_terms(&self) -> usize {
         self.solution.n_terms()
+    }
+
+    /// Points of each axis.
+    pub fn axis_points(&self) -> Vec<usize> {
+        self.map.axes.iter().map(Axis::len).collect()
     }
 
     /// The response of each stage at a setting: what the evaluator assembles when it binds.

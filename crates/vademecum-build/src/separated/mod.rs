@@ -58,6 +58,7 @@ mod regions;
 mod solution;
 mod update;
 
+pub(crate) use axis::chebyshev_points;
 pub use axis::{Axis, AxisKind};
 pub use block::{BlockProblem, BlockSource, FreshPoints};
 pub use enrich::{EnrichmentOptions, EnrichmentReport, StopReason, enrich};
