@@ -147,8 +147,10 @@ pub struct StructureReport {
     pub spectral_radius: f64,
     /// Largest energy of a free run over the energy at its start.
     pub energy_ratio: f64,
-    /// Relative error of the stage maps.
-    pub map_error: f64,
+    /// Relative error of the stage maps, root of the mean square.
+    pub map_error_rms: f64,
+    /// The largest of them.
+    pub map_error_max: f64,
     /// Steps of the march behind the errors.
     pub steps: f64,
 }
@@ -162,7 +164,8 @@ impl StructureReport {
             floor_ratio: c.trajectory_error / c.projection_floor,
             spectral_radius: c.spectral_radius,
             energy_ratio: c.energy_ratio,
-            map_error: c.map_error,
+            map_error_rms: c.map_error_rms,
+            map_error_max: c.map_error_max,
             steps: c.steps,
         }
     }
@@ -430,7 +433,7 @@ fn stage_responses(prepared: &Prepared, basis: &Basis, dt: f64) -> Result<Vec<St
 /// distance of the Galerkin stages from the full-order ones for the diagonal structure.
 fn certificate(measured: &[StructureCertificate], responses: &[StageResponse]) -> Certificate {
     let residual = responses.iter().map(|r| r.residual).fold(0.0, f64::max);
-    let block = StructureCertificate { map_error: residual, ..measured[0] };
+    let block = StructureCertificate { map_error_rms: residual, map_error_max: residual, ..measured[0] };
     Certificate { block, diagonal: measured.get(1).copied().unwrap_or_default() }
 }
 

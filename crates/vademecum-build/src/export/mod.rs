@@ -10,7 +10,7 @@ pub use order::NodeOrder;
 
 use faer::{Mat, MatRef};
 use vademecum_format::FormatError;
-use vademecum_format::{Axis, AxisKind, AxisRole, Certificate, MAX_AXES, Metadata};
+use vademecum_format::{Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter};
 use vademecum_format::scheme::SchemeTable;
 use vademecum_format::{Codec, Element, SectionKind};
 use vademecum_format::{SectionInput, encode_into, encoded_len};
@@ -83,6 +83,9 @@ pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
         time_step: parts.problem.time.step,
         alpha: parts.rayleigh.alpha,
         beta: parts.rayleigh.beta,
+        n_regions: 1,
+        n_parameters: 0,
+        parameters: [Parameter::UNUSED; MAX_PARAMETERS],
         axes,
         n_axes: u32::from(block),
         n_terms: if block { n_stages } else { 0 },
