@@ -2,7 +2,7 @@
 
 use crate::synthetic::{encode, newmark};
 use std::fmt::Write;
-use vademecum_format::{Axis, BLOCK, Certificate, Element, File, MAX_AXES, Metadata, SectionKind};
+use vademecum_format::{Axis, BLOCK, Certificate, Element, File, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter, SectionKind};
 
 /// One node, one mode, the diagonal structure, the trapezoidal rule.
 #[must_use]
@@ -25,6 +25,9 @@ pub fn smallest() -> Vec<u8> {
         time_step: 0.5,
         alpha: 0.0,
         beta: 0.0,
+        n_regions: 1,
+        n_parameters: 0,
+        parameters: [Parameter::UNUSED; MAX_PARAMETERS],
         axes: [Axis::UNUSED; MAX_AXES],
         n_axes: 0,
         n_terms: 0,
@@ -134,13 +137,16 @@ fn fields(bytes: &[u8]) -> Vec<(usize, String)> {
     ["time_step", "alpha", "beta"]
         .iter()
         .for_each(|name| add(8, name));
+    add(4, "n_regions");
+    add(4, "n_parameters");
+    add(45 * MAX_PARAMETERS, "16 parameters, none used");
     add(45 * MAX_AXES, "12 axes, none used");
     add(4, "n_axes");
     add(4, "n_terms");
     add(1, "diagonal: present");
     add(1, "block: absent");
-    add(48, "certificate of the diagonal structure: not measured");
-    add(48, "certificate of the block structure: not measured");
+    add(56, "certificate of the diagonal structure: not measured");
+    add(56, "certificate of the block structure: not measured");
     for section in file.sections() {
         let at: usize = fields.iter().map(|(length, _)| length).sum();
         fields.push((at.next_multiple_of(BLOCK) - at, "padding".to_string()));

@@ -3,7 +3,7 @@
 
 use vademecum_eval::{Field, SceneOptions, StructureChoice};
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
-use vademecum_format::{Axis, Certificate, Element, MAX_AXES, Metadata, SectionKind};
+use vademecum_format::{Axis, Certificate, Element, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter, SectionKind};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{bathe, encode, newmark, stage_axis};
 
@@ -78,6 +78,9 @@ fn file(scheme: &SchemeTable, dt: f64) -> Vec<u8> {
         time_step: dt,
         alpha: 0.0,
         beta: 0.0,
+        n_regions: 1,
+        n_parameters: 0,
+        parameters: [Parameter::UNUSED; MAX_PARAMETERS],
         axes,
         n_axes: 1,
         n_terms: n as u32,

@@ -141,7 +141,8 @@ pub fn certify(
             projection_floor: worst.floor,
             spectral_radius: reduced.structure.spectral_radius(),
             energy_ratio: reduced.free_run_energy(),
-            map_error: f64::NAN,
+            map_error_rms: f64::NAN,
+            map_error_max: f64::NAN,
             steps: unseen.steps as f64,
         }
     };

@@ -1,7 +1,6 @@
 //! Factors of a separated solution at given parameters: `g_t = Π_a g_ta(μ_a)`.
 
 use crate::error::BindError;
-use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Axis, AxisKind, AxisRole, Metadata};
 
 /// Points and factors of all axes as the file stores them.
@@ -15,7 +14,6 @@ pub(crate) struct Factors<'m> {
 pub(crate) struct StagePlace {
     pub stage: usize,
     pub theta: f64,
-    pub parameters: StepParameters,
 }
 
 impl StagePlace {
@@ -23,11 +21,7 @@ impl StagePlace {
     fn value(&self, role: AxisRole) -> Option<f64> {
         Some(match role {
             AxisRole::Stage => self.stage as f64,
-            AxisRole::Theta => self.theta,
-            AxisRole::StiffnessScale { .. } | AxisRole::DensityScale { .. } => 1.0,
-            AxisRole::Alpha => self.parameters.alpha,
-            AxisRole::Beta => self.parameters.beta,
-            AxisRole::TimeStep => self.parameters.time_step,
+            AxisRole::Monomial { theta, .. } => libm::pow(self.theta, theta),
             _ => return None,
         })
     }

@@ -150,7 +150,6 @@ pub(crate) fn fuse_block<T: Scalar>(
         let place = StagePlace {
             stage,
             theta,
-            parameters: *parameters,
         };
         for (t, (term, out)) in terms.chunks_exact(square.max(1)).zip(weights).enumerate() {
             let weight = factors.weight(metadata, t, &place)?;
@@ -179,17 +178,16 @@ fn allowed_theta(
 ) -> Result<f64, BindError> {
     use vademecum_format::AxisRole as R;
     let requested = StageCoefficients::new(&metadata.scheme, asked, stage)?.theta;
-    let has = |role: R| metadata.active_axes().iter().any(|axis| axis.role == role);
-    let pick = |role, asked, built| if has(role) { asked } else { built };
     let reference = StepParameters {
-        time_step: pick(R::TimeStep, asked.time_step, metadata.time_step),
-        alpha: pick(R::Alpha, asked.alpha, metadata.alpha),
-        beta: pick(R::Beta, asked.beta, metadata.beta),
+        time_step: metadata.time_step,
+        alpha: metadata.alpha,
+        beta: metadata.beta,
         density: 1.0,
         stiffness: 1.0,
     };
     let built = StageCoefficients::new(&metadata.scheme, &reference, stage)?.theta;
-    if has(R::Theta) || (requested - built).abs() <= 1e-12 * built {
+    let carried = |role: R| matches!(role, R::Monomial { theta, .. } if theta != 0.0);
+    if metadata.active_axes().iter().any(|axis| carried(axis.role)) || (requested - built).abs() <= 1e-12 * built {
         return Ok(requested);
     }
     Err(BindError::Fixed {

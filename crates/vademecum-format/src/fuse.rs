@@ -12,6 +12,9 @@
 //!                   + Σ_{l<i}   [(a_l/m̃)(I + E_i) − (b_l/k̃) E_i] x_l + (Δt²/m̃) p_i g_i
 //! ```
 //!
+//! Region scales change `M` and `K` themselves. With `M = Σ ρ_q M_q` and the basis normalised in the nominal mass `M_0`, the
+//! projection is `Π = BᵀM_0` and `C(θ) = BᵀM_0 (M + θK)⁻¹ M B`; both identities above stay, only the symmetry of `E_i` goes.
+//!
 //! `c_i = s_K Δt²/k̃` (from `k − Σh^K = 1`). A consistent table has `Σ a_j = m̃` over the displacements, so `y_0` enters through
 //! `E_i` alone: the large identity parts cancel on paper, not in the arithmetic. The odd thing: that makes
 //! consistency a condition, and [`SchemeTable::check`] refuses a table without it.
@@ -40,32 +43,16 @@ impl StageCoefficients {
     ///
     /// # Errors
     /// [`SchemeError`] if a parameter is out of range or the stage does not exist.
-    pub fn new(
-        table: &SchemeTable,
-        parameters: &StepParameters,
-        stage: usize,
-    ) -> Result<Self, SchemeError> {
+    pub fn new(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<Self, SchemeError> {
         parameters.check()?;
         let n_stages = table.n_stages;
-        let row = table
-            .active()
-            .get(stage)
-            .ok_or(SchemeError::StageCount { found: n_stages })?;
-        let StepParameters {
-            time_step: dt,
-            alpha,
-            beta,
-            density,
-            stiffness,
-        } = *parameters;
+        let row = table.active().get(stage).ok_or(SchemeError::StageCount { found: n_stages })?;
+        let StepParameters { time_step: dt, alpha, beta, density, stiffness } = *parameters;
         let m = density * (row.mass + row.damping * dt * alpha);
         let k = stiffness * (row.stiffness * dt * dt + row.damping * dt * beta);
         for value in [m, k, k / m] {
             if !value.is_finite() || value <= 0.0 {
-                return Err(SchemeError::BadParameter {
-                    index: 5 + stage,
-                    value,
-                });
+                return Err(SchemeError::BadParameter { index: 5 + stage, value });
             }
         }
         let mut identity = [0.0; HISTORY];
@@ -73,19 +60,11 @@ impl StageCoefficients {
         increment[0] = stiffness * dt * dt / k; // k − Σh^K = 1, which `check` holds the table to
         for j in 1..HISTORY {
             let a = density * (row.mass_history[j] + dt * alpha * row.damping_history[j]);
-            let b = stiffness
-                * (dt * dt * row.stiffness_history[j] + dt * beta * row.damping_history[j]);
+            let b = stiffness * (dt * dt * row.stiffness_history[j] + dt * beta * row.damping_history[j]);
             identity[j] = a / m;
             increment[j] = a / m - b / k;
         }
-        Ok(Self {
-            theta: k / m,
-            mass: m,
-            stiffness: k,
-            load: dt * dt / m,
-            identity,
-            increment,
-        })
+        Ok(Self { theta: k / m, mass: m, stiffness: k, load: dt * dt / m, identity, increment })
     }
 }
 
@@ -94,11 +73,7 @@ impl StageCoefficients {
 ///
 /// # Errors
 /// As [`StageCoefficients::new`].
-pub fn theta(
-    table: &SchemeTable,
-    parameters: &StepParameters,
-    stage: usize,
-) -> Result<f64, SchemeError> {
+pub fn theta(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<f64, SchemeError> {
     Ok(StageCoefficients::new(table, parameters, stage)?.theta)
 }
 
@@ -110,7 +85,8 @@ pub const fn fuse_work_len(r: usize) -> usize {
 
 /// Fuses one step: `y ← y + D y + Σ_i p_i L_i g_i`, `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length `3r`.
 ///
-/// - `e`: `(n_stages, r, r)`, the symmetric `E_i = C(θ_i) − I` (pure numbers), each row-major;
+/// - `e`: `(n_stages, r, r)`, `E_i = C(θ_i) − I` (pure numbers), each row-major and used as a general matrix: row `k` gives
+///   `x_i[k]` (region densities make it unsymmetric);
 /// - `d`: `(3r, 3r)` column-major, receives `D`;
 /// - `loads`: `(n_stages, 3r, r)`, each `L_i` column-major, receives the map from `g_i` (row of `H_i` at the loaded dof times
 ///   the force, `Σ_dof H_i[dof, ·] F[dof]`) to the state; `p_i = Σ_j f_ij F_j` is the load's amplitude in stage `i`;
@@ -135,53 +111,27 @@ pub fn fuse_into(
     let square = r.saturating_mul(r);
     expect_len(e.len(), n_stages.saturating_mul(square))?;
     expect_len(d.len(), square.saturating_mul(9))?;
-    expect_len(
-        loads.len(),
-        n_stages.saturating_mul(square).saturating_mul(3),
-    )?;
+    expect_len(loads.len(), n_stages.saturating_mul(square).saturating_mul(3))?;
     if work.len() < fuse_work_len(r) {
-        return Err(SchemeError::Length {
-            found: work.len(),
-            needed: fuse_work_len(r),
-        });
+        return Err(SchemeError::Length { found: work.len(), needed: fuse_work_len(r) });
     }
     let mut stages = [StageCoefficients::default(); MAX_STAGES];
     for (index, stage) in stages.iter_mut().take(n_stages).enumerate() {
         *stage = StageCoefficients::new(table, parameters, index)?;
     }
-    let short = SchemeError::Length {
-        found: work.len(),
-        needed: fuse_work_len(r),
-    };
+    let short = SchemeError::Length { found: work.len(), needed: fuse_work_len(r) };
     let (increments, rest) = work.split_at_mut_checked(MAX_STAGES * r).ok_or(short)?;
     let combined = rest.get_mut(..r).ok_or(short)?;
     let stages = stages.get(..n_stages).unwrap_or_default();
     let r = r.max(1);
-    let mut march = Propagation {
-        stages,
-        e,
-        r,
-        increments,
-        combined,
-    };
+    let mut march = Propagation { stages, e, r, increments, combined };
     for (column, out) in d.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
-        let unit = Unit {
-            block: column / r,
-            row: column % r,
-            load_stage: MAX_STAGES,
-        };
+        let unit = Unit { block: column / r, row: column % r, load_stage: MAX_STAGES };
         march.run(unit);
         march.finish(table, unit, out);
     }
-    for (column, out) in loads
-        .chunks_exact_mut(r.saturating_mul(3).max(1))
-        .enumerate()
-    {
-        let unit = Unit {
-            block: HISTORY,
-            row: column % r,
-            load_stage: column / r,
-        };
+    for (column, out) in loads.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
+        let unit = Unit { block: HISTORY, row: column % r, load_stage: column / r };
         march.run(unit);
         march.finish(table, unit, out);
     }
@@ -189,11 +139,7 @@ pub fn fuse_into(
 }
 
 fn expect_len(found: usize, needed: usize) -> Result<(), SchemeError> {
-    if found == needed {
-        Ok(())
-    } else {
-        Err(SchemeError::Length { found, needed })
-    }
+    if found == needed { Ok(()) } else { Err(SchemeError::Length { found, needed }) }
 }
 
 /// A unit input: entry `row` of block `block` of the state, or of the load of `load_stage`.
@@ -219,12 +165,7 @@ impl Propagation<'_> {
     fn run(&mut self, unit: Unit) {
         let r = self.r.max(1);
         let square = r.saturating_mul(r).max(1);
-        for ((i, stage), e) in self
-            .stages
-            .iter()
-            .enumerate()
-            .zip(self.e.chunks_exact(square))
-        {
+        for ((i, stage), e) in self.stages.iter().enumerate().zip(self.e.chunks_exact(square)) {
             let Some((earlier, rest)) = self.increments.split_at_mut_checked(i * r) else {
                 return;
             };
@@ -232,8 +173,7 @@ impl Propagation<'_> {
             x.fill(0.0);
             self.combined.fill(0.0);
             let weights = stage.identity.iter().zip(&stage.increment);
-            for (x_l, (identity, increment)) in earlier.chunks_exact(r).zip(weights.clone().skip(3))
-            {
+            for (x_l, (identity, increment)) in earlier.chunks_exact(r).zip(weights.clone().skip(3)) {
                 for ((x, w), &known) in x.iter_mut().zip(self.combined.iter_mut()).zip(x_l) {
                     *x += identity * known;
                     *w += increment * known;
@@ -247,11 +187,7 @@ impl Propagation<'_> {
                 add_at(x, unit.row, stage.load);
             }
             for (x, row) in x.iter_mut().zip(e.chunks_exact(r)) {
-                *x += row
-                    .iter()
-                    .zip(self.combined.iter())
-                    .map(|(e, w)| e * w)
-                    .sum::<f64>();
+                *x += row.iter().zip(self.combined.iter()).map(|(e, w)| e * w).sum::<f64>();
             }
         }
     }
@@ -260,23 +196,14 @@ impl Propagation<'_> {
         out.fill(0.0);
         let r = self.r.max(1);
         for (block, (row, out)) in table.finish.iter().zip(out.chunks_exact_mut(r)).enumerate() {
-            let stages = row
-                .iter()
-                .skip(3)
-                .zip(self.increments.chunks_exact(r))
-                .take(self.stages.len());
+            let stages = row.iter().skip(3).zip(self.increments.chunks_exact(r)).take(self.stages.len());
             for (&weight, x) in stages {
                 for (out, x) in out.iter_mut().zip(x) {
                     *out += weight * x;
                 }
             }
             // The columns of ζ are consistent: what they keep and what the stages carry of them cancel on paper.
-            if let Some(weight) = row
-                .iter()
-                .take(3)
-                .nth(unit.block)
-                .filter(|_| unit.block != 0)
-            {
+            if let Some(weight) = row.iter().take(3).nth(unit.block).filter(|_| unit.block != 0) {
                 let kept = if block == unit.block { 1.0 } else { 0.0 };
                 add_at(out, unit.row, weight - kept);
             }

@@ -116,14 +116,12 @@ pub enum SchemeError {
 impl fmt::Display for SchemeError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::StageCount { found } => write!(
-                out,
-                "a scheme of {found} stages; 1 to {MAX_STAGES} are possible"
-            ),
-            Self::NotFinite { stage } => write!(
-                out,
-                "stage {stage} of the scheme holds a number that is not finite"
-            ),
+            Self::StageCount { found } => {
+                write!(out, "a scheme of {found} stages; 1 to {MAX_STAGES} are possible")
+            }
+            Self::NotFinite { stage } => {
+                write!(out, "stage {stage} of the scheme holds a number that is not finite")
+            }
             Self::BadStage { stage } => write!(
                 out,
                 "stage {stage} of the scheme needs positive m and k and may use earlier stages only"
@@ -133,28 +131,19 @@ impl fmt::Display for SchemeError {
                 "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement must stay constant"
             ),
             Self::BadParameter { index, value } => {
-                let names = [
-                    "time step",
-                    "alpha",
-                    "beta",
-                    "density scale",
-                    "stiffness scale",
-                ];
+                let names = ["time step", "alpha", "beta", "density scale", "stiffness scale"];
                 match names.get(index) {
                     Some(name) => {
                         write!(out, "{name} = {value:e} is not finite or not in its range")
                     }
-                    None => write!(
-                        out,
-                        "the parameters make a matrix weight of stage {} {value:e}",
-                        index - 5
-                    ),
+                    None => {
+                        write!(out, "the parameters make a matrix weight of stage {} {value:e}", index - 5)
+                    }
                 }
             }
-            Self::Length { found, needed } => write!(
-                out,
-                "a slice of {found} numbers was lent where {needed} are needed"
-            ),
+            Self::Length { found, needed } => {
+                write!(out, "a slice of {found} numbers was lent where {needed} are needed")
+            }
         }
     }
 }
@@ -167,13 +156,7 @@ impl StepParameters {
     /// # Errors
     /// [`SchemeError::BadParameter`].
     pub fn check(&self) -> Result<(), SchemeError> {
-        let values = [
-            self.time_step,
-            self.alpha,
-            self.beta,
-            self.density,
-            self.stiffness,
-        ];
+        let values = [self.time_step, self.alpha, self.beta, self.density, self.stiffness];
         for (index, &value) in values.iter().enumerate() {
             let may_vanish = index == 1 || index == 2;
             if !value.is_finite() || value < 0.0 || (value == 0.0 && !may_vanish) {
@@ -188,9 +171,7 @@ impl SchemeTable {
     /// The stages in use.
     #[must_use]
     pub fn active(&self) -> &[Stage] {
-        self.stages
-            .get(..usize::from(self.n_stages))
-            .unwrap_or(&self.stages)
+        self.stages.get(..usize::from(self.n_stages)).unwrap_or(&self.stages)
     }
 
     /// Instants at which a step needs the load, as fractions of it: 0, then `c_i` of each stage; the rest is zero.
@@ -210,9 +191,7 @@ impl SchemeTable {
     /// [`SchemeError`] naming the stage.
     pub fn check(&self) -> Result<(), SchemeError> {
         if self.n_stages == 0 || usize::from(self.n_stages) > MAX_STAGES {
-            return Err(SchemeError::StageCount {
-                found: self.n_stages,
-            });
+            return Err(SchemeError::StageCount { found: self.n_stages });
         }
         for (index, stage) in self.active().iter().enumerate() {
             check_stage(stage, index)?;
@@ -229,34 +208,19 @@ impl SchemeTable {
 }
 
 fn check_stage(stage: &Stage, index: usize) -> Result<(), SchemeError> {
-    let histories = [
-        &stage.mass_history,
-        &stage.damping_history,
-        &stage.stiffness_history,
-    ];
+    let histories = [&stage.mass_history, &stage.damping_history, &stage.stiffness_history];
     let scalars = [stage.mass, stage.damping, stage.stiffness, stage.time];
-    let mut all = histories
-        .iter()
-        .flat_map(|h| h.iter())
-        .chain(&scalars)
-        .chain(&stage.load);
+    let mut all = histories.iter().flat_map(|h| h.iter()).chain(&scalars).chain(&stage.load);
     if all.any(|value| !value.is_finite()) {
         return Err(SchemeError::NotFinite { stage: index });
     }
-    let looks_ahead = histories
-        .iter()
-        .any(|h| h.iter().skip(3 + index).any(|&c| c != 0.0));
+    let looks_ahead = histories.iter().any(|h| h.iter().skip(3 + index).any(|&c| c != 0.0));
     if stage.mass <= 0.0 || stage.stiffness <= 0.0 || looks_ahead {
         return Err(SchemeError::BadStage { stage: index });
     }
     owes(&stage.mass_history, index, stage.mass, index)?;
     owes(&stage.damping_history, index, stage.damping, index)?;
-    owes(
-        &stage.stiffness_history,
-        index,
-        stage.stiffness - 1.0,
-        index,
-    )?;
+    owes(&stage.stiffness_history, index, stage.stiffness - 1.0, index)?;
     let by = stage.load.iter().sum::<f64>() - 1.0;
     let size = 1.0 + stage.load.iter().map(|f| f.abs()).sum::<f64>();
     if by.abs() > CONSISTENCY * size {
