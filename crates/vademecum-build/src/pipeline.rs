@@ -15,7 +15,6 @@ use crate::dynamics::{
 use crate::export::{BlockTerms, Parts, encode};
 use crate::fem::{FactorError, Solve, Symbolic};
 use crate::march::MarchError;
-use crate::mesh::MeshError;
 use crate::parametric::{
     Parametric, ParametricError, ParameterSpace, SeparationOptions, carrier_basis, certify_box, separate_responses,
 };
@@ -29,9 +28,6 @@ use crate::snapshots::{self, Runs, SnapshotError};
 /// Why a build ended without a file.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
-    /// The mesh cannot be used.
-    #[error("the mesh cannot be used")]
-    Mesh(#[from] MeshError),
     /// Problem and mesh do not fit.
     #[error(transparent)]
     Body(#[from] BodyError),

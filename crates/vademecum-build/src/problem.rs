@@ -113,6 +113,19 @@ pub struct MeshSource {
     /// Factor on all coordinates.
     #[serde(default = "one")]
     pub scale: f64,
+    /// Regions cut out of the mesh here, on top of those its file has; later ones win.
+    #[serde(rename = "region", default)]
+    pub regions: Vec<RegionEntry>,
+}
+
+/// A region cut out of the mesh: the elements all of whose corners are selected.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionEntry {
+    /// Its name.
+    pub name: String,
+    /// The nodes.
+    pub on: Selection,
 }
 
 /// Two plain tables, as the chapter's program reads them.
