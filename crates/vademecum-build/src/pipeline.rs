@@ -236,6 +236,8 @@ pub struct Prepared {
 /// # Errors
 /// [`BuildError`], by cause.
 pub fn prepare(problem: &Problem, watch: &mut Stopwatch<'_>, listener: &dyn Listener) -> Result<Prepared, BuildError> {
+    // Faer's dense kernels split sums by the number of threads; one order for all makes the same bytes on every machine.
+    faer::set_global_parallelism(faer::Par::Seq);
     let scheme = problem.time.scheme.table()?;
     let rayleigh = damping(problem).rayleigh()?;
     let mesh = watch.stage("read mesh", || read_mesh(problem))?;
