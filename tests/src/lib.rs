@@ -1,6 +1,7 @@
 //! What crosses crates is tested here.
 
 pub mod matrices;
+pub mod program;
 pub mod shared;
 pub mod stage;
 pub mod synthetic;
