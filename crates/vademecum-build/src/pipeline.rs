@@ -323,13 +323,15 @@ pub fn build(problem: &Problem, options: &BuildOptions, listener: &dyn Listener)
     Ok(Built { bytes, report })
 }
 
-/// Bathe at few steps per period eats energy: say so while it can still be changed.
+/// A dissipative scheme at few steps per period eats energy: say so while it can still be changed. What matters is the
+/// loss over a second; over a period where that is longer.
 fn warn_about_step(steps: f64, scheme: &SchemeTable, dt: f64, period: f64, listener: &dyn Listener) {
     let damping = numerical_damping(scheme, std::f64::consts::TAU * dt / period, 0.0);
-    let kept = (-std::f64::consts::TAU * damping.ratio.unwrap_or(1.0) / period).exp();
+    let (span, name) = if period < 1.0 { (1.0, "second") } else { (period, "period") };
+    let kept = (-std::f64::consts::TAU * damping.ratio.unwrap_or(1.0) * span / period).exp();
     if kept < 0.95 {
         listener.note(&format!(
-            "{steps:.1} steps per first period: the scheme itself takes {:.0} % of the first mode's amplitude each second; \
+            "{steps:.1} steps per first period: the scheme itself takes {:.0} % of the first mode's amplitude each {name}; \
              a smaller `time.step`, Newmark or generalized-alpha keeps it",
             100.0 * (1.0 - kept)
         ));
