@@ -1,5 +1,7 @@
 //! What crosses crates is tested here.
 
+pub mod bases;
+pub mod long_march;
 pub mod matrices;
 pub mod program;
 pub mod shared;
