@@ -1,6 +1,7 @@
 //! What crosses crates is tested here.
 
 pub mod annotate;
+pub mod regions;
 pub mod stage;
 pub mod synthetic;
 pub mod textbook;
