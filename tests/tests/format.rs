@@ -4,8 +4,8 @@
 use proptest::prelude::*;
 use vademecum_format::scheme::{SchemeError, StepParameters};
 use vademecum_format::{
-    BLOCK, Codec, Element, File, FormatError, Metadata, Quantity, SectionInput, SectionKind, encode_into,
-    encoded_len,
+    AxisRole, BLOCK, Codec, Element, File, FormatError, MAX_REGIONS, Metadata, Parameter, ParameterRole,
+    Quantity, SectionInput, SectionKind, encode_into, encoded_len,
 };
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
@@ -160,10 +160,84 @@ fn refusals_13_to_17_metadata() {
     axis(0, |m| m.axes[0].upper = f64::NAN);
     axis(0, |m| m.axes[0].log = true);
     axis(5, |m| m.axes[5].n_points = 1);
+    axis(0, |m| m.axes[0].role = monomial(f64::NAN, 0));
+    axis(0, |m| m.axes[0].role = monomial(1.0, 1));
+    assert!(rewritten(|m| m.axes[0].role = monomial(1.0, 0)).is_ok());
+    count(Quantity::Regions, |m| m.n_regions = 0);
+    count(Quantity::Regions, |m| m.n_regions = 9);
+    count(Quantity::Parameters, |m| m.n_parameters = 17);
     let nothing = rewritten(|m| {
         (m.diagonal, m.block, m.n_terms, m.n_axes, m.axes[0]) = (false, false, 0, 0, m.axes[1])
     });
     assert_eq!(nothing, Err(FormatError::NoStructure));
+}
+
+/// A coordinate with the stiffness scale of a region in it.
+fn monomial(theta: f64, region: usize) -> AxisRole {
+    let mut stiffness = [0.0; MAX_REGIONS];
+    stiffness[region] = 1.0;
+    AxisRole::Monomial { theta, stiffness, density: [0.0; MAX_REGIONS] }
+}
+
+const STIFFNESS: Parameter<'static> = Parameter {
+    name: "stiffness",
+    unit: "",
+    role: ParameterRole::Stiffness,
+    log: true,
+    lower: 0.5,
+    upper: 2.0,
+    nominal: 1.0,
+};
+
+#[test]
+fn refusal_31_parameters() {
+    type Edit = fn(&mut Parameter<'_>);
+    let with = |second: Parameter<'static>| {
+        rewritten(|m| {
+            m.n_parameters = 2;
+            (m.parameters[0], m.parameters[1]) = (STIFFNESS, second);
+        })
+    };
+    let alpha = Parameter {
+        name: "alpha",
+        unit: "1/s",
+        role: ParameterRole::Alpha,
+        log: false,
+        lower: 0.0,
+        ..STIFFNESS
+    };
+    assert!(with(alpha).is_ok());
+    let refused: [(&str, Edit); 14] = [
+        ("a lower end above the upper", |p| p.lower = 3.0),
+        ("a range of one value", |p| (p.lower, p.upper) = (1.0, 1.0)),
+        ("NaN below", |p| p.lower = f64::NAN),
+        ("NaN above", |p| p.upper = f64::NAN),
+        ("an infinite end", |p| p.upper = f64::INFINITY),
+        ("nominal outside", |p| p.nominal = 2.1),
+        ("nominal not a number", |p| p.nominal = f64::NAN),
+        ("a negative ratio", |p| p.lower = -0.1),
+        ("zero in the logarithm", |p| p.log = true),
+        ("no density at all", |p| p.role = ParameterRole::Density),
+        ("no time step at all", |p| p.role = ParameterRole::TimeStep),
+        ("a region there is not", |p| (p.role, p.lower) = (ParameterRole::RegionDensity { region: 1 }, 0.1)),
+        ("a role twice", |p| (p.role, p.lower) = (ParameterRole::Stiffness, 0.1)),
+        ("a name twice", |p| p.name = "stiffness"),
+    ];
+    for (what, edit) in refused {
+        let mut second = alpha;
+        edit(&mut second);
+        assert_eq!(with(second), Err(FormatError::Parameter { parameter: 1 }), "{what}");
+    }
+    assert_eq!(with(Parameter { name: "", ..alpha }), Err(FormatError::Parameter { parameter: 1 }));
+    let unused = rewritten(|m| m.parameters[3] = STIFFNESS);
+    assert_eq!(unused, Err(FormatError::Parameter { parameter: 3 }));
+    // A region's parameter wants the reduced matrices of the regions.
+    for (role, kind) in
+        [(ParameterRole::RegionStiffness { region: 0 }, 19), (ParameterRole::RegionDensity { region: 0 }, 20)]
+    {
+        let missing = with(Parameter { name: "region", role, ..STIFFNESS });
+        assert_eq!(missing, Err(FormatError::Missing { kind }));
+    }
 }
 
 #[test]
@@ -284,6 +358,9 @@ proptest! {
         (metadata.problem, metadata.program, metadata.mesh_hash) = (&problem, &program, hash);
         (metadata.block, metadata.n_terms, metadata.n_axes, metadata.n_modes) = (false, 0, 0, 3);
         metadata.axes[0] = metadata.axes[1];
+        let names_of_it = if program.is_empty() { "p" } else { &program };
+        metadata.n_parameters = 1;
+        metadata.parameters[0] = Parameter { name: names_of_it, unit: &names, ..STIFFNESS };
         let section = |kind, element, stored| SectionInput {
             kind, element, codec: Codec::Raw, required: false,
             shape: if kind == SectionKind::Eigenvalues { [3, 1, 1] } else { [names.len() as u64, 1, 1] },

@@ -132,8 +132,10 @@ impl<'w> Axes<'w> {
             let Some((basis, rest)) = basis_left.split_at_checked(n) else { return };
             let Some((rows, factors_rest)) = factors_left.split_at_checked(n * out.len()) else { return };
             (basis_left, factors_left) = (rest, factors_rest);
-            for (weight, row) in out.iter_mut().zip(rows.chunks_exact(n.max(1))) {
-                *weight *= dot(basis, row);
+            // `next`, not `zip`: see `fuse_modes`.
+            let mut rows = rows.chunks_exact(n.max(1));
+            for weight in &mut *out {
+                *weight *= dot(basis, rows.next().unwrap_or_default());
             }
         }
     }

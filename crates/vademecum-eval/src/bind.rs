@@ -152,9 +152,12 @@ fn fuse_modes<'w>(
     }
     let (d, loads) = work.split_at_mut_checked(9 * shape.r).unwrap_or_default();
     let mut small = [0.0; fuse_work_len(1)];
-    let per_mode = 3 * shape.n_stages;
-    let modes = d.chunks_exact_mut(9).zip(loads.chunks_exact_mut(per_mode.max(1)));
-    for ((d, loads), lambda) in modes.zip(sections.stiffness.iter()) {
+    let per_mode = shape.n_stages.saturating_mul(3).max(1);
+    // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
+    // For its sake, too, chunk sizes are saturated products.
+    let (mut blocks, mut load_vectors) = (d.chunks_exact_mut(9), loads.chunks_exact_mut(per_mode));
+    for lambda in sections.stiffness.iter() {
+        let (Some(d), Some(loads)) = (blocks.next(), load_vectors.next()) else { break };
         let e = theta.map(|theta| -theta * lambda / (1.0 + theta * lambda));
         let e = e.get(..shape.n_stages).unwrap_or_default();
         fuse_into(scheme, &asked.step, 1, e, d, loads, &mut small)?;
@@ -190,7 +193,6 @@ fn fuse_block<'w>(
     let (axes, work) = rest.split_at_mut_checked(Axes::WORK * points.len()).unwrap_or_default();
     let mut axes = Axes::new(metadata, points, axes);
     e.fill(0.0);
-    // `next` in the loop, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
     let mut stages = weights.chunks_exact_mut(shape.n_terms.max(1));
     for (stage, e) in e.chunks_exact_mut(square.max(1)).enumerate() {
         let weights = stages.next().unwrap_or_default();
@@ -198,7 +200,9 @@ fn fuse_block<'w>(
         let place = StagePlace { stage, theta, stiffness: &asked.stiffness, density: &asked.density };
         axes.stand(metadata, &place)?;
         axes.term_weights(metadata, factors, weights);
-        for (term, &weight) in terms.chunks_exact(square.max(1)).zip(&*weights) {
+        let mut terms = terms.chunks_exact(square.max(1));
+        for &weight in &*weights {
+            let term = terms.next().unwrap_or_default();
             if weight != 0.0 {
                 e.iter_mut().zip(term).for_each(|(e, &bytes)| *e += weight * f64::from_le_bytes(bytes));
             }
@@ -278,7 +282,7 @@ pub(crate) fn lay_out<T: Scalar>(
         Structure::Block => {
             lay_out_columns(fused.d, 3 * shape.r, map);
             let mut load_maps = load_maps.chunks_exact_mut(shape.load_map_len().max(1));
-            for columns in fused.loads.chunks_exact((3 * shape.r * shape.r).max(1)) {
+            for columns in fused.loads.chunks_exact(shape.r.saturating_mul(shape.r).saturating_mul(3).max(1)) {
                 lay_out_columns(columns, 3 * shape.r, load_maps.next().unwrap_or_default());
             }
             weights.iter_mut().zip(fused.weights).for_each(|(out, &value)| *out = T::from_f64(value));
@@ -299,7 +303,7 @@ fn lay_out_modes<T: Scalar>(fused: &Fused<'_>, shape: Shape, map: &mut [T], load
             set(map, (k / LANES * 9 + row_major) * LANES + k % LANES, value);
         }
     }
-    for (k, loads) in fused.loads.chunks_exact((3 * shape.n_stages).max(1)).enumerate() {
+    for (k, loads) in fused.loads.chunks_exact(shape.n_stages.saturating_mul(3).max(1)).enumerate() {
         for (place, &value) in loads.iter().enumerate() {
             let (stage, row) = (place / 3, place % 3);
             set(load_maps, stage * shape.load_map_len() + row * shape.stride() + k, value);
