@@ -6,6 +6,7 @@ pub mod long_march;
 pub mod matrices;
 pub mod program;
 pub mod shared;
+pub mod regions;
 pub mod stage;
 pub mod synthetic;
 pub mod textbook;

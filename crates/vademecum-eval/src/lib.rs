@@ -35,6 +35,9 @@
 //! }
 //! ```
 //!
+//! **Live parameters**: [`Scene::set_parameter`] sets a scene to another value of one of the file's parameters where it is,
+//! in microseconds, and carries the state over; a value out of its range is refused and changes nothing.
+//!
 //! The odd thing: the kernels multiply and add, and never use a fused multiply-add (`core` has none, and Rust does not
 //! contract on its own). The goals in speed are met without it, and a scenario gives the same bits on every machine with
 //! IEEE arithmetic and every build of it.
@@ -50,15 +53,17 @@ mod kernel;
 mod loads;
 #[cfg(feature = "mmap")]
 mod mmap;
+mod motion;
 mod options;
 mod output;
+mod rebind;
 mod scalar;
 mod scene;
 mod shape;
 mod state;
 mod surface;
 
-pub use error::{BindError, LoadError, OutputError, StepError};
+pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
 pub use loads::{Contact, Loads};
 #[cfg(feature = "mmap")]
 pub use mmap::{Mapped, OpenError};
