@@ -90,6 +90,9 @@ impl MatrixFile<'_> {
 
     fn metadata(&self, n_modes: usize, n_stages: usize) -> Metadata<'static> {
         Metadata {
+            n_regions: 1,
+            n_parameters: 0,
+            parameters: [Parameter::UNUSED; MAX_PARAMETERS],
             program: "matrices 1",
             problem: "",
             units: "as the matrices",
