@@ -9,7 +9,7 @@ use vademecum_build::Matrix;
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::response::StageResponse;
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
-use vademecum_format::{Certificate, Element, Metadata, SectionKind};
+use vademecum_format::{MAX_PARAMETERS, Parameter, Certificate, Element, Metadata, SectionKind};
 
 use crate::synthetic::{encode, stage_axis};
 
