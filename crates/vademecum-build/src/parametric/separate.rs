@@ -237,10 +237,10 @@ impl<S: Space> Responses<'_, S> {
         let stiffness = |x: &Mat<f64>| self.apply(&weights, stiffnesses.clone(), x.as_ref());
         let static_response = |x: &Mat<f64>| self.space.solve(&stiffness_only, mass(x).as_ref());
 
-        // M₀B − M(ρ)B vanishes without live densities; the rest is the increment, not a difference of large numbers.
-        let mut rhs = &self.weighted - mass(&self.basis);
-        rhs -= stiffness(&self.basis);
         if !self.lift {
+            // M₀B − M(ρ)B vanishes without live densities; the rest is the increment, not a difference of large numbers.
+            let mut rhs = &self.weighted - mass(&self.basis);
+            rhs -= stiffness(&self.basis);
             let load = self.space.solve(&weights, rhs.as_ref())?;
             let state = self.weighted.transpose() * &load;
             return Ok(Response { load, state, auxiliary: vec![] });
@@ -249,17 +249,12 @@ impl<S: Space> Responses<'_, S> {
         let second = static_response(&first)?;
         let overlap = self.weighted.transpose() * &second;
         let lifted = &second * overlap.partial_piv_lu().inverse();
-        let both = Mat::from_fn(rhs.nrows(), 2 * rhs.ncols(), |i, j| {
-            if j < rhs.ncols() { rhs[(i, j)] } else { 0.0 }
-        });
-        let pull = stiffness(&lifted);
-        let mut both = both;
-        both.subcols_mut(rhs.ncols(), rhs.ncols()).copy_from(&pull * faer::Scale(-1.0));
-        let solved = self.space.solve(&weights, both.as_ref())?;
-        let (load, increment) = solved.as_ref().split_at_col(rhs.ncols());
-        let state = self.weighted.transpose() * increment;
-        let auxiliary = vec![normalised(first), normalised(second), increment.to_owned()];
-        Ok(Response { load: load.to_owned(), state, auxiliary })
+        let reduced_mass = lifted.transpose() * mass(&lifted);
+        let reduced_stiffness = lifted.transpose() * stiffness(&lifted);
+        let inverse = (&reduced_mass + &reduced_stiffness).partial_piv_lu().inverse();
+        let state = &inverse * reduced_stiffness * faer::Scale(-1.0);
+        let load = &lifted * inverse - &self.basis;
+        Ok(Response { load, state, auxiliary: vec![normalised(first), normalised(second)] })
     }
 }
 
