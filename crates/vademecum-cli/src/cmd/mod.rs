@@ -7,6 +7,7 @@ pub mod mesh;
 pub mod modes;
 pub mod run;
 pub mod verify;
+pub mod view;
 
 use std::path::Path;
 
