@@ -68,17 +68,6 @@ export class Body {
     const nodes = [0, 1, 2].map((k) => this.triangles[3 * best.triangle + k]);
     return { triangle: best.triangle, loadable: best.triangle < this.loadTriangles, point: { nodes, weights: best.weights } };
   }
-
-  /** A loadable triangle holding all nodes of `point` with weight; its normal points out of the body there. */
-  normalAt(point) {
-    const wanted = point.nodes.filter((_, k) => point.weights[k] > 1e-9);
-    let sum = [0, 0, 0];
-    for (let t = 0; t < this.loadTriangles; t++) {
-      const nodes = this.triangles.subarray(3 * t, 3 * t + 3);
-      if (wanted.every((node) => nodes.includes(node))) sum = add(sum, this.normal(t));
-    }
-    return unit(sum);
-  }
 }
 
 function boundingBox(points) {
@@ -114,11 +103,11 @@ function uniqueEdges(triangles) {
   return Uint32Array.from(edges);
 }
 
-/** One vertex per node and smooth patch: `vertexNode`, `vertexLoadable`, and triangles over vertices. */
+/** One vertex per node and smooth patch: `vertexNode`, `vertexLoadable`, and triangles over vertices (`vertexCorners`). */
 function splitAtCreases(rest, triangles, loadTriangles) {
   const vertexNode = [], vertexLoadable = [], normals = [];
   const patches = new Map();
-  const corners = new Uint32Array(triangles.length);
+  const vertexCorners = new Uint32Array(triangles.length);
   const at = (i) => [rest[3 * i], rest[3 * i + 1], rest[3 * i + 2]];
   for (let c = 0; c < triangles.length; c += 3) {
     const [a, b, d] = [at(triangles[c]), at(triangles[c + 1]), at(triangles[c + 2])];
@@ -136,10 +125,10 @@ function splitAtCreases(rest, triangles, loadTriangles) {
         vertexLoadable.push(loadable);
         normals.push(normal);
       }
-      corners[c + k] = vertex;
+      vertexCorners[c + k] = vertex;
     }
   }
-  return { vertexNode: Uint32Array.from(vertexNode), vertexLoadable: Float32Array.from(vertexLoadable), corners };
+  return { vertexNode: Uint32Array.from(vertexNode), vertexLoadable: Float32Array.from(vertexLoadable), vertexCorners };
 }
 
 /** The loadable node that gives way most along its normal, and a round force that moves it by 4 % of the body's size:

@@ -51,6 +51,10 @@ export function drawStrip(canvas, history, { columns, names, unit, span, now, po
     context.lineWidth = 1;
     context.fillStyle = style.series[k % style.series.length];
     context.textAlign = "left";
+    context.strokeStyle = style.panel;
+    context.lineWidth = 4;
+    context.strokeText(names[k], left + 6 + 90 * k, top + 9);
+    context.lineWidth = 1;
     context.fillText(names[k], left + 6 + 90 * k, top + 9);
   });
 }

@@ -1,6 +1,6 @@
 // Two ramps: one for sizes (dark to light, readable without colour), one for signed values around a neutral middle.
 
-const SIZES = ["#2b2f77", "#2a5f9e", "#1f8f9c", "#46b58a", "#a5d16a", "#f7e15c"];
+const SIZES = ["#45529f", "#3278b8", "#1f9bab", "#4fbd8b", "#b0d865", "#fbe457"];
 const SIGNED = ["#1f4e9c", "#5c97cf", "#bcd3e6", "#e6e4e0", "#eec0a2", "#da7350", "#a3242f"];
 
 const channels = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));

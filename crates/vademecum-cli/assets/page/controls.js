@@ -54,7 +54,10 @@ export class Controls {
     on("home", () => camera.reset());
     on("theme", () => this.theme(!document.documentElement.classList.contains("dark")));
     on("reset", () => this.reset());
-    for (const id of ["wire", "ghost", "supports"]) find(id).addEventListener("change", (event) => (renderer[id] = event.target.checked));
+    for (const id of ["wire", "ghost", "supports"]) {
+      find(id).checked = renderer[id];
+      find(id).addEventListener("change", (event) => (renderer[id] = event.target.checked));
+    }
     find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
     find("structure").addEventListener("change", () => this.set({ structure: Number(find("structure").value) }));
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -67,7 +70,7 @@ export class Controls {
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(`--${name}`).trim();
     this.dark = dark;
-    this.style = { soft: color("soft"), line: color("line"), ink: color("ink"), arrow: color("arrow"), series: [0, 1, 2, 3].map((k) => color(`series${k}`)) };
+    this.style = { soft: color("soft"), line: color("line"), panel: color("panel"), ink: color("ink"), arrow: color("arrow"), series: [0, 1, 2, 3].map((k) => color(`series${k}`)) };
   }
 
   pause(paused) {
@@ -208,6 +211,8 @@ function range(parent, id, label, low, high, value) {
   const [wrap, output, input] = ["label", "output", "input"].map((name) => document.createElement(name));
   Object.assign(input, { id, type: "range", min: String(low), max: String(high), step: "any" });
   input.value = String(value);
+  // An output can be labelled too and comes first.
+  wrap.htmlFor = id;
   wrap.append(label, " ", output, input);
   parent.append(wrap);
   return input;

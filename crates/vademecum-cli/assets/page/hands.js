@@ -16,7 +16,10 @@ export class Hands {
       event.preventDefault();
       camera.closer(Math.exp(-event.deltaY * 0.0015));
     });
-    document.addEventListener("keydown", (event) => this.key(event));
+    document.addEventListener("keydown", (event) => {
+      canvas.classList.add("keys");
+      this.key(event);
+    });
     document.addEventListener("keyup", (event) => event.key === "Enter" && this.lift("Enter"));
     canvas.addEventListener("blur", () => this.lift("Enter"));
   }
@@ -32,6 +35,7 @@ export class Hands {
 
   down(event) {
     event.preventDefault();
+    this.canvas.classList.remove("keys");
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(event.pointerId);
     find("hint").classList.add("gone");

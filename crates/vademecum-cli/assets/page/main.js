@@ -37,7 +37,8 @@ async function start() {
   offer(page);
   let last = performance.now();
   const frame = (now) => {
-    const seconds = Math.min(Math.max((now - last) / 1000, 0), 0.1);
+    // A page that was hidden does not catch up.
+    const seconds = Math.min(Math.max((now - last) / 1000, 0), 0.25);
     last = now;
     show(page, seconds);
     requestAnimationFrame(frame);
@@ -59,7 +60,7 @@ function show(page, seconds) {
   renderer.fill(displacement, field);
   const { magnification, component, dark } = controls;
   renderer.draw(camera, { magnification, component, dark, scale: controls.scale(field, seconds) });
-  drawOver(find("over"), player, camera, controls, document.activeElement === find("view"));
+  drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
   signals(page);
   controls.warn(controls.velocity ? largest(displacement) : controls.component < 0 ? controls.largest : largest(displacement));
   pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
@@ -77,7 +78,7 @@ function signals({ player, evaluator, controls, modes }) {
   const probes = evaluator.probeNames.length;
   const shown = probes > 0 ? history.columns.slice(0, probes) : [history.columns[0]];
   const names = probes > 0 ? evaluator.probeNames : ["most flexible point"];
-  const common = { span, now: player.time };
+  const common = { span, now: Math.max(player.time, span) };
   drawStrip(find("probes"), history, { ...common, columns: shown.slice(0, 4), names, unit: "m" }, controls.style);
   drawStrip(find("energy"), history, { ...common, columns: history.columns.slice(-1), names: [""], unit: "J", positive: true }, controls.style);
   const state = evaluator.coordinates();

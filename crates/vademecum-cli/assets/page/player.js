@@ -75,7 +75,7 @@ export class Player {
     this.amplitudes.forEach((amplitude, index) => {
       if (amplitude !== 0) this.evaluator.addPattern(index, amplitude);
     });
-    if (this.atRest) {
+    if (this.atRest && (this.contacts.size > 0 || this.amplitudes.some((amplitude) => amplitude !== 0))) {
       this.evaluator.setCoordinates(new Float64Array(2 * this.evaluator.counts.modes));
       this.atRest = false;
     }
@@ -106,15 +106,14 @@ export class Player {
 
   /** Other parameters; displacement and velocity stay. Throws what the evaluator refuses, with everything as it was. */
   set(parameters) {
-    try {
-      this.evaluator.rebind(parameters, () => {
-        this.bound();
-        this.atRest = false;
-        this.load();
-      });
-    } finally {
-      this.measure();
-    }
+    const kind = () => `${this.evaluator.structure} ${this.evaluator.options.double}`;
+    const before = kind();
+    this.evaluator.rebind(parameters, () => {
+      this.bound();
+      this.atRest = false;
+      this.load();
+    });
+    if (kind() !== before) this.measure();
   }
 
   rest() {
@@ -154,19 +153,20 @@ export class Player {
     this.late = false;
   }
 
-  /** Wall time of a step [s], from rounds of at least 5 ms; the state is put back. */
+  /** Wall time of a step [s], the best of rounds of a few milliseconds (the first ones run while the browser still compiles);
+   * the state is put back. */
   measure() {
     const state = this.evaluator.coordinates();
     this.evaluator.addContact(this.body.flexible.point, [1e-6, 0, 0]);
-    this.evaluator.march(1000);
-    let [steps, seconds] = [1000, 0];
-    while (seconds < 5e-3 && steps < 1e7) {
-      steps *= 2;
+    const end = performance.now() + 150;
+    this.secondsPerStep = Infinity;
+    for (let steps = 1000; performance.now() < end; ) {
       const start = performance.now();
       this.evaluator.march(steps);
-      seconds = (performance.now() - start) / 1000;
+      const seconds = (performance.now() - start) / 1000;
+      if (seconds < 3e-3) steps *= 2;
+      else this.secondsPerStep = Math.min(this.secondsPerStep, seconds / steps);
     }
-    this.secondsPerStep = seconds / steps;
     this.load();
     this.evaluator.setCoordinates(state);
   }

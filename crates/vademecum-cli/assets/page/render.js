@@ -38,15 +38,15 @@ void main() {
   vec3 unit = normalize(n);
   if (!gl_FrontFacing) unit = -unit;
   float key = max(dot(unit, normalize(eye + 0.9 * above)), 0.0);
-  float light = 0.42 + 0.22 * dot(unit, above) + 0.5 * key;
-  float shine = 0.18 * pow(key, 24.0);
+  float light = 0.66 + 0.16 * dot(unit, above) + 0.26 * key;
+  float shine = 0.14 * pow(key, 24.0);
   vec3 base = texture(ramp, vec2(clamp(value, 0.0, 1.0) * 0.996 + 0.002, 0.5)).rgb;
   base = mix(mix(base, vec3(0.5), 0.18), base, bright);
   color = vec4(base * light + shine, 1.0);
 }`;
 
-/** Lines and points are drawn with this colour in dark and in light. */
-const INK = { dark: [0.92, 0.94, 1, 0.42], light: [0.05, 0.08, 0.15, 0.38] };
+/** Colours of edges on the body, and of supports and the shape at rest on the background, in dark and in light. */
+const INK = { dark: [0.02, 0.04, 0.08, 0.4], light: [0.03, 0.06, 0.12, 0.28] };
 const SUPPORT = { dark: [0.62, 0.66, 0.75, 1], light: [0.33, 0.37, 0.46, 1] };
 
 export class Renderer {
@@ -54,7 +54,7 @@ export class Renderer {
   constructor(canvas, body) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: false });
     if (!gl) throw new Error("this browser does not offer WebGL2");
-    Object.assign(this, { canvas, gl, body, wire: false, ghost: false, supports: true });
+    Object.assign(this, { canvas, gl, body, wire: body.edges.length < 60000, ghost: false, supports: true });
     this.program = link(gl);
     const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above"];
     this.at = Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(this.program, name)]));
@@ -71,7 +71,7 @@ export class Renderer {
     };
     const vertexOf = new Map();
     body.vertexNode.forEach((node, vertex) => vertexOf.set(node, vertex));
-    this.faces = this.indices(body.corners);
+    this.faces = this.indices(body.vertexCorners);
     this.lines = this.indices(body.edges.map((node) => vertexOf.get(node)));
     this.points = this.indices(Uint32Array.from(body.held.filter((node) => vertexOf.has(node)), (node) => vertexOf.get(node)));
     this.ramps = [false, true].map((signed) => this.texture(ramp(signed)));
@@ -108,7 +108,7 @@ export class Renderer {
 
   /** Copies surface fields (per node) to the vertices and sums the normals of the drawn shape. */
   fill(displacement, field) {
-    const { vertexNode, displaced, triangles, corners } = this.body;
+    const { vertexNode, displaced, triangles, vertexCorners } = this.body;
     const { displacement: u, field: f } = this.arrays;
     for (let v = 0; v < vertexNode.length; v++) {
       const node = 3 * vertexNode[v];
@@ -117,7 +117,7 @@ export class Renderer {
         f[3 * v + c] = field[node + c];
       }
     }
-    sumNormals(displaced, triangles, corners, this.normals);
+    sumNormals(displaced, triangles, vertexCorners, this.normals);
     const { gl, buffers } = this;
     for (const [name, data] of [["displacement", u], ["field", f], ["normal", this.normals]]) {
       gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);
@@ -164,7 +164,7 @@ export class Renderer {
     if (this.supports) this.elements(gl.POINTS, this.points, SUPPORT[theme]);
     if (this.ghost) {
       gl.uniform1f(at.magnification, 0);
-      this.elements(gl.LINES, this.lines, INK[theme].map((x, i) => (i === 3 ? x / 2 : x)));
+      this.elements(gl.LINES, this.lines, SUPPORT[theme].map((x, i) => (i === 3 ? 0.35 : x)));
     }
   }
 

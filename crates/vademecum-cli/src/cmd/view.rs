@@ -31,7 +31,17 @@ macro_rules! modules {
 
 /// The page's JavaScript modules by the names they import each other with.
 const MODULES: [(&str, &str); 11] = modules!(
-    "body", "camera", "chart", "colors", "controls", "evaluator", "hands", "main", "player", "render", "vectors"
+    "body",
+    "camera",
+    "chart",
+    "colors",
+    "controls",
+    "evaluator",
+    "hands",
+    "main",
+    "player",
+    "render",
+    "vectors"
 );
 
 /// Where the served page finds the file.
@@ -146,7 +156,8 @@ impl Content<'_> {
         let mut lines = head.split("\r\n");
         let mut request = lines.next().unwrap_or_default().split(' ');
         let (method, target) = (request.next().unwrap_or_default(), request.next().unwrap_or_default());
-        let host = lines.filter_map(|line| line.split_once(':')).find(|(name, _)| name.eq_ignore_ascii_case("host"));
+        let host =
+            lines.filter_map(|line| line.split_once(':')).find(|(name, _)| name.eq_ignore_ascii_case("host"));
         let host = host.map(|(_, value)| value.trim()).unwrap_or_default();
         let ours = [self.address.to_string(), format!("localhost:{}", self.address.port())];
         if !ours.iter().any(|name| name == host) {
@@ -179,6 +190,8 @@ fn read_head(stream: &mut TcpStream) -> std::io::Result<Option<String>> {
 /// The page with everything inside; `file` too unless it comes from `source`.
 fn page(title: &str, source: &str, file: &[u8]) -> String {
     let module = |(name, text): &(&str, &str)| {
+        // Its name, for messages: a data address would be the whole module again.
+        let text = format!("{text}//# sourceURL=vademecum/{name}.js\n");
         format!("\"vademecum/{name}\":\"data:text/javascript;base64,{}\"", BASE64.encode(text))
     };
     let modules: Vec<String> = MODULES.iter().map(module).collect();
@@ -218,7 +231,8 @@ pub fn title(path: &Path, file: &File<'_>) -> String {
 fn check(path: &Path, file: &File<'_>) -> Result<(), Failure> {
     file.verify_all().map_err(|error| Failure::file(path, error))?;
     for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
-        let missing = || Failure::new(Cause::File, format!("{}: the file has no section {kind:?}", path.display()));
+        let missing =
+            || Failure::new(Cause::File, format!("{}: the file has no section {kind:?}", path.display()));
         file.section(kind).ok_or_else(missing)?.raw().map_err(|error| Failure::file(path, error))?;
     }
     Ok(())
@@ -249,7 +263,9 @@ mod tests {
     #[test]
     fn only_the_page_and_the_file_are_served_and_only_to_our_own_name() {
         let content = content();
-        let ask = |request: &str, host: &str| content.content(&format!("{request} HTTP/1.1\r\nHost: {host}\r\n\r\n")).0;
+        let ask = |request: &str, host: &str| {
+            content.content(&format!("{request} HTTP/1.1\r\nHost: {host}\r\n\r\n")).0
+        };
         assert_eq!(ask("GET /", "127.0.0.1:4000"), "200 OK");
         assert_eq!(ask("GET /body.vdm", "localhost:4000"), "200 OK");
         assert_eq!(ask("GET /../etc/passwd", "localhost:4000"), "404 Not Found");
