@@ -1,5 +1,6 @@
 //! What crosses crates is tested here.
 
+pub mod annotate;
 pub mod stage;
 pub mod synthetic;
 pub mod textbook;
