@@ -214,6 +214,25 @@ test("it steps more than a thousand times a second beside drawing", async () => 
   await context.close();
 });
 
+test("the report is one quiet page with its figures also as files", async () => {
+  const context = await browser.newContext({ viewport: { width: 360, height: 740 }, offline: true });
+  const page = await context.newPage();
+  const heard = { errors: [], requests: [] };
+  page.on("console", (message) => heard.errors.push(message.text()));
+  page.on("request", (request) => request.url().startsWith("data:") || heard.requests.push(request.url()));
+  await page.goto(`file://${WORK}/report.html`);
+  assert.deepEqual(heard, { errors: [], requests: [`file://${WORK}/report.html`] });
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360);
+  const names = ["mesh", "singular-values", "modes", "free-run", "file", "probe-tip", "difference-tip", "energy"];
+  const inside = await page.locator("figure svg").evaluateAll((figures) => figures.map((figure) => figure.getBoundingClientRect().height > 50));
+  assert.deepEqual(inside, names.map(() => true));
+  for (const name of names) {
+    await page.goto(`file://${WORK}/report-figures/${name}.svg`);
+    assert.ok((await page.evaluate(() => document.querySelectorAll("text").length)) > 0, name);
+  }
+  await context.close();
+});
+
 test("the served page asks for nothing but itself and the file, and Ctrl-C ends it", async () => {
   const server = spawn(VADEMECUM, ["view", `${WORK}/beam.vdm`, "--no-open"], { stdio: ["ignore", "pipe", "inherit"] });
   try {

@@ -27,8 +27,13 @@ pub struct Chart<'a> {
 }
 
 /// Colours that stay apart in print and for colour-blind readers.
-const COLORS: [RGBColor; 5] =
-    [RGBColor(0, 90, 181), RGBColor(220, 50, 32), RGBColor(0, 0, 0), RGBColor(230, 159, 0), RGBColor(0, 158, 115)];
+const COLORS: [RGBColor; 5] = [
+    RGBColor(0, 90, 181),
+    RGBColor(220, 50, 32),
+    RGBColor(0, 0, 0),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+];
 
 /// Length of dashes and gaps of the lines of a chart \[px\]; without gaps the line is whole.
 const DASHES: [(u32, u32); 4] = [(1, 0), (7, 7), (2, 5), (12, 4)];
@@ -41,14 +46,19 @@ type DrawResult = Result<(), Box<dyn std::error::Error>>;
 /// Writes a line chart.
 pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> DrawResult {
     let usable = |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0);
-    let points: Vec<(f64, f64)> = series.iter().flat_map(|s| s.points.iter().filter(usable)).copied().collect();
+    let points: Vec<(f64, f64)> =
+        series.iter().flat_map(|s| s.points.iter().filter(usable)).copied().collect();
     if points.is_empty() {
         return Err("nothing to draw".into());
     }
     let bounds = |value: fn(&(f64, f64)) -> f64| {
         let values = points.iter().map(value);
         let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
-        if high > low { (low, high) } else { (low - 0.5 * low.abs() - 1e-300, high + 0.5 * high.abs() + 1e-300) }
+        if high > low {
+            (low, high)
+        } else {
+            (low - 0.5 * low.abs() - 1e-300, high + 0.5 * high.abs() + 1e-300)
+        }
     };
     let ((x0, x1), (y0, y1)) = (bounds(|p| p.0), bounds(|p| p.1));
     if chart.log_y {
@@ -64,7 +74,8 @@ fn number(value: f64) -> String {
     let plain = value == 0.0 || (1e-2..1e5).contains(&value.abs());
     let text = if plain { format!("{value:.3}") } else { format!("{value:.1e}") };
     let (digits, power) = text.split_once('e').unwrap_or((&text, ""));
-    let digits = if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
+    let digits =
+        if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
     let digits = if digits == "-0" { "0" } else { digits };
     if power.is_empty() { digits.into() } else { format!("{digits}e{power}") }
 }
@@ -133,12 +144,14 @@ pub fn outline(path: &Path, view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &
     let depth = |p: [f64; 3]| p[0] + p[1] + p[2];
     let corner = |t: &[u32; 3], k: usize| nodes[t[k] as usize];
     // Faces seen from behind are hidden by those in front; the viewer looks along (−1, −1, −1).
-    let faces_viewer = |t: &&[u32; 3]| normal(corner(t, 0), corner(t, 1), corner(t, 2)).iter().sum::<f64>() > 0.0;
+    let faces_viewer =
+        |t: &&[u32; 3]| normal(corner(t, 0), corner(t, 1), corner(t, 2)).iter().sum::<f64>() > 0.0;
     let mut order: Vec<&[u32; 3]> = triangles.iter().filter(faces_viewer).collect();
     let middle = |t: &[u32; 3]| (0..3).map(|k| depth(corner(t, k))).sum::<f64>();
     order.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
 
-    let flat: Vec<(f64, f64)> = triangles.iter().flat_map(|t| (0..3).map(move |k| project(corner(t, k)))).collect();
+    let flat: Vec<(f64, f64)> =
+        triangles.iter().flat_map(|t| (0..3).map(move |k| project(corner(t, k)))).collect();
     let limits = |value: fn(&(f64, f64)) -> f64| {
         flat.iter().map(value).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)))
     };

@@ -79,7 +79,13 @@ impl Report {
         let page = page::page(&content, &figures);
         write_atomic(&self.output, page.as_bytes()).map_err(|error| Failure::io(&self.output, error))?;
         console.clear();
-        println!("{}: {} bytes; {} figures in {}", self.output.display(), page.len(), figures.len(), folder.display());
+        println!(
+            "{}: {} bytes; {} figures in {}",
+            self.output.display(),
+            page.len(),
+            figures.len(),
+            folder.display()
+        );
         Ok(())
     }
 

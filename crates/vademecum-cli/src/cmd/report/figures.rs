@@ -53,7 +53,13 @@ impl Figures {
         self.drawn.len()
     }
 
-    fn add(&mut self, part: &'static str, name: &str, caption: String, draw: impl FnOnce(&Path) -> Drawing) -> Result<(), Failure> {
+    fn add(
+        &mut self,
+        part: &'static str,
+        name: &str,
+        caption: String,
+        draw: impl FnOnce(&Path) -> Drawing,
+    ) -> Result<(), Failure> {
         let path = self.folder.join(format!("{name}.svg"));
         draw(&path).map_err(|error| Failure::new(Cause::Machine, error.to_string()))?;
         let svg = std::fs::read_to_string(&path).map_err(|error| Failure::io(&path, error))?;
@@ -72,20 +78,31 @@ impl Figures {
             marks.len()
         );
         let title = if marks.is_empty() { "surface" } else { "surface and supports" };
-        self.add("body", "mesh", caption, |path| outline(path, &Outline { title, marks: &marks }, &nodes, &triangles))
+        self.add("body", "mesh", caption, |path| {
+            outline(path, &Outline { title, marks: &marks }, &nodes, &triangles)
+        })
     }
 
     fn basis(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let values = numbers(content.path, content.file, SectionKind::SingularValues)?;
         if let Some(&first) = values.first() {
             let points = values.iter().enumerate().map(|(i, s)| ((i + 1) as f64, s / first)).collect();
-            let chart = Chart { title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true };
+            let chart =
+                Chart {
+                    title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true
+                };
             let caption = "How fast the snapshots run out of new shapes: the steeper, the fewer modes say everything. \
                  The rest after the last mode kept bounds what the basis cannot show of them.";
-            self.add("basis", "singular-values", caption.into(), |path| line_chart(path, &chart, &[Series { name: "", points }]))?;
+            self.add("basis", "singular-values", caption.into(), |path| {
+                line_chart(path, &chart, &[Series { name: "", points }])
+            })?;
         }
         let share = |(k, mode): (usize, &[f64; 6])| {
-            (format!("mode {}, {}", k + 1, hertz(mode[0])), mode[2].max(0.0), format!("{:.3} %", 100.0 * mode[2]))
+            (
+                format!("mode {}, {}", k + 1, hertz(mode[0])),
+                mode[2].max(0.0),
+                format!("{:.3} %", 100.0 * mode[2]),
+            )
         };
         let rows: Vec<_> = content.modes.iter().enumerate().map(share).take(32).collect();
         let caption = "How much of the snapshots' energy each mode carries; modes are sorted by it.".into();
@@ -104,7 +121,12 @@ impl Figures {
              a curve that rises would be a defect.",
             free.periods
         );
-        let chart = Chart { title: "energy of a free run", x: "time [s]", y: "energy / energy at the start", log_y: false };
+        let chart = Chart {
+            title: "energy of a free run",
+            x: "time [s]",
+            y: "energy / energy at the start",
+            log_y: false,
+        };
         self.add("energy", "free-run", caption, |path| line_chart(path, &chart, &lines))
     }
 
@@ -124,18 +146,29 @@ impl Figures {
             }
             let line = |term: usize| {
                 let row = n_terms * from + term * n;
-                let mut line: Vec<(f64, f64)> = points[from..to].iter().copied().zip(factors[row..row + n].iter().copied()).collect();
+                let mut line: Vec<(f64, f64)> =
+                    points[from..to].iter().copied().zip(factors[row..row + n].iter().copied()).collect();
                 line.sort_by(|a, b| a.0.total_cmp(&b.0));
                 line
             };
             let labels: Vec<String> = (0..n_terms.min(5)).map(|term| format!("term {}", term + 1)).collect();
             let lines: Vec<Series<'_>> =
                 labels.iter().enumerate().map(|(term, name)| Series { name, points: line(term) }).collect();
-            let x = if axis.unit.is_empty() { axis.name.to_string() } else { format!("{} [{}]", axis.name, axis.unit) };
+            let x = if axis.unit.is_empty() {
+                axis.name.to_string()
+            } else {
+                format!("{} [{}]", axis.name, axis.unit)
+            };
             let title = format!("factors along {}", axis.name);
             let chart = Chart { title: &title, x: &x, y: "factor", log_y: false };
-            let caption = format!("The first {} of {n_terms} terms of the separated solution along `{}`.", lines.len(), axis.name);
-            self.add("axes", &format!("axis-{}", file_name(axis.name)), caption, |path| line_chart(path, &chart, &lines))?;
+            let caption = format!(
+                "The first {} of {n_terms} terms of the separated solution along `{}`.",
+                lines.len(),
+                axis.name
+            );
+            self.add("axes", &format!("axis-{}", file_name(axis.name)), caption, |path| {
+                line_chart(path, &chart, &lines)
+            })?;
         }
         Ok(())
     }
@@ -146,7 +179,9 @@ impl Figures {
         let rest = content.bytes as f64 - sections.iter().map(|s| s.1).sum::<f64>();
         sections.push(("header, metadata, padding".into(), rest));
         sections.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let row = |(name, bytes): (String, f64)| (name, bytes, format!("{} ({:.1} %)", size(bytes), 100.0 * bytes / content.bytes as f64));
+        let row = |(name, bytes): (String, f64)| {
+            (name, bytes, format!("{} ({:.1} %)", size(bytes), 100.0 * bytes / content.bytes as f64))
+        };
         let rows: Vec<_> = sections.into_iter().map(row).collect();
         let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by those who ask for \
              fields inside the body.";
@@ -156,21 +191,34 @@ impl Figures {
     fn against_full_order(&mut self, verified: &Verified) -> Result<(), Failure> {
         let over_time = |name, values: &[f64], width: usize, place: usize| {
             let values = values.iter().skip(place).step_by(width);
-            Series { name, points: values.enumerate().map(|(i, &v)| (i as f64 * verified.time_step, v)).collect() }
+            Series {
+                name,
+                points: values.enumerate().map(|(i, &v)| (i as f64 * verified.time_step, v)).collect(),
+            }
         };
         let width = verified.probes.len();
         for (place, probe) in verified.probes.iter().enumerate() {
             let [full, file] = &verified.probe_series;
-            let lines = [over_time("full order", full, width, place), over_time("vademecum", file, width, place)];
+            let lines =
+                [over_time("full order", full, width, place), over_time("vademecum", file, width, place)];
             let title = format!("displacement of {probe}");
             let chart = Chart { title: &title, x: "time [s]", y: "displacement [m]", log_y: false };
-            let caption = "The same loads on the full-order model and on the file; one line hides the other where they agree.";
-            self.add("full order", &format!("probe-{}", file_name(probe)), caption.into(), |path| line_chart(path, &chart, &lines))?;
+            let caption = "The same loads on the full-order model and on the file; the dashed line lies on the other where they agree.";
+            self.add("full order", &format!("probe-{}", file_name(probe)), caption.into(), |path| {
+                line_chart(path, &chart, &lines)
+            })?;
             let apart = full.iter().zip(file).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
             let lines = [over_time("", &apart, width, place)];
-            let chart = Chart { title: "difference to full order", x: "time [s]", y: "|difference| [m]", log_y: true };
+            let chart = Chart {
+                title: "difference to full order",
+                x: "time [s]",
+                y: "|difference| [m]",
+                log_y: true,
+            };
             let caption = format!("How far apart they are at {probe}.");
-            self.add("full order", &format!("difference-{}", file_name(probe)), caption, |path| line_chart(path, &chart, &lines))?;
+            self.add("full order", &format!("difference-{}", file_name(probe)), caption, |path| {
+                line_chart(path, &chart, &lines)
+            })?;
         }
         let [full, file] = &verified.energy_series;
         let lines = [over_time("full order", full, 1, 0), over_time("vademecum", file, 1, 0)];
@@ -188,13 +236,25 @@ pub fn listed(content: &Content<'_>, kind: SectionKind) -> Result<String, Failur
 
 /// A frequency with three figures.
 pub fn hertz(value: f64) -> String {
-    let digits = if value >= 100.0 { 0 } else if value >= 10.0 { 1 } else { 3 };
+    let digits = if value >= 100.0 {
+        0
+    } else if value >= 10.0 {
+        1
+    } else {
+        3
+    };
     format!("{value:.digits$} Hz")
 }
 
 /// Bytes with a unit.
 pub fn size(bytes: f64) -> String {
-    let (scale, unit) = if bytes >= 1e6 { (1e6, "MB") } else if bytes >= 1e3 { (1e3, "kB") } else { (1.0, "bytes") };
+    let (scale, unit) = if bytes >= 1e6 {
+        (1e6, "MB")
+    } else if bytes >= 1e3 {
+        (1e3, "kB")
+    } else {
+        (1.0, "bytes")
+    };
     let digits = usize::from(scale > 1.0);
     format!("{:.digits$} {unit}", bytes / scale)
 }

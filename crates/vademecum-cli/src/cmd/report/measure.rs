@@ -68,8 +68,10 @@ pub fn timings(path: &Path, file: &File<'_>) -> Result<Timings, Failure> {
         Ok(())
     })?;
     let bind = seconds(|| with_scene::<f64, ()>(path, file, |_, _, _| Ok(())))?;
-    let (single, surface, _) = with_scene::<f32, _>(path, file, |scene, state, loads| steps(path, scene, state, loads))?;
-    let (double, _, structure) = with_scene::<f64, _>(path, file, |scene, state, loads| steps(path, scene, state, loads))?;
+    let (single, surface, _) =
+        with_scene::<f32, _>(path, file, |scene, state, loads| steps(path, scene, state, loads))?;
+    let (double, _, structure) =
+        with_scene::<f64, _>(path, file, |scene, state, loads| steps(path, scene, state, loads))?;
     Ok(Timings { open, bind, step: [single, double], surface, structure })
 }
 
