@@ -153,6 +153,30 @@ test("a parameter changed in motion keeps displacement and velocity; one the str
   await context.close();
 });
 
+test("the file's own parameters are sliders with the file's range", async () => {
+  const { page, heard, context } = await open(`file://${WORK}/regions.html`);
+  const { options } = await state(page);
+  const built = frequency(await ring(page));
+  await moveSlider(page, "#parameter-regionStiffness-1", Math.log10(2));
+  const outer = frequency(await ring(page));
+  await moveSlider(page, "#parameter-regionStiffness-0", Math.log10(2));
+  const series = await ring(page);
+  const both = frequency(series);
+  // All regions at twice the stiffness are the body at twice the stiffness; one region alone lies between (Rayleigh).
+  const periods = both * (series.time.at(-1) - series.time[0]);
+  const expected = stretched(Math.SQRT2 * built, options.timeStep) / stretched(1, built * options.timeStep);
+  assert.ok(Math.abs(both / expected - 1) < (2 * CROSSING) / periods, `${both} Hz, expected ${expected}`);
+  assert.ok(built * 1.001 < outer && outer < both / 1.001, `${built} < ${outer} < ${both}`);
+  const refused = await page.evaluate(() => {
+    window.vademecum.set({ regionStiffness: [2.5, 2.5, 1, 1, 1, 1, 1, 1] });
+    return window.vademecum.state();
+  });
+  assert.match(refused.refusal, /^Refused: /);
+  assert.equal(Number(refused.options.regionStiffness[0].toPrecision(12)), 2);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
 test("a mouse press pushes down where it points and the release lets it ring", async () => {
   const { page, heard, context } = await open(EXPORTED);
   const { x, y } = await pixel(page, TIP);

@@ -2,7 +2,9 @@
 
 use crate::synthetic::{encode, newmark};
 use std::fmt::Write;
-use vademecum_format::{Axis, BLOCK, Certificate, Element, File, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter, SectionKind};
+use vademecum_format::{
+    Axis, BLOCK, Certificate, Element, File, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter, SectionKind,
+};
 
 /// One node, one mode, the diagonal structure, the trapezoidal rule.
 #[must_use]
@@ -35,16 +37,9 @@ pub fn smallest() -> Vec<u8> {
         block: false,
         certificate: Certificate::default(),
     };
-    let basis = [0.0f32, 1.0, 0.0]
-        .iter()
-        .flat_map(|x| x.to_le_bytes())
-        .collect();
+    let basis = [0.0f32, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
     let contents = [
-        (
-            SectionKind::Eigenvalues,
-            Element::F64,
-            4.0f64.to_le_bytes().to_vec(),
-        ),
+        (SectionKind::Eigenvalues, Element::F64, 4.0f64.to_le_bytes().to_vec()),
         (SectionKind::SurfaceBasis, Element::F32, basis),
     ];
     encode(&metadata, &contents)
@@ -68,44 +63,18 @@ fn fields(bytes: &[u8]) -> Vec<(usize, String)> {
         (12, "zero"),
         (4, "CRC-32 of bytes 0 to 59"),
     ];
-    header
-        .iter()
-        .for_each(|&(length, label)| add(length, label));
+    header.iter().for_each(|&(length, label)| add(length, label));
     for section in file.sections() {
-        add(
-            4,
-            &format!(
-                "section kind {}: {:?}",
-                section.kind().number(),
-                section.kind()
-            ),
-        );
-        add(
-            2,
-            &format!(
-                "element {:?}, codec {:?}",
-                section.element(),
-                section.codec()
-            ),
-        );
+        add(4, &format!("section kind {}: {:?}", section.kind().number(), section.kind()));
+        add(2, &format!("element {:?}, codec {:?}", section.element(), section.codec()));
         add(2, "flags: required");
         add(24, "shape");
-        [
-            (8, "offset"),
-            (8, "stored length"),
-            (8, "decoded length"),
-            (4, "CRC-32"),
-            (4, "zero"),
-        ]
-        .iter()
-        .for_each(|&(length, label)| add(length, label));
+        [(8, "offset"), (8, "stored length"), (8, "decoded length"), (4, "CRC-32"), (4, "zero")]
+            .iter()
+            .for_each(|&(length, label)| add(length, label));
     }
     let m = file.metadata();
-    for (name, text) in [
-        ("program", m.program),
-        ("problem", m.problem),
-        ("units", m.units),
-    ] {
+    for (name, text) in [("program", m.program), ("problem", m.problem), ("units", m.units)] {
         add(8, &format!("length of `{name}`"));
         add(text.len(), name);
     }
@@ -131,12 +100,8 @@ fn fields(bytes: &[u8]) -> Vec<(usize, String)> {
             .iter()
             .for_each(|(name, length)| add(*length, &format!("  history of {name}")));
     }
-    ["u", "Δt u̇", "Δt² ü"]
-        .iter()
-        .for_each(|row| add(48, &format!("finish row of {row}")));
-    ["time_step", "alpha", "beta"]
-        .iter()
-        .for_each(|name| add(8, name));
+    ["u", "Δt u̇", "Δt² ü"].iter().for_each(|row| add(48, &format!("finish row of {row}")));
+    ["time_step", "alpha", "beta"].iter().for_each(|name| add(8, name));
     add(4, "n_regions");
     add(4, "n_parameters");
     add(45 * MAX_PARAMETERS, "16 parameters, none used");

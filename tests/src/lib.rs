@@ -1,6 +1,12 @@
 //! What crosses crates is tested here.
 
 pub mod annotate;
+pub mod bases;
+pub mod long_march;
+pub mod matrices;
+pub mod program;
+pub mod shared;
+pub mod regions;
 pub mod stage;
 pub mod synthetic;
 pub mod textbook;

@@ -6,8 +6,8 @@
 
 use vademecum_format::scheme::{SchemeTable, Stage, StepParameters, theta};
 use vademecum_format::{
-    Axis, AxisKind, AxisRole, Certificate, Codec, Element, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter, SectionInput,
-    SectionKind, encode_into, encoded_len,
+    Axis, AxisKind, AxisRole, Certificate, Codec, Element, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter,
+    SectionInput, SectionKind, encode_into, encoded_len,
 };
 
 /// A small linear congruential generator: the same numbers everywhere.
@@ -22,10 +22,7 @@ impl Random {
 
     /// Uniform in [−1, 1).
     pub fn number(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 11) as f64) / ((1u64 << 52) as f64) - 1.0
     }
 
@@ -104,19 +101,14 @@ fn orthonormal(n: usize, columns: usize, random: &mut Random) -> Vec<f64> {
         for _ in 0..2 {
             for known in &q {
                 let along: f64 = known.iter().zip(&column).map(|(a, b)| a * b).sum();
-                column
-                    .iter_mut()
-                    .zip(known)
-                    .for_each(|(c, k)| *c -= along * k);
+                column.iter_mut().zip(known).for_each(|(c, k)| *c -= along * k);
             }
             let norm = column.iter().map(|c| c * c).sum::<f64>().sqrt();
             column.iter_mut().for_each(|c| *c /= norm);
         }
         q.push(column);
     }
-    (0..n * columns)
-        .map(|i| q[i % columns][i / columns])
-        .collect()
+    (0..n * columns).map(|i| q[i % columns][i / columns]).collect()
 }
 
 impl Layout {
@@ -135,12 +127,9 @@ impl Layout {
     /// `(n_nodes, 3)`: grid points at unit distance, z = 0; interior nodes below.
     #[must_use]
     pub fn coordinates(&self) -> Vec<f64> {
-        let surface = (0..self.n_surface())
-            .map(|i| [(i % self.columns) as f64, (i / self.columns) as f64, 0.0]);
-        surface
-            .chain((0..self.n_interior).map(|i| [i as f64, 0.5, -1.0]))
-            .flatten()
-            .collect()
+        let surface =
+            (0..self.n_surface()).map(|i| [(i % self.columns) as f64, (i / self.columns) as f64, 0.0]);
+        surface.chain((0..self.n_interior).map(|i| [i as f64, 0.5, -1.0])).flatten().collect()
     }
 
     /// Two triangles per grid square, normals along +z, loadable ones first; with how many are loadable.
@@ -154,10 +143,7 @@ impl Layout {
                 triangles.extend([node(row + 1, c), node(row, c + 1), node(row + 1, c + 1)]);
             }
         }
-        (
-            triangles,
-            2 * (self.columns - 1) * self.load_rows.saturating_sub(1),
-        )
+        (triangles, 2 * (self.columns - 1) * self.load_rows.saturating_sub(1))
     }
 }
 
@@ -167,9 +153,7 @@ impl Body {
     pub fn open(layout: Layout, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let (n, r) = (3 * layout.n_nodes(), layout.r);
-        let omega2: Vec<f64> = (0..n)
-            .map(|i| (30.0 * 1e3f64.powf(i as f64 / n as f64)).powi(2))
-            .collect();
+        let omega2: Vec<f64> = (0..n).map(|i| (30.0 * 1e3f64.powf(i as f64 / n as f64)).powi(2)).collect();
         let mass: Vec<f64> = random.numbers(n).iter().map(|x| 0.02 + 0.01 * x).collect();
         let mut eigenvectors = orthonormal(n, n, &mut random);
         for (row, mass) in eigenvectors.chunks_exact_mut(n).zip(&mass) {
@@ -185,14 +169,7 @@ impl Body {
         }
         let lambda = jacobi(&mut stiffness, r, &mut mixing);
         let basis = product(&eigenvectors, n, &mixing, r);
-        Self {
-            layout,
-            basis,
-            lambda,
-            omega2,
-            eigenvectors,
-            mixing,
-        }
+        Self { layout, basis, lambda, omega2, eigenvectors, mixing }
     }
 
     /// A body of any size whose basis counts as closed (`H = B (1 + θλ)⁻¹`); its rows are random numbers.
@@ -201,17 +178,8 @@ impl Body {
         let mut random = Random::new(seed);
         let r = layout.r;
         let basis = random.numbers(3 * layout.n_nodes() * r);
-        let lambda = (0..r)
-            .map(|k| (30.0 * 1e3f64.powf(k as f64 / r as f64)).powi(2))
-            .collect();
-        Self {
-            layout,
-            basis,
-            lambda,
-            omega2: vec![],
-            eigenvectors: vec![],
-            mixing: vec![],
-        }
+        let lambda = (0..r).map(|k| (30.0 * 1e3f64.powf(k as f64 / r as f64)).powi(2)).collect();
+        Self { layout, basis, lambda, omega2: vec![], eigenvectors: vec![], mixing: vec![] }
     }
 
     /// `E(θ) = BᵀM(M + θK)⁻¹MB − I`, `(r, r)`, as `−θ Wᵀ ω²/(1 + θω²) W`: no cancellation.
@@ -220,9 +188,7 @@ impl Body {
         let r = self.layout.r;
         let mut e = vec![0.0; r * r];
         if self.omega2.is_empty() {
-            (0..r).for_each(|k| {
-                e[k * r + k] = -theta * self.lambda[k] / (1.0 + theta * self.lambda[k])
-            });
+            (0..r).for_each(|k| e[k * r + k] = -theta * self.lambda[k] / (1.0 + theta * self.lambda[k]));
         }
         for (row, omega2) in self.mixing.chunks_exact(r).zip(&self.omega2) {
             let weight = -theta * omega2 / (1.0 + theta * omega2);
@@ -253,21 +219,11 @@ impl Body {
     /// last node), one probe per component of node 0.
     #[must_use]
     pub fn file(&self, scheme: &SchemeTable, step: &StepParameters, element: Element) -> Vec<u8> {
-        let Layout {
-            rows: _,
-            load_rows,
-            columns,
-            n_interior: _,
-            r,
-        } = self.layout;
-        let thetas: Vec<f64> = (0..scheme.active().len())
-            .map(|i| theta(scheme, step, i).expect("scheme"))
-            .collect();
+        let Layout { rows: _, load_rows, columns, n_interior: _, r } = self.layout;
+        let thetas: Vec<f64> =
+            (0..scheme.active().len()).map(|i| theta(scheme, step, i).expect("scheme")).collect();
         let increments: Vec<Vec<f64>> = thetas.iter().map(|&theta| self.increment(theta)).collect();
-        let loads: Vec<Vec<f64>> = thetas
-            .iter()
-            .map(|&theta| self.load_increment(theta))
-            .collect();
+        let loads: Vec<Vec<f64>> = thetas.iter().map(|&theta| self.load_increment(theta)).collect();
         let n_terms = thetas.len();
         let n_load = load_rows * columns;
         let surface = 3 * self.layout.n_surface() * r;
@@ -275,47 +231,27 @@ impl Body {
         (0..r).for_each(|k| stiffness[k * r + k] = self.lambda[k]);
         let block_load: Vec<f64> = (0..n_load)
             .flat_map(|node| {
-                loads
-                    .iter()
-                    .flat_map(move |load| load[3 * node * r..3 * (node + 1) * r].iter().copied())
+                loads.iter().flat_map(move |load| load[3 * node * r..3 * (node + 1) * r].iter().copied())
             })
             .collect();
-        let pattern_block: Vec<f64> = loads
-            .iter()
-            .flat_map(|load| self.pattern_of(load))
-            .collect();
-        let identity: Vec<f64> = (0..n_terms * n_terms)
-            .map(|i| f64::from(u8::from(i / n_terms == i % n_terms)))
-            .collect();
+        let pattern_block: Vec<f64> = loads.iter().flat_map(|load| self.pattern_of(load)).collect();
+        let identity: Vec<f64> =
+            (0..n_terms * n_terms).map(|i| f64::from(u8::from(i / n_terms == i % n_terms))).collect();
         let (triangles, n_load_triangles) = self.layout.triangles();
         let n_triangles = triangles.len() / 3;
         let points: Vec<f64> = (0..n_terms).map(|i| i as f64).collect();
-        let f64s =
-            |numbers: &[f64]| -> Vec<u8> { numbers.iter().flat_map(|x| x.to_le_bytes()).collect() };
+        let f64s = |numbers: &[f64]| -> Vec<u8> { numbers.iter().flat_map(|x| x.to_le_bytes()).collect() };
         let reals = |numbers: &[f64]| match element {
-            Element::F32 => numbers
-                .iter()
-                .flat_map(|&x| (x as f32).to_le_bytes())
-                .collect(),
+            Element::F32 => numbers.iter().flat_map(|&x| (x as f32).to_le_bytes()).collect(),
             _ => f64s(numbers),
         };
         use Element::{F64, U32, U64};
         use SectionKind as S;
-        let ids: Vec<u8> = (0..self.layout.n_nodes() as u64)
-            .flat_map(|id| (id + 1).to_le_bytes())
-            .collect();
+        let ids: Vec<u8> = (0..self.layout.n_nodes() as u64).flat_map(|id| (id + 1).to_le_bytes()).collect();
         let contents: Vec<(SectionKind, Element, Vec<u8>)> = vec![
             (S::NodeIds, U64, ids),
-            (
-                S::NodeCoordinates,
-                element,
-                reals(&self.layout.coordinates()),
-            ),
-            (
-                S::Triangles,
-                U32,
-                triangles.iter().flat_map(|t| t.to_le_bytes()).collect(),
-            ),
+            (S::NodeCoordinates, element, reals(&self.layout.coordinates())),
+            (S::Triangles, U32, triangles.iter().flat_map(|t| t.to_le_bytes()).collect()),
             (S::ReducedStiffness, F64, f64s(&stiffness)),
             (S::Eigenvalues, F64, f64s(&self.lambda)),
             (S::SurfaceBasis, element, reals(&self.basis[..surface])),
@@ -366,11 +302,7 @@ impl Body {
     pub fn pattern_of(&self, rows: &[f64]) -> Vec<f64> {
         let r = self.layout.r;
         let last = rows.len() / r - 3;
-        let column = |k: usize| {
-            (0..3)
-                .map(|c| rows[c * r + k] + 2.0 * rows[(last + c) * r + k])
-                .sum()
-        };
+        let column = |k: usize| (0..3).map(|c| rows[c * r + k] + 2.0 * rows[(last + c) * r + k]).sum();
         (0..r).map(column).collect()
     }
 }
@@ -405,9 +337,7 @@ pub fn encode(metadata: &Metadata<'_>, contents: &[(SectionKind, Element, Vec<u8
             element: *element,
             codec: Codec::Raw,
             required: true,
-            shape: kind
-                .shape(metadata)
-                .map(|n| n.unwrap_or(bytes.len() as u64 / element.size())),
+            shape: kind.shape(metadata).map(|n| n.unwrap_or(bytes.len() as u64 / element.size())),
             decoded_length: bytes.len() as u64,
             stored: bytes,
         })
@@ -425,10 +355,7 @@ fn orthonormal_near_identity(n: usize, r: usize, random: &mut Random) -> Vec<f64
         for _ in 0..2 {
             for known in &columns {
                 let along: f64 = known.iter().zip(&column).map(|(a, b)| a * b).sum();
-                column
-                    .iter_mut()
-                    .zip(known)
-                    .for_each(|(c, k)| *c -= along * k);
+                column.iter_mut().zip(known).for_each(|(c, k)| *c -= along * k);
             }
             let norm = column.iter().map(|c| c * c).sum::<f64>().sqrt();
             column.iter_mut().for_each(|c| *c /= norm);
@@ -479,11 +406,7 @@ pub fn bathe() -> SchemeTable {
         // Δt² a = Δt v − 4 Δt v½ + 3 Δt v¹ with Δt v½ = 4 (u½ − u) − Δt v.
         [19.0, 5.0, 0.0, -28.0, 9.0, 0.0],
     ];
-    SchemeTable {
-        n_stages: 2,
-        stages: [first, second, Stage::default()],
-        finish,
-    }
+    SchemeTable { n_stages: 2, stages: [first, second, Stage::default()], finish }
 }
 
 /// Newmark's family, written by hand: one stage.
@@ -496,36 +419,11 @@ pub fn newmark(beta: f64, gamma: f64) -> SchemeTable {
         time: 1.0,
         load: [0.0, 1.0, 0.0, 0.0],
         mass_history: [1.0 / beta, 1.0 / beta, 0.5 / beta - 1.0, 0.0, 0.0, 0.0],
-        damping_history: [
-            gamma / beta,
-            gamma / beta - 1.0,
-            0.5 * gamma / beta - 1.0,
-            0.0,
-            0.0,
-            0.0,
-        ],
+        damping_history: [gamma / beta, gamma / beta - 1.0, 0.5 * gamma / beta - 1.0, 0.0, 0.0, 0.0],
         stiffness_history: [0.0; 6],
     };
-    let acceleration = [
-        -1.0 / beta,
-        -1.0 / beta,
-        1.0 - 0.5 / beta,
-        1.0 / beta,
-        0.0,
-        0.0,
-    ];
-    let velocity = [
-        -gamma / beta,
-        1.0 - gamma / beta,
-        1.0 - 0.5 * gamma / beta,
-        gamma / beta,
-        0.0,
-        0.0,
-    ];
+    let acceleration = [-1.0 / beta, -1.0 / beta, 1.0 - 0.5 / beta, 1.0 / beta, 0.0, 0.0];
+    let velocity = [-gamma / beta, 1.0 - gamma / beta, 1.0 - 0.5 * gamma / beta, gamma / beta, 0.0, 0.0];
     let finish = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], velocity, acceleration];
-    SchemeTable {
-        n_stages: 1,
-        stages: [stage, Stage::default(), Stage::default()],
-        finish,
-    }
+    SchemeTable { n_stages: 1, stages: [stage, Stage::default(), Stage::default()], finish }
 }

@@ -3,27 +3,16 @@
 use vademecum_eval::{BindError, Mapped, Scene, SceneOptions, Structure, StructureChoice, Surface};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{
-    Axis, AxisKind, AxisRole, Element, File, Metadata, SectionKind, StructureCertificate,
+    Axis, AxisKind, AxisRole, Element, File, MAX_REGIONS, Metadata, Parameter, ParameterRole, SectionKind,
+    StructureCertificate,
 };
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, Random, bathe, encode, newmark};
 
-const LAYOUT: Layout = Layout {
-    rows: 3,
-    load_rows: 2,
-    columns: 3,
-    n_interior: 3,
-    r: 4,
-};
+const LAYOUT: Layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 3, r: 4 };
 
 fn step() -> StepParameters {
-    StepParameters {
-        time_step: 2e-3,
-        alpha: 0.1,
-        beta: 1e-6,
-        density: 1.0,
-        stiffness: 1.0,
-    }
+    StepParameters { time_step: 2e-3, alpha: 0.1, beta: 1e-6, density: 1.0, stiffness: 1.0 }
 }
 
 /// The file with other metadata and the given sections replaced or added.
@@ -35,12 +24,8 @@ fn edited(
     let file = File::parse(bytes).expect("a file");
     let mut metadata = *file.metadata();
     edit(&mut metadata);
-    let kept = file
-        .sections()
-        .filter(|s| replaced.iter().all(|r| r.0 != s.kind()));
-    let mut contents: Vec<_> = kept
-        .map(|s| (s.kind(), s.element(), s.stored().to_vec()))
-        .collect();
+    let kept = file.sections().filter(|s| replaced.iter().all(|r| r.0 != s.kind()));
+    let mut contents: Vec<_> = kept.map(|s| (s.kind(), s.element(), s.stored().to_vec())).collect();
     contents.extend_from_slice(replaced);
     encode(&metadata, &contents)
 }
@@ -69,43 +54,35 @@ fn the_cheapest_structure_that_keeps_the_tolerance_is_taken() {
             m.certificate.block = certified(block, floor);
         };
         let bytes = edited(&bytes, edit, &[]);
-        let options = SceneOptions {
-            tolerance,
-            ..SceneOptions::default()
-        };
-        with_scene::<f32, ()>(&bytes, &options, |scene, _, _| {
-            assert_eq!(scene.structure(), expected)
-        });
+        let options = SceneOptions { tolerance, ..SceneOptions::default() };
+        with_scene::<f32, ()>(&bytes, &options, |scene, _, _| assert_eq!(scene.structure(), expected));
     }
 }
 
-/// A block file with two axes, stage and `Δt`, whose terms are functions of `Δt` only.
-fn with_time_step_axis(
-    kind: AxisKind,
-    log: bool,
-    points: &[f64],
-    factor: impl Fn(f64) -> f64,
-) -> Vec<u8> {
+/// A block file with two axes, stage and `θ`, whose one term is a function of `θ` only; the parameter is `Δt`.
+fn with_theta_axis(kind: AxisKind, log: bool, points: &[f64], factor: impl Fn(f64) -> f64) -> Vec<u8> {
     let bytes = Body::closed(LAYOUT, 2).file(&newmark(0.25, 0.5), &step(), Element::F32);
-    let f64s =
-        |numbers: Vec<f64>| -> Vec<u8> { numbers.iter().flat_map(|x| x.to_le_bytes()).collect() };
+    let f64s = |numbers: Vec<f64>| -> Vec<u8> { numbers.iter().flat_map(|x| x.to_le_bytes()).collect() };
     let mut all = vec![0.0];
     all.extend_from_slice(points);
     let mut factors = vec![1.0];
     factors.extend(points.iter().map(|&x| factor(x)));
     let (lower, upper) = (points[0], points[points.len() - 1]);
-    let axis = Axis {
-        name: "time step",
+    let role = AxisRole::Monomial { theta: 1.0, stiffness: [0.0; MAX_REGIONS], density: [0.0; MAX_REGIONS] };
+    let axis =
+        Axis { name: "theta", unit: "s²", role, kind, log, lower, upper, n_points: points.len() as u32 };
+    let parameter = Parameter {
+        name: "step",
         unit: "s",
-        role: AxisRole::TimeStep,
-        kind,
-        log,
-        lower,
-        upper,
-        n_points: points.len() as u32,
+        role: ParameterRole::TimeStep,
+        log: false,
+        lower: 1e-4,
+        upper: 1e-2,
+        nominal: 2e-3,
     };
     let edit = |m: &mut Metadata<'_>| {
         (m.axes[1], m.n_axes) = (axis, 2);
+        (m.parameters[0], m.n_parameters) = (parameter, 1);
     };
     let replaced = [
         (SectionKind::AxisPoints, Element::F64, f64s(all)),
@@ -139,52 +116,27 @@ fn factors_are_evaluated_between_their_points() {
     let body = Body::closed(LAYOUT, 2);
     let theta = vademecum_format::scheme::theta(&newmark(0.25, 0.5), &step(), 0).expect("theta");
     let e = body.increment(theta)[0];
-    let chebyshev: Vec<f64> = (0..9)
-        .map(|j| 2e-3 - 1e-3 * (std::f64::consts::PI * f64::from(j) / 8.0).cos())
-        .collect();
-    let cubic = |x: f64| 0.3 + 100.0 * x + 5e4 * x * x * x;
-    let hats = [1e-3, 2e-3, 4e-3];
-    let cases: [(AxisKind, bool, &[f64], f64, f64); 5] = [
-        // A cubic is its own interpolant, between the points and on one.
-        (
-            AxisKind::Chebyshev,
-            false,
-            &chebyshev,
-            1.7e-3,
-            cubic(1.7e-3),
-        ),
-        (
-            AxisKind::Chebyshev,
-            false,
-            &chebyshev,
-            chebyshev[3],
-            cubic(chebyshev[3]),
-        ),
-        (
-            AxisKind::Hat,
-            false,
-            &hats,
-            3e-3,
-            0.5 * (cubic(2e-3) + cubic(4e-3)),
-        ),
-        (
-            AxisKind::Hat,
-            true,
-            &hats,
-            2e-3 * 2f64.sqrt(),
-            0.5 * (cubic(2e-3) + cubic(4e-3)),
-        ),
-        (AxisKind::Hat, false, &hats, 4e-3, cubic(4e-3)),
+    // The trapezoidal rule without damping: θ = Δt²/4.
+    let chebyshev: Vec<f64> =
+        (0..9).map(|j| 1e-6 * (2.5 - 1.5 * (std::f64::consts::PI * f64::from(j) / 8.0).cos())).collect();
+    let cubic = |x: f64| 0.3 + 0.1e6 * x + 0.02e18 * x * x * x;
+    let hats = [1e-6, 2.25e-6, 4e-6];
+    let step_of = |theta: f64| 2.0 * theta.sqrt();
+    let cases: [(AxisKind, bool, &[f64], f64, f64); 6] = [
+        // A cubic is its own interpolant, between the points, on one, and at the ends.
+        (AxisKind::Chebyshev, false, &chebyshev, 1.7e-6, cubic(1.7e-6)),
+        (AxisKind::Chebyshev, false, &chebyshev, chebyshev[3], cubic(chebyshev[3])),
+        (AxisKind::Chebyshev, false, &chebyshev, chebyshev[8], cubic(chebyshev[8])),
+        (AxisKind::Hat, false, &hats, 3.125e-6, 0.5 * (cubic(2.25e-6) + cubic(4e-6))),
+        (AxisKind::Hat, true, &hats, 3e-6, 0.5 * (cubic(2.25e-6) + cubic(4e-6))),
+        (AxisKind::Hat, false, &hats, 4e-6, cubic(4e-6)),
     ];
-    for (kind, log, points, dt, g) in cases {
-        let bytes = with_time_step_axis(kind, log, points, cubic);
-        let found = first_increment(&bytes, dt);
-        // A few roundings of numbers of this size, and of the 1 that was subtracted.
-        assert!(
-            (found - g * e).abs() < 1e-14,
-            "{kind:?} {log}: {found} {}",
-            g * e
-        );
+    for (kind, log, points, theta, g) in cases {
+        let bytes = with_theta_axis(kind, log, points, cubic);
+        let found = first_increment(&bytes, step_of(theta));
+        // A few roundings of numbers of this size, and of the 1 that was subtracted; the weights of nine points sum to 2 at most
+        // and change by their slope, of the order of 9² times the rounding of θ.
+        assert!((found - g * e).abs() < 1e-13, "{kind:?} {log}: {found} {}", g * e);
     }
 }
 
@@ -199,46 +151,27 @@ fn a_value_off_its_axis_is_refused() {
         };
         let sizes = Scene::<f32>::sizes(&file, &options).expect("sizes");
         let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-        Scene::bind(&file, &options, &mut memory, &mut work)
-            .map(|_| ())
-            .expect_err("refused")
+        Scene::bind(&file, &options, &mut memory, &mut work).map(|_| ()).expect_err("refused")
     };
-    let hats = with_time_step_axis(AxisKind::Hat, false, &[1e-3, 4e-3], |_| 1.0);
-    assert_eq!(
-        refuse(&hats, 5e-3),
-        BindError::OutsideAxis {
-            axis: 1,
-            value: 5e-3
-        }
-    );
-    assert_eq!(
-        refuse(&hats, 0.9e-3),
-        BindError::OutsideAxis {
-            axis: 1,
-            value: 0.9e-3
-        }
-    );
+    let hats = with_theta_axis(AxisKind::Hat, false, &[1e-6, 4e-6], |_| 1.0);
+    for dt in [5e-3, 0.9e-3] {
+        // With its Rayleigh damping the file's θ is not Δt²/4, and still off the axis.
+        let refused = refuse(&hats, dt);
+        assert!(matches!(refused, BindError::OutsideAxis { axis: 1, .. }), "{refused:?}");
+    }
+    // The same axis without a parameter that moves it: the file stands where it was built.
+    let fixed = edited(&hats, |m| (m.n_parameters, m.parameters[0]) = (0, m.parameters[1]), &[]);
+    assert!(matches!(refuse(&fixed, 3e-3), BindError::Fixed { stage: 0, .. }));
     let short = SceneOptions::default();
     let file = File::parse(&hats).expect("a file");
-    let refused = Scene::<f32>::bind(&file, &short, &mut [], &mut [])
-        .map(|_| ())
-        .expect_err("refused");
+    let refused = Scene::<f32>::bind(&file, &short, &mut [], &mut []).map(|_| ()).expect_err("refused");
     assert!(matches!(refused, BindError::LentMemory { found: 0, .. }));
-    let bad = SceneOptions {
-        tolerance: f64::NAN,
-        ..short
-    };
-    assert!(matches!(
-        Scene::<f32>::sizes(&file, &bad),
-        Err(BindError::BadOption { .. })
-    ));
-    let bad = SceneOptions {
-        structure: StructureChoice::Diagonal,
-        density: -1.0,
-        ..short
-    };
+    let bad = SceneOptions { tolerance: f64::NAN, ..short };
+    assert!(matches!(Scene::<f32>::sizes(&file, &bad), Err(BindError::BadOption { .. })));
+    let bad = SceneOptions { structure: StructureChoice::Diagonal, density: -1.0, ..short };
     let sizes = Scene::<f32>::sizes(&file, &bad).expect("sizes");
-    let refused = Scene::<f32>::bind(&file, &bad, &mut vec![0.0; sizes.scene], &mut []).map(|_| ());
+    let refused =
+        Scene::<f32>::bind(&file, &bad, &mut vec![0.0; sizes.scene], &mut vec![0.0; sizes.work]).map(|_| ());
     assert!(matches!(refused, Err(BindError::Scheme(_))), "{refused:?}");
 }
 
@@ -253,10 +186,7 @@ fn the_nearest_surface_point_is_found() {
         let found = surface.locate(point).expect("found");
         // The loadable surface is the flat rectangle [0, 2] × [0, 1]: clamping is the answer.
         let nearest = [point[0].clamp(0.0, 2.0), point[1].clamp(0.0, 1.0), 0.0];
-        let distance = (0..3)
-            .map(|i| (point[i] - nearest[i]).powi(2))
-            .sum::<f64>()
-            .sqrt();
+        let distance = (0..3).map(|i| (point[i] - nearest[i]).powi(2)).sum::<f64>().sqrt();
         assert!((found.distance - distance).abs() < 1e-12, "{point:?}");
         (0..3).for_each(|i| assert!((found.position[i] - nearest[i]).abs() < 1e-12, "{point:?}"));
         assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);

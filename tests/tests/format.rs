@@ -4,27 +4,15 @@
 use proptest::prelude::*;
 use vademecum_format::scheme::{SchemeError, StepParameters};
 use vademecum_format::{
-    BLOCK, Codec, Element, File, FormatError, Metadata, Quantity, SectionInput, SectionKind,
-    encode_into, encoded_len,
+    AxisRole, BLOCK, Codec, Element, File, FormatError, MAX_REGIONS, Metadata, Parameter, ParameterRole,
+    Quantity, SectionInput, SectionKind, encode_into, encoded_len,
 };
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
-const LAYOUT: Layout = Layout {
-    rows: 2,
-    load_rows: 2,
-    columns: 2,
-    n_interior: 1,
-    r: 2,
-};
+const LAYOUT: Layout = Layout { rows: 2, load_rows: 2, columns: 2, n_interior: 1, r: 2 };
 
 fn small() -> Vec<u8> {
-    let step = StepParameters {
-        time_step: 1e-3,
-        alpha: 0.1,
-        beta: 1e-6,
-        density: 1.0,
-        stiffness: 1.0,
-    };
+    let step = StepParameters { time_step: 1e-3, alpha: 0.1, beta: 1e-6, density: 1.0, stiffness: 1.0 };
     Body::closed(LAYOUT, 3).file(&bathe(), &step, Element::F32)
 }
 
@@ -41,10 +29,7 @@ fn reseal(mut bytes: Vec<u8>) -> Vec<u8> {
     let n = u32_at(&bytes, 12) as usize;
     let end = (BLOCK * (1 + n)).min(bytes.len());
     let metadata = end..(end + u32_at(&bytes, 32) as usize).min(bytes.len());
-    let (directory, metadata) = (
-        crc32fast::hash(&bytes[BLOCK..end]),
-        crc32fast::hash(&bytes[metadata]),
-    );
+    let (directory, metadata) = (crc32fast::hash(&bytes[BLOCK..end]), crc32fast::hash(&bytes[metadata]));
     put(&mut bytes, 40, &metadata.to_le_bytes());
     put(&mut bytes, 44, &directory.to_le_bytes());
     let header = crc32fast::hash(&bytes[..60]);
@@ -56,18 +41,13 @@ fn reseal(mut bytes: Vec<u8>) -> Vec<u8> {
 fn refusal(edit: impl FnOnce(&mut Vec<u8>)) -> FormatError {
     let mut bytes = small();
     edit(&mut bytes);
-    File::parse(&reseal(bytes))
-        .map(|_| ())
-        .expect_err("refused")
+    File::parse(&reseal(bytes)).map(|_| ()).expect_err("refused")
 }
 
 /// Where the directory entry of a kind begins.
 fn entry(bytes: &[u8], kind: SectionKind) -> usize {
     let n = u32_at(bytes, 12) as usize;
-    (1..=n)
-        .map(|i| BLOCK * i)
-        .find(|&at| u32_at(bytes, at) == kind.number())
-        .expect("present")
+    (1..=n).map(|i| BLOCK * i).find(|&at| u32_at(bytes, at) == kind.number()).expect("present")
 }
 
 /// The small file's metadata and sections after an edit, through the writer.
@@ -96,18 +76,9 @@ fn rewritten(edit: impl FnOnce(&mut Metadata<'_>)) -> Result<usize, FormatError>
 fn refusals_1_to_12_front_of_the_file() {
     let whole = small();
     let parse = |bytes: &[u8]| File::parse(bytes).map(|_| ()).expect_err("refused");
-    assert_eq!(
-        parse(&whole[..63]),
-        FormatError::TooShort {
-            found: 63,
-            needed: 64
-        }
-    );
+    assert_eq!(parse(&whole[..63]), FormatError::TooShort { found: 63, needed: 64 });
     assert_eq!(refusal(|b| b[3] = b'N'), FormatError::Magic);
-    assert_eq!(
-        refusal(|b| b[8] = 2),
-        FormatError::MajorVersion { found: 2 }
-    );
+    assert_eq!(refusal(|b| b[8] = 2), FormatError::MajorVersion { found: 2 });
     let mut bytes = whole.clone();
     bytes[20] ^= 1;
     assert!(matches!(parse(&bytes), FormatError::HeaderChecksum { .. }));
@@ -115,60 +86,30 @@ fn refusals_1_to_12_front_of_the_file() {
     let length = whole.len() as u64;
     assert_eq!(
         parse(&whole[..whole.len() - 1]),
-        FormatError::FileLength {
-            found: length - 1,
-            expected: length
-        }
+        FormatError::FileLength { found: length - 1, expected: length }
     );
     let longer = refusal(|b| {
         b.push(0);
         put(b, 16, &(length + 1).to_le_bytes());
     });
-    assert_eq!(
-        longer,
-        FormatError::FileLength {
-            found: length + 1,
-            expected: length
-        }
-    );
+    assert_eq!(longer, FormatError::FileLength { found: length + 1, expected: length });
     assert_eq!(
         refusal(|b| put(b, 12, &257u32.to_le_bytes())),
-        FormatError::SectionCount {
-            found: 257,
-            limit: 256
-        }
+        FormatError::SectionCount { found: 257, limit: 256 }
     );
-    assert!(matches!(
-        refusal(|b| put(b, 12, &256u32.to_le_bytes())),
-        FormatError::TooShort { .. }
-    ));
-    assert!(matches!(
-        refusal(|b| b[24] ^= 64),
-        FormatError::MetadataOffset { .. }
-    ));
-    assert!(matches!(
-        refusal(|b| put(b, 32, &u64::MAX.to_le_bytes())),
-        FormatError::MetadataLength { .. }
-    ));
+    assert!(matches!(refusal(|b| put(b, 12, &256u32.to_le_bytes())), FormatError::TooShort { .. }));
+    assert!(matches!(refusal(|b| b[24] ^= 64), FormatError::MetadataOffset { .. }));
+    assert!(matches!(refusal(|b| put(b, 32, &u64::MAX.to_le_bytes())), FormatError::MetadataLength { .. }));
     let mut bytes = whole.clone();
     bytes[BLOCK + 9] ^= 1;
-    assert!(matches!(
-        parse(&bytes),
-        FormatError::DirectoryChecksum { .. }
-    ));
+    assert!(matches!(parse(&bytes), FormatError::DirectoryChecksum { .. }));
     let mut bytes = whole.clone();
     let metadata = BLOCK * (1 + u32_at(&whole, 12) as usize);
     bytes[metadata] ^= 1;
-    assert!(matches!(
-        parse(&bytes),
-        FormatError::MetadataChecksum { .. }
-    ));
+    assert!(matches!(parse(&bytes), FormatError::MetadataChecksum { .. }));
     // A string longer than the file, and metadata that end too early.
     let hostile = refusal(|b| put(b, metadata, &u64::MAX.to_le_bytes()));
-    assert!(
-        matches!(hostile, FormatError::MetadataEncoding { understood: 0, .. }),
-        "{hostile:?}"
-    );
+    assert!(matches!(hostile, FormatError::MetadataEncoding { understood: 0, .. }), "{hostile:?}");
     let trailing = refusal(|b| {
         let longer = u32_at(b, 32) + 1;
         put(b, 32, &longer.to_le_bytes());
@@ -186,15 +127,9 @@ fn refusals_13_to_17_metadata() {
     };
     count(Quantity::Modes, |m| m.n_modes = 0);
     count(Quantity::Nodes, |m| m.n_nodes = u32::MAX);
-    count(Quantity::SurfaceNodes, |m| {
-        m.n_surface_nodes = m.n_nodes + 1
-    });
-    count(Quantity::LoadNodes, |m| {
-        m.n_load_nodes = m.n_surface_nodes + 1
-    });
-    count(Quantity::LoadTriangles, |m| {
-        m.n_load_triangles = m.n_triangles + 1
-    });
+    count(Quantity::SurfaceNodes, |m| m.n_surface_nodes = m.n_nodes + 1);
+    count(Quantity::LoadNodes, |m| m.n_load_nodes = m.n_surface_nodes + 1);
+    count(Quantity::LoadTriangles, |m| m.n_load_triangles = m.n_triangles + 1);
     count(Quantity::Terms, |m| m.n_terms = 0);
     count(Quantity::Terms, |m| m.block = false);
     count(Quantity::Axes, |m| m.n_axes = 13);
@@ -206,37 +141,17 @@ fn refusals_13_to_17_metadata() {
     number(Quantity::TimeStep, |m| m.time_step = f64::NAN);
     number(Quantity::Alpha, |m| m.alpha = -1.0);
     number(Quantity::Beta, |m| m.beta = f64::INFINITY);
-    number(Quantity::Certificate, |m| {
-        m.certificate.block.map_error = f64::INFINITY
-    });
+    number(Quantity::Certificate, |m| m.certificate.block.map_error_max = f64::INFINITY);
     let scheme = |edit: fn(&mut Metadata<'_>)| match rewritten(edit) {
         Err(FormatError::Scheme(error)) => error,
         other => panic!("{other:?}"),
     };
-    assert_eq!(
-        scheme(|m| m.scheme.n_stages = 4),
-        SchemeError::StageCount { found: 4 }
-    );
-    assert_eq!(
-        scheme(|m| m.scheme.stages[1].mass = f64::NAN),
-        SchemeError::NotFinite { stage: 1 }
-    );
-    assert_eq!(
-        scheme(|m| m.scheme.stages[0].mass_history[3] = 1.0),
-        SchemeError::BadStage { stage: 0 }
-    );
-    assert_eq!(
-        scheme(|m| m.scheme.stages[1].stiffness = 0.0),
-        SchemeError::BadStage { stage: 1 }
-    );
-    assert!(matches!(
-        scheme(|m| m.scheme.stages[0].mass = 15.0),
-        SchemeError::Inconsistent { stage: 0, .. }
-    ));
-    assert!(matches!(
-        scheme(|m| m.scheme.finish[2][0] = 18.0),
-        SchemeError::Inconsistent { stage: 2, .. }
-    ));
+    assert_eq!(scheme(|m| m.scheme.n_stages = 4), SchemeError::StageCount { found: 4 });
+    assert_eq!(scheme(|m| m.scheme.stages[1].mass = f64::NAN), SchemeError::NotFinite { stage: 1 });
+    assert_eq!(scheme(|m| m.scheme.stages[0].mass_history[3] = 1.0), SchemeError::BadStage { stage: 0 });
+    assert_eq!(scheme(|m| m.scheme.stages[1].stiffness = 0.0), SchemeError::BadStage { stage: 1 });
+    assert!(matches!(scheme(|m| m.scheme.stages[0].mass = 15.0), SchemeError::Inconsistent { stage: 0, .. }));
+    assert!(matches!(scheme(|m| m.scheme.finish[2][0] = 18.0), SchemeError::Inconsistent { stage: 2, .. }));
     let axis = |place, edit: fn(&mut Metadata<'_>)| {
         assert_eq!(rewritten(edit), Err(FormatError::Axis { axis: place }))
     };
@@ -245,10 +160,84 @@ fn refusals_13_to_17_metadata() {
     axis(0, |m| m.axes[0].upper = f64::NAN);
     axis(0, |m| m.axes[0].log = true);
     axis(5, |m| m.axes[5].n_points = 1);
+    axis(0, |m| m.axes[0].role = monomial(f64::NAN, 0));
+    axis(0, |m| m.axes[0].role = monomial(1.0, 1));
+    assert!(rewritten(|m| m.axes[0].role = monomial(1.0, 0)).is_ok());
+    count(Quantity::Regions, |m| m.n_regions = 0);
+    count(Quantity::Regions, |m| m.n_regions = 9);
+    count(Quantity::Parameters, |m| m.n_parameters = 17);
     let nothing = rewritten(|m| {
         (m.diagonal, m.block, m.n_terms, m.n_axes, m.axes[0]) = (false, false, 0, 0, m.axes[1])
     });
     assert_eq!(nothing, Err(FormatError::NoStructure));
+}
+
+/// A coordinate with the stiffness scale of a region in it.
+fn monomial(theta: f64, region: usize) -> AxisRole {
+    let mut stiffness = [0.0; MAX_REGIONS];
+    stiffness[region] = 1.0;
+    AxisRole::Monomial { theta, stiffness, density: [0.0; MAX_REGIONS] }
+}
+
+const STIFFNESS: Parameter<'static> = Parameter {
+    name: "stiffness",
+    unit: "",
+    role: ParameterRole::Stiffness,
+    log: true,
+    lower: 0.5,
+    upper: 2.0,
+    nominal: 1.0,
+};
+
+#[test]
+fn refusal_31_parameters() {
+    type Edit = fn(&mut Parameter<'_>);
+    let with = |second: Parameter<'static>| {
+        rewritten(|m| {
+            m.n_parameters = 2;
+            (m.parameters[0], m.parameters[1]) = (STIFFNESS, second);
+        })
+    };
+    let alpha = Parameter {
+        name: "alpha",
+        unit: "1/s",
+        role: ParameterRole::Alpha,
+        log: false,
+        lower: 0.0,
+        ..STIFFNESS
+    };
+    assert!(with(alpha).is_ok());
+    let refused: [(&str, Edit); 14] = [
+        ("a lower end above the upper", |p| p.lower = 3.0),
+        ("a range of one value", |p| (p.lower, p.upper) = (1.0, 1.0)),
+        ("NaN below", |p| p.lower = f64::NAN),
+        ("NaN above", |p| p.upper = f64::NAN),
+        ("an infinite end", |p| p.upper = f64::INFINITY),
+        ("nominal outside", |p| p.nominal = 2.1),
+        ("nominal not a number", |p| p.nominal = f64::NAN),
+        ("a negative ratio", |p| p.lower = -0.1),
+        ("zero in the logarithm", |p| p.log = true),
+        ("no density at all", |p| p.role = ParameterRole::Density),
+        ("no time step at all", |p| p.role = ParameterRole::TimeStep),
+        ("a region there is not", |p| (p.role, p.lower) = (ParameterRole::RegionDensity { region: 1 }, 0.1)),
+        ("a role twice", |p| (p.role, p.lower) = (ParameterRole::Stiffness, 0.1)),
+        ("a name twice", |p| p.name = "stiffness"),
+    ];
+    for (what, edit) in refused {
+        let mut second = alpha;
+        edit(&mut second);
+        assert_eq!(with(second), Err(FormatError::Parameter { parameter: 1 }), "{what}");
+    }
+    assert_eq!(with(Parameter { name: "", ..alpha }), Err(FormatError::Parameter { parameter: 1 }));
+    let unused = rewritten(|m| m.parameters[3] = STIFFNESS);
+    assert_eq!(unused, Err(FormatError::Parameter { parameter: 3 }));
+    // A region's parameter wants the reduced matrices of the regions.
+    for (role, kind) in
+        [(ParameterRole::RegionStiffness { region: 0 }, 19), (ParameterRole::RegionDensity { region: 0 }, 20)]
+    {
+        let missing = with(Parameter { name: "region", role, ..STIFFNESS });
+        assert_eq!(missing, Err(FormatError::Missing { kind }));
+    }
 }
 
 #[test]
@@ -257,73 +246,31 @@ fn refusals_18_to_26_directory() {
     let at = |kind: SectionKind| entry(&small(), kind);
     let number = |kind: SectionKind| kind.number();
     let probes = at(S::ProbeNames);
-    assert_eq!(
-        refusal(|b| put(b, probes, &900u32.to_le_bytes())),
-        FormatError::UnknownKind { kind: 900 }
-    );
+    assert_eq!(refusal(|b| put(b, probes, &900u32.to_le_bytes())), FormatError::UnknownKind { kind: 900 });
     let kind = number(S::Eigenvalues);
-    assert_eq!(
-        refusal(|b| b[at(S::Eigenvalues) + 4] = 3),
-        FormatError::Element { kind, found: 3 }
-    );
-    assert_eq!(
-        refusal(|b| b[at(S::Eigenvalues) + 4] = 77),
-        FormatError::Element { kind, found: 77 }
-    );
-    assert_eq!(
-        refusal(|b| b[at(S::Eigenvalues) + 5] = 9),
-        FormatError::Codec { kind, found: 9 }
-    );
-    assert_eq!(
-        refusal(|b| b[at(S::Eigenvalues) + 6] = 3),
-        FormatError::Flags { kind, found: 3 }
-    );
+    assert_eq!(refusal(|b| b[at(S::Eigenvalues) + 4] = 3), FormatError::Element { kind, found: 3 });
+    assert_eq!(refusal(|b| b[at(S::Eigenvalues) + 4] = 77), FormatError::Element { kind, found: 77 });
+    assert_eq!(refusal(|b| b[at(S::Eigenvalues) + 5] = 9), FormatError::Codec { kind, found: 9 });
+    assert_eq!(refusal(|b| b[at(S::Eigenvalues) + 6] = 3), FormatError::Flags { kind, found: 3 });
     assert_eq!(
         refusal(|b| b[at(S::Eigenvalues) + 60] = 1),
-        FormatError::NotZero {
-            offset: at(S::Eigenvalues) as u64 + 60
-        }
+        FormatError::NotZero { offset: at(S::Eigenvalues) as u64 + 60 }
     );
     // Probe names and pattern names may both have any length, so the second is refused for its kind alone.
     let twice = refusal(|b| put(b, probes, &number(S::PatternNames).to_le_bytes()));
-    assert_eq!(
-        twice,
-        FormatError::Duplicate {
-            kind: number(S::PatternNames)
-        }
-    );
+    assert_eq!(twice, FormatError::Duplicate { kind: number(S::PatternNames) });
     for wrong in [0u64, 1, u64::MAX, u64::MAX - 63] {
         let moved = refusal(|b| put(b, at(S::Eigenvalues) + 32, &wrong.to_le_bytes()));
-        assert!(
-            matches!(moved, FormatError::Offset { found, .. } if found == wrong),
-            "{moved:?}"
-        );
+        assert!(matches!(moved, FormatError::Offset { found, .. } if found == wrong), "{moved:?}");
         let long = refusal(|b| put(b, at(S::Factors) + 40, &(wrong | 1 << 40).to_le_bytes()));
         assert!(matches!(long, FormatError::Length { .. }), "{long:?}");
         let shape = refusal(|b| put(b, at(S::BlockState) + 8, &wrong.to_le_bytes()));
-        assert!(
-            matches!(shape, FormatError::Shape { axis: 0, .. }),
-            "{shape:?}"
-        );
+        assert!(matches!(shape, FormatError::Shape { axis: 0, .. }), "{shape:?}");
     }
     let free = refusal(|b| put(b, at(S::ProbeNames) + 8, &u64::MAX.to_le_bytes()));
-    assert_eq!(
-        free,
-        FormatError::Length {
-            kind: number(S::ProbeNames),
-            found: 5,
-            expected: u64::MAX
-        }
-    );
+    assert_eq!(free, FormatError::Length { kind: number(S::ProbeNames), found: 5, expected: u64::MAX });
     let decoded = refusal(|b| b[at(S::Eigenvalues) + 48] ^= 1);
-    assert_eq!(
-        decoded,
-        FormatError::Length {
-            kind,
-            found: 17,
-            expected: 16
-        }
-    );
+    assert_eq!(decoded, FormatError::Length { kind, found: 17, expected: 16 });
     let padding = refusal(|b| {
         let end = u32_at(b, at(S::Eigenvalues) + 32) as usize + 16;
         b[end] = 1;
@@ -345,33 +292,21 @@ fn refusals_27_to_30_sections_and_lent_memory() {
     bytes[start] = 0xFF;
     let file = File::parse(&bytes).expect("sections are not read on opening");
     let section = file.section(S::PatternNames).expect("present");
-    assert!(matches!(
-        file.verify_all(),
-        Err(FormatError::SectionChecksum { kind: 12, .. })
-    ));
+    assert!(matches!(file.verify_all(), Err(FormatError::SectionChecksum { kind: 12, .. })));
     assert_eq!(section.text(), Err(FormatError::Text { kind: 12 }));
-    assert_eq!(
-        section.f64s(),
-        Err(FormatError::Element { kind: 12, found: 0 })
-    );
+    assert_eq!(section.f64s(), Err(FormatError::Element { kind: 12, found: 0 }));
     let mut bytes = small();
     let at = entry(&bytes, S::Eigenvalues);
     bytes[at + 5] = Codec::Zstd as u8;
     let bytes = reseal(bytes);
     let file = File::parse(&bytes).expect("described");
     let section = file.section(S::Eigenvalues).expect("present");
-    assert_eq!(
-        section.numbers().map(|n| n.len()),
-        Err(FormatError::Compressed { kind: 5, codec: 1 })
-    );
+    assert_eq!(section.numbers().map(|n| n.len()), Err(FormatError::Compressed { kind: 5, codec: 1 }));
     let file = small();
     let file = File::parse(&file).expect("a file");
     let mut short = [0u8; 100];
     let refused = encode_into(file.metadata(), &[], &mut short);
-    assert!(matches!(
-        refused,
-        Err(FormatError::LentMemory { found: 100, .. })
-    ));
+    assert!(matches!(refused, Err(FormatError::LentMemory { found: 100, .. })));
 }
 
 #[test]
@@ -394,18 +329,14 @@ fn every_flipped_bit_is_noticed_and_every_cut_refused() {
     for at in 0..whole.len() {
         let mut bytes = whole.clone();
         bytes[at] ^= 1 << (at % 8);
-        let noticed = File::parse(&bytes)
-            .and_then(|file| file.verify_all())
-            .is_err();
+        let noticed = File::parse(&bytes).and_then(|file| file.verify_all()).is_err();
         assert!(noticed, "byte {at}");
         assert!(File::parse(&whole[..at]).is_err(), "cut at {at}");
         // The same flip with honest checksums may open; it must not panic, here or in what is read then.
         let bytes = reseal(bytes);
         if let Ok(file) = File::parse(&bytes) {
-            let readable = file
-                .sections()
-                .filter(|s| s.numbers().is_ok_and(|n| n.iter().count() == n.len()))
-                .count();
+            let readable =
+                file.sections().filter(|s| s.numbers().is_ok_and(|n| n.iter().count() == n.len())).count();
             assert!(readable > 0);
         }
     }
@@ -427,6 +358,9 @@ proptest! {
         (metadata.problem, metadata.program, metadata.mesh_hash) = (&problem, &program, hash);
         (metadata.block, metadata.n_terms, metadata.n_axes, metadata.n_modes) = (false, 0, 0, 3);
         metadata.axes[0] = metadata.axes[1];
+        let names_of_it = if program.is_empty() { "p" } else { &program };
+        metadata.n_parameters = 1;
+        metadata.parameters[0] = Parameter { name: names_of_it, unit: &names, ..STIFFNESS };
         let section = |kind, element, stored| SectionInput {
             kind, element, codec: Codec::Raw, required: false,
             shape: if kind == SectionKind::Eigenvalues { [3, 1, 1] } else { [names.len() as u64, 1, 1] },

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, StructureChoice, Surface};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
+use vademecum_tests::regions::{R, TwoRegions, chebyshev};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 struct Counting;
@@ -32,28 +33,49 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn nothing_is_allocated_from_opening_to_reading() {
-    let layout = Layout {
-        rows: 3,
-        load_rows: 2,
-        columns: 3,
-        n_interior: 3,
-        r: 6,
-    };
-    let step = StepParameters {
-        time_step: 1e-3,
-        alpha: 0.1,
-        beta: 1e-6,
-        density: 1.0,
-        stiffness: 1.0,
-    };
+    a_life_at_fixed_parameters();
+    a_life_with_changing_parameters();
+}
+
+fn a_life_with_changing_parameters() {
+    let step = StepParameters { time_step: 2e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
+    let (common, contrast) = (chebyshev(5, 1e-8, 1e-5, true), chebyshev(4, 0.5, 2.0, true));
+    let bytes = TwoRegions::new(1).separated(&bathe(), &step, &common, &contrast, &[0.5, 2.0]);
+    let file = File::parse(&bytes).expect("file");
+    let options = SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() };
+    let sizes = Scene::<f32>::sizes(&file, &options).expect("sizes");
+    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    let (mut state, mut loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let mut scene = Scene::bind(&file, &options, &mut memory, &mut work).expect("bound");
+    let mut state = State::new(&scene, &mut state).expect("memory");
+    let mut loads = Loads::new(&scene, &mut loads).expect("memory");
+    let names =
+        ["soft", "dense", "step"].map(|name| SceneOptions::find(file.metadata(), name).expect("known"));
+    scene.set_parameter(names[1], 0.7, &mut state, &mut work).expect("dense");
+    scene.set(&mut state, &[0.1; R], &[0.0; R], &loads).expect("set");
+    for n in 0..200 {
+        let value = 0.5 + 0.007 * f64::from(n);
+        scene.set_parameter(names[0], value, &mut state, &mut work).expect("soft");
+        scene.set_parameter(names[2], 2e-3 * value, &mut state, &mut work).expect("step");
+        assert!(scene.set_parameter(names[1], 5.0, &mut state, &mut work).is_err());
+        loads.clear();
+        loads.add_pattern(&scene, 0, 0.1).expect("pattern");
+        scene.step(&mut state, &loads).expect("step");
+    }
+    let energy = scene.energy(&state).expect("energy");
+    let after = ALLOCATIONS.load(Ordering::Relaxed);
+    assert_eq!(after - before, 0);
+    assert!(energy > 0.0 && energy.is_finite());
+}
+
+fn a_life_at_fixed_parameters() {
+    let layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 3, r: 6 };
+    let step = StepParameters { time_step: 1e-3, alpha: 0.1, beta: 1e-6, density: 1.0, stiffness: 1.0 };
     let bytes = Body::closed(layout, 1).file(&bathe(), &step, Element::F32);
     for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
-        let options = SceneOptions {
-            structure,
-            ..SceneOptions::default()
-        };
-        let sizes =
-            Scene::<f32>::sizes(&File::parse(&bytes).expect("file"), &options).expect("sizes");
+        let options = SceneOptions { structure, ..SceneOptions::default() };
+        let sizes = Scene::<f32>::sizes(&File::parse(&bytes).expect("file"), &options).expect("sizes");
         let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
         let (mut state, mut loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
         let mut body = vec![0.0; 3 * layout.n_nodes()];
@@ -63,32 +85,19 @@ fn nothing_is_allocated_from_opening_to_reading() {
         let scene = Scene::bind(&file, &options, &mut memory, &mut work).expect("bound");
         let mut state = State::new(&scene, &mut state).expect("memory");
         let mut loads = Loads::new(&scene, &mut loads).expect("memory");
-        let point = Surface::new(&file)
-            .expect("surface")
-            .locate([0.3, 0.4, 2.0])
-            .expect("somewhere");
-        let contact = Contact {
-            nodes: point.nodes,
-            weights: point.weights,
-            force: [0.0, 0.0, -1.0],
-        };
-        scene
-            .set(&mut state, &[0.1; 6], &[0.0; 6], &loads)
-            .expect("set");
+        let point = Surface::new(&file).expect("surface").locate([0.3, 0.4, 2.0]).expect("somewhere");
+        let contact = Contact { nodes: point.nodes, weights: point.weights, force: [0.0, 0.0, -1.0] };
+        scene.set(&mut state, &[0.1; 6], &[0.0; 6], &loads).expect("set");
         for _ in 0..1000 {
             loads.clear();
             loads.add_contact(&scene, &contact).expect("contact");
             loads.add_pattern(&scene, 0, 0.1).expect("pattern");
             scene.step(&mut state, &loads).expect("step");
         }
-        scene
-            .body_into(&state, Field::Displacement, &mut body)
-            .expect("body");
+        scene.body_into(&state, Field::Displacement, &mut body).expect("body");
         let energy = scene.energy(&state).expect("energy");
         let probe = scene.probe(&state, 0, Field::Velocity).expect("probe");
-        let at_point = scene
-            .point(&state, &point, Field::Displacement)
-            .expect("point");
+        let at_point = scene.point(&state, &point, Field::Displacement).expect("point");
         let after = ALLOCATIONS.load(Ordering::Relaxed);
         assert_eq!(after - before, 0, "{structure:?}");
         assert!(energy > 0.0 && probe.is_finite() && at_point[2] != 0.0);

@@ -1,8 +1,7 @@
 //! The fused step against the printed schemes, its long run, its precision and its promises about states and loads.
 
 use vademecum_eval::{
-    BindError, Contact, Field, LoadError, Scene, SceneOptions, Status, StepError, Structure,
-    StructureChoice,
+    BindError, Contact, Field, LoadError, Scene, SceneOptions, Status, StepError, Structure, StructureChoice,
 };
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
 use vademecum_format::{Element, File};
@@ -10,55 +9,32 @@ use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, bathe, newmark};
 use vademecum_tests::textbook::Textbook;
 
-const LAYOUT: Layout = Layout {
-    rows: 3,
-    load_rows: 2,
-    columns: 3,
-    n_interior: 3,
-    r: 6,
-};
+const LAYOUT: Layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 3, r: 6 };
 
 fn parameters() -> StepParameters {
-    StepParameters {
-        time_step: 5e-3,
-        alpha: 0.3,
-        beta: 2e-5,
-        density: 1.0,
-        stiffness: 1.0,
-    }
+    StepParameters { time_step: 5e-3, alpha: 0.3, beta: 2e-5, density: 1.0, stiffness: 1.0 }
 }
 
 fn contact() -> Contact {
-    Contact {
-        nodes: [1, 4, 3],
-        weights: [0.2, 0.5, 0.3],
-        force: [1.0, -2.0, 0.7],
-    }
+    Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.7] }
 }
 
 /// The contact as forces on dofs.
 fn on_dofs(contact: &Contact, amplitude: f64) -> Vec<(usize, f64)> {
     let nodes = contact.nodes.iter().zip(contact.weights);
     nodes
-        .flat_map(|(&node, w)| {
-            (0..3).map(move |c| (3 * node as usize + c, w * amplitude * contact.force[c]))
-        })
+        .flat_map(|(&node, w)| (0..3).map(move |c| (3 * node as usize + c, w * amplitude * contact.force[c])))
         .collect()
 }
 
 /// The synthetic load pattern as forces on dofs.
 fn pattern(amplitude: f64) -> Vec<(usize, f64)> {
     let last = 3 * LAYOUT.n_nodes() - 3;
-    (0..3)
-        .flat_map(|c| [(c, amplitude), (last + c, 2.0 * amplitude)])
-        .collect()
+    (0..3).flat_map(|c| [(c, amplitude), (last + c, 2.0 * amplitude)]).collect()
 }
 
 fn options(structure: StructureChoice) -> SceneOptions {
-    SceneOptions {
-        structure,
-        ..SceneOptions::default()
-    }
+    SceneOptions { structure, ..SceneOptions::default() }
 }
 
 /// Largest difference of ζ over 300 steps, relative to the largest ζ; the load is a ramp of contact and pattern, then nothing.
@@ -73,20 +49,12 @@ fn distance(
         let (mut worst, mut largest) = (0.0f64, 0.0f64);
         for n in 0..300 {
             let amplitude = |instant: f64| {
-                if n < 40 {
-                    0.1 * (f64::from(n) + instant)
-                } else {
-                    0.0
-                }
+                if n < 40 { 0.1 * (f64::from(n) + instant) } else { 0.0 }
             };
             let at = scheme.instants().map(amplitude);
             loads.clear();
-            loads
-                .add_contact_staged(scene, &contact(), &at)
-                .expect("contact");
-            loads
-                .add_pattern_staged(scene, 0, &at.map(|a| 0.3 * a))
-                .expect("pattern");
+            loads.add_contact_staged(scene, &contact(), &at).expect("contact");
+            loads.add_pattern_staged(scene, 0, &at.map(|a| 0.3 * a)).expect("pattern");
             scene.step(state, loads).expect("step");
             let forces = [0, 1, 2].map(|stage: usize| {
                 let mut dofs = on_dofs(&contact(), at[stage]);
@@ -116,8 +84,7 @@ fn fused_step_is_the_printed_bathe_step() {
         (StructureChoice::Diagonal, Textbook::galerkin(&body, step)),
         (StructureChoice::Block, Textbook::projected(&body, step)),
     ] {
-        let march =
-            |book: &mut Textbook, forces: &[Vec<f64>; 3]| book.bathe(&forces[1], &forces[2]);
+        let march = |book: &mut Textbook, forces: &[Vec<f64>; 3]| book.bathe(&forces[1], &forces[2]);
         let error = distance(&bytes, &options(structure), &scheme, book, march);
         assert!(error < REFERENCE_LOSS, "{structure:?}: {error:e}");
     }
@@ -133,8 +100,7 @@ fn fused_step_is_the_printed_newmark_step() {
             (StructureChoice::Diagonal, Textbook::galerkin(&body, step)),
             (StructureChoice::Block, Textbook::projected(&body, step)),
         ] {
-            let march =
-                |book: &mut Textbook, forces: &[Vec<f64>; 3]| book.newmark(b, g, &forces[1]);
+            let march = |book: &mut Textbook, forces: &[Vec<f64>; 3]| book.newmark(b, g, &forces[1]);
             let error = distance(&bytes, &options(structure), &scheme, book, march);
             assert!(error < REFERENCE_LOSS, "{structure:?} {b} {g}: {error:e}");
         }
@@ -149,13 +115,7 @@ fn the_two_structures_differ_on_an_open_basis() {
     let bytes = body.file(&scheme, &step, Element::F64);
     let march = |book: &mut Textbook, forces: &[Vec<f64>; 3]| book.bathe(&forces[1], &forces[2]);
     let book = Textbook::projected(&body, step);
-    let error = distance(
-        &bytes,
-        &options(StructureChoice::Diagonal),
-        &scheme,
-        book,
-        march,
-    );
+    let error = distance(&bytes, &options(StructureChoice::Diagonal), &scheme, book, march);
     assert!(error > 1e-6, "{error:e}");
 }
 
@@ -164,13 +124,7 @@ fn diagonal_scene_takes_any_parameters() {
     let body = Body::open(LAYOUT, 3);
     let scheme = bathe();
     let bytes = body.file(&scheme, &parameters(), Element::F64);
-    let other = StepParameters {
-        time_step: 2e-3,
-        alpha: 1.5,
-        beta: 1e-4,
-        density: 0.7,
-        stiffness: 2.5,
-    };
+    let other = StepParameters { time_step: 2e-3, alpha: 1.5, beta: 1e-4, density: 0.7, stiffness: 2.5 };
     let options = SceneOptions {
         time_step: Some(2e-3),
         alpha: Some(1.5),
@@ -180,13 +134,7 @@ fn diagonal_scene_takes_any_parameters() {
         ..options(StructureChoice::Diagonal)
     };
     let march = |book: &mut Textbook, forces: &[Vec<f64>; 3]| book.bathe(&forces[1], &forces[2]);
-    let error = distance(
-        &bytes,
-        &options,
-        &scheme,
-        Textbook::galerkin(&body, other),
-        march,
-    );
+    let error = distance(&bytes, &options, &scheme, Textbook::galerkin(&body, other), march);
     assert!(error < REFERENCE_LOSS, "{error:e}");
 }
 
@@ -194,22 +142,13 @@ fn diagonal_scene_takes_any_parameters() {
 fn block_scene_names_what_it_was_not_built_for() {
     let bytes = Body::open(LAYOUT, 3).file(&bathe(), &parameters(), Element::F64);
     let file = File::parse(&bytes).expect("a file");
-    let changed = SceneOptions {
-        stiffness: 1.1,
-        ..options(StructureChoice::Block)
-    };
+    let changed = SceneOptions { stiffness: 1.1, ..options(StructureChoice::Block) };
     let sizes = Scene::<f64>::sizes(&file, &changed).expect("sizes");
     let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
     let refused = Scene::bind(&file, &changed, &mut memory, &mut work);
-    assert!(
-        matches!(refused, Err(BindError::Fixed { stage: 0, .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(BindError::Fixed { stage: 0, .. })), "{refused:?}");
     // The same scale on both leaves θ alone.
-    let both = SceneOptions {
-        density: 1.1,
-        ..changed
-    };
+    let both = SceneOptions { density: 1.1, ..changed };
     let scene = Scene::bind(&file, &both, &mut memory, &mut work).expect("same theta");
     assert_eq!(scene.structure(), Structure::Block);
 }
@@ -218,38 +157,25 @@ fn block_scene_names_what_it_was_not_built_for() {
 fn single_precision_stays_near_double() {
     // The bound is the project's: 2e-3 after 2e5 steps (an f32 march with printed formulas reaches 35 to 150 %).
     let layout = Layout { r: 8, ..LAYOUT };
-    let step = StepParameters {
-        time_step: 1e-3,
-        alpha: 0.0,
-        beta: 0.0,
-        density: 1.0,
-        stiffness: 1.0,
-    };
+    let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
     let bytes = Body::open(layout, 4).file(&newmark(0.25, 0.5), &step, Element::F64);
     for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
-        let single =
-            with_scene::<f32, Vec<f64>>(&bytes, &options(structure), |scene, state, loads| {
-                loads.add_contact(scene, &contact()).expect("contact");
-                for _ in 0..200_000 {
-                    scene.step(state, loads).expect("step");
-                }
-                state.zeta().iter().map(|&z| f64::from(z)).collect()
-            });
-        let double =
-            with_scene::<f64, Vec<f64>>(&bytes, &options(structure), |scene, state, loads| {
-                loads.add_contact(scene, &contact()).expect("contact");
-                for _ in 0..200_000 {
-                    scene.step(state, loads).expect("step");
-                }
-                state.zeta().to_vec()
-            });
+        let single = with_scene::<f32, Vec<f64>>(&bytes, &options(structure), |scene, state, loads| {
+            loads.add_contact(scene, &contact()).expect("contact");
+            for _ in 0..200_000 {
+                scene.step(state, loads).expect("step");
+            }
+            state.zeta().iter().map(|&z| f64::from(z)).collect()
+        });
+        let double = with_scene::<f64, Vec<f64>>(&bytes, &options(structure), |scene, state, loads| {
+            loads.add_contact(scene, &contact()).expect("contact");
+            for _ in 0..200_000 {
+                scene.step(state, loads).expect("step");
+            }
+            state.zeta().to_vec()
+        });
         let norm = double.iter().map(|z| z * z).sum::<f64>().sqrt();
-        let apart = single
-            .iter()
-            .zip(&double)
-            .map(|(a, b)| (a - b).powi(2))
-            .sum::<f64>()
-            .sqrt();
+        let apart = single.iter().zip(&double).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         println!("{structure:?}: f32 - f64 = {:.2e}", apart / norm);
         assert!(apart <= 2e-3 * norm, "{structure:?}: {:e}", apart / norm);
     }
@@ -258,37 +184,27 @@ fn single_precision_stays_near_double() {
 #[test]
 fn ten_million_steps_stay_bounded() {
     let layout = Layout { r: 8, ..LAYOUT };
-    let step = StepParameters {
-        time_step: 1e-3,
-        alpha: 0.0,
-        beta: 0.0,
-        density: 1.0,
-        stiffness: 1.0,
-    };
+    let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
     let bytes = Body::open(layout, 5).file(&newmark(0.25, 0.5), &step, Element::F64);
-    with_scene::<f64, ()>(
-        &bytes,
-        &options(StructureChoice::Diagonal),
-        |scene, state, loads| {
-            loads.add_contact(scene, &contact()).expect("contact");
-            for _ in 0..100 {
-                scene.step(state, loads).expect("step");
-            }
-            loads.clear();
+    with_scene::<f64, ()>(&bytes, &options(StructureChoice::Diagonal), |scene, state, loads| {
+        loads.add_contact(scene, &contact()).expect("contact");
+        for _ in 0..100 {
             scene.step(state, loads).expect("step");
-            let released = scene.energy(state).expect("energy");
-            let mut largest = 0.0f64;
-            for n in 0..10_000_000 {
-                scene.step(state, loads).expect("step");
-                if n % 1000 == 0 {
-                    largest = largest.max(scene.energy(state).expect("energy") / released);
-                }
+        }
+        loads.clear();
+        scene.step(state, loads).expect("step");
+        let released = scene.energy(state).expect("energy");
+        let mut largest = 0.0f64;
+        for n in 0..10_000_000 {
+            scene.step(state, loads).expect("step");
+            if n % 1000 == 0 {
+                largest = largest.max(scene.energy(state).expect("energy") / released);
             }
-            println!("largest energy over energy at release: {largest}");
-            // The project's bound; the trapezoidal rule conserves this energy, so what is seen is rounding.
-            assert!(largest < 1.05 && largest > 0.95, "{largest}");
-        },
-    );
+        }
+        println!("largest energy over energy at release: {largest}");
+        // The project's bound; the trapezoidal rule conserves this energy, so what is seen is rounding.
+        assert!(largest < 1.05 && largest > 0.95, "{largest}");
+    });
 }
 
 #[test]
@@ -296,8 +212,7 @@ fn a_saved_state_comes_back_bit_for_bit() {
     let bytes = Body::open(LAYOUT, 6).file(&bathe(), &parameters(), Element::F32);
     for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
         with_scene::<f32, ()>(&bytes, &options(structure), |scene, state, loads| {
-            let run = |state: &mut vademecum_eval::State<'_, f32>,
-                       loads: &vademecum_eval::Loads<'_, f32>| {
+            let run = |state: &mut vademecum_eval::State<'_, f32>, loads: &vademecum_eval::Loads<'_, f32>| {
                 (0..100).for_each(|_| {
                     scene.step(state, loads).expect("step");
                 });
@@ -327,30 +242,15 @@ fn what_is_not_finite_is_refused_and_changes_nothing() {
             let (mut before, mut after) = ([0.0f32; 18], [0.0f32; 18]);
             state.save_into(&mut before).expect("length");
             for bad in [f64::NAN, f64::INFINITY] {
-                let force = Contact {
-                    force: [0.0, bad, 0.0],
-                    ..contact()
-                };
+                let force = Contact { force: [0.0, bad, 0.0], ..contact() };
                 assert_eq!(loads.add_contact(scene, &force), Err(LoadError::NotFinite));
                 assert_eq!(loads.add_pattern(scene, 0, bad), Err(LoadError::NotFinite));
             }
-            let far = Contact {
-                nodes: [1, 4, 6],
-                ..contact()
-            };
-            assert_eq!(
-                loads.add_contact(scene, &far),
-                Err(LoadError::NotLoadable { node: 6, limit: 6 })
-            );
-            assert_eq!(
-                loads.add_pattern(scene, 1, 1.0),
-                Err(LoadError::NoPattern { index: 1, count: 1 })
-            );
+            let far = Contact { nodes: [1, 4, 6], ..contact() };
+            assert_eq!(loads.add_contact(scene, &far), Err(LoadError::NotLoadable { node: 6, limit: 6 }));
+            assert_eq!(loads.add_pattern(scene, 1, 1.0), Err(LoadError::NoPattern { index: 1, count: 1 }));
             // Finite in f64, not in the scene's f32: the step finds out.
-            let huge = Contact {
-                force: [1e300, 0.0, 0.0],
-                ..contact()
-            };
+            let huge = Contact { force: [1e300, 0.0, 0.0], ..contact() };
             loads.add_contact(scene, &huge).expect("finite");
             assert_eq!(scene.step(state, loads), Err(StepError::NotFinite));
             state.save_into(&mut after).expect("length");
@@ -363,10 +263,7 @@ fn what_is_not_finite_is_refused_and_changes_nothing() {
 
 #[test]
 fn a_damped_body_comes_to_rest_and_stays() {
-    let step = StepParameters {
-        alpha: 300.0,
-        ..parameters()
-    };
+    let step = StepParameters { alpha: 300.0, ..parameters() };
     let bytes = Body::open(LAYOUT, 8).file(&bathe(), &step, Element::F32);
     for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
         with_scene::<f32, ()>(&bytes, &options(structure), |scene, state, loads| {
@@ -384,27 +281,18 @@ fn a_damped_body_comes_to_rest_and_stays() {
 #[test]
 fn held_and_staged_loads_agree() {
     let bytes = Body::open(LAYOUT, 9).file(&bathe(), &parameters(), Element::F64);
-    let held = with_scene::<f64, Vec<f64>>(
-        &bytes,
-        &options(StructureChoice::Block),
-        |scene, state, loads| {
+    let held =
+        with_scene::<f64, Vec<f64>>(&bytes, &options(StructureChoice::Block), |scene, state, loads| {
             loads.add_contact(scene, &contact()).expect("contact");
             scene.step(state, loads).expect("step");
             state.zeta().to_vec()
-        },
-    );
-    with_scene::<f64, ()>(
-        &bytes,
-        &options(StructureChoice::Block),
-        |scene, state, loads| {
-            loads
-                .add_contact_staged(scene, &contact(), &[1.0; 1 + MAX_STAGES])
-                .expect("contact");
-            scene.step(state, loads).expect("step");
-            // Bathe's load weights are 0 and 1: the same bits.
-            assert_eq!(state.zeta(), held);
-        },
-    );
+        });
+    with_scene::<f64, ()>(&bytes, &options(StructureChoice::Block), |scene, state, loads| {
+        loads.add_contact_staged(scene, &contact(), &[1.0; 1 + MAX_STAGES]).expect("contact");
+        scene.step(state, loads).expect("step");
+        // Bathe's load weights are 0 and 1: the same bits.
+        assert_eq!(state.zeta(), held);
+    });
 }
 
 #[test]
@@ -412,9 +300,8 @@ fn setting_a_state_gives_the_acceleration_of_the_equation_of_motion() {
     let body = Body::open(LAYOUT, 10);
     let step = parameters();
     let bytes = body.file(&bathe(), &step, Element::F64);
-    let (zeta, rate): (Vec<f64>, Vec<f64>) = (0..6)
-        .map(|k| (0.01 * f64::from(k), 1.0 - f64::from(k)))
-        .unzip();
+    let (zeta, rate): (Vec<f64>, Vec<f64>) =
+        (0..6).map(|k| (0.01 * f64::from(k), 1.0 - f64::from(k))).unzip();
     for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
         with_scene::<f64, ()>(&bytes, &options(structure), |scene, state, loads| {
             loads.add_contact(scene, &contact()).expect("contact");
@@ -428,8 +315,7 @@ fn setting_a_state_gives_the_acceleration_of_the_equation_of_motion() {
                 let expected = step.time_step.powi(2) * (terms[0] - terms[1] - terms[2]);
                 let found = state.scaled_acceleration()[k];
                 // A dozen roundings of the terms, and of the sums behind them.
-                let allowed =
-                    1e-13 * step.time_step.powi(2) * terms.iter().map(|t| t.abs()).sum::<f64>();
+                let allowed = 1e-13 * step.time_step.powi(2) * terms.iter().map(|t| t.abs()).sum::<f64>();
                 assert!((found - expected).abs() <= allowed, "{found} {expected}");
                 assert_eq!(state.zeta()[k], zeta[k]);
             }
@@ -441,48 +327,34 @@ fn setting_a_state_gives_the_acceleration_of_the_equation_of_motion() {
 fn outputs_are_rows_of_the_basis_times_the_state() {
     let body = Body::open(LAYOUT, 11);
     let bytes = body.file(&bathe(), &parameters(), Element::F64);
-    with_scene::<f64, ()>(
-        &bytes,
-        &options(StructureChoice::Auto),
-        |scene, state, loads| {
-            assert_eq!(scene.structure(), Structure::Diagonal);
-            loads.add_contact(scene, &contact()).expect("contact");
-            (0..20).for_each(|_| assert_eq!(scene.step(state, loads), Ok(Status::Moving)));
-            let n = LAYOUT.n_nodes();
-            let (mut whole, mut surface) = (vec![0.0; 3 * n], vec![0.0; 3 * LAYOUT.n_surface()]);
-            for field in [Field::Displacement, Field::Velocity] {
-                scene.body_into(state, field, &mut whole).expect("body");
-                scene
-                    .surface_into(state, field, &mut surface)
-                    .expect("surface");
-                assert_eq!(surface, whole[..surface.len()]);
-                let (x, scale) = match field {
-                    Field::Displacement => (state.zeta(), 1.0),
-                    Field::Velocity => (state.scaled_velocity(), 1.0 / 5e-3),
-                };
-                for (dof, row) in body.basis.chunks_exact(6).enumerate() {
-                    let expected = scale * row.iter().zip(x).map(|(b, x)| b * x).sum::<f64>();
-                    // Six products and their sum in another order.
-                    let allowed =
-                        1e-14 * scale * row.iter().zip(x).map(|(b, x)| (b * x).abs()).sum::<f64>();
-                    assert!((whole[dof] - expected).abs() <= allowed);
-                    let at_node = scene.node(state, dof / 3, field).expect("node")[dof % 3];
-                    assert!((at_node - expected).abs() <= allowed);
-                    if dof < 3 {
-                        assert!(
-                            (scene.probe(state, dof, field).expect("probe") - expected).abs()
-                                <= allowed
-                        );
-                    }
+    with_scene::<f64, ()>(&bytes, &options(StructureChoice::Auto), |scene, state, loads| {
+        assert_eq!(scene.structure(), Structure::Diagonal);
+        loads.add_contact(scene, &contact()).expect("contact");
+        (0..20).for_each(|_| assert_eq!(scene.step(state, loads), Ok(Status::Moving)));
+        let n = LAYOUT.n_nodes();
+        let (mut whole, mut surface) = (vec![0.0; 3 * n], vec![0.0; 3 * LAYOUT.n_surface()]);
+        for field in [Field::Displacement, Field::Velocity] {
+            scene.body_into(state, field, &mut whole).expect("body");
+            scene.surface_into(state, field, &mut surface).expect("surface");
+            assert_eq!(surface, whole[..surface.len()]);
+            let (x, scale) = match field {
+                Field::Displacement => (state.zeta(), 1.0),
+                Field::Velocity => (state.scaled_velocity(), 1.0 / 5e-3),
+            };
+            for (dof, row) in body.basis.chunks_exact(6).enumerate() {
+                let expected = scale * row.iter().zip(x).map(|(b, x)| b * x).sum::<f64>();
+                // Six products and their sum in another order.
+                let allowed = 1e-14 * scale * row.iter().zip(x).map(|(b, x)| (b * x).abs()).sum::<f64>();
+                assert!((whole[dof] - expected).abs() <= allowed);
+                let at_node = scene.node(state, dof / 3, field).expect("node")[dof % 3];
+                assert!((at_node - expected).abs() <= allowed);
+                if dof < 3 {
+                    assert!((scene.probe(state, dof, field).expect("probe") - expected).abs() <= allowed);
                 }
             }
-            assert!(scene.probe(state, 3, Field::Displacement).is_err());
-            assert!(scene.node(state, n, Field::Displacement).is_err());
-            assert!(
-                scene
-                    .body_into(state, Field::Velocity, &mut surface)
-                    .is_err()
-            );
-        },
-    );
+        }
+        assert!(scene.probe(state, 3, Field::Displacement).is_err());
+        assert!(scene.node(state, n, Field::Displacement).is_err());
+        assert!(scene.body_into(state, Field::Velocity, &mut surface).is_err());
+    });
 }

@@ -26,3 +26,8 @@ mod toml_line;
 
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;
+
+// The numbers worked out by hand on that page are compiled and asserted by the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/theory/1-one-oscillator.md")]
+struct OneOscillator;

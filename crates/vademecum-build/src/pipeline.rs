@@ -273,6 +273,8 @@ impl Prepared {
 /// # Errors
 /// [`BuildError`], by cause.
 pub fn prepare(problem: &Problem, watch: &mut Stopwatch<'_>, listener: &dyn Listener) -> Result<Prepared, BuildError> {
+    // Faer's dense kernels split sums by the number of threads; one order for all makes the same bytes on every machine.
+    faer::set_global_parallelism(faer::Par::Seq);
     let scheme = problem.time.scheme.table()?;
     let rayleigh = damping(problem).rayleigh()?;
     let mesh = watch.stage("read mesh", || read_mesh(problem))?;
@@ -430,13 +432,15 @@ impl Context<'_> {
     }
 }
 
-/// Bathe at few steps per period eats energy: say so while it can still be changed.
+/// A dissipative scheme at few steps per period eats energy: say so while it can still be changed. What matters is the
+/// loss over a second; over a period where that is longer.
 fn warn_about_step(steps: f64, scheme: &SchemeTable, dt: f64, period: f64, listener: &dyn Listener) {
     let damping = numerical_damping(scheme, std::f64::consts::TAU * dt / period, 0.0);
-    let kept = (-std::f64::consts::TAU * damping.ratio.unwrap_or(1.0) / period).exp();
+    let (span, name) = if period < 1.0 { (1.0, "second") } else { (period, "period") };
+    let kept = (-std::f64::consts::TAU * damping.ratio.unwrap_or(1.0) * span / period).exp();
     if kept < 0.95 {
         listener.note(&format!(
-            "{steps:.1} steps per first period: the scheme itself takes {:.0} % of the first mode's amplitude each second; \
+            "{steps:.1} steps per first period: the scheme itself takes {:.0} % of the first mode's amplitude each {name}; \
              a smaller `time.step`, Newmark or generalized-alpha keeps it",
             100.0 * (1.0 - kept)
         ));

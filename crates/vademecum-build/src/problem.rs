@@ -279,7 +279,7 @@ pub struct SnapshotPlan {
     pub hold: Option<f64>,
     /// Length of each run \[s\]; absent: three first periods.
     pub duration: Option<f64>,
-    /// A snapshot is kept every `stride` steps; absent: about 200 per run.
+    /// A snapshot is kept every `stride` steps; absent: about 60 snapshots per run.
     pub stride: Option<usize>,
     /// Snapshots of another program: `.npy` of shape (3 × nodes, snapshots), dof `3 node + component`.
     pub npy: Option<PathBuf>,

@@ -7,6 +7,7 @@
 //! Source: chapter 5, eqs. (5.5), (5.6), with the state entering linearly and exactly instead of through axes
 //! (method.md §3).
 
+use faer::prelude::Solve as _;
 use faer::{Mat, MatRef};
 
 use crate::fem::{FactorError, Pencil, Solve, Symbolic};
@@ -49,10 +50,45 @@ impl StageResponse {
         let state = Mat::from_fn(basis.ncols(), basis.ncols(), |i, j| 0.5 * (product[(i, j)] + product[(j, i)]));
         Ok(Self { theta, increment, state, residual })
     }
+
+    /// The same inside the basis only, as a Galerkin reduced model has it: `H = B C` with `C = (I + θA)⁻¹`, `A = BᵀKB`.
+    ///
+    /// `E = C − I = −θA (I + θA)⁻¹`. What leaves the span of `B` within the step is lost; kept to compare with.
+    ///
+    /// # Panics
+    /// If `stiffness`, `BᵀKB` of shape (r, r), is not positive semidefinite.
+    pub fn galerkin(basis: MatRef<'_, f64>, stiffness: MatRef<'_, f64>, theta: f64) -> Self {
+        let r = basis.ncols();
+        let scaled = Mat::from_fn(r, r, |i, j| theta * stiffness[(i, j)]);
+        let shifted = Mat::from_fn(r, r, |i, j| scaled[(i, j)] + f64::from(u8::from(i == j)));
+        let factor = shifted.llt(faer::Side::Lower).expect("I + θA is positive definite");
+        let solved = factor.solve(&scaled);
+        let state = Mat::from_fn(r, r, |i, j| -0.5 * (solved[(i, j)] + solved[(j, i)]));
+        Self { theta, increment: basis * &state, state, residual: 0.0 }
+    }
 }
 
 /// The same inside the basis only (Galerkin), for coordinates in which `BᵀKB = diag(λ)`: `e_k = −θλ_k/(1 + θλ_k)`.
 pub fn galerkin_increment(theta: f64, eigenvalue: f64) -> f64 {
     let x = theta * eigenvalue;
     -x / (1.0 + x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn galerkin_in_ritz_coordinates_is_the_closed_form() {
+        let eigenvalues = [3.0, 40.0, 5e4];
+        let stiffness = Mat::from_fn(3, 3, |i, j| if i == j { eigenvalues[i] } else { 0.0 });
+        let basis = Mat::from_fn(5, 3, |i, j| (1 + i * 3 + j) as f64);
+        let response = StageResponse::galerkin(basis.as_ref(), stiffness.as_ref(), 0.02);
+        for (k, &eigenvalue) in eigenvalues.iter().enumerate() {
+            let expected = galerkin_increment(0.02, eigenvalue);
+            // Two roundings against one.
+            assert!((response.state[(k, k)] - expected).abs() <= 4.0 * f64::EPSILON);
+            assert!((response.increment[(4, k)] - basis[(4, k)] * expected).abs() <= 16.0 * f64::EPSILON * basis[(4, k)]);
+        }
+    }
 }

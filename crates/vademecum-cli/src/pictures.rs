@@ -1,5 +1,6 @@
 //! Pictures as SVG: line charts and the outline of a body.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
@@ -137,64 +138,94 @@ pub struct Outline<'a> {
     pub marks: &'a [(usize, [f64; 3])],
 }
 
-/// Writes the surface of a body, seen from a corner, far triangles first.
+/// Writes the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.
+///
+/// Written by hand and not by plotters, which makes two elements of each triangle: neighbours of one shade share a path,
+/// which keeps the picture of some thousand triangles small enough for a page.
 pub fn outline(path: &Path, view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
-    // An isometric view: x to the lower right, y to the lower left, z up.
-    let project = |p: [f64; 3]| ((p[0] - p[1]) * 0.866, (p[0] + p[1]) * -0.5 + p[2]);
-    let depth = |p: [f64; 3]| p[0] + p[1] + p[2];
-    let corner = |t: &[u32; 3], k: usize| nodes[t[k] as usize];
-    // Faces seen from behind are hidden by those in front; the viewer looks along (−1, −1, −1).
-    let faces_viewer =
-        |t: &&[u32; 3]| normal(corner(t, 0), corner(t, 1), corner(t, 2)).iter().sum::<f64>() > 0.0;
-    let mut order: Vec<&[u32; 3]> = triangles.iter().filter(faces_viewer).collect();
-    let middle = |t: &[u32; 3]| (0..3).map(|k| depth(corner(t, k))).sum::<f64>();
-    order.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
+    let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
+    let mut facing: Vec<[[f64; 3]; 3]> = triangles.iter().map(corners).filter(faces_viewer).collect();
+    let distance = |t: &[[f64; 3]; 3]| t.iter().flatten().sum::<f64>();
+    facing.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let pixel = Frame::around(facing.iter().flatten().map(|&p| project(p)));
 
-    let flat: Vec<(f64, f64)> =
-        triangles.iter().flat_map(|t| (0..3).map(move |k| project(corner(t, k)))).collect();
-    let limits = |value: fn(&(f64, f64)) -> f64| {
-        flat.iter().map(value).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)))
-    };
-    let ((x0, x1), (y0, y1)) = (limits(|p| p.0), limits(|p| p.1));
-    let (width, height) = (f64::from(SIZE.0) - 60.0, f64::from(SIZE.1) - 90.0);
-    let scale = (width / (x1 - x0).max(f64::MIN_POSITIVE)).min(height / (y1 - y0).max(f64::MIN_POSITIVE));
-    let pixel = |p: [f64; 3]| {
-        let (x, y) = project(p);
-        let x = 30.0 + width / 2.0 + scale * (x - 0.5 * (x0 + x1));
-        let y = 60.0 + height / 2.0 - scale * (y - 0.5 * (y0 + y1));
-        (x.round() as i32, y.round() as i32)
-    };
-
-    let root = SVGBackend::new(path, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
-    root.draw(&Text::new(view.title, (20, 14), ("sans-serif", 20)))?;
-    for triangle in order {
-        let points: Vec<(i32, i32)> = (0..3).map(|k| pixel(corner(triangle, k))).collect();
-        let shade = light(corner(triangle, 0), corner(triangle, 1), corner(triangle, 2));
-        root.draw(&Polygon::new(points.clone(), RGBColor(shade, shade, shade.saturating_add(12))))?;
-        let closed = [points[0], points[1], points[2], points[0]];
-        root.draw(&PathElement::new(closed, RGBColor(90, 110, 140).mix(0.5)))?;
+    let (width, height) = SIZE;
+    let mut svg = format!(
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" xmlns=\"http://www.w3.org/2000/svg\">\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
+         <text x=\"20\" y=\"26\" font-family=\"sans-serif\" font-size=\"16\">{}</text>\n\
+         <g stroke=\"#5a6e8c\" stroke-opacity=\".5\" stroke-width=\".6\">\n",
+        view.title
+    );
+    for same in facing.chunk_by(|a, b| light(a) == light(b)) {
+        let shade = light(&same[0]);
+        write!(svg, "<path fill=\"#{shade:02x}{shade:02x}{:02x}\" d=\"", shade.saturating_add(12))?;
+        for triangle in same {
+            let [(a, b), (c, d), (e, f)] = triangle.map(|p| pixel.of(p));
+            write!(svg, "M{a:.1} {b:.1}L{c:.1} {d:.1} {e:.1} {f:.1}z")?;
+        }
+        svg.push_str("\"/>\n");
     }
+    svg.push_str("</g>\n");
     for (color, at) in view.marks {
-        root.draw(&Circle::new(pixel(*at), 2, COLORS[color % COLORS.len()].filled()))?;
+        let (RGBColor(r, g, b), (x, y)) = (COLORS[color % COLORS.len()], pixel.of(*at));
+        writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>")?;
     }
-    root.present()?;
+    svg.push_str("</svg>\n");
+    std::fs::write(path, svg)?;
     Ok(())
 }
 
-/// Grey of a triangle lit from above the viewer.
-fn light(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> u8 {
-    let n = normal(a, b, c);
-    let length = n.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-    let cosine = (0.2 * n[0] + 0.5 * n[1] + 0.84 * n[2]) / length;
-    (170.0 + 70.0 * cosine).clamp(90.0, 240.0) as u8
+/// An isometric view: x to the lower right, y to the lower left, z up; the viewer stands at (1, 1, 1).
+fn project(p: [f64; 3]) -> (f64, f64) {
+    ((p[0] - p[1]) * 0.866, (p[0] + p[1]) * -0.5 + p[2])
 }
 
-/// Normal of a triangle, twice its area long.
-fn normal(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
+/// Whether a triangle shows its outside.
+fn faces_viewer(triangle: &[[f64; 3]; 3]) -> bool {
+    normal(triangle).iter().sum::<f64>() > 0.0
+}
+
+/// Twice the area along the outward normal.
+fn normal([a, b, c]: &[[f64; 3]; 3]) -> [f64; 3] {
     let u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
     let v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+}
+
+/// From the view plane to pixels.
+struct Frame {
+    center: (f64, f64),
+    scale: f64,
+}
+
+impl Frame {
+    /// Fits all points below the title.
+    fn around(points: impl Iterator<Item = (f64, f64)>) -> Self {
+        let empty = (f64::MAX, f64::MIN);
+        let ((x0, x1), (y0, y1)) = points.fold((empty, empty), |((x0, x1), (y0, y1)), (x, y)| {
+            ((x0.min(x), x1.max(x)), (y0.min(y), y1.max(y)))
+        });
+        let fit = |pixels: u32, margin: f64, extent: f64| {
+            (f64::from(pixels) - margin) / extent.max(f64::MIN_POSITIVE)
+        };
+        let scale = fit(SIZE.0, 60.0, x1 - x0).min(fit(SIZE.1, 90.0, y1 - y0));
+        Self { center: (0.5 * (x0 + x1), 0.5 * (y0 + y1)), scale }
+    }
+
+    fn of(&self, p: [f64; 3]) -> (f64, f64) {
+        let (x, y) = project(p);
+        let middle = (0.5 * f64::from(SIZE.0), 0.5 * f64::from(SIZE.1) + 15.0);
+        (middle.0 + self.scale * (x - self.center.0), middle.1 - self.scale * (y - self.center.1))
+    }
+}
+
+/// Grey of a triangle lit from above the viewer.
+fn light(triangle: &[[f64; 3]; 3]) -> u8 {
+    let n = normal(triangle);
+    let length = n.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    let cosine = (0.2 * n[0] + 0.5 * n[1] + 0.84 * n[2]) / length;
+    (170.0 + 70.0 * cosine).clamp(90.0, 240.0) as u8
 }
 
 /// Writes horizontal bars: label, length, what stands at its end. Lengths are shares of the longest.

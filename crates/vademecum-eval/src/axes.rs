@@ -1,115 +1,212 @@
-//! Factors of a separated solution at given parameters: `g_t = Π_a g_ta(μ_a)`.
+//! Where a scene stands on the axes of a separated solution, and the weights of its terms there: `g_t = Π_a g_ta(c_a)`.
+//!
+//! A factor between its points is a sum `Σ_j φ_j(c) f_j` whose basis functions `φ_j` (units, hats or Lagrange cardinals) do not
+//! depend on the term. So they are evaluated once per axis and stage, and a term costs one dot product per axis.
 
 use crate::error::BindError;
-use vademecum_format::{Axis, AxisKind, AxisRole, Metadata};
+use vademecum_format::{Axis, AxisKind, AxisRole, MAX_REGIONS, Metadata};
 
-/// Points and factors of all axes as the file stores them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Factors<'m> {
-    pub points: &'m [[u8; 8]],
-    pub factors: &'m [[u8; 8]],
-}
+/// A coordinate may pass the end of its axis by this much of itself: it is a product of up to 17 powers, the range was computed
+/// from another order of them, and each rounds once or twice.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Where a stage stands on the axes.
-pub(crate) struct StagePlace {
+/// Where a stage stands.
+#[derive(Clone, Copy)]
+pub(crate) struct StagePlace<'p> {
     pub stage: usize,
+    /// The stage's `θ` \[s²\].
     pub theta: f64,
+    /// `κ_q`.
+    pub stiffness: &'p [f64; MAX_REGIONS],
+    /// `ρ_q`.
+    pub density: &'p [f64; MAX_REGIONS],
 }
 
-impl StagePlace {
-    /// The value of an axis; regions have no scale of their own here and stand at their nominal 1.
-    fn value(&self, role: AxisRole) -> Option<f64> {
-        Some(match role {
-            AxisRole::Stage => self.stage as f64,
-            AxisRole::Monomial { theta, .. } => libm::pow(self.theta, theta),
-            _ => return None,
-        })
-    }
-}
-
-impl Factors<'_> {
-    /// Weight of `term` at `place`: the product of its factors.
-    pub fn weight(
-        &self,
-        metadata: &Metadata<'_>,
-        term: usize,
-        place: &StagePlace,
-    ) -> Result<f64, BindError> {
-        let n_terms = metadata.n_terms as usize;
-        let (mut first, mut weight) = (0, 1.0);
-        for (index, axis) in metadata.active_axes().iter().enumerate() {
-            let n = axis.n_points as usize;
-            let value = place
-                .value(axis.role)
-                .ok_or(BindError::UnknownAxis { axis: index })?;
-            let outside = BindError::OutsideAxis { axis: index, value };
-            if !(axis.lower..=axis.upper).contains(&value) {
-                return Err(outside);
+impl StagePlace<'_> {
+    /// The coordinate of an axis; `None` for a role this evaluator does not know.
+    fn coordinate(&self, role: &AxisRole) -> Option<f64> {
+        match role {
+            AxisRole::Stage => Some(self.stage as f64),
+            AxisRole::Monomial { theta, stiffness, density } => {
+                let scales = self.stiffness.iter().zip(stiffness).chain(self.density.iter().zip(density));
+                let start = power(self.theta, *theta);
+                Some(scales.fold(start, |product, (&scale, &exponent)| product * power(scale, exponent)))
             }
-            let points = self.points.get(first..first + n).unwrap_or_default();
-            let row = first * n_terms + term * n;
-            let factors = self.factors.get(row..row + n).unwrap_or_default();
-            weight *= evaluate(axis, points, factors, value).ok_or(outside)?;
-            first += n;
+            _ => None,
         }
-        Ok(weight)
+    }
+
+    /// The coordinate, held to the axis' range: past an end by rounding it is the end.
+    fn on_axis(&self, index: usize, axis: &Axis<'_>) -> Result<f64, BindError> {
+        let value = self.coordinate(&axis.role).ok_or(BindError::UnknownAxis { axis: index })?;
+        let slack = ROUNDING * if value < 0.0 { -value } else { value };
+        if !(axis.lower..=axis.upper).contains(&value) {
+            if value < axis.lower && axis.lower <= value + slack {
+                return Ok(axis.lower);
+            }
+            if value > axis.upper && value - slack <= axis.upper {
+                return Ok(axis.upper);
+            }
+            return Err(BindError::OutsideAxis { axis: index, value });
+        }
+        Ok(value)
     }
 }
 
-/// The factor at `value`; `None` between the points of an index axis or past the points of the others.
-fn evaluate(axis: &Axis<'_>, points: &[[u8; 8]], factors: &[[u8; 8]], value: f64) -> Option<f64> {
-    let place = |value: f64| if axis.log { libm::log(value) } else { value };
-    let x = place(value);
-    let point = |bytes: &[u8; 8]| place(f64::from_le_bytes(*bytes));
-    match axis.kind {
-        AxisKind::Index => {
-            let exact = (value as usize as f64 == value).then_some(value as usize)?;
-            factors.get(exact).map(|&bytes| f64::from_le_bytes(bytes))
-        }
-        AxisKind::Hat => {
-            let mut pairs = points.windows(2).zip(factors.windows(2));
-            let (ends, values) = pairs.find_map(|(p, f)| {
-                let ends = [point(p.first()?), point(p.get(1)?)];
-                (ends[0] <= x && x <= ends[1] && ends[0] < ends[1]).then_some((ends, f))
-            })?;
-            let [left, right] =
-                [values.first()?, values.get(1)?].map(|&bytes| f64::from_le_bytes(bytes));
-            let share = (x - ends[0]) / (ends[1] - ends[0]);
-            Some(left * (1.0 - share) + right * share)
-        }
-        AxisKind::Chebyshev => barycentric(points, factors, x, point),
-        _ => None,
+/// `x^exponent`, without a call for the exponents that occur most.
+fn power(x: f64, exponent: f64) -> f64 {
+    if exponent == 0.0 {
+        1.0
+    } else if exponent == 1.0 {
+        x
+    } else if exponent == -1.0 {
+        1.0 / x
+    } else {
+        libm::pow(x, exponent)
     }
 }
 
-/// The polynomial through the points at `x`: `Σ w_j f_j/(x − x_j) / Σ w_j/(x − x_j)` with `w_j = 1/Π_k (x_j − x_k)`, each
-/// difference measured in quarters of the range so that the products neither grow nor vanish.
-fn barycentric(
-    points: &[[u8; 8]],
-    factors: &[[u8; 8]],
-    x: f64,
-    point: impl Fn(&[u8; 8]) -> f64,
-) -> Option<f64> {
+/// The axes of a file, prepared in lent memory; every slice has one number per point of all axes, one axis after the other.
+pub(crate) struct Axes<'w> {
+    /// The points, in logarithms where the axis says so.
+    nodes: &'w mut [f64],
+    /// Barycentric weights of the Chebyshev axes.
+    weights: &'w mut [f64],
+    /// `φ_j` at the current place.
+    basis: &'w mut [f64],
+}
+
+impl<'w> Axes<'w> {
+    /// Numbers of work memory per point.
+    pub const WORK: usize = 3;
+
+    /// Reads the points and computes what does not depend on the place. `work` has [`Axes::WORK`] numbers per point.
+    pub fn new(metadata: &Metadata<'_>, points: &[[u8; 8]], work: &'w mut [f64]) -> Self {
+        let (nodes, rest) = work.split_at_mut_checked(points.len()).unwrap_or_default();
+        let (weights, basis) = rest.split_at_mut_checked(points.len()).unwrap_or_default();
+        let (mut nodes_left, mut weights_left, mut points_left) = (&mut *nodes, &mut *weights, points);
+        for axis in metadata.active_axes() {
+            let n = axis.n_points as usize;
+            let Some((here, rest)) = points_left.split_at_checked(n) else { break };
+            let Some((nodes, nodes_rest)) = nodes_left.split_at_mut_checked(n) else { break };
+            let Some((weights, weights_rest)) = weights_left.split_at_mut_checked(n) else { break };
+            (points_left, nodes_left, weights_left) = (rest, nodes_rest, weights_rest);
+            for (node, bytes) in nodes.iter_mut().zip(here) {
+                *node = place(axis, f64::from_le_bytes(*bytes));
+            }
+            if axis.kind == AxisKind::Chebyshev {
+                barycentric_weights(nodes, weights);
+            }
+        }
+        Self { nodes, weights, basis }
+    }
+
+    /// Evaluates the basis functions of all axes at `stage`.
+    pub fn stand(&mut self, metadata: &Metadata<'_>, stage: &StagePlace<'_>) -> Result<(), BindError> {
+        let (mut first, all) = (0usize, self.basis.len());
+        for (index, axis) in metadata.active_axes().iter().enumerate() {
+            let value = stage.on_axis(index, axis)?;
+            let range = first..first.saturating_add(axis.n_points as usize).min(all);
+            first = range.end;
+            let nodes = self.nodes.get(range.clone()).unwrap_or_default();
+            let weights = self.weights.get(range.clone()).unwrap_or_default();
+            let basis = self.basis.get_mut(range).unwrap_or_default();
+            basis.fill(0.0);
+            let known = match axis.kind {
+                AxisKind::Index => index_basis(value, basis),
+                AxisKind::Hat => hat_basis(place(axis, value), nodes, basis),
+                AxisKind::Chebyshev => lagrange_basis(place(axis, value), nodes, weights, basis),
+                _ => return Err(BindError::UnknownAxis { axis: index }),
+            };
+            known.ok_or(BindError::OutsideAxis { axis: index, value })?;
+        }
+        Ok(())
+    }
+
+    /// The weights of all terms where the axes stand, into `out`; `factors` as the file stores them.
+    pub fn term_weights(&self, metadata: &Metadata<'_>, factors: &[[u8; 8]], out: &mut [f64]) {
+        out.fill(1.0);
+        let (mut basis_left, mut factors_left) = (&*self.basis, factors);
+        for axis in metadata.active_axes() {
+            let n = axis.n_points as usize;
+            let Some((basis, rest)) = basis_left.split_at_checked(n) else { return };
+            let Some((rows, factors_rest)) = factors_left.split_at_checked(n * out.len()) else { return };
+            (basis_left, factors_left) = (rest, factors_rest);
+            // `next`, not `zip`: see `fuse_modes`.
+            let mut rows = rows.chunks_exact(n.max(1));
+            for weight in &mut *out {
+                *weight *= dot(basis, rows.next().unwrap_or_default());
+            }
+        }
+    }
+}
+
+/// Where a value of an axis' unit lies among its nodes.
+fn place(axis: &Axis<'_>, value: f64) -> f64 {
+    if axis.log { libm::log(value) } else { value }
+}
+
+/// Four sums side by side: one alone waits for itself.
+fn dot(basis: &[f64], row: &[[u8; 8]]) -> f64 {
+    let (basis, basis_rest) = basis.as_chunks::<4>();
+    let (row, row_rest) = row.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (basis, row) in basis.iter().zip(row) {
+        for k in 0..4 {
+            sums[k] += basis[k] * f64::from_le_bytes(row[k]);
+        }
+    }
+    let rest: f64 = basis_rest.iter().zip(row_rest).map(|(b, &bytes)| b * f64::from_le_bytes(bytes)).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+fn index_basis(value: f64, basis: &mut [f64]) -> Option<()> {
+    let exact = (value as usize as f64 == value).then_some(value as usize)?;
+    *basis.get_mut(exact)? = 1.0;
+    Some(())
+}
+
+fn hat_basis(x: f64, nodes: &[f64], basis: &mut [f64]) -> Option<()> {
+    if let ([node], [one]) = (nodes, &mut *basis) {
+        *one = 1.0;
+        return (*node == x).then_some(());
+    }
+    let holds = |pair: &[f64]| matches!(pair, [left, right] if *left <= x && x <= *right && left < right);
+    let at = nodes.windows(2).position(holds)?;
+    let (left, right) = (*nodes.get(at)?, *nodes.get(at + 1)?);
+    let share = (x - left) / (right - left);
+    *basis.get_mut(at)? = 1.0 - share;
+    *basis.get_mut(at + 1)? = share;
+    Some(())
+}
+
+/// `w_j = 1/Π_k (x_j − x_k)`, each difference in quarters of the range so that the products neither grow nor vanish.
+fn barycentric_weights(nodes: &[f64], weights: &mut [f64]) {
     let (mut low, mut high) = (f64::MAX, f64::MIN);
-    for at in points.iter().map(&point) {
+    for &at in nodes {
         low = if at < low { at } else { low };
         high = if at > high { at } else { high };
     }
-    let quarter = (high - low) / 4.0;
-    let (mut above, mut below) = (0.0, 0.0);
-    for (j, (bytes, factor)) in points.iter().zip(factors).enumerate() {
-        let (at, factor) = (point(bytes), f64::from_le_bytes(*factor));
-        if x == at {
-            return Some(factor);
-        }
-        let others = points.iter().enumerate().filter(|&(k, _)| k != j);
-        let product = others.fold(1.0, |product, (_, other)| {
-            product * ((at - point(other)) / quarter)
-        });
-        let weight = 1.0 / (product * (x - at));
-        above += weight * factor;
-        below += weight;
+    let scale = 4.0 / (high - low);
+    for (j, (weight, &at)) in weights.iter_mut().zip(nodes).enumerate() {
+        let (before, after) = nodes.split_at_checked(j).unwrap_or_default();
+        let others = before.iter().chain(after.iter().skip(1));
+        *weight = 1.0 / others.fold(1.0, |product, other| product * ((at - other) * scale));
     }
-    let value = above / below;
-    value.is_finite().then_some(value)
+}
+
+/// Lagrange's cardinal functions at `x`: `(w_j/(x − x_j)) / Σ_k w_k/(x − x_k)`.
+fn lagrange_basis(x: f64, nodes: &[f64], weights: &[f64], basis: &mut [f64]) -> Option<()> {
+    if let Some(exact) = nodes.iter().position(|&node| node == x) {
+        *basis.get_mut(exact)? = 1.0;
+        return Some(());
+    }
+    let mut sum = 0.0;
+    for ((out, node), weight) in basis.iter_mut().zip(nodes).zip(weights) {
+        *out = weight / (x - node);
+        sum += *out;
+    }
+    let scale = 1.0 / sum;
+    basis.iter_mut().for_each(|out| *out *= scale);
+    scale.is_finite().then_some(())
 }

@@ -1,15 +1,16 @@
 //! From a file to the numbers of a step: sections, parameters, and the fused maps of both structures.
+//!
+//! Everything is fused in `f64` in lent work memory first and laid out in the scene afterwards, so that a refusal leaves a bound
+//! scene as it was.
 
-use crate::axes::{Factors, StagePlace};
+use crate::axes::{Axes, StagePlace};
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Structure};
 use crate::scalar::Scalar;
 use crate::shape::Shape;
-use vademecum_format::scheme::{
-    MAX_STAGES, SchemeTable, StageCoefficients, StepParameters, fuse_into, fuse_work_len,
-};
-use vademecum_format::{File, Metadata, Numbers, SectionKind};
+use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
+use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
 
 /// Sections a scene reads while it runs; `None` if absent or compressed.
 #[derive(Clone, Copy, Debug)]
@@ -20,35 +21,69 @@ pub(crate) struct Sections<'m> {
     pub pattern_basis: Option<Numbers<'m>>,
     pub pattern_block: Option<Numbers<'m>>,
     pub probes: Option<Numbers<'m>>,
+    /// `BᵀK_qB` of each region.
+    pub region_stiffness: Option<Numbers<'m>>,
+    /// `BᵀM_qB` of each region.
+    pub region_mass: Option<Numbers<'m>>,
     /// `BᵀKB`: `(r)` for the diagonal structure, `(r, r)` for the block structure.
     pub stiffness: Numbers<'m>,
+    /// The separated solution; empty for the diagonal structure.
+    pub separated: Separated<'m>,
 }
 
-/// The file's parameters where the options leave them alone.
-pub(crate) fn step_parameters(metadata: &Metadata<'_>, options: &SceneOptions) -> StepParameters {
-    StepParameters {
-        time_step: options.time_step.unwrap_or(metadata.time_step),
-        alpha: options.alpha.unwrap_or(metadata.alpha),
-        beta: options.beta.unwrap_or(metadata.beta),
-        density: options.density,
-        stiffness: options.stiffness,
+/// `E_t`, points and factors as the file stores them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Separated<'m> {
+    pub terms: &'m [[u8; 8]],
+    pub points: &'m [[u8; 8]],
+    pub factors: &'m [[u8; 8]],
+}
+
+/// What a scene is asked to stand at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked {
+    pub step: StepParameters,
+    /// `κ_q`.
+    pub stiffness: [f64; MAX_REGIONS],
+    /// `ρ_q`.
+    pub density: [f64; MAX_REGIONS],
+}
+
+impl Asked {
+    /// The file's parameters where the options leave them alone.
+    pub fn new(metadata: &Metadata<'_>, options: &SceneOptions) -> Self {
+        let step = StepParameters {
+            time_step: options.time_step.unwrap_or(metadata.time_step),
+            alpha: options.alpha.unwrap_or(metadata.alpha),
+            beta: options.beta.unwrap_or(metadata.beta),
+            density: options.density,
+            stiffness: options.stiffness,
+        };
+        Self { step, stiffness: options.region_stiffness, density: options.region_density }
+    }
+
+    /// Every region's scales, as the roles of the parameters that move them.
+    fn scales(&self) -> impl Iterator<Item = (ParameterRole, f64)> {
+        use ParameterRole as R;
+        let stiffness = (0..).zip(self.stiffness).map(|(region, x)| (R::RegionStiffness { region }, x));
+        stiffness.chain((0..).zip(self.density).map(|(region, x)| (R::RegionDensity { region }, x)))
     }
 }
 
-/// Looks the sections up; only the reduced stiffness must be there.
-pub(crate) fn sections<'m>(
-    file: &File<'m>,
-    structure: Structure,
-) -> Result<Sections<'m>, BindError> {
+/// Looks the sections up; only the reduced stiffness and the separated solution must be there.
+pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sections<'m>, BindError> {
     use SectionKind as S;
-    let optional = |kind| {
-        file.section(kind)
-            .and_then(|section| section.numbers().ok())
-    };
-    let kind = if structure == Structure::Diagonal {
-        S::Eigenvalues
-    } else {
-        S::ReducedStiffness
+    let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
+    let (kind, separated) = match structure {
+        Structure::Diagonal => (S::Eigenvalues, Separated::default()),
+        Structure::Block => (
+            S::ReducedStiffness,
+            Separated {
+                terms: needed(file, S::BlockState)?,
+                points: needed(file, S::AxisPoints)?,
+                factors: needed(file, S::Factors)?,
+            },
+        ),
     };
     Ok(Sections {
         surface: optional(S::SurfaceBasis),
@@ -57,148 +92,227 @@ pub(crate) fn sections<'m>(
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
         probes: optional(S::ProbeRows),
+        region_stiffness: optional(S::RegionStiffness),
+        region_mass: optional(S::RegionMass),
         stiffness: Numbers::F64(needed(file, kind)?),
+        separated,
     })
 }
 
 /// Numbers of a section the file cannot be without.
 fn needed<'m>(file: &File<'m>, kind: SectionKind) -> Result<&'m [[u8; 8]], BindError> {
-    let missing = vademecum_format::FormatError::Missing {
-        kind: kind.number(),
+    Ok(file.section(kind).ok_or(missing(kind))?.f64s()?)
+}
+
+fn missing(kind: SectionKind) -> FormatError {
+    FormatError::Missing { kind: kind.number() }
+}
+
+/// A fused step in `f64`, not yet laid out.
+pub(crate) struct Fused<'w> {
+    /// `D`: `(3r, 3r)` column-major, or nine numbers a mode, column-major.
+    d: &'w [f64],
+    /// Load maps, stage by stage `(3r, r)` column-major, or `(n_stages, 3)` a mode.
+    loads: &'w [f64],
+    /// `(n_stages, n_terms)`: the terms' weights.
+    weights: &'w [f64],
+}
+
+/// Fuses the step a scene is asked for. `work` has the length [`Shape::work_len`].
+pub(crate) fn fuse<'w, T: Scalar>(
+    metadata: &Metadata<'_>,
+    sections: &Sections<'_>,
+    asked: &Asked,
+    shape: Shape,
+    work: &'w mut [f64],
+) -> Result<Fused<'w>, BindError> {
+    let fused = match shape.structure {
+        Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
+        Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
     };
-    Ok(file.section(kind).ok_or(missing)?.f64s()?)
+    let mut all = fused.d.iter().chain(fused.loads).chain(fused.weights);
+    if all.any(|&value| !T::from_f64(value).to_f64().is_finite()) {
+        return Err(BindError::NotFinite);
+    }
+    Ok(fused)
 }
 
 /// The 3×3 block and the load vectors of each mode: `E = −θλ/(1 + θλ)`, and `H = B/(1 + θλ)` goes into the load map.
-pub(crate) fn fuse_modes<T: Scalar>(
-    scheme: &SchemeTable,
-    parameters: &StepParameters,
-    lambdas: &Numbers<'_>,
+fn fuse_modes<'w>(
+    metadata: &Metadata<'_>,
+    sections: &Sections<'_>,
+    asked: &Asked,
     shape: Shape,
-    map: &mut [T],
-    load_maps: &mut [T],
-) -> Result<(), BindError> {
+    work: &'w mut [f64],
+) -> Result<Fused<'w>, BindError> {
+    let scheme = &metadata.scheme;
     let mut theta = [0.0; MAX_STAGES];
     for (stage, theta) in theta.iter_mut().take(shape.n_stages).enumerate() {
-        *theta = StageCoefficients::new(scheme, parameters, stage)?.theta;
+        *theta = StageCoefficients::new(scheme, &asked.step, stage)?.theta;
     }
-    let (mut d, mut loads, mut work) = ([0.0; 9], [0.0; 3 * MAX_STAGES], [0.0; fuse_work_len(1)]);
-    for (k, lambda) in lambdas.iter().enumerate() {
+    let (d, loads) = work.split_at_mut_checked(9 * shape.r).unwrap_or_default();
+    let mut small = [0.0; fuse_work_len(1)];
+    let per_mode = shape.n_stages.saturating_mul(3).max(1);
+    // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
+    // For its sake, too, chunk sizes are saturated products.
+    let (mut blocks, mut load_vectors) = (d.chunks_exact_mut(9), loads.chunks_exact_mut(per_mode));
+    for lambda in sections.stiffness.iter() {
+        let (Some(d), Some(loads)) = (blocks.next(), load_vectors.next()) else { break };
         let e = theta.map(|theta| -theta * lambda / (1.0 + theta * lambda));
         let e = e.get(..shape.n_stages).unwrap_or_default();
-        let loads = loads.get_mut(..3 * shape.n_stages).unwrap_or_default();
-        fuse_into(scheme, parameters, 1, e, &mut d, loads, &mut work)?;
-        for (place, &value) in d.iter().enumerate() {
-            // Column-major 3×3 to row-major, one row of LANES modes per coefficient.
-            let row_major = 3 * (place % 3) + place / 3;
-            let at = (k / LANES * 9 + row_major) * LANES + k % LANES;
-            map.iter_mut()
-                .skip(at)
-                .take(1)
-                .for_each(|out| *out = T::from_f64(value));
-        }
-        for (place, &value) in loads.iter().enumerate() {
-            let (stage, row) = (place / 3, place % 3);
-            let h = value * (1.0 + e.get(stage).copied().unwrap_or_default());
-            let at = stage * shape.load_map_len() + row * shape.stride() + k;
-            load_maps
-                .iter_mut()
-                .skip(at)
-                .take(1)
-                .for_each(|out| *out = T::from_f64(h));
+        fuse_into(scheme, &asked.step, 1, e, d, loads, &mut small)?;
+        for (loads, e) in loads.chunks_exact_mut(3).zip(e) {
+            loads.iter_mut().for_each(|value| *value *= 1.0 + e);
         }
     }
-    Ok(())
+    Ok(Fused { d, loads, weights: &[] })
 }
 
-/// Memory lent to [`fuse_block`].
-pub(crate) struct Lent<'l, T> {
-    pub map: &'l mut [T],
-    pub load_maps: &'l mut [T],
-    pub weights: &'l mut [T],
-    pub work: &'l mut [f64],
-}
-
-/// The dense map: `E_i = Σ_t g_t E_t` at each stage's parameters, fused, rounded and laid out in tiles.
-pub(crate) fn fuse_block<T: Scalar>(
-    file: &File<'_>,
-    parameters: &StepParameters,
-    shape: Shape,
-    lent: Lent<'_, T>,
-) -> Result<(), BindError> {
-    let metadata = file.metadata();
-    let square = shape.r * shape.r;
-    let factors = Factors {
-        points: needed(file, SectionKind::AxisPoints)?,
-        factors: needed(file, SectionKind::Factors)?,
-    };
-    let terms = needed(file, SectionKind::BlockState)?;
-    let (e, rest) = lent
-        .work
-        .split_at_mut_checked(shape.n_stages * square)
-        .unwrap_or_default();
-    let (d, rest) = rest.split_at_mut_checked(9 * square).unwrap_or_default();
-    let (loads, work) = rest
-        .split_at_mut_checked(3 * shape.n_stages * square)
-        .unwrap_or_default();
-    e.fill(0.0);
-    // `next` in the loop, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
-    let mut weights = lent.weights.chunks_exact_mut(shape.n_terms.max(1));
-    for (stage, e) in e.chunks_exact_mut(square.max(1)).enumerate() {
-        let weights = weights.next().unwrap_or_default();
-        let theta = allowed_theta(metadata, parameters, stage)?;
-        let place = StagePlace {
-            stage,
-            theta,
-        };
-        for (t, (term, out)) in terms.chunks_exact(square.max(1)).zip(weights).enumerate() {
-            let weight = factors.weight(metadata, t, &place)?;
-            *out = T::from_f64(weight);
-            e.iter_mut()
-                .zip(term)
-                .for_each(|(e, &bytes)| *e += weight * f64::from_le_bytes(bytes));
-        }
-    }
-    fuse_into(&metadata.scheme, parameters, shape.r, e, d, loads, work)?;
-    lay_out(d, 3 * shape.r, lent.map);
-    let mut load_maps = lent.load_maps.chunks_exact_mut(shape.load_map_len().max(1));
-    for columns in loads.chunks_exact(square.saturating_mul(3).max(1)) {
-        let out = load_maps.next().unwrap_or_default();
-        lay_out(columns, 3 * shape.r, out);
-    }
-    Ok(())
-}
-
-/// `θ` of a stage, if the block structure was built for it: parameters without an axis must be the file's, up to rounding
-/// (a few operations: 1e-12).
-fn allowed_theta(
+/// The dense map: `E_i = Σ_t g_t E_t` at each stage's place on the axes, fused.
+fn fuse_block<'w>(
     metadata: &Metadata<'_>,
-    asked: &StepParameters,
-    stage: usize,
-) -> Result<f64, BindError> {
-    use vademecum_format::AxisRole as R;
+    sections: &Sections<'_>,
+    asked: &Asked,
+    shape: Shape,
+    work: &'w mut [f64],
+) -> Result<Fused<'w>, BindError> {
+    check_moved(metadata, sections, asked)?;
+    let (square, n_stages) = (shape.r * shape.r, shape.n_stages);
+    let mut lengths =
+        [9 * square, 3 * n_stages * square, n_stages * shape.n_terms, n_stages * square].into_iter();
+    let mut rest = work;
+    let mut take = || {
+        let (front, back) = core::mem::take(&mut rest)
+            .split_at_mut_checked(lengths.next().unwrap_or_default())
+            .unwrap_or_default();
+        rest = back;
+        front
+    };
+    let (d, loads, weights, e) = (take(), take(), take(), take());
+    let Separated { terms, points, factors } = sections.separated;
+    let (axes, work) = rest.split_at_mut_checked(Axes::WORK * points.len()).unwrap_or_default();
+    let mut axes = Axes::new(metadata, points, axes);
+    e.fill(0.0);
+    let mut stages = weights.chunks_exact_mut(shape.n_terms.max(1));
+    for (stage, e) in e.chunks_exact_mut(square.max(1)).enumerate() {
+        let weights = stages.next().unwrap_or_default();
+        let theta = allowed_theta(metadata, &asked.step, stage)?;
+        let place = StagePlace { stage, theta, stiffness: &asked.stiffness, density: &asked.density };
+        axes.stand(metadata, &place)?;
+        axes.term_weights(metadata, factors, weights);
+        let mut terms = terms.chunks_exact(square.max(1));
+        for &weight in &*weights {
+            let term = terms.next().unwrap_or_default();
+            if weight != 0.0 {
+                e.iter_mut().zip(term).for_each(|(e, &bytes)| *e += weight * f64::from_le_bytes(bytes));
+            }
+        }
+    }
+    fuse_into(&metadata.scheme, &asked.step, shape.r, e, d, loads, work)?;
+    Ok(Fused { d, loads, weights })
+}
+
+/// Scales of regions: positive, and moved only where the file has a parameter and an axis for it.
+fn check_moved(metadata: &Metadata<'_>, sections: &Sections<'_>, asked: &Asked) -> Result<(), BindError> {
+    use ParameterRole as R;
+    for (role, value) in asked.scales().filter(|&(_, value)| value != 1.0) {
+        if !value.is_finite() || value <= 0.0 {
+            return Err(BindError::BadScale { role, value });
+        }
+        let declared = metadata.active_parameters().iter().any(|p| p.role == role);
+        if !declared || !on_an_axis(metadata, role) {
+            return Err(BindError::FixedRegion { role, value });
+        }
+        let (section, kind) = match role {
+            R::RegionStiffness { .. } => (sections.region_stiffness, SectionKind::RegionStiffness),
+            _ => (sections.region_mass, SectionKind::RegionMass),
+        };
+        section.ok_or(missing(kind))?;
+    }
+    Ok(())
+}
+
+/// Whether the coordinate of some axis depends on what this parameter moves: a region's scale, or `θ`.
+fn on_an_axis(metadata: &Metadata<'_>, role: ParameterRole) -> bool {
+    use ParameterRole as R;
+    use vademecum_format::AxisRole as A;
+    let at = |exponents: &[f64; MAX_REGIONS], region: u32| {
+        exponents.get(region as usize).is_some_and(|&e| e != 0.0)
+    };
+    metadata.active_axes().iter().any(|axis| match (&axis.role, role) {
+        (A::Monomial { stiffness, .. }, R::RegionStiffness { region }) => at(stiffness, region),
+        (A::Monomial { density, .. }, R::RegionDensity { region }) => at(density, region),
+        (A::Monomial { theta, .. }, _) => *theta != 0.0,
+        _ => false,
+    })
+}
+
+/// `θ` of a stage, if the block structure was built for it: without a parameter that moves `θ` and an axis that carries it, `θ`
+/// must be the file's, up to rounding (a few operations: 1e-12).
+fn allowed_theta(metadata: &Metadata<'_>, asked: &StepParameters, stage: usize) -> Result<f64, BindError> {
+    use ParameterRole as R;
     let requested = StageCoefficients::new(&metadata.scheme, asked, stage)?.theta;
-    let reference = StepParameters {
+    let built = StepParameters {
         time_step: metadata.time_step,
         alpha: metadata.alpha,
         beta: metadata.beta,
         density: 1.0,
         stiffness: 1.0,
     };
-    let built = StageCoefficients::new(&metadata.scheme, &reference, stage)?.theta;
-    let carried = |role: R| matches!(role, R::Monomial { theta, .. } if theta != 0.0);
-    if metadata.active_axes().iter().any(|axis| carried(axis.role)) || (requested - built).abs() <= 1e-12 * built {
+    let built = StageCoefficients::new(&metadata.scheme, &built, stage)?.theta;
+    let uniform = |role: R| !matches!(role, R::RegionStiffness { .. } | R::RegionDensity { .. });
+    let mut moves = metadata.active_parameters().iter().filter(|p| uniform(p.role));
+    let carried = moves.any(|p| on_an_axis(metadata, p.role));
+    if carried || (requested - built).abs() <= 1e-12 * built {
         return Ok(requested);
     }
-    Err(BindError::Fixed {
-        stage,
-        requested,
-        built,
-    })
+    Err(BindError::Fixed { stage, requested, built })
 }
 
-/// Column-major `(rows, any)` to tiles of [`TILE`] rows, each tile column by column; the padding stays zero.
-fn lay_out<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) {
+/// Rounds a fused step and puts it where the kernels want it; padding is left alone.
+pub(crate) fn lay_out<T: Scalar>(
+    fused: &Fused<'_>,
+    shape: Shape,
+    map: &mut [T],
+    load_maps: &mut [T],
+    weights: &mut [T],
+) {
+    match shape.structure {
+        Structure::Diagonal => lay_out_modes(fused, shape, map, load_maps),
+        Structure::Block => {
+            lay_out_columns(fused.d, 3 * shape.r, map);
+            let mut load_maps = load_maps.chunks_exact_mut(shape.load_map_len().max(1));
+            for columns in fused.loads.chunks_exact(shape.r.saturating_mul(shape.r).saturating_mul(3).max(1)) {
+                lay_out_columns(columns, 3 * shape.r, load_maps.next().unwrap_or_default());
+            }
+            weights.iter_mut().zip(fused.weights).for_each(|(out, &value)| *out = T::from_f64(value));
+        }
+    }
+}
+
+/// Column-major 3×3 to row-major, one row of [`LANES`] modes per coefficient; load vectors like a state.
+fn lay_out_modes<T: Scalar>(fused: &Fused<'_>, shape: Shape, map: &mut [T], load_maps: &mut [T]) {
+    let set = |out: &mut [T], at: usize, value: f64| {
+        if let Some(out) = out.get_mut(at) {
+            *out = T::from_f64(value);
+        }
+    };
+    for (k, d) in fused.d.chunks_exact(9).enumerate() {
+        for (place, &value) in d.iter().enumerate() {
+            let row_major = 3 * (place % 3) + place / 3;
+            set(map, (k / LANES * 9 + row_major) * LANES + k % LANES, value);
+        }
+    }
+    for (k, loads) in fused.loads.chunks_exact(shape.n_stages.saturating_mul(3).max(1)).enumerate() {
+        for (place, &value) in loads.iter().enumerate() {
+            let (stage, row) = (place / 3, place % 3);
+            set(load_maps, stage * shape.load_map_len() + row * shape.stride() + k, value);
+        }
+    }
+}
+
+/// Column-major `(rows, any)` to tiles of [`TILE`] rows, each tile column by column.
+fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) {
     let n_columns = columns.len() / rows.max(1);
     for (c, column) in columns.chunks_exact(rows.max(1)).enumerate() {
         for (tile, part) in column.chunks(TILE).enumerate() {

@@ -2,7 +2,7 @@
 
 use core::fmt;
 use vademecum_format::scheme::SchemeError;
-use vademecum_format::{FormatError, SectionKind};
+use vademecum_format::{FormatError, ParameterRole, SectionKind};
 
 /// Why a scene could not be bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,9 +12,31 @@ pub enum BindError {
     Format(FormatError),
     /// Scheme or step parameters are refused.
     Scheme(SchemeError),
+    /// A parameter was not set.
+    Parameter(ParameterError),
     /// The structure asked for is not in the file.
     NoStructure,
-    /// The block structure was built for other parameters: no axis carries what the options change.
+    /// The scene was bound to the other structure; its memory has not the room for this one.
+    OtherStructure,
+    /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the whole body.
+    NotDiagonal,
+    /// The scale of a region is not a positive number.
+    BadScale {
+        /// The region, and whether it is its stiffness or its density.
+        role: ParameterRole,
+        /// The scale.
+        value: f64,
+    },
+    /// The block structure was built for this region as it is: no parameter and axis carry its scale.
+    FixedRegion {
+        /// The region, and whether it is its stiffness or its density.
+        role: ParameterRole,
+        /// The scale asked for.
+        value: f64,
+    },
+    /// The state was made for a scene of another shape.
+    Mismatch,
+    /// The block structure was built for other parameters: no parameter and axis carry what the options change.
     Fixed {
         /// The stage.
         stage: usize,
@@ -23,7 +45,7 @@ pub enum BindError {
         /// `θ` the file was built for.
         built: f64,
     },
-    /// A parameter lies outside its axis (or between the points of an index axis).
+    /// A coordinate lies outside its axis (or between the points of an index axis).
     OutsideAxis {
         /// The axis.
         axis: usize,
@@ -47,8 +69,30 @@ pub enum BindError {
         /// Its value.
         value: f64,
     },
-    /// A coefficient of the fused step is not finite in the chosen precision.
+    /// A coefficient of the fused step, or the state carried over to it, is not finite in the chosen precision.
     NotFinite,
+}
+
+/// Why a parameter was not set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// The file has no such parameter, or it is of a role this evaluator does not know.
+    Unknown {
+        /// Its place.
+        index: usize,
+    },
+    /// The value is outside the parameter's range, or not a number.
+    OutsideRange {
+        /// The parameter's place.
+        parameter: usize,
+        /// The value.
+        value: f64,
+        /// Smallest value allowed.
+        lower: f64,
+        /// Largest value allowed.
+        upper: f64,
+    },
 }
 
 /// Why a load was not added; the accumulated loads are unchanged.
@@ -78,6 +122,8 @@ pub enum LoadError {
     },
     /// The loads were made for a scene of another shape.
     Mismatch,
+    /// The loads hold contacts from before the scene's parameters changed; clear them and add again.
+    Stale,
 }
 
 /// Why a step was not taken; the state is unchanged.
@@ -88,6 +134,12 @@ pub enum StepError {
     NotFinite,
     /// State or loads were made for a scene of another shape, or given numbers have the wrong length.
     Mismatch,
+    /// The loads were added before the scene's parameters changed; clear them and add again.
+    StaleLoads,
+    /// The state belongs to another `Δt` than the scene's; carry it over with [`State::carry`](crate::State::carry).
+    NotCarried,
+    /// The file's region masses do not sum to a positive definite matrix.
+    BadMass,
 }
 
 /// Why an output could not be given.
@@ -122,38 +174,63 @@ impl fmt::Display for BindError {
         match *self {
             Self::Format(error) => error.fmt(out),
             Self::Scheme(error) => error.fmt(out),
-            Self::NoStructure => write!(
-                out,
-                "the file does not hold the structure asked for; choose the other or build it"
-            ),
-            Self::Fixed {
-                stage,
-                requested,
-                built,
-            } => write!(
+            Self::NoStructure => {
+                write!(out, "the file does not hold the structure asked for; choose the other or build it")
+            }
+            Self::Fixed { stage, requested, built } => write!(
                 out,
                 "stage {stage} needs theta = {requested:e} s², the block structure was built for {built:e}: \
                  keep the file's time step, damping and scales, or use the diagonal structure"
             ),
-            Self::OutsideAxis { axis, value } => write!(
-                out,
-                "{value:e} is not on axis {axis}; the file's ranges are in its metadata"
-            ),
-            Self::UnknownAxis { axis } => write!(
-                out,
-                "axis {axis} is of a role or kind unknown to this evaluator"
-            ),
+            Self::OutsideAxis { axis, value } => {
+                write!(out, "{value:e} is not on axis {axis}; the file's ranges are in its metadata")
+            }
+            Self::UnknownAxis { axis } => {
+                write!(out, "axis {axis} is of a role or kind unknown to this evaluator")
+            }
+            Self::Parameter(error) => error.fmt(out),
+            Self::OtherStructure => {
+                write!(
+                    out,
+                    "the scene holds the other structure; bind a new one, or leave the choice to Auto"
+                )
+            }
+            Self::NotDiagonal => {
+                write!(
+                    out,
+                    "a region has a scale of its own: only the block structure can do that, ask for it"
+                )
+            }
+            Self::BadScale { role, value } => {
+                write!(out, "{role:?}: a scale of {value:e}, expected a positive number")
+            }
+            Self::FixedRegion { role, value } => {
+                write!(
+                    out,
+                    "{role:?} = {value:e}: the file has no such parameter; build it with one, or leave it at 1"
+                )
+            }
+            Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
             Self::LentMemory { found, needed } => {
                 write!(out, "{found} numbers were lent, {needed} are needed")
             }
-            Self::BadOption { value } => write!(
-                out,
-                "tolerance or rest threshold {value:e}: expected 0 or more"
-            ),
-            Self::NotFinite => write!(
-                out,
-                "the fused step is not finite in this precision; use f64"
-            ),
+            Self::BadOption { value } => {
+                write!(out, "tolerance or rest threshold {value:e}: expected 0 or more")
+            }
+            Self::NotFinite => write!(out, "the fused step is not finite in this precision; use f64"),
+        }
+    }
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Unknown { index } => {
+                write!(out, "the file has no parameter {index}, or one this evaluator does not know")
+            }
+            Self::OutsideRange { parameter, value, lower, upper } => {
+                write!(out, "parameter {parameter} = {value:e} is outside its range {lower:e} to {upper:e}")
+            }
         }
     }
 }
@@ -162,16 +239,17 @@ impl fmt::Display for LoadError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NotFinite => write!(out, "a force, weight or amplitude is not finite"),
-            Self::NotLoadable { node, limit } => write!(
-                out,
-                "node {node} is not loadable; the first {limit} nodes are"
-            ),
-            Self::NoPattern { index, count } => write!(
-                out,
-                "there is no load pattern {index}; the file has {count}"
-            ),
+            Self::NotLoadable { node, limit } => {
+                write!(out, "node {node} is not loadable; the first {limit} nodes are")
+            }
+            Self::NoPattern { index, count } => {
+                write!(out, "there is no load pattern {index}; the file has {count}")
+            }
             Self::Missing { kind } => missing(out, kind),
             Self::Mismatch => write!(out, "these loads belong to a scene of another shape"),
+            Self::Stale => {
+                write!(out, "the loads are from before the parameters changed; clear them and add again")
+            }
         }
     }
 }
@@ -179,14 +257,19 @@ impl fmt::Display for LoadError {
 impl fmt::Display for StepError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NotFinite => write!(
-                out,
-                "the new state is not finite; the old one was kept: reduce the load"
-            ),
-            Self::Mismatch => write!(
-                out,
-                "state, loads or numbers belong to a scene of another shape"
-            ),
+            Self::NotFinite => {
+                write!(out, "the new state is not finite; the old one was kept: reduce the load")
+            }
+            Self::Mismatch => write!(out, "state, loads or numbers belong to a scene of another shape"),
+            Self::StaleLoads => {
+                write!(out, "the loads are from before the parameters changed; clear them and add again")
+            }
+            Self::NotCarried => {
+                write!(out, "the state is scaled by another time step; carry it over to the scene first")
+            }
+            Self::BadMass => {
+                write!(out, "the mass of the regions is not positive definite; build the file again")
+            }
         }
     }
 }
@@ -196,24 +279,20 @@ impl fmt::Display for OutputError {
         match *self {
             Self::Missing { kind } => missing(out, kind),
             Self::OutOfRange { index, count } => write!(out, "index {index} of {count}"),
-            Self::Length { found, needed } => write!(
-                out,
-                "an output of {found} numbers was lent, {needed} are written"
-            ),
+            Self::Length { found, needed } => {
+                write!(out, "an output of {found} numbers was lent, {needed} are written")
+            }
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
         }
     }
 }
 
 fn missing(out: &mut fmt::Formatter<'_>, kind: SectionKind) -> fmt::Result {
-    write!(
-        out,
-        "section {} ({kind:?}) is not in the file or is compressed",
-        kind.number()
-    )
+    write!(out, "section {} ({kind:?}) is not in the file or is compressed", kind.number())
 }
 
 impl core::error::Error for BindError {}
+impl core::error::Error for ParameterError {}
 impl core::error::Error for LoadError {}
 impl core::error::Error for StepError {}
 impl core::error::Error for OutputError {}
@@ -221,6 +300,12 @@ impl core::error::Error for OutputError {}
 impl From<FormatError> for BindError {
     fn from(error: FormatError) -> Self {
         Self::Format(error)
+    }
+}
+
+impl From<ParameterError> for BindError {
+    fn from(error: ParameterError) -> Self {
+        Self::Parameter(error)
     }
 }
 

@@ -13,28 +13,17 @@ pub(crate) const TILE: usize = 24;
 pub(crate) type ModeBlock<T> = [[T; LANES]; 9];
 
 /// One diagonal step: for each mode, `y + D y + ℓ` with a 3×3 `D`. All state slices are `(3, stride)`.
-pub(crate) fn step_diagonal<T: Scalar>(
-    blocks: &[ModeBlock<T>],
-    old: &[T],
-    load: &[T],
-    new: &mut [T],
-) -> T {
+pub(crate) fn step_diagonal<T: Scalar>(blocks: &[ModeBlock<T>], old: &[T], load: &[T], new: &mut [T]) -> T {
     let stride = old.len() / 3;
     let ([z, v, a], [lz, lv, la]) = (thirds(old, stride), thirds(load, stride));
     let (nz, rest) = new.split_at_mut_checked(stride).unwrap_or_default();
     let (nv, na) = rest.split_at_mut_checked(stride).unwrap_or_default();
-    let (nz, nv, na) = (
-        nz.as_chunks_mut().0,
-        nv.as_chunks_mut().0,
-        na.as_chunks_mut().0,
-    );
+    let (nz, nv, na) = (nz.as_chunks_mut().0, nv.as_chunks_mut().0, na.as_chunks_mut().0);
     let state = z.iter().zip(v).zip(a);
     let load = lz.iter().zip(lv).zip(la);
     let new = nz.iter_mut().zip(nv).zip(na);
     let mut sums = [T::ZERO; LANES];
-    for (((d, ((z, v), a)), ((lz, lv), la)), ((nz, nv), na)) in
-        blocks.iter().zip(state).zip(load).zip(new)
-    {
+    for (((d, ((z, v), a)), ((lz, lv), la)), ((nz, nv), na)) in blocks.iter().zip(state).zip(load).zip(new) {
         let old: [&[T; LANES]; 3] = [z, v, a];
         *nz = mode_row(&d[0], &d[1], &d[2], old, z, lz, &mut sums);
         *nv = mode_row(&d[3], &d[4], &d[5], old, v, lv, &mut sums);
@@ -74,12 +63,7 @@ pub(crate) fn step_dense<T: Scalar>(
     let kept = old.as_chunks::<TILE>().0;
     let load = load.as_chunks::<TILE>().0;
     let new = new.as_chunks_mut::<TILE>().0;
-    for (((tile, kept), load), new) in tiles
-        .chunks_exact(columns.max(1))
-        .zip(kept)
-        .zip(load)
-        .zip(new)
-    {
+    for (((tile, kept), load), new) in tiles.chunks_exact(columns.max(1)).zip(kept).zip(load).zip(new) {
         let increment = columns_times(tile, old, *load);
         for k in 0..TILE {
             new[k] = flushed(kept[k] + increment[k], &mut sums[k]);
@@ -90,10 +74,7 @@ pub(crate) fn step_dense<T: Scalar>(
 
 /// `out += tiles · x`, tiles as in [`step_dense`] with `x.len()` columns.
 pub(crate) fn add_dense<T: Scalar>(tiles: &[[T; TILE]], x: &[T], out: &mut [T]) {
-    for (tile, out) in tiles
-        .chunks_exact(x.len().max(1))
-        .zip(out.as_chunks_mut::<TILE>().0)
-    {
+    for (tile, out) in tiles.chunks_exact(x.len().max(1)).zip(out.as_chunks_mut::<TILE>().0) {
         *out = columns_times(tile, x, *out);
     }
 }
@@ -117,12 +98,7 @@ fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
 }
 
 fn thirds<T>(all: &[T], stride: usize) -> [&[[T; LANES]]; 3] {
-    let part = |place: usize| {
-        all.get(place * stride..(place + 1) * stride)
-            .unwrap_or_default()
-            .as_chunks()
-            .0
-    };
+    let part = |place: usize| all.get(place * stride..(place + 1) * stride).unwrap_or_default().as_chunks().0;
     [part(0), part(1), part(2)]
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A point force enters through one row of `H` per loaded dof (reciprocity): `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused
 //! step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the amplitude the scheme's stage `i` sees. Loads stay until they are
-//! cleared, so a held contact is added once.
+//! cleared, so a held contact is added once; when the scene's parameters change, what was added means nothing any more and is
+//! refused until it is cleared.
 
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
@@ -34,6 +35,8 @@ pub struct Loads<'m, T> {
     pub(crate) force: &'m mut [T],
     /// One row of `B`, then one of `H` per stage, each of length r.
     rows: &'m mut [T],
+    /// The scene's generation when the first load was added.
+    pub(crate) generation: u64,
     pub(crate) active: bool,
 }
 
@@ -52,20 +55,11 @@ impl<'m, T: Scalar> Loads<'m, T> {
     pub fn new(scene: &Scene<'_, T>, memory: &'m mut [T]) -> Result<Self, BindError> {
         let shape = scene.shape;
         let (padded, r) = (shape.padded(), shape.r);
-        let short = BindError::LentMemory {
-            found: memory.len(),
-            needed: padded + (2 + shape.n_stages) * r,
-        };
+        let short = BindError::LentMemory { found: memory.len(), needed: padded + (2 + shape.n_stages) * r };
         let (increment, rest) = memory.split_at_mut_checked(padded).ok_or(short)?;
         let (force, rest) = rest.split_at_mut_checked(r).ok_or(short)?;
         let rows = rest.get_mut(..(1 + shape.n_stages) * r).ok_or(short)?;
-        let mut loads = Self {
-            shape,
-            increment,
-            force,
-            rows,
-            active: false,
-        };
+        let mut loads = Self { shape, increment, force, rows, generation: scene.generation, active: false };
         loads.clear();
         Ok(loads)
     }
@@ -87,19 +81,8 @@ impl<'m, T: Scalar> Loads<'m, T> {
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.
-    pub fn add_contact(
-        &mut self,
-        scene: &Scene<'_, T>,
-        contact: &Contact,
-    ) -> Result<(), LoadError> {
-        self.contact(
-            scene,
-            contact,
-            Amplitudes {
-                start: 1.0,
-                stages: [1.0; MAX_STAGES],
-            },
-        )
+    pub fn add_contact(&mut self, scene: &Scene<'_, T>, contact: &Contact) -> Result<(), LoadError> {
+        self.contact(scene, contact, Amplitudes { start: 1.0, stages: [1.0; MAX_STAGES] })
     }
 
     /// Adds a contact whose force is `contact.force` times an amplitude given at [`Scene::instants`] of the step.
@@ -125,14 +108,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         index: usize,
         amplitude: f64,
     ) -> Result<(), LoadError> {
-        self.pattern(
-            scene,
-            index,
-            Amplitudes {
-                start: amplitude,
-                stages: [amplitude; MAX_STAGES],
-            },
-        )
+        self.pattern(scene, index, Amplitudes { start: amplitude, stages: [amplitude; MAX_STAGES] })
     }
 
     /// Adds the load pattern `index` times an amplitude given at [`Scene::instants`] of the step.
@@ -148,20 +124,13 @@ impl<'m, T: Scalar> Loads<'m, T> {
         self.pattern(scene, index, staged(scene, amplitudes))
     }
 
-    fn contact(
-        &mut self,
-        scene: &Scene<'_, T>,
-        contact: &Contact,
-        p: Amplitudes,
-    ) -> Result<(), LoadError> {
+    fn contact(&mut self, scene: &Scene<'_, T>, contact: &Contact, p: Amplitudes) -> Result<(), LoadError> {
         self.check(scene, contact.weights.iter().chain(&contact.force), p)?;
         let limit = scene.metadata.n_load_nodes;
         if let Some(&node) = contact.nodes.iter().find(|&&node| node >= limit) {
             return Err(LoadError::NotLoadable { node, limit });
         }
-        let basis = scene.sections.surface.ok_or(LoadError::Missing {
-            kind: SectionKind::SurfaceBasis,
-        })?;
+        let basis = scene.sections.surface.ok_or(LoadError::Missing { kind: SectionKind::SurfaceBasis })?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
         let (r, n_terms) = (self.shape.r, self.shape.n_terms);
         let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
@@ -188,37 +157,22 @@ impl<'m, T: Scalar> Loads<'m, T> {
         Ok(())
     }
 
-    fn pattern(
-        &mut self,
-        scene: &Scene<'_, T>,
-        index: usize,
-        p: Amplitudes,
-    ) -> Result<(), LoadError> {
+    fn pattern(&mut self, scene: &Scene<'_, T>, index: usize, p: Amplitudes) -> Result<(), LoadError> {
         self.check(scene, [].iter(), p)?;
         let count = scene.metadata.n_patterns as usize;
         if index >= count {
             return Err(LoadError::NoPattern { index, count });
         }
-        let basis = scene.sections.pattern_basis.ok_or(LoadError::Missing {
-            kind: SectionKind::PatternBasis,
-        })?;
+        let basis =
+            scene.sections.pattern_basis.ok_or(LoadError::Missing { kind: SectionKind::PatternBasis })?;
         let block = self.block_rows(scene.sections.pattern_block, SectionKind::PatternBlock)?;
         let (r, n_terms) = (self.shape.r, self.shape.n_terms);
         let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         direct.fill(T::ZERO);
-        basis
-            .row(index * r, r)
-            .into_iter()
-            .for_each(|row| add_row(row, T::from_f64(1.0), direct));
+        basis.row(index * r, r).into_iter().for_each(|row| add_row(row, T::from_f64(1.0), direct));
         copy_to_stages(direct, stages);
         for t in 0..n_terms {
-            add_term(
-                scene,
-                t,
-                block.row((index * n_terms + t) * r, r),
-                1.0,
-                stages,
-            );
+            add_term(scene, t, block.row((index * n_terms + t) * r, r), 1.0, stages);
         }
         self.apply(scene, p);
         Ok(())
@@ -233,14 +187,12 @@ impl<'m, T: Scalar> Loads<'m, T> {
         if self.shape != scene.shape {
             return Err(LoadError::Mismatch);
         }
-        let finite = numbers.all(|x| x.is_finite())
-            && p.start.is_finite()
-            && p.stages.iter().all(|x| x.is_finite());
-        if finite {
-            Ok(())
-        } else {
-            Err(LoadError::NotFinite)
+        if self.active && self.generation != scene.generation {
+            return Err(LoadError::Stale);
         }
+        let finite =
+            numbers.all(|x| x.is_finite()) && p.start.is_finite() && p.stages.iter().all(|x| x.is_finite());
+        if finite { Ok(()) } else { Err(LoadError::NotFinite) }
     }
 
     /// The rows of `H − B`; none are needed by the diagonal structure, whose load maps hold `1/(1 + θλ)`.
@@ -260,41 +212,29 @@ impl<'m, T: Scalar> Loads<'m, T> {
         let (r, stride) = (self.shape.r, self.shape.stride().max(1));
         let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         let start = T::from_f64(p.start);
-        self.force
-            .iter_mut()
-            .zip(direct.iter())
-            .for_each(|(force, &g)| *force += start * g);
-        for (stage, (row, amplitude)) in stages.chunks_exact_mut(r.max(1)).zip(p.stages).enumerate()
-        {
+        self.force.iter_mut().zip(direct.iter()).for_each(|(force, &g)| *force += start * g);
+        for (stage, (row, amplitude)) in stages.chunks_exact_mut(r.max(1)).zip(p.stages).enumerate() {
             let amplitude = T::from_f64(amplitude);
             row.iter_mut().for_each(|g| *g = *g * amplitude);
             let map = scene.load_map(stage);
             match self.shape.structure {
                 Structure::Diagonal => {
-                    for (out, map) in self
-                        .increment
-                        .chunks_exact_mut(stride)
-                        .zip(map.chunks_exact(stride))
-                    {
-                        out.iter_mut()
-                            .zip(map)
-                            .zip(row.iter())
-                            .for_each(|((out, &map), &g)| *out += map * g);
+                    for (out, map) in self.increment.chunks_exact_mut(stride).zip(map.chunks_exact(stride)) {
+                        out.iter_mut().zip(map).zip(row.iter()).for_each(|((out, &map), &g)| *out += map * g);
                     }
                 }
                 Structure::Block => add_dense(map.as_chunks().0, row, self.increment),
             }
         }
         self.active = true;
+        self.generation = scene.generation;
     }
 }
 
 /// Starts every stage's row of `H` from the row of `B`.
 fn copy_to_stages<T: Scalar>(direct: &[T], stages: &mut [T]) {
     for row in stages.chunks_exact_mut(direct.len().max(1)) {
-        row.iter_mut()
-            .zip(direct)
-            .for_each(|(out, &value)| *out = value);
+        row.iter_mut().zip(direct).for_each(|(out, &value)| *out = value);
     }
 }
 
@@ -321,8 +261,5 @@ fn staged<T: Scalar>(scene: &Scene<'_, T>, amplitudes: &[f64; 1 + MAX_STAGES]) -
     for (out, stage) in stages.iter_mut().zip(scene.metadata.scheme.active()) {
         *out = stage.load.iter().zip(amplitudes).map(|(f, a)| f * a).sum();
     }
-    Amplitudes {
-        start: amplitudes[0],
-        stages,
-    }
+    Amplitudes { start: amplitudes[0], stages }
 }

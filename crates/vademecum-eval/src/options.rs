@@ -1,5 +1,8 @@
 //! What a scene is asked for, and how much memory it wants for it.
 
+use crate::error::ParameterError;
+use vademecum_format::{MAX_REGIONS, Metadata, ParameterRole};
+
 /// The two ways a step can be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Structure {
@@ -12,7 +15,8 @@ pub enum Structure {
 /// Which structure a scene shall take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StructureChoice {
-    /// The cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error.
+    /// The cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error. The block one if a
+    /// region's scale is not 1; a scene that will be set to such scales later asks for the block one from the start.
     #[default]
     Auto,
     /// The diagonal one.
@@ -35,6 +39,10 @@ pub struct SceneOptions {
     pub stiffness: f64,
     /// Scale of the density.
     pub density: f64,
+    /// `κ_q`: scale of each region's stiffness, beside that of the whole body; 1 past the file's regions.
+    pub region_stiffness: [f64; MAX_REGIONS],
+    /// `ρ_q`: scale of each region's density, beside that of the whole body; 1 past the file's regions.
+    pub region_density: [f64; MAX_REGIONS],
     /// Rayleigh `α` \[1/s\]; the file's if `None`.
     pub alpha: Option<f64>,
     /// Rayleigh `β` \[s\]; the file's if `None`.
@@ -52,10 +60,62 @@ impl Default for SceneOptions {
             time_step: None,
             stiffness: 1.0,
             density: 1.0,
+            region_stiffness: [1.0; MAX_REGIONS],
+            region_density: [1.0; MAX_REGIONS],
             alpha: None,
             beta: None,
             rest_below: 0.0,
         }
+    }
+}
+
+impl SceneOptions {
+    /// The file's parameter of this name.
+    #[must_use]
+    pub fn find(metadata: &Metadata<'_>, name: &str) -> Option<usize> {
+        metadata.active_parameters().iter().position(|parameter| parameter.name == name)
+    }
+
+    /// Sets one of the file's parameters, counted from 0, to a value in its range (ends included).
+    ///
+    /// # Errors
+    /// [`ParameterError`]; the options are then unchanged.
+    pub fn set(
+        &mut self,
+        metadata: &Metadata<'_>,
+        parameter: usize,
+        value: f64,
+    ) -> Result<(), ParameterError> {
+        use ParameterRole as R;
+        let unknown = ParameterError::Unknown { index: parameter };
+        let known = metadata.active_parameters().get(parameter).ok_or(unknown)?;
+        let (lower, upper) = (known.lower, known.upper);
+        if !(lower..=upper).contains(&value) {
+            return Err(ParameterError::OutsideRange { parameter, value, lower, upper });
+        }
+        let region = |scales: &mut [f64; MAX_REGIONS], region: u32| match scales.get_mut(region as usize) {
+            Some(scale) => {
+                *scale = value;
+                Ok(())
+            }
+            None => Err(unknown),
+        };
+        match known.role {
+            R::Stiffness => self.stiffness = value,
+            R::RegionStiffness { region: q } => region(&mut self.region_stiffness, q)?,
+            R::Density => self.density = value,
+            R::RegionDensity { region: q } => region(&mut self.region_density, q)?,
+            R::Alpha => self.alpha = Some(value),
+            R::Beta => self.beta = Some(value),
+            R::TimeStep => self.time_step = Some(value),
+            _ => return Err(unknown),
+        }
+        Ok(())
+    }
+
+    /// Whether the scale of a region is not 1.
+    pub(crate) fn moves_a_region(&self) -> bool {
+        self.region_stiffness.iter().chain(&self.region_density).any(|&scale| scale != 1.0)
     }
 }
 
@@ -64,7 +124,7 @@ impl Default for SceneOptions {
 pub struct Sizes {
     /// Of `T`, to the scene.
     pub scene: usize,
-    /// Of `f64`, to [`Scene::bind`](crate::Scene::bind) while it runs.
+    /// Of `f64`, to [`Scene::bind`](crate::Scene::bind) and [`Scene::set_parameter`](crate::Scene::set_parameter) while they run.
     pub work: usize,
     /// Of `T`, to each [`State`](crate::State).
     pub state: usize,

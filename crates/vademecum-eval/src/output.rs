@@ -21,20 +21,11 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn probe(
-        &self,
-        state: &State<'_, T>,
-        index: usize,
-        field: Field,
-    ) -> Result<f64, OutputError> {
+    pub fn probe(&self, state: &State<'_, T>, index: usize, field: Field) -> Result<f64, OutputError> {
         let count = self.metadata.n_probes as usize;
-        let rows = self.sections.probes.ok_or(OutputError::Missing {
-            kind: SectionKind::ProbeRows,
-        })?;
+        let rows = self.sections.probes.ok_or(OutputError::Missing { kind: SectionKind::ProbeRows })?;
         let row = rows.row(index.saturating_mul(self.shape.r), self.shape.r);
-        let row = row
-            .filter(|_| index < count)
-            .ok_or(OutputError::OutOfRange { index, count })?;
+        let row = row.filter(|_| index < count).ok_or(OutputError::OutOfRange { index, count })?;
         let (coordinates, scale) = self.coordinates(state, field)?;
         Ok(dot(row, coordinates) * scale)
     }
@@ -43,16 +34,8 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn node(
-        &self,
-        state: &State<'_, T>,
-        node: usize,
-        field: Field,
-    ) -> Result<[f64; 3], OutputError> {
-        let (count, n_surface) = (
-            self.metadata.n_nodes as usize,
-            self.metadata.n_surface_nodes as usize,
-        );
+    pub fn node(&self, state: &State<'_, T>, node: usize, field: Field) -> Result<[f64; 3], OutputError> {
+        let (count, n_surface) = (self.metadata.n_nodes as usize, self.metadata.n_surface_nodes as usize);
         if node >= count {
             return Err(OutputError::OutOfRange { index: node, count });
         }
@@ -81,10 +64,7 @@ impl<T: Scalar> Scene<'_, T> {
         let mut value = [0.0; 3];
         for (&node, weight) in point.nodes.iter().zip(point.weights) {
             let at_node = self.node(state, node as usize, field)?;
-            value
-                .iter_mut()
-                .zip(at_node)
-                .for_each(|(sum, x)| *sum += weight * x);
+            value.iter_mut().zip(at_node).for_each(|(sum, x)| *sum += weight * x);
         }
         Ok(value)
     }
@@ -93,18 +73,10 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn surface_into(
-        &self,
-        state: &State<'_, T>,
-        field: Field,
-        out: &mut [T],
-    ) -> Result<(), OutputError> {
+    pub fn surface_into(&self, state: &State<'_, T>, field: Field, out: &mut [T]) -> Result<(), OutputError> {
         let needed = 3 * self.metadata.n_surface_nodes as usize;
         if out.len() != needed {
-            return Err(OutputError::Length {
-                found: out.len(),
-                needed,
-            });
+            return Err(OutputError::Length { found: out.len(), needed });
         }
         let rows = self.rows(SectionKind::SurfaceBasis)?;
         let (coordinates, scale) = self.coordinates(state, field)?;
@@ -116,17 +88,9 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn body_into(
-        &self,
-        state: &State<'_, T>,
-        field: Field,
-        out: &mut [T],
-    ) -> Result<(), OutputError> {
+    pub fn body_into(&self, state: &State<'_, T>, field: Field, out: &mut [T]) -> Result<(), OutputError> {
         let needed = 3 * self.metadata.n_nodes as usize;
-        let length = OutputError::Length {
-            found: out.len(),
-            needed,
-        };
+        let length = OutputError::Length { found: out.len(), needed };
         if out.len() != needed {
             return Err(length);
         }
@@ -140,65 +104,40 @@ impl<T: Scalar> Scene<'_, T> {
         self.surface_into(state, field, surface)
     }
 
-    /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀζ̇ + ½ s_K ζᵀ BᵀKB ζ`. `O(r)` or `O(r²)`.
+    /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions in
+    /// `M_r = Σ ρ_q BᵀM_qB` and `K_r = Σ κ_q BᵀK_qB`. `O(r)`, or `O(r²)` times the regions that count.
     ///
     /// # Errors
     /// [`OutputError::Mismatch`].
     pub fn energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
         let (rates, scale) = self.coordinates(state, Field::Velocity)?;
-        let kinetic: f64 = rates
-            .iter()
-            .map(|x| x.to_f64() * scale)
-            .map(|rate| rate * rate)
-            .sum();
-        Ok(0.5 * self.parameters.density * kinetic
-            + 0.5 * self.parameters.stiffness * self.elastic(state.zeta()))
-    }
-
-    /// `ζᵀ BᵀKB ζ`.
-    fn elastic(&self, zeta: &[T]) -> f64 {
-        let numbers = self.sections.stiffness;
-        if numbers.len() == zeta.len() {
-            return numbers
-                .iter()
-                .zip(zeta)
-                .map(|(lambda, z)| lambda * z.to_f64() * z.to_f64())
-                .sum();
-        }
-        let row = |k: usize| {
-            numbers
-                .row(k * zeta.len(), zeta.len())
-                .map_or(0.0, |row| dot(row, zeta))
-        };
-        zeta.iter()
-            .enumerate()
-            .map(|(k, z)| z.to_f64() * row(k))
-            .sum()
+        let kinetic = form(rates, |k| self.mass_row(k, rates)) * scale * scale;
+        let zeta = state.zeta();
+        let elastic = form(zeta, |k| self.stiffness_row(k, zeta));
+        Ok(0.5 * self.parameters.density * kinetic + 0.5 * self.parameters.stiffness * elastic)
     }
 
     fn rows(&self, kind: SectionKind) -> Result<Numbers<'_>, OutputError> {
-        let rows = if kind == SectionKind::SurfaceBasis {
-            self.sections.surface
-        } else {
-            self.sections.interior
-        };
+        let rows =
+            if kind == SectionKind::SurfaceBasis { self.sections.surface } else { self.sections.interior };
         rows.ok_or(OutputError::Missing { kind })
     }
 
     /// What multiplies the basis: reduced coordinates and a scale.
-    fn coordinates<'s>(
-        &self,
-        state: &'s State<'_, T>,
-        field: Field,
-    ) -> Result<(&'s [T], f64), OutputError> {
+    fn coordinates<'s>(&self, state: &'s State<'_, T>, field: Field) -> Result<(&'s [T], f64), OutputError> {
         if state.shape != self.shape {
             return Err(OutputError::Mismatch);
         }
         Ok(match field {
             Field::Displacement => (state.zeta(), 1.0),
-            Field::Velocity => (state.scaled_velocity(), 1.0 / self.parameters.time_step),
+            Field::Velocity => (state.scaled_velocity(), 1.0 / state.time_step),
         })
     }
+}
+
+/// `Σ_k x_k y_k`.
+fn form<T: Scalar>(x: &[T], y: impl Fn(usize) -> f64) -> f64 {
+    x.iter().enumerate().map(|(k, x)| x.to_f64() * y(k)).sum()
 }
 
 fn dot<T: Scalar>(row: Numbers<'_>, x: &[T]) -> f64 {
@@ -208,12 +147,12 @@ fn dot<T: Scalar>(row: Numbers<'_>, x: &[T]) -> f64 {
 /// `out_d = scale Σ_k B_dk x_k` for all rows of `B`.
 fn reconstruct<T: Scalar>(rows: Numbers<'_>, x: &[T], scale: T, out: &mut [T]) {
     match rows {
-        Numbers::F32(rows) => reconstruct_with(rows, x, scale, out, |bytes| {
-            T::from_f32(f32::from_le_bytes(bytes))
-        }),
-        Numbers::F64(rows) => reconstruct_with(rows, x, scale, out, |bytes| {
-            T::from_f64(f64::from_le_bytes(bytes))
-        }),
+        Numbers::F32(rows) => {
+            reconstruct_with(rows, x, scale, out, |bytes| T::from_f32(f32::from_le_bytes(bytes)))
+        }
+        Numbers::F64(rows) => {
+            reconstruct_with(rows, x, scale, out, |bytes| T::from_f64(f64::from_le_bytes(bytes)))
+        }
     }
 }
 

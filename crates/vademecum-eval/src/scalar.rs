@@ -26,6 +26,8 @@ pub trait Scalar:
 {
     /// Zero.
     const ZERO: Self;
+    /// Relative error of one rounding.
+    const EPSILON: f64;
     /// State numbers \[m kg^½\] smaller than this are set to zero after each step. Products with coefficients down to 1e-13
     /// (`f32`) stay normal numbers, so a body that comes to rest never pays for denormals.
     const FLOOR: Self;
@@ -42,6 +44,7 @@ pub trait Scalar:
 
 impl Scalar for f32 {
     const ZERO: Self = 0.0;
+    const EPSILON: f64 = f32::EPSILON as f64 / 2.0;
     const FLOOR: Self = 1e-24;
 
     #[inline(always)]
@@ -67,6 +70,7 @@ impl Scalar for f32 {
 
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
+    const EPSILON: f64 = f64::EPSILON / 2.0;
     const FLOOR: Self = 1e-250;
 
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! The lengths everything of a scene agrees on, and the choice of the structure.
 
+use crate::axes::Axes;
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
@@ -13,6 +14,8 @@ pub(crate) struct Shape {
     pub r: usize,
     pub n_stages: usize,
     pub n_terms: usize,
+    /// Points of all axes.
+    pub n_points: usize,
 }
 
 impl Shape {
@@ -53,15 +56,22 @@ impl Shape {
         }
     }
 
+    /// Numbers of `f64` that fusing wants.
+    pub const fn work_len(&self) -> usize {
+        let (r, n) = (self.r, self.n_stages);
+        match self.structure {
+            Structure::Diagonal => (9 + 3 * n) * r,
+            Structure::Block => {
+                (n + 9 + 3 * n) * r * r + n * self.n_terms + Axes::WORK * self.n_points + fuse_work_len(r)
+            }
+        }
+    }
+
     pub const fn sizes(&self) -> Sizes {
         let (r, n) = (self.r, self.n_stages);
-        let work = match self.structure {
-            Structure::Diagonal => 0,
-            Structure::Block => (n + 9 + 3 * n) * r * r + fuse_work_len(r),
-        };
         Sizes {
             scene: self.map_len() + n * self.load_map_len() + n * self.n_terms,
-            work,
+            work: self.work_len(),
             state: self.state_len(),
             loads: self.padded() + (2 + n) * r,
         }
@@ -70,49 +80,47 @@ impl Shape {
 
 /// The shape of a scene of these options.
 pub(crate) fn shape(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
+    check(options)?;
+    let structure = choose(metadata, options)?;
+    let (n_terms, n_points) = match structure {
+        Structure::Block => (metadata.n_terms as usize, metadata.n_axis_points() as usize),
+        Structure::Diagonal => (0, 0),
+    };
+    let n_stages = metadata.scheme.active().len();
+    Ok(Shape { structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points })
+}
+
+/// What does not depend on the file.
+pub(crate) fn check(options: &SceneOptions) -> Result<(), BindError> {
     for value in [options.tolerance, options.rest_below] {
         if value.is_nan() || value < 0.0 {
             return Err(BindError::BadOption { value });
         }
     }
-    let structure = choose(metadata, options).ok_or(BindError::NoStructure)?;
-    let n_terms = if structure == Structure::Block {
-        metadata.n_terms as usize
-    } else {
-        0
-    };
-    let n_stages = metadata.scheme.active().len();
-    Ok(Shape {
-        structure,
-        r: metadata.n_modes as usize,
-        n_stages,
-        n_terms,
-    })
+    Ok(())
 }
 
-fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Option<Structure> {
-    let diagonal = metadata.diagonal.then_some(Structure::Diagonal);
+fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, BindError> {
     let block = metadata.block.then_some(Structure::Block);
-    match options.structure {
+    let diagonal = metadata.diagonal.then_some(Structure::Diagonal);
+    if options.moves_a_region() {
+        return match options.structure {
+            StructureChoice::Diagonal => Err(BindError::NotDiagonal),
+            _ => block.ok_or(BindError::NotDiagonal),
+        };
+    }
+    let structure = match options.structure {
         StructureChoice::Diagonal => diagonal,
         StructureChoice::Block => block,
         StructureChoice::Auto if diagonal.is_some() && block.is_some() => {
             let [a, b] = [&metadata.certificate.diagonal, &metadata.certificate.block];
             let error = |c: &StructureCertificate| {
-                if c.trajectory_error.is_nan() {
-                    f64::MAX
-                } else {
-                    c.trajectory_error
-                }
+                if c.trajectory_error.is_nan() { f64::MAX } else { c.trajectory_error }
             };
-            let keeps =
-                |c| error(c) <= options.tolerance || error(c) <= 1.1 * c.projection_floor + 1e-6;
-            if keeps(a) || (!keeps(b) && error(a) <= error(b)) {
-                diagonal
-            } else {
-                block
-            }
+            let keeps = |c| error(c) <= options.tolerance || error(c) <= 1.1 * c.projection_floor + 1e-6;
+            if keeps(a) || (!keeps(b) && error(a) <= error(b)) { diagonal } else { block }
         }
         StructureChoice::Auto => diagonal.or(block),
-    }
+    };
+    structure.ok_or(BindError::NoStructure)
 }

@@ -41,10 +41,7 @@ impl<'m> Surface<'m> {
         let all = section(kind)?.u32s().map_err(missing(kind))?;
         let loadable = 3 * file.metadata().n_load_triangles as usize;
         let triangles = all.get(..loadable).unwrap_or(all);
-        Ok(Self {
-            coordinates,
-            triangles,
-        })
+        Ok(Self { coordinates, triangles })
     }
 
     /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or `point` is not finite.
@@ -57,17 +54,11 @@ impl<'m> Surface<'m> {
                 continue;
             };
             let weights = closest(point, a, b, c);
-            let position =
-                [0, 1, 2].map(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i]);
+            let position = [0, 1, 2].map(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i]);
             let away = minus(point, position);
             let distance = libm::sqrt(dot(away, away));
             if distance.is_finite() && nearest.is_none_or(|known| distance < known.distance) {
-                nearest = Some(SurfacePoint {
-                    nodes,
-                    weights,
-                    position,
-                    distance,
-                });
+                nearest = Some(SurfacePoint { nodes, weights, position, distance });
             }
         }
         nearest

@@ -93,7 +93,7 @@ pub const fn fuse_work_len(r: usize) -> usize {
 /// - `work`: at least [`fuse_work_len`].
 ///
 /// With `r = 1` and `E = −θλ/(1 + θλ)` it gives the 3×3 block of one mode of the diagonal structure.
-/// Cost `O(n_stages (3 + n_stages) r³)` multiply-adds; nothing is allocated.
+/// Cost at most `n_stages (3 + n_stages) r³` multiply-adds; nothing is allocated.
 ///
 /// # Errors
 /// [`SchemeError`] if the table, a parameter or a length is wrong; the outputs are then unspecified.
@@ -186,9 +186,7 @@ impl Propagation<'_> {
             if unit.load_stage == i {
                 add_at(x, unit.row, stage.load);
             }
-            for (x, row) in x.iter_mut().zip(e.chunks_exact(r)) {
-                *x += row.iter().zip(self.combined.iter()).map(|(e, w)| e * w).sum::<f64>();
-            }
+            add_product(e, self.combined, x);
         }
     }
 
@@ -209,6 +207,36 @@ impl Propagation<'_> {
             }
         }
     }
+}
+
+/// `x += E w`, `E` row by row. A unit input meets its first stage as a `w` of one number, and later ones as none if it is another
+/// stage's load: most products are a column or nothing.
+fn add_product(e: &[f64], w: &[f64], x: &mut [f64]) {
+    let mut present = w.iter().enumerate().filter(|&(_, &w)| w != 0.0);
+    let (first, second) = (present.next(), present.next());
+    let mut rows = e.chunks_exact(w.len().max(1));
+    for x in x {
+        let row = rows.next().unwrap_or_default();
+        match (first, second) {
+            (None, _) => {}
+            (Some((column, w)), None) => *x += row.get(column).copied().unwrap_or_default() * w,
+            _ => *x += dot(row, w),
+        }
+    }
+}
+
+/// Eight sums side by side: one alone waits for itself.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (c + g)) + ((b + f) + (d + h)) + rest
 }
 
 fn add_at(out: &mut [f64], index: usize, value: f64) {

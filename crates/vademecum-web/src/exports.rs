@@ -10,7 +10,7 @@ use core::cell::UnsafeCell;
 use core::panic::PanicInfo;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
-use vademecum_eval::format::{File, Metadata};
+use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole};
 use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice, SurfacePoint};
 
 use crate::message::Message;
@@ -141,6 +141,7 @@ pub extern "C" fn describe() -> u32 {
         m.n_terms,
         u32::from(m.diagonal),
         u32::from(m.block),
+        m.n_parameters,
     ];
     let (d, b) = (&m.certificate.diagonal, &m.certificate.block);
     let figures = [
@@ -185,10 +186,39 @@ pub extern "C" fn section(kind: u32) -> *const u8 {
     section.stored().as_ptr()
 }
 
+/// Leaves what parameter `index` of the file says in the exchange buffer: places and lengths of its name and unit, its role
+/// (0 stiffness, 1 a region's stiffness, 2 density, 3 a region's density, 4 `α`, 5 `β`, 6 `Δt`), the region, whether it is
+/// walked in the logarithm, its range and its nominal value. 0 if there is none or its role is not known here.
+#[unsafe(no_mangle)]
+pub extern "C" fn parameter(index: usize) -> u32 {
+    use ParameterRole as R;
+    let module = module();
+    let parameter = module.file.as_ref().and_then(|file| file.metadata().active_parameters().get(index).copied());
+    let Some(p) = parameter else { return 0 };
+    let (role, region) = match p.role {
+        R::Stiffness => (0, 0),
+        R::RegionStiffness { region } => (1, region),
+        R::Density => (2, 0),
+        R::RegionDensity { region } => (3, region),
+        R::Alpha => (4, 0),
+        R::Beta => (5, 0),
+        R::TimeStep => (6, 0),
+        _ => return 0,
+    };
+    let text = |text: &str| [text.as_ptr() as usize as f64, text.len() as f64];
+    let numbers = [f64::from(role), f64::from(region), f64::from(u32::from(p.log)), p.lower, p.upper, p.nominal];
+    module.give(text(p.name).into_iter().chain(text(p.unit)).chain(numbers));
+    1
+}
+
 /// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block), `Δt` \[s\], scales of stiffness and density,
-/// `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\].
+/// `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's stiffness and of each region's density,
+/// 8 and 8.
 fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
-    let [structure, time_step, stiffness, density, alpha, beta, rest_below, ..] = *numbers;
+    let [structure, time_step, stiffness, density, alpha, beta, rest_below, regions @ ..] = *numbers;
+    let (mut region_stiffness, mut region_density) = ([1.0; MAX_REGIONS], [1.0; MAX_REGIONS]);
+    let scales = region_stiffness.iter_mut().chain(&mut region_density);
+    scales.zip(regions).for_each(|(scale, number)| *scale = number);
     let structure = match structure as u32 {
         1 => StructureChoice::Diagonal,
         2 => StructureChoice::Block,
@@ -199,6 +229,8 @@ fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
         time_step: Some(time_step),
         stiffness,
         density,
+        region_stiffness,
+        region_density,
         alpha: Some(alpha),
         beta: Some(beta),
         rest_below,

@@ -1,5 +1,5 @@
 //! Everything the evaluator does, in both precisions, as a library for a machine without operating system: opening, binding,
-//! loading, stepping, reading. `check` builds it and looks at the symbols it is left with.
+//! setting parameters, loading, stepping, reading. `check` builds it and looks at the symbols it is left with.
 #![no_std]
 
 use core::panic::PanicInfo;
@@ -27,9 +27,13 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     let (scene, memory) = memory.split_at_mut_checked(sizes.scene)?;
     let (state, memory) = memory.split_at_mut_checked(sizes.state)?;
     let (loads, out) = memory.split_at_mut_checked(sizes.loads)?;
-    let scene = Scene::bind(&file, &options, scene, work).ok()?;
+    let mut scene = Scene::bind(&file, &options, scene, work).ok()?;
     let mut state = State::new(&scene, state).ok()?;
     let mut loads = Loads::new(&scene, loads).ok()?;
+    let index = SceneOptions::find(file.metadata(), "stiffness")?;
+    scene.set_parameter(index, 1.1, &mut state, work).ok()?;
+    scene.rebind(&options, work).ok()?;
+    state.carry(&scene).ok()?;
     let point = Surface::new(&file).ok()?.locate([0.0; 3])?;
     let contact = Contact { nodes: point.nodes, weights: point.weights, force: [0.0, 0.0, -1.0] };
     loads.add_contact(&scene, &contact).ok()?;

@@ -4,13 +4,13 @@ import { short } from "vademecum/chart";
 
 export const find = (id) => document.getElementById(id);
 
-/** Live parameters: name, unit, slider range; `log` sliders are factors of ten of the value as built. */
-const PARAMETERS = [
-  { key: "stiffness", label: "Stiffness ×", unit: "", log: [-1, 1] },
-  { key: "density", label: "Density ×", unit: "", log: [-1, 1] },
-  { key: "timeStep", label: "Time step", unit: "s", log: [-2, 1] },
-  { key: "alpha", label: "Damping α", unit: "1/s", upto: (built) => Math.max(20, 4 * built.alpha) },
-  { key: "beta", label: "Damping β", unit: "s", upto: (built) => Math.max(built.timeStep, 4 * built.beta) },
+/** What the diagonal structure takes live in any file: name, unit, range (a factor of the value as built where `log`). */
+const ALWAYS = [
+  { key: "stiffness", name: "Stiffness ×", unit: "", log: true, range: () => [0.1, 10] },
+  { key: "density", name: "Density ×", unit: "", log: true, range: () => [0.1, 10] },
+  { key: "timeStep", name: "Time step", unit: "s", log: true, range: ({ timeStep }) => [timeStep / 100, timeStep * 10] },
+  { key: "alpha", name: "Damping α", unit: "1/s", log: false, range: ({ alpha }) => [0, Math.max(20, 4 * alpha)] },
+  { key: "beta", name: "Damping β", unit: "s", log: false, range: ({ beta, timeStep }) => [0, Math.max(timeStep, 4 * beta)] },
 ];
 
 const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"] };
@@ -19,7 +19,7 @@ export class Controls {
   constructor(player, renderer, camera) {
     Object.assign(this, { player, renderer, camera, peak: 0 });
     this.evaluator = player.evaluator;
-    this.asBuilt = { stiffness: 1, density: 1, ...this.evaluator.built };
+    this.asBuilt = { ...this.evaluator.options };
     this.buttons();
     this.parameters();
     this.patterns();
@@ -58,6 +58,9 @@ export class Controls {
       find(id).checked = renderer[id];
       find(id).addEventListener("change", (event) => (renderer[id] = event.target.checked));
     }
+    for (const [value, present] of [["1", this.evaluator.has.diagonal], ["2", this.evaluator.has.block]]) {
+      find("structure").querySelector(`[value="${value}"]`).disabled = !present;
+    }
     find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
     find("structure").addEventListener("change", () => this.set({ structure: Number(find("structure").value) }));
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -79,25 +82,43 @@ export class Controls {
     find("pause").textContent = paused ? "Go on" : "Pause";
   }
 
-  /** Sliders of the live parameters. */
+  /** Sliders of the file's parameters, and of what the diagonal structure takes besides. */
   parameters() {
-    this.sliders = PARAMETERS.map((parameter) => {
-      const built = this.asBuilt[parameter.key];
-      const [low, high] = parameter.log ?? [0, parameter.upto(this.asBuilt)];
-      const input = range(find("parameters"), `parameter-${parameter.key}`, parameter.label, low, high, parameter.log ? 0 : built);
-      const value = () => (parameter.log ? built * 10 ** Number(input.value) : Number(input.value));
-      input.addEventListener("input", () => this.set({ [parameter.key]: value() }));
-      return { ...parameter, input, put: (x) => (input.value = String(parameter.log ? Math.log10(x / built) : x)) };
+    const own = this.evaluator.parameters;
+    const others = ALWAYS.filter(({ key }) => this.evaluator.has.diagonal && !own.some((parameter) => parameter.key === key));
+    const ranged = others.map((parameter) => {
+      const [lower, upper] = parameter.range(this.asBuilt);
+      return { ...parameter, region: null, lower, upper };
+    });
+    this.sliders = [...own, ...ranged].map((parameter) => {
+      const { key, region, name, log, lower, upper } = parameter;
+      const [walked, back] = log ? [Math.log10, (x) => 10 ** x] : [(x) => x, (x) => x];
+      const id = `parameter-${key}${region === null ? "" : `-${region}`}`;
+      const input = range(find("parameters"), id, name, walked(lower), walked(upper), walked(this.value(parameter)));
+      input.addEventListener("input", () => this.set(this.option(parameter, Math.min(upper, Math.max(lower, back(Number(input.value)))))));
+      return { ...parameter, input, put: (x) => (input.value = String(walked(x))) };
     });
     this.shown();
   }
 
+  /** What a parameter stands at. */
+  value({ key, region }) {
+    const option = this.evaluator.options[key];
+    return region === null ? option : option[region];
+  }
+
+  /** The option that puts a parameter to `value`. */
+  option({ key, region }, value) {
+    if (region === null) return { [key]: value };
+    return { [key]: this.evaluator.options[key].map((x, q) => (q === region ? value : x)) };
+  }
+
   /** What is bound, beside the sliders. */
   shown() {
-    for (const { key, unit, input, put } of this.sliders) {
-      const value = this.evaluator.options[key];
+    for (const { input, put, ...parameter } of this.sliders) {
+      const value = this.value(parameter);
       put(value);
-      input.previousElementSibling.textContent = short(value, unit);
+      input.previousElementSibling.textContent = short(value, parameter.unit);
     }
     find("precision").value = this.evaluator.options.double ? "64" : "32";
     find("structure").value = String(this.evaluator.options.structure);
@@ -115,7 +136,7 @@ export class Controls {
   }
 
   reset() {
-    this.set({ ...this.asBuilt, structure: 0, double: true });
+    this.set(this.asBuilt);
   }
 
   /** A slider per load pattern. */

@@ -9,6 +9,9 @@ export const SECTION = {
   modeTable: 16,
 };
 
+/** Scales of the regions, as built. */
+const ONES = Array(8).fill(1);
+
 const ELEMENTS = { 0: Uint8Array, 1: Uint32Array, 3: Float32Array, 4: Float64Array };
 
 /** A range of the module's memory that grows when more is asked of it. */
@@ -64,8 +67,8 @@ export class Evaluator {
 
   describe() {
     this.must(this.wasm.describe());
-    const [nodes, surfaceNodes, loadNodes, triangles, loadTriangles, modes, patterns, probes, terms, diagonal, block,
-      timeStep, alpha, beta, diagonalError, diagonalFloor, blockError, blockFloor] = this.exchange(18);
+    const [nodes, surfaceNodes, loadNodes, triangles, loadTriangles, modes, patterns, probes, terms, diagonal, block, parameters,
+      timeStep, alpha, beta, diagonalError, diagonalFloor, blockError, blockFloor] = this.exchange(19);
     this.counts = { nodes, surfaceNodes, loadNodes, triangles, loadTriangles, modes, patterns, probes, terms };
     this.has = { diagonal: diagonal === 1, block: block === 1 };
     this.built = { timeStep, alpha, beta };
@@ -73,6 +76,7 @@ export class Evaluator {
       diagonal: { error: diagonalError, floor: diagonalFloor }, block: { error: blockError, floor: blockFloor },
     };
     [this.program, this.problem, this.units, this.scheme] = [0, 1, 2, 3].map((which) => this.text(which));
+    this.parameters = Array.from({ length: parameters }, (_, index) => this.parameter(index)).filter((known) => known);
     this.probeNames = this.names(SECTION.probeNames);
     this.patternNames = this.names(SECTION.patternNames);
   }
@@ -80,6 +84,16 @@ export class Evaluator {
   text(which) {
     const at = this.wasm.text(which);
     return new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, this.exchange(1)[0]));
+  }
+
+  /** A live parameter of the file: name, unit, the option it sets (with the region, if it is of one), range. */
+  parameter(index) {
+    if (!this.wasm.parameter(index)) return null;
+    const [nameAt, nameLength, unitAt, unitLength, role, region, log, lower, upper, nominal] = this.exchange(10);
+    const text = (at, length) => new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, length));
+    const key = ["stiffness", "regionStiffness", "density", "regionDensity", "alpha", "beta", "timeStep"][role];
+    const ofRegion = role === 1 || role === 3 ? region : null;
+    return { name: text(nameAt, nameLength), unit: text(unitAt, unitLength), key, region: ofRegion, log: log === 1, lower, upper, nominal };
   }
 
   /** A copy of a section's numbers (bytes for text); null if absent or compressed. */
@@ -97,13 +111,13 @@ export class Evaluator {
 
   /**
    * Binds the file: `{ double, structure (0 chosen, 1 diagonal, 2 block), timeStep [s], stiffness, density, alpha [1/s],
-   * beta [s], restBelow }`. The body is at rest and unloaded afterwards. A refusal throws and leaves nothing bound.
+   * beta [s], restBelow, regionStiffness, regionDensity (8 scales each) }`. The body is at rest and unloaded afterwards. A refusal throws and leaves nothing bound.
    */
   bind(options) {
-    const o = { double: false, structure: 0, stiffness: 1, density: 1, restBelow: 0, ...this.built, ...options };
-    const numbers = [o.structure, o.timeStep, o.stiffness, o.density, o.alpha, o.beta, o.restBelow];
+    const o = { double: false, structure: 0, stiffness: 1, density: 1, restBelow: 0, regionStiffness: ONES, regionDensity: ONES, ...this.built, ...options };
+    const numbers = [o.structure, o.timeStep, o.stiffness, o.density, o.alpha, o.beta, o.restBelow, ...o.regionStiffness, ...o.regionDensity];
     const double = o.double ? 1 : 0;
-    this.exchange(7).set(numbers);
+    this.exchange(numbers.length).set(numbers);
     const at = this.lent.session.hold(this.must(this.wasm.bind_len(double)));
     this.structure = this.must(this.wasm.bind(double, at));
     this.options = o;

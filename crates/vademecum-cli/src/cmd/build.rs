@@ -7,8 +7,8 @@ use vademecum_build::pipeline::{BuildOptions, Report, StructureReport, build};
 use vademecum_build::problem::Problem;
 
 use super::print_json;
-use crate::console::Console;
-use crate::failure::Failure;
+use crate::console::{Console, cancelled};
+use crate::failure::{Cause, Failure};
 
 /// Computes a vademecum from a problem file.
 #[derive(clap::Args)]
@@ -34,6 +34,9 @@ impl Build {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
         let built = build(&problem, &BuildOptions { keep_missed: self.keep_missed }, console)?;
+        if cancelled() {
+            return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
+        }
         write_atomic(&self.output, &built.bytes).map_err(|error| Failure::io(&self.output, error))?;
         console.clear();
         if self.json {

@@ -7,7 +7,7 @@ use vademecum_build::pipeline::StructureReport;
 use vademecum_eval::Mapped;
 use vademecum_format::{File, SectionKind};
 
-use super::print_json;
+use super::{print_json, whole_file};
 use crate::failure::Failure;
 use crate::player::names;
 
@@ -81,7 +81,7 @@ struct SectionReport {
 impl Info {
     pub fn run(&self) -> Result<(), Failure> {
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let file = whole_file(&self.file, &mapped)?;
         let report = self.report(mapped.bytes().len(), &file)?;
         if self.json {
             print_json(&report);

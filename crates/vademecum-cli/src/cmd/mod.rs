@@ -12,6 +12,9 @@ pub mod view;
 
 use std::path::Path;
 
+use vademecum_eval::Mapped;
+use vademecum_format::File;
+
 use crate::failure::Failure;
 
 /// Prints a value as JSON on standard output.
@@ -27,4 +30,13 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
 /// Makes an output folder.
 pub fn make_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|error| Failure::io(path, error))
+}
+
+/// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a damaged basis would
+/// pass for physics.
+pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped) -> Result<File<'a>, Failure> {
+    let failed = |error| Failure::file(path, error).remedy("the file was damaged after it was built: copy or build it again");
+    let file = mapped.file().map_err(failed)?;
+    file.verify_all().map_err(failed)?;
+    Ok(file)
 }

@@ -8,7 +8,7 @@ use vademecum_build::scenario::{FieldChoice, Scenario};
 use vademecum_eval::{Field, Mapped, Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
-use super::{make_folder, write_text};
+use super::{make_folder, whole_file, write_text};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::player::{Track, names, play};
@@ -61,7 +61,7 @@ impl Run {
         use vademecum_build::progress::Listener;
         let scenario = Scenario::read(&self.scenario)?;
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let file = whole_file(&self.file, &mapped)?;
         let options =
             SceneOptions { structure: self.structure.into(), time_step: self.time_step, ..SceneOptions::default() };
         let track = Track::bind(&self.file, &file, &scenario)?;

@@ -14,7 +14,7 @@ use vademecum_build::scenario::Scenario;
 use vademecum_eval::{Field, Loads, Mapped, Scene, SceneOptions, State, Structure};
 use vademecum_format::{File, SectionKind};
 
-use super::print_json;
+use super::{print_json, whole_file};
 use super::run::StructureArgument;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
@@ -91,7 +91,7 @@ impl Verify {
         let problem = Problem::read(&self.problem)?;
         let scenario = Scenario::read(&self.scenario)?;
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let file = whole_file(&self.file, &mapped)?;
         let options = SceneOptions { structure: self.structure.into(), ..SceneOptions::default() };
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;

@@ -1,0 +1,66 @@
+//! Setting a bound scene to other parameters, where it is and without heap.
+//!
+//! The new step is fused in lent work memory and checked there; only then is the scene's own memory written, so an error leaves
+//! everything as it was. Bits: a scene set to parameters is the scene freshly bound to them.
+
+use crate::bind::{Asked, fuse, lay_out};
+use crate::error::BindError;
+use crate::options::{SceneOptions, Structure, StructureChoice};
+use crate::scalar::Scalar;
+use crate::scene::Scene;
+use crate::shape;
+use crate::state::State;
+
+impl<T: Scalar> Scene<'_, T> {
+    /// Sets one of the file's parameters ([`SceneOptions::find`] tells its index by name) and carries `state` over: displacement,
+    /// velocity and acceleration stay what they are. Loads added before are stale: clear them and add them again.
+    ///
+    /// `work` holds at least [`Sizes::work`](crate::Sizes::work) numbers. Costs what [`Scene::bind`] costs.
+    ///
+    /// # Errors
+    /// [`BindError`]; scene and state are then unchanged.
+    pub fn set_parameter(
+        &mut self,
+        index: usize,
+        value: f64,
+        state: &mut State<'_, T>,
+        work: &mut [f64],
+    ) -> Result<(), BindError> {
+        if state.shape != self.shape {
+            return Err(BindError::Mismatch);
+        }
+        let mut options = self.options;
+        options.set(&self.metadata, index, value)?;
+        let time_step = options.time_step.unwrap_or(self.metadata.time_step);
+        state.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
+        self.rebind(&options, work)?;
+        state.accept(time_step);
+        Ok(())
+    }
+
+    /// Binds the scene to other options where it is; for several parameters at once, or several states, each of which then wants
+    /// [`State::carry`]. The structure stays: the options' choice must be the scene's structure or `Auto`.
+    ///
+    /// # Errors
+    /// [`BindError`]; the scene is then unchanged.
+    pub fn rebind(&mut self, options: &SceneOptions, work: &mut [f64]) -> Result<(), BindError> {
+        shape::check(options)?;
+        match (options.structure, self.shape.structure) {
+            (StructureChoice::Diagonal, Structure::Block) | (StructureChoice::Block, Structure::Diagonal) => {
+                return Err(BindError::OtherStructure);
+            }
+            (_, Structure::Diagonal) if options.moves_a_region() => return Err(BindError::NotDiagonal),
+            _ => {}
+        }
+        let (found, needed) = (work.len(), self.shape.work_len());
+        let work = work.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
+        let asked = Asked::new(&self.metadata, options);
+        let fused = fuse::<T>(&self.metadata, &self.sections, &asked, self.shape, work)?;
+        lay_out(&fused, self.shape, self.map, self.load_maps, self.weights);
+        self.options = *options;
+        self.parameters = asked.step;
+        self.rest_below = T::from_f64(options.rest_below);
+        self.generation = self.generation.wrapping_add(1);
+        Ok(())
+    }
+}

@@ -1,0 +1,91 @@
+//! The built program, as a user runs it.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// The program's path; the first call has cargo build it, in the profile the tests were built in.
+///
+/// # Panics
+/// If it does not build.
+#[must_use]
+pub fn program() -> PathBuf {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(build).clone()
+}
+
+fn build() -> PathBuf {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--quiet", "--package", "vademecum-cli"]).current_dir(repository());
+    if !cfg!(debug_assertions) {
+        cargo.arg("--release");
+    }
+    assert!(cargo.status().expect("cargo").success(), "the program does not build");
+    // This test lies in <target>/<profile>/deps, the program one folder up.
+    let test = std::env::current_exe().expect("the test's own path");
+    let profile = test.ancestors().nth(2).expect("a profile folder");
+    profile.join(format!("vademecum{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// The repository's folder.
+#[must_use]
+pub fn repository() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// What a run of the program gave.
+pub struct Ran {
+    /// Exit code; `None` after a signal.
+    pub code: Option<i32>,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+}
+
+impl Ran {
+    /// From what the system gave.
+    #[must_use]
+    pub fn new(output: &Output) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        Self { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) }
+    }
+
+    /// Standard output as JSON.
+    ///
+    /// # Panics
+    /// If the run failed or printed something else.
+    #[must_use]
+    pub fn json(&self) -> serde_json::Value {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        serde_json::from_str(&self.stdout).expect("JSON on standard output")
+    }
+
+    /// Asserts the exit code and that the error names all of `parts`.
+    ///
+    /// # Panics
+    /// If not.
+    pub fn fails(&self, code: i32, parts: &[&str]) {
+        assert_eq!(self.code, Some(code), "{}", self.stderr);
+        for part in parts {
+            assert!(self.stderr.contains(part), "`{part}` is not named in: {}", self.stderr);
+        }
+    }
+}
+
+/// Runs the program, quietly.
+///
+/// # Panics
+/// If it cannot be started.
+#[must_use]
+pub fn vademecum<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Ran {
+    Ran::new(&command(arguments).output().expect("the program starts"))
+}
+
+/// The program with these arguments, yet to be run.
+#[must_use]
+pub fn command<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Command {
+    let mut command = Command::new(program());
+    command.arg("--quiet").args(arguments);
+    command
+}

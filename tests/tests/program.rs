@@ -1,0 +1,240 @@
+//! The program end to end, on a body of 324 dofs: what a user types and what comes back.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use serde_json::Value;
+use vademecum_tests::program::{Ran, repository, vademecum};
+
+/// A path of the fixtures.
+fn fixture(name: &str) -> PathBuf {
+    repository().join("fixtures").join(name)
+}
+
+fn short_beam() -> PathBuf {
+    fixture("problems/short-beam.toml")
+}
+
+fn run<const N: usize>(arguments: [&dyn AsRef<std::ffi::OsStr>; N]) -> Ran {
+    vademecum(&arguments.map(|a| a.as_ref().to_os_string()))
+}
+
+/// The short beam's file, built once for all tests of this program.
+fn built() -> &'static Path {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let (_, path) = FILE.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("beam.vdm");
+        let built = run([&"build", &short_beam(), &"-o", &path, &"--json"]).json();
+        assert_eq!(built["dofs"], 324);
+        (folder, path)
+    });
+    path
+}
+
+/// The short beam with `from` replaced, in a folder of its own.
+fn changed(from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
+    let text = std::fs::read_to_string(short_beam()).expect("the fixture");
+    assert!(text.contains(from), "the fixture has no `{from}`");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("changed.toml");
+    std::fs::write(&path, text.replace(from, to)).expect("written");
+    (folder, path)
+}
+
+fn has_keys(value: &Value, keys: &[&str]) {
+    for key in keys {
+        assert!(value.get(key).is_some(), "no key `{key}` in {value}");
+    }
+}
+
+#[test]
+fn info_tells_what_a_file_holds() {
+    let info = run([&"info", &built(), &"--json"]).json();
+    let keys = ["mesh_hash", "structures", "axes", "certificate", "sections", "problem", "units", "program"];
+    has_keys(&info, &keys);
+    assert_eq!(info["nodes"], 117);
+    assert_eq!(info["modes"], 4);
+    assert_eq!(info["scheme"], "bathe");
+    assert_eq!(info["probes"], serde_json::json!(["tip"]));
+    assert_eq!(info["load_patterns"], serde_json::json!(["gravity"]));
+    assert_eq!(info["problem"], std::fs::read_to_string(short_beam()).expect("the fixture"));
+}
+
+#[test]
+fn mesh_tells_what_a_mesh_file_holds() {
+    let mesh = run([&"mesh", &fixture("meshes/cube.msh"), &"--json"]).json();
+    assert_eq!(mesh["elements"], 5);
+    assert_eq!(mesh["volume"], 1.0);
+    assert_eq!(mesh["bounding_box"], serde_json::json!([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]));
+    assert_eq!(mesh["problems"], serde_json::json!([]));
+    has_keys(&mesh, &["quality", "groups", "regions", "notes"]);
+}
+
+#[test]
+fn modes_are_those_of_a_beam() {
+    let modes = run([&"modes", &short_beam(), &"--count", &"6", &"--json"]).json();
+    let frequencies = modes["frequencies_hz"].as_array().expect("a list");
+    assert_eq!(frequencies.len(), 6);
+    // Euler–Bernoulli, h = 0.1: 0.5596 √(E/ρ h²/12)/L² = 20.85 Hz, twice; shear at L/h = 10 takes 1 to 2 % from it and
+    // six quadratic elements along the beam give a few percent back.
+    let euler: f64 = 0.5596 * (2e9 / 1200.0 * 0.01 / 12.0_f64).sqrt();
+    for frequency in &frequencies[..2] {
+        let frequency = frequency.as_f64().expect("a number");
+        assert!((frequency / euler - 1.0).abs() < 0.05, "{frequency} Hz against {euler} Hz");
+    }
+}
+
+#[test]
+fn a_problem_finds_its_mesh_beside_itself() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("cube.vdm");
+    let report = run([&"build", &fixture("problems/cube.toml"), &"-o", &path, &"--json"]).json();
+    assert_eq!(report["dofs"], 12);
+    assert_eq!(report["file_bytes"].as_u64(), std::fs::metadata(&path).ok().map(|m| m.len()));
+}
+
+#[test]
+fn verify_compares_with_the_full_order_march() {
+    let scenario = fixture("scenarios/short-push.toml");
+    for structure in ["diagonal", "block"] {
+        let arguments: [&dyn AsRef<std::ffi::OsStr>; 9] = [
+            &"verify",
+            &built(),
+            &"--problem",
+            &short_beam(),
+            &"--scenario",
+            &scenario,
+            &"--structure",
+            &structure,
+            &"--json",
+        ];
+        let report = run(arguments).json();
+        has_keys(&report, &["dofs", "modes", "full_order_seconds_per_step", "vademecum_seconds_per_step"]);
+        let number = |key: &str| report[key].as_f64().expect(key);
+        assert_eq!(report["steps"], 200);
+        assert_eq!(report["structure"], structure);
+        // The build's own promise, on loads it has not seen: floor_ratio and absolute of `[tolerance]`.
+        assert!(number("trajectory_error") <= 1.1 * number("projection_floor") + 1e-6, "{report}");
+        assert!(number("projection_floor") < 0.1, "four modes show most of a push: {report}");
+        assert!(number("spectral_radius") <= 1.0 + 1e-12, "{report}");
+        // Nothing acts after release, and the scheme takes energy away.
+        assert!(number("energy_drift") <= 1e-12 && number("energy_ratio") <= 1.0 + 1e-12, "{report}");
+        assert!(number("energy_drift_full_order") <= 1e-12, "{report}");
+    }
+}
+
+#[test]
+fn two_builds_are_the_same_bytes_whatever_the_threads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for threads in ["1", "2"] {
+        let path = folder.path().join(threads);
+        let mut command = vademecum_tests::program::command(&["build"]);
+        command.arg(short_beam()).arg("-o").arg(&path).env("RAYON_NUM_THREADS", threads);
+        assert!(command.output().expect("the program starts").status.success());
+        assert!(
+            std::fs::read(&path).expect("a file") == std::fs::read(built()).expect("a file"),
+            "{threads} threads"
+        );
+    }
+}
+
+/// Everything in a folder, by name.
+fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entry = |entry: std::io::Result<std::fs::DirEntry>| {
+        let entry = entry.expect("an entry");
+        (entry.file_name().to_string_lossy().into_owned(), std::fs::read(entry.path()).expect("readable"))
+    };
+    let mut all: Vec<_> = std::fs::read_dir(folder).expect("a folder").map(entry).collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn two_runs_are_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let outputs = ["a", "b"].map(|name| folder.path().join(name));
+    for output in &outputs {
+        let scenario = fixture("scenarios/short-push.toml");
+        let ran = run([&"run", &built(), &"--scenario", &scenario, &"-o", output]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    }
+    let [a, b] = outputs.map(|output| contents(&output));
+    // 200 steps, a field every 20 and at the start, the collection and the table.
+    assert_eq!(a.len(), 11 + 2);
+    assert!(a == b);
+}
+
+#[test]
+fn every_cause_has_its_exit_code_and_names_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = folder.path().join("none.vdm");
+    let build = |problem: &Path| run([&"build", &problem, &"-o", &output]);
+
+    run([&"build"]).fails(2, &["PROBLEM", "Usage"]);
+    build(Path::new("no-such.toml")).fails(3, &["no-such.toml"]);
+    let (_kept, unknown) = changed("poisson = 0.3", "poison = 0.3");
+    build(&unknown).fails(3, &["changed.toml", "line 9", "poison", "expected one of"]);
+    let (_kept, impossible) = changed("poisson = 0.3", "poisson = 0.5");
+    build(&impossible).fails(3, &["changed.toml", "`material[0].poisson` is 0.5", "below 0.5"]);
+    let (_kept, group) = changed("x_min", "x_mim");
+    build(&group).fails(3, &["changed.toml", "support[0].on", "no group `x_mim`", "`x_min`"]);
+
+    let (kept, lost) =
+        changed("block = { lengths = [1.0, 0.1, 0.1], divisions = [6, 1, 1] }", "file = \"cube.msh\"");
+    build(&lost).fails(4, &["cube.msh"]);
+    let mesh = std::fs::read_to_string(fixture("meshes/cube.msh")).expect("the fixture");
+    std::fs::write(kept.path().join("cube.msh"), mesh.replace("7 1 1 1", "7 1 one 1")).expect("written");
+    build(&lost).fails(4, &["cube.msh", "line 16", "one"]);
+    run([&"mesh", &kept.path().join("cube.msh")]).fails(4, &["cube.msh", "line 16", "one"]);
+
+    let (_kept, loose) = changed("[[support]]\non = { group = \"x_min\" }", "");
+    build(&loose).fails(5, &["support"]);
+    let (_kept, hard) =
+        changed("modes = 4", "kind = \"pod\"\nmodes = 6\n[tolerance]\nfloor_ratio = 1.0\nabsolute = 1e-13");
+    build(&hard).fails(6, &["no structure keeps the tolerance", "floor", "--keep-missed"]);
+    assert!(!output.exists(), "a failed build writes nothing");
+    let kept_missed = run([&"build", &hard, &"-o", &output, &"--keep-missed"]);
+    assert_eq!(kept_missed.code, Some(0), "{}", kept_missed.stderr);
+    let read_only = folder.path().join("no-folder/body.vdm");
+    run([&"build", &short_beam(), &"-o", &read_only]).fails(1, &["body.vdm"]);
+}
+
+#[test]
+fn a_damaged_file_is_refused_wherever_the_damage_is() {
+    let bytes = std::fs::read(built()).expect("a file");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("damaged.vdm");
+    // Magic, directory, metadata, a number of some section, the last byte.
+    for place in [0, 100, bytes.len() / 16, bytes.len() / 2, bytes.len() - 1] {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 0x10;
+        std::fs::write(&path, &damaged).expect("written");
+        run([&"info", &path]).fails(7, &["damaged.vdm"]);
+        let scenario = fixture("scenarios/short-push.toml");
+        run([&"run", &path, &"--scenario", &scenario, &"-o", &folder.path()]).fails(7, &["damaged.vdm"]);
+    }
+    std::fs::write(&path, &bytes[..bytes.len() - 1]).expect("written");
+    run([&"info", &path]).fails(7, &["damaged.vdm"]);
+}
+
+#[test]
+fn a_scenario_that_does_not_fit_is_refused_by_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scenario.toml");
+    let refused = |text: &str, parts: &[&str]| {
+        std::fs::write(&path, text).expect("written");
+        run([&"run", &built(), &"--scenario", &path, &"-o", &folder.path().join("out")]).fails(3, parts);
+    };
+    refused("duration = 0.1\n[[pattern]]\nname = \"wind\"", &["wind", "gravity"]);
+    refused("duration = -0.1", &["scenario.toml", "duration"]);
+    refused("duration = 0.1\nlength = 2.0", &["scenario.toml", "line 2", "length"]);
+}
+
+#[test]
+fn verify_refuses_a_foreign_mesh() {
+    let (_kept, other) = changed("[6, 1, 1]", "[7, 1, 1]");
+    let scenario = fixture("scenarios/short-push.toml");
+    let ran = run([&"verify", &built(), &"--problem", &other, &"--scenario", &scenario]);
+    ran.fails(7, &["beam.vdm", "another mesh", "changed.toml"]);
+}
