@@ -29,6 +29,8 @@ Examples:
   vademecum info body.vdm --json                    what a file holds
   vademecum run body.vdm --scenario s.toml -o out/  step it; CSV for probes, VTU for fields
   vademecum verify body.vdm --problem problem.toml --scenario s.toml
+  vademecum view body.vdm                           push it in the browser
+  vademecum report body.vdm -o report.html          one page about a build, with figures
 
 Exit codes: 0 done, 1 the machine failed, 2 wrong usage, 3 problem or scenario file, 4 mesh, 5 numerics,
 6 a tolerance is missed, 7 vademecum file, 130 stopped on request.";
@@ -42,6 +44,8 @@ enum Command {
     Run(cmd::run::Run),
     Verify(cmd::verify::Verify),
     Demo(cmd::demo::Demo),
+    View(cmd::view::View),
+    Report(cmd::report::Report),
 }
 
 fn main() -> ExitCode {
@@ -56,6 +60,8 @@ fn main() -> ExitCode {
         Command::Run(command) => command.run(&console),
         Command::Verify(command) => command.run(&console),
         Command::Demo(command) => command.run(&console),
+        Command::View(command) => command.run(&console),
+        Command::Report(command) => command.run(&console),
     };
     console.clear();
     match result {

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 /// A named line.
@@ -34,6 +35,9 @@ const COLORS: [RGBColor; 5] = [
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
 ];
+
+/// Length of dashes and gaps of the lines of a chart \[px\]; without gaps the line is whole.
+const DASHES: [(u32, u32); 4] = [(1, 0), (7, 7), (2, 5), (12, 4)];
 
 /// Size of every picture \[px\].
 const SIZE: (u32, u32) = (900, 480);
@@ -66,6 +70,17 @@ pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> Draw
     }
 }
 
+/// A label of at most four figures: whole numbers without a point, very small and very large ones with a power of ten.
+fn number(value: f64) -> String {
+    let plain = value == 0.0 || (1e-2..1e5).contains(&value.abs());
+    let text = if plain { format!("{value:.3}") } else { format!("{value:.1e}") };
+    let (digits, power) = text.split_once('e').unwrap_or((&text, ""));
+    let digits =
+        if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
+    let digits = if digits == "-0" { "0" } else { digits };
+    if power.is_empty() { digits.into() } else { format!("{digits}e{power}") }
+}
+
 fn draw<Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], x: std::ops::Range<f64>, y: Y) -> DrawResult
 where
     Y: AsRangedCoord<Value = f64>,
@@ -79,29 +94,29 @@ where
         .x_label_area_size(44)
         .y_label_area_size(86)
         .build_cartesian_2d(x, y)?;
-    let number = |v: &f64| {
-        if *v == 0.0 || (1e-2..1e4).contains(&v.abs()) { format!("{v:.3}") } else { format!("{v:.1e}") }
-    };
     context
         .configure_mesh()
         .x_desc(chart.x)
         .y_desc(chart.y)
         .label_style(("sans-serif", 14))
         .light_line_style(RGBColor(238, 238, 238))
-        .x_label_formatter(&number)
-        .y_label_formatter(&number)
+        .x_label_formatter(&|v: &f64| number(*v))
+        .y_label_formatter(&|v: &f64| number(*v))
         .draw()?;
     for (i, line) in series.iter().enumerate() {
-        let style = COLORS[i % COLORS.len()].stroke_width(if i == 0 { 2 } else { 1 });
-        let points = line
-            .points
-            .iter()
-            .copied()
-            .filter(|p| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0));
-        context
-            .draw_series(LineSeries::new(points, style))?
-            .label(line.name)
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 24, y)], style));
+        let style = COLORS[i % COLORS.len()].stroke_width(2);
+        let usable = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0);
+        let points: Vec<(f64, f64)> = line.points.iter().copied().filter(usable).collect();
+        // A line that covers the one before it shall not hide it.
+        let (dash, gap) = DASHES[i % DASHES.len()];
+        let drawn = match gap {
+            0 => context.draw_series(LineSeries::new(points, style))?,
+            gap => context.draw_series(DashedLineSeries::new(points, dash, gap, style))?,
+        };
+        drawn.label(line.name).legend(move |(x, y)| match gap {
+            0 => PathElement::new(vec![(x, y), (x + 24, y)], style).into_dyn(),
+            gap => DashedPathElement::new(vec![(x, y), (x + 24, y)], dash, gap, style).into_dyn(),
+        });
     }
     if series.len() > 1 {
         context
@@ -211,4 +226,36 @@ fn light(triangle: &[[f64; 3]; 3]) -> u8 {
     let length = n.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
     let cosine = (0.2 * n[0] + 0.5 * n[1] + 0.84 * n[2]) / length;
     (170.0 + 70.0 * cosine).clamp(90.0, 240.0) as u8
+}
+
+/// Writes horizontal bars: label, length, what stands at its end. Lengths are shares of the longest.
+pub fn bars(path: &Path, title: &str, rows: &[(String, f64, String)]) -> DrawResult {
+    const ROW: i32 = 26;
+    const LEFT: i32 = 190;
+    let longest = rows.iter().map(|row| row.1).fold(f64::MIN_POSITIVE, f64::max);
+    let height = 60 + ROW * rows.len() as i32;
+    let room = f64::from(SIZE.0 as i32 - LEFT - 170);
+    let root = SVGBackend::new(path, (SIZE.0, height as u32)).into_drawing_area();
+    root.fill(&WHITE)?;
+    root.draw(&Text::new(title, (20, 14), ("sans-serif", 20)))?;
+    for (i, (label, length, value)) in rows.iter().enumerate() {
+        let y = 46 + ROW * i as i32;
+        let end = LEFT + (room * length / longest).round() as i32;
+        root.draw(&Text::new(label.as_str(), (20, y + 4), ("sans-serif", 14)))?;
+        root.draw(&Rectangle::new([(LEFT, y), (end.max(LEFT + 1), y + ROW - 7)], COLORS[0].filled()))?;
+        root.draw(&Text::new(value.as_str(), (end + 8, y + 4), ("sans-serif", 14)))?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_short_and_exact() {
+        let labels = [0.0, 1.0, 20.0, 0.25, -3.5, 12000.0, 1e6, 2.5e-7, -0.0001].map(number);
+        assert_eq!(labels, ["0", "1", "20", "0.25", "-3.5", "12000", "1e6", "2.5e-7", "-1e-4"]);
+    }
 }

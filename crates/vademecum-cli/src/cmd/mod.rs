@@ -5,8 +5,10 @@ pub mod demo;
 pub mod info;
 pub mod mesh;
 pub mod modes;
+pub mod report;
 pub mod run;
 pub mod verify;
+pub mod view;
 
 use std::path::Path;
 

@@ -1,0 +1,167 @@
+// The surface of a body: what is drawn, what can be pressed, and a force that bends it visibly.
+import { SECTION } from "vademecum/evaluator";
+import { add, cross, dot, norm, scaled, sub, unit } from "vademecum/vectors";
+
+/** Neighbouring triangles closer than this are shaded as one smooth surface. */
+const SMOOTH = Math.cos((35 * Math.PI) / 180);
+
+export class Body {
+  constructor(evaluator) {
+    const { surfaceNodes, loadTriangles } = evaluator.counts;
+    const rest = evaluator.section(SECTION.coordinates);
+    const triangles = evaluator.section(SECTION.triangles);
+    const basis = evaluator.section(SECTION.surfaceBasis);
+    if (!rest || !triangles || !basis) throw new Error("the surface of this file is compressed or missing");
+    this.rest = Float64Array.from(rest.subarray(0, 3 * surfaceNodes));
+    this.triangles = triangles;
+    this.loadTriangles = loadTriangles;
+    this.box = boundingBox(this.rest);
+    this.size = norm(sub(this.box.high, this.box.low));
+    this.displaced = new Float64Array(this.rest.length);
+    this.held = heldNodes(basis, surfaceNodes, evaluator.counts.modes);
+    this.edges = uniqueEdges(triangles);
+    Object.assign(this, splitAtCreases(this.rest, triangles, loadTriangles));
+    this.flexible = flexiblePoint(this, evaluator, basis);
+  }
+
+  node(i, positions = this.rest) {
+    return [positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]];
+  }
+
+  corners(triangle, positions = this.rest) {
+    return [0, 1, 2].map((k) => this.node(this.triangles[3 * triangle + k], positions));
+  }
+
+  /** Outward unit normal of a triangle at rest. */
+  normal(triangle) {
+    const [a, b, c] = this.corners(triangle);
+    return unit(cross(sub(b, a), sub(c, a)));
+  }
+
+  /** Positions drawn: rest plus magnified displacement. */
+  displace(displacement, magnification) {
+    for (let i = 0; i < this.rest.length; i++) this.displaced[i] = this.rest[i] + magnification * displacement[i];
+  }
+
+  /** Where a point `{ nodes, weights }` is drawn. */
+  place(point, positions = this.displaced) {
+    return [0, 1, 2].reduce((sum, k) => add(sum, scaled(this.node(point.nodes[k], positions), point.weights[k])), [0, 0, 0]);
+  }
+
+  /** The first triangle a ray meets, as `{ triangle, loadable, point }`; null if it passes by. */
+  pick({ from, along }) {
+    let best = null;
+    for (let t = 0; t < this.triangles.length / 3; t++) {
+      const [a, b, c] = this.corners(t, this.displaced);
+      const [ab, ac, away] = [sub(b, a), sub(c, a), sub(from, a)];
+      const p = cross(along, ac);
+      const determinant = dot(ab, p);
+      if (determinant === 0) continue;
+      const v = dot(away, p) / determinant;
+      const q = cross(away, ab);
+      const w = dot(along, q) / determinant;
+      const distance = dot(ac, q) / determinant;
+      if (v < 0 || w < 0 || v + w > 1 || distance <= 0 || (best && distance >= best.distance)) continue;
+      best = { triangle: t, distance, weights: [1 - v - w, v, w] };
+    }
+    if (!best) return null;
+    const nodes = [0, 1, 2].map((k) => this.triangles[3 * best.triangle + k]);
+    return { triangle: best.triangle, loadable: best.triangle < this.loadTriangles, point: { nodes, weights: best.weights } };
+  }
+}
+
+function boundingBox(points) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  points.forEach((x, i) => {
+    low[i % 3] = Math.min(low[i % 3], x);
+    high[i % 3] = Math.max(high[i % 3], x);
+  });
+  return { low, high };
+}
+
+/** Nodes no mode moves: the supports. */
+function heldNodes(basis, nodes, modes) {
+  const held = [];
+  for (let node = 0; node < nodes; node++) {
+    const row = basis.subarray(3 * modes * node, 3 * modes * (node + 1));
+    if (row.every((x) => x === 0)) held.push(node);
+  }
+  return held;
+}
+
+/** Pairs of nodes, each once. */
+function uniqueEdges(triangles) {
+  const seen = new Set(), edges = [];
+  for (let t = 0; t < triangles.length; t += 3) {
+    for (let k = 0; k < 3; k++) {
+      const [a, b] = [triangles[t + k], triangles[t + ((k + 1) % 3)]].sort((x, y) => x - y);
+      const key = a * 4294967296 + b;
+      if (!seen.has(key)) edges.push(a, b);
+      seen.add(key);
+    }
+  }
+  return Uint32Array.from(edges);
+}
+
+/** One vertex per node and smooth patch: `vertexNode`, `vertexLoadable`, and triangles over vertices (`vertexCorners`). */
+function splitAtCreases(rest, triangles, loadTriangles) {
+  const vertexNode = [], vertexLoadable = [], normals = [];
+  const patches = new Map();
+  const vertexCorners = new Uint32Array(triangles.length);
+  const at = (i) => [rest[3 * i], rest[3 * i + 1], rest[3 * i + 2]];
+  for (let c = 0; c < triangles.length; c += 3) {
+    const [a, b, d] = [at(triangles[c]), at(triangles[c + 1]), at(triangles[c + 2])];
+    const normal = unit(cross(sub(b, a), sub(d, a)));
+    const loadable = c / 3 < loadTriangles ? 1 : 0;
+    for (let k = 0; k < 3; k++) {
+      const node = triangles[c + k];
+      const known = patches.get(node) ?? [];
+      patches.set(node, known);
+      let vertex = known.find((v) => vertexLoadable[v] === loadable && dot(normals[v], normal) > SMOOTH);
+      if (vertex === undefined) {
+        vertex = vertexNode.length;
+        known.push(vertex);
+        vertexNode.push(node);
+        vertexLoadable.push(loadable);
+        normals.push(normal);
+      }
+      vertexCorners[c + k] = vertex;
+    }
+  }
+  return { vertexNode: Uint32Array.from(vertexNode), vertexLoadable: Float32Array.from(vertexLoadable), vertexCorners };
+}
+
+/** The loadable node that gives way most along its normal, and a round force that moves it by 4 % of the body's size:
+ * static compliance `Σ_k (B_k·n)²/λ_k`. */
+function flexiblePoint(body, evaluator, basis) {
+  const { modes, loadNodes } = evaluator.counts;
+  const table = evaluator.section(SECTION.modeTable);
+  const lambda = evaluator.section(SECTION.eigenvalues) ?? (table && table.filter((_, i) => i % 6 === 1));
+  const normals = Array.from({ length: loadNodes }, () => [0, 0, 0]);
+  for (let t = 0; t < body.loadTriangles; t++) {
+    const normal = body.normal(t);
+    for (let k = 0; k < 3; k++) {
+      const node = body.triangles[3 * t + k];
+      normals[node] = add(normals[node], normal);
+    }
+  }
+  let best = { node: 0, compliance: 0, normal: [0, 0, 1] };
+  for (let node = 0; lambda && node < loadNodes; node++) {
+    const normal = unit(normals[node]);
+    let compliance = 0;
+    for (let k = 0; k < modes; k++) {
+      const along = [0, 1, 2].reduce((sum, c) => sum + basis[(3 * node + c) * modes + k] * normal[c], 0);
+      compliance += (along * along) / lambda[k];
+    }
+    if (compliance > best.compliance) best = { node, compliance, normal };
+  }
+  const force = best.compliance > 0 ? round125((0.04 * body.size) / best.compliance) : 1;
+  return { point: { nodes: [best.node, best.node, best.node], weights: [1, 0, 0] }, normal: best.normal, force };
+}
+
+/** The nearest of 1, 2, 5 times a power of ten below `x`. */
+export function round125(x) {
+  const power = 10 ** Math.floor(Math.log10(x));
+  const lead = x / power;
+  return (lead >= 5 ? 5 : lead >= 2 ? 2 : 1) * power;
+}

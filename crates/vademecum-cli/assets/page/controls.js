@@ -1,0 +1,240 @@
+// Buttons, sliders and figures: reads what the user set, shows what the march measured.
+import { gradient } from "vademecum/colors";
+import { short } from "vademecum/chart";
+
+export const find = (id) => document.getElementById(id);
+
+/** What the diagonal structure takes live in any file: name, unit, range (a factor of the value as built where `log`). */
+const ALWAYS = [
+  { key: "stiffness", name: "Stiffness ×", unit: "", log: true, range: () => [0.1, 10] },
+  { key: "density", name: "Density ×", unit: "", log: true, range: () => [0.1, 10] },
+  { key: "timeStep", name: "Time step", unit: "s", log: true, range: ({ timeStep }) => [timeStep / 100, timeStep * 10] },
+  { key: "alpha", name: "Damping α", unit: "1/s", log: false, range: ({ alpha }) => [0, Math.max(20, 4 * alpha)] },
+  { key: "beta", name: "Damping β", unit: "s", log: false, range: ({ beta, timeStep }) => [0, Math.max(timeStep, 4 * beta)] },
+];
+
+const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"] };
+
+export class Controls {
+  constructor(player, renderer, camera) {
+    Object.assign(this, { player, renderer, camera, peak: 0 });
+    this.evaluator = player.evaluator;
+    this.asBuilt = { ...this.evaluator.options };
+    this.buttons();
+    this.parameters();
+    this.patterns();
+    this.file();
+    for (const id of ["force", "speed", "magnification", "color"]) find(id).addEventListener("input", () => this.read());
+    this.start();
+    this.read();
+  }
+
+  /** Speed and shown time such that the first mode can be followed by eye. */
+  start() {
+    const first = this.firstFrequency();
+    if (first > 8) find("speed").value = String(Math.log10([0.5, 0.2, 0.1, 0.05, 0.02, 0.01].find((s) => s * first <= 4) ?? 0.005));
+    const spans = [...find("span").options].map((option) => Number(option.value));
+    find("span").value = String(spans.find((span) => span >= 12 / first) ?? 10);
+  }
+
+  firstFrequency() {
+    const table = this.evaluator.section(16);
+    return table ? Math.min(...table.filter((x, i) => i % 6 === 0 && x > 0)) : 1;
+  }
+
+  buttons() {
+    const { player, renderer, camera } = this;
+    const on = (id, act) => find(id).addEventListener("click", act);
+    on("pause", () => this.pause(!player.paused));
+    on("step", () => {
+      this.pause(true);
+      player.step(1);
+    });
+    on("rest", () => player.rest());
+    on("home", () => camera.reset());
+    on("theme", () => this.theme(!document.documentElement.classList.contains("dark")));
+    on("reset", () => this.reset());
+    for (const id of ["wire", "ghost", "supports"]) {
+      find(id).checked = renderer[id];
+      find(id).addEventListener("change", (event) => (renderer[id] = event.target.checked));
+    }
+    for (const [value, present] of [["1", this.evaluator.has.diagonal], ["2", this.evaluator.has.block]]) {
+      find("structure").querySelector(`[value="${value}"]`).disabled = !present;
+    }
+    find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
+    find("structure").addEventListener("change", () => this.set({ structure: Number(find("structure").value) }));
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    dark.addEventListener("change", () => this.theme(dark.matches));
+    this.theme(dark.matches);
+  }
+
+  theme(dark) {
+    document.documentElement.classList.toggle("dark", dark);
+    const style = getComputedStyle(document.documentElement);
+    const color = (name) => style.getPropertyValue(`--${name}`).trim();
+    this.dark = dark;
+    this.style = { soft: color("soft"), line: color("line"), panel: color("panel"), ink: color("ink"), arrow: color("arrow"), series: [0, 1, 2, 3].map((k) => color(`series${k}`)) };
+  }
+
+  pause(paused) {
+    this.player.paused = paused;
+    find("pause").setAttribute("aria-pressed", String(paused));
+    find("pause").textContent = paused ? "Go on" : "Pause";
+  }
+
+  /** Sliders of the file's parameters, and of what the diagonal structure takes besides. */
+  parameters() {
+    const own = this.evaluator.parameters;
+    const others = ALWAYS.filter(({ key }) => this.evaluator.has.diagonal && !own.some((parameter) => parameter.key === key));
+    const ranged = others.map((parameter) => {
+      const [lower, upper] = parameter.range(this.asBuilt);
+      return { ...parameter, region: null, lower, upper };
+    });
+    this.sliders = [...own, ...ranged].map((parameter) => {
+      const { key, region, name, log, lower, upper } = parameter;
+      const [walked, back] = log ? [Math.log10, (x) => 10 ** x] : [(x) => x, (x) => x];
+      const id = `parameter-${key}${region === null ? "" : `-${region}`}`;
+      const input = range(find("parameters"), id, name, walked(lower), walked(upper), walked(this.value(parameter)));
+      input.addEventListener("input", () => this.set(this.option(parameter, Math.min(upper, Math.max(lower, back(Number(input.value)))))));
+      return { ...parameter, input, put: (x) => (input.value = String(walked(x))) };
+    });
+    this.shown();
+  }
+
+  /** What a parameter stands at. */
+  value({ key, region }) {
+    const option = this.evaluator.options[key];
+    return region === null ? option : option[region];
+  }
+
+  /** The option that puts a parameter to `value`. */
+  option({ key, region }, value) {
+    if (region === null) return { [key]: value };
+    return { [key]: this.evaluator.options[key].map((x, q) => (q === region ? value : x)) };
+  }
+
+  /** What is bound, beside the sliders. */
+  shown() {
+    for (const { input, put, ...parameter } of this.sliders) {
+      const value = this.value(parameter);
+      put(value);
+      input.previousElementSibling.textContent = short(value, parameter.unit);
+    }
+    find("precision").value = this.evaluator.options.double ? "64" : "32";
+    find("structure").value = String(this.evaluator.options.structure);
+  }
+
+  /** Binds other parameters; a refusal is said and changes nothing. */
+  set(parameters) {
+    try {
+      this.player.set(parameters);
+      this.refusal = "";
+    } catch (error) {
+      this.refusal = `Refused: ${error.message}`;
+    }
+    this.shown();
+  }
+
+  reset() {
+    this.set(this.asBuilt);
+  }
+
+  /** A slider per load pattern. */
+  patterns() {
+    this.evaluator.patternNames.forEach((name, index) => {
+      const input = range(find("patterns"), `pattern-${index}`, `Load: ${name}`, -2, 2, 0);
+      const say = () => (input.previousElementSibling.textContent = `× ${Number(input.value).toFixed(2)}`);
+      input.addEventListener("input", () => {
+        this.player.setPattern(index, Number(input.value));
+        say();
+      });
+      say();
+    });
+  }
+
+  file() {
+    const e = this.evaluator;
+    const of = e.structure === 1 ? e.certificate.diagonal : e.certificate.block;
+    const rows = {
+      program: e.program, nodes: `${e.counts.nodes} (${3 * e.counts.nodes} components), ${e.counts.surfaceNodes} on the surface`,
+      loadable: `${e.counts.loadNodes} nodes, ${e.counts.loadTriangles} of ${e.counts.triangles} triangles`,
+      modes: e.counts.modes, scheme: `${e.scheme}, Δt ${short(e.built.timeStep, "s")}`,
+      structures: [e.has.diagonal && "diagonal", e.has.block && `block (${e.counts.terms} terms)`].filter(Boolean).join(", "),
+      "certified error": `${Number(of.error.toPrecision(3))} (floor ${Number(of.floor.toPrecision(3))})`, units: e.units,
+      "first mode": `${Number(this.firstFrequency().toPrecision(4))} Hz`,
+    };
+    for (const [name, value] of Object.entries(rows)) {
+      find("file").append(element("dt", name), element("dd", String(value)));
+    }
+  }
+
+  /** Takes the simple settings over. */
+  read() {
+    this.force = this.player.body.flexible.force * 10 ** Number(find("force").value);
+    this.player.speed = 10 ** Number(find("speed").value);
+    this.magnification = 10 ** Number(find("magnification").value);
+    const [kind, component] = find("color").value;
+    Object.assign(this, { velocity: kind === "v", component: component === undefined ? -1 : Number(component) });
+    find("force-out").textContent = short(this.force, "N");
+    const speed = this.player.speed;
+    find("speed-out").textContent = `${Number(speed.toPrecision(2))} × ${Math.abs(speed - 1) < 0.02 ? "real time" : speed < 1 ? "slow motion" : "fast"}`;
+    find("magnification-out").textContent = `× ${Number(this.magnification.toPrecision(2))}`;
+    const [name] = FIELDS[kind];
+    find("quantity").textContent = component === undefined ? name : `${name} ${"xyz"[component]}`;
+    find("ramp").style.background = gradient(component !== undefined);
+    this.unit = FIELDS[kind][1];
+    this.peak = 0;
+  }
+
+  /** The colour range: follows a growing field at once and a dying one slowly. */
+  scale(field, seconds) {
+    let largest = 0;
+    for (let i = 0; i < field.length; i += 3) {
+      const value = this.component < 0 ? Math.hypot(field[i], field[i + 1], field[i + 2]) : Math.abs(field[i + this.component]);
+      if (value > largest) largest = value;
+    }
+    this.largest = largest;
+    this.peak = Math.max(largest, this.peak * Math.exp(-seconds / 4), 1e-9 * this.player.body.size);
+    find("low").textContent = this.component < 0 ? "0" : short(-this.peak, this.unit);
+    find("high").textContent = short(this.peak, this.unit);
+    return this.peak;
+  }
+
+  /** The line under the body, a few times a second. */
+  pace({ rate, factor, frame, frames }) {
+    const { player, evaluator } = this;
+    find("step-time").textContent = short(player.secondsPerStep, "s");
+    find("step-rate").textContent = rate >= 1e4 ? `${Math.round(rate / 1000)} k` : String(Math.round(rate));
+    find("factor").textContent = player.paused ? "paused" : `× ${factor.toPrecision(2)}`;
+    find("frame").textContent = `${(1000 * frame).toFixed(1)} ms, ${Math.round(frames)}/s`;
+    find("modes").textContent = `${evaluator.counts.modes}, ${evaluator.structure === 1 ? "diagonal" : `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
+    find("time").textContent = `${player.time.toFixed(3)} s`;
+  }
+
+  /** What the user must know now; `moved` is the largest displacement on the surface [m]. */
+  warn(moved) {
+    const share = moved / this.player.body.size;
+    const large = share > 0.15 ? `Displacement is ${Math.round(100 * share)} % of the body: the model is linear and no longer describes it.` : "";
+    const late = this.player.late ? "Behind: this machine cannot take that many steps per second beside drawing." : "";
+    const text = this.refusal || large || late;
+    if (find("status").textContent !== text) find("status").textContent = text;
+  }
+}
+
+function element(name, text) {
+  const made = document.createElement(name);
+  made.textContent = text;
+  return made;
+}
+
+/** A labelled slider with an output before it. */
+function range(parent, id, label, low, high, value) {
+  const [wrap, output, input] = ["label", "output", "input"].map((name) => document.createElement(name));
+  Object.assign(input, { id, type: "range", min: String(low), max: String(high), step: "any" });
+  input.value = String(value);
+  // An output can be labelled too and comes first.
+  wrap.htmlFor = id;
+  wrap.append(label, " ", output, input);
+  parent.append(wrap);
+  return input;
+}

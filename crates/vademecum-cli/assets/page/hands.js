@@ -1,0 +1,203 @@
+// Pointers and keys: a press on the loadable surface is a contact, beside it the view turns. Every finger is its own contact.
+import { add, dot, scaled, unit } from "vademecum/vectors";
+import { find } from "vademecum/controls";
+
+const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
+
+export class Hands {
+  constructor(canvas, player, camera, controls) {
+    Object.assign(this, { canvas, player, camera, controls, held: new Map() });
+    const on = (name, act) => canvas.addEventListener(name, act, { passive: false });
+    on("pointerdown", (event) => this.down(event));
+    on("pointermove", (event) => this.move(event));
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) on(name, (event) => this.up(event));
+    on("contextmenu", (event) => event.preventDefault());
+    on("wheel", (event) => {
+      event.preventDefault();
+      camera.closer(Math.exp(-event.deltaY * 0.0015));
+    });
+    document.addEventListener("keydown", (event) => {
+      canvas.classList.add("keys");
+      this.key(event);
+    });
+    document.addEventListener("keyup", (event) => event.key === "Enter" && this.lift("Enter"));
+    canvas.addEventListener("blur", () => this.lift("Enter"));
+  }
+
+  place(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  pick(at) {
+    return this.player.body.pick(this.camera.ray(...at));
+  }
+
+  down(event) {
+    event.preventDefault();
+    this.canvas.classList.remove("keys");
+    this.canvas.focus({ preventScroll: true });
+    this.canvas.setPointerCapture(event.pointerId);
+    find("hint").classList.add("gone");
+    const at = this.place(event);
+    const hit = event.button === 0 && !event.shiftKey ? this.pick(at) : null;
+    if (hit?.loadable) {
+      const normal = this.player.body.normal(hit.triangle);
+      const contact = { kind: "contact", start: at, at, point: hit.point, normal };
+      contact.id = this.player.press(hit.point, this.force(contact));
+      this.held.set(event.pointerId, contact);
+      if (event.pointerType !== "mouse" && navigator.vibrate) navigator.vibrate(8);
+    } else {
+      const pan = event.button !== 0 || event.shiftKey;
+      this.held.set(event.pointerId, { kind: pan ? "pan" : "orbit", at });
+    }
+  }
+
+  move(event) {
+    const at = this.place(event);
+    const hand = this.held.get(event.pointerId);
+    if (!hand) {
+      if (event.pointerType === "mouse") this.canvas.classList.toggle("press", this.pick(at)?.loadable === true);
+      return;
+    }
+    const [dx, dy] = [at[0] - hand.at[0], at[1] - hand.at[1]];
+    if (hand.kind === "contact") this.slide(hand, at);
+    else if (hand.kind === "pan") this.camera.pan(dx, dy);
+    else this.turn(hand, dx, dy);
+    hand.at = at;
+  }
+
+  /** Turns with one finger; two fingers beside the body zoom and pan. */
+  turn(hand, dx, dy) {
+    const others = [...this.held.values()].filter((other) => other !== hand && other.kind === "orbit");
+    if (others.length === 0) {
+      this.camera.orbit(dx, dy);
+      return;
+    }
+    const [other] = others;
+    const gap = (at) => Math.hypot(at[0] - other.at[0], at[1] - other.at[1]) || 1;
+    this.camera.closer(gap([hand.at[0] + dx, hand.at[1] + dy]) / gap(hand.at));
+    this.camera.pan(dx / 2, dy / 2);
+  }
+
+  /** A dragged contact pulls from where it was put; the others slide over the surface with the pointer. */
+  slide(contact, at) {
+    contact.at = at;
+    if (find("direction").value !== "drag") {
+      const hit = this.pick(at);
+      if (hit?.loadable) Object.assign(contact, { point: hit.point, normal: this.player.body.normal(hit.triangle) });
+    }
+    this.player.move(contact.id, contact.point, this.force(contact));
+  }
+
+  up(event) {
+    this.lift(event.pointerId);
+  }
+
+  lift(name) {
+    const hand = this.held.get(name);
+    if (!hand) return;
+    this.held.delete(name);
+    if (hand.kind === "contact") this.player.release(hand.id);
+  }
+
+  /** Force [N] of a contact for the chosen direction and size. */
+  force({ point, normal, start, at }) {
+    const size = this.controls.force;
+    const direction = find("direction").value;
+    if (direction === "normal") return scaled(normal, -size);
+    if (direction !== "drag") return scaled(AXES[direction[1]], direction[0] === "-" ? -size : size);
+    const pull = this.camera.inPlane(this.player.body.place(point), at[0] - start[0], at[1] - start[1]);
+    // A drag over a tenth of the body pulls with the chosen size.
+    return scaled(pull, (10 * size) / this.player.body.size);
+  }
+
+  key(event) {
+    if (event.target.closest?.("input, select, summary, button") || event.ctrlKey || event.metaKey || event.altKey) return;
+    const { camera, controls, player } = this;
+    const turn = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, -20], ArrowDown: [0, 20] }[event.key];
+    const acts = {
+      " ": () => controls.pause(!player.paused), ".": () => find("step").click(), "0": () => player.rest(), r: () => camera.reset(),
+      w: () => find("wire").click(), "+": () => camera.closer(1.15), "=": () => camera.closer(1.15), "-": () => camera.closer(1 / 1.15),
+      Enter: () => this.pushByKey(event),
+    };
+    const act = turn ? () => document.activeElement === this.canvas && camera.orbit(...turn) : acts[event.key];
+    if (!act) return;
+    if (!turn || document.activeElement === this.canvas) event.preventDefault();
+    act();
+  }
+
+  /** Enter holds a push at the point that gives way most. */
+  pushByKey(event) {
+    if (event.repeat || document.activeElement !== this.canvas) return;
+    const { point, normal } = this.player.body.flexible;
+    const at = this.camera.pixel(this.player.body.place(point)) ?? [0, 0];
+    const contact = { kind: "contact", start: at, at: [at[0], at[1] + 40], point, normal };
+    contact.id = this.player.press(point, this.force(contact));
+    this.held.set("Enter", contact);
+    find("hint").classList.add("gone");
+  }
+}
+
+/** Arrows of all contacts and a ring where Enter pushes, over the drawing. */
+export function drawOver(canvas, player, camera, controls, focused) {
+  const ratio = Math.min(window.devicePixelRatio || 1, 2);
+  const [w, h] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
+  if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, w, h);
+  const { body } = player;
+  for (const { point, force } of player.contacts.values()) arrow(context, camera, body.place(point), force, body, controls.style.arrow);
+  if (focused) {
+    const at = camera.pixel(body.place(body.flexible.point));
+    if (at) ring(context, at, controls.style.arrow);
+  }
+  axes(context, camera, canvas.clientHeight, controls.style);
+}
+
+function arrow(context, camera, place, force, body, color) {
+  const size = Math.hypot(...force);
+  const tip = camera.pixel(place);
+  if (!tip || size === 0) return;
+  const length = body.size * Math.min(0.2, Math.max(0.05, 0.1 * Math.cbrt(size / body.flexible.force)));
+  const tail = camera.pixel(add(place, scaled(unit(force), -length)));
+  if (!tail) return;
+  const angle = Math.atan2(tip[1] - tail[1], tip[0] - tail[0]);
+  context.strokeStyle = context.fillStyle = color;
+  context.lineWidth = 3;
+  context.beginPath();
+  context.moveTo(...tail);
+  context.lineTo(tip[0] - 8 * Math.cos(angle), tip[1] - 8 * Math.sin(angle));
+  context.stroke();
+  context.beginPath();
+  context.moveTo(...tip);
+  for (const side of [-0.4, 0.4]) context.lineTo(tip[0] - 13 * Math.cos(angle + side), tip[1] - 13 * Math.sin(angle + side));
+  context.fill();
+}
+
+function ring(context, [x, y], color) {
+  context.strokeStyle = color;
+  context.lineWidth = 2;
+  context.beginPath();
+  context.arc(x, y, 7, 0, 2 * Math.PI);
+  context.stroke();
+}
+
+/** Where x, y and z point, in the lower left corner. */
+function axes(context, camera, height, style) {
+  const [x, y] = [34, height - 92];
+  context.font = "11px system-ui, sans-serif";
+  context.textAlign = "center";
+  Object.entries(AXES).forEach(([name, axis], k) => {
+    const [dx, dy] = [22 * dot(axis, camera.view.right), -22 * dot(axis, camera.view.up)];
+    context.strokeStyle = style.series[[1, 2, 0][k]];
+    context.lineWidth = 2;
+    context.beginPath();
+    context.moveTo(x, y);
+    context.lineTo(x + dx, y + dy);
+    context.stroke();
+    context.fillStyle = style.soft;
+    context.fillText(name, x + 1.35 * dx, y + 1.35 * dy + 4);
+  });
+}

@@ -1,0 +1,160 @@
+// The page: opens the file, draws as often as the browser likes, and lets the march follow the clock.
+import { Evaluator, SECTION } from "vademecum/evaluator";
+import { Body } from "vademecum/body";
+import { Camera } from "vademecum/camera";
+import { drawBars, drawStrip } from "vademecum/chart";
+import { Controls, find } from "vademecum/controls";
+import { Hands, drawOver } from "vademecum/hands";
+import { Player } from "vademecum/player";
+import { Renderer } from "vademecum/render";
+
+function decode(text) {
+  const binary = atob(text.trim());
+  const bytes = new Uint8Array(binary.length);
+  for (let i = 0; i < binary.length; i++) bytes[i] = binary.charCodeAt(i);
+  return bytes;
+}
+
+/** The vademecum: inside an exported page, beside a served one. */
+async function file() {
+  const { textContent, dataset } = find("vdm");
+  if (!dataset.src) return decode(textContent);
+  const answer = await fetch(dataset.src);
+  if (!answer.ok) throw new Error(`the file cannot be read (${answer.status})`);
+  return new Uint8Array(await answer.arrayBuffer());
+}
+
+async function start() {
+  const evaluator = await Evaluator.open(decode(find("wasm").textContent), await file());
+  const body = new Body(evaluator);
+  const player = new Player(evaluator, body, { double: true });
+  const renderer = new Renderer(find("view"), body);
+  const camera = new Camera(body.box);
+  const controls = new Controls(player, renderer, camera);
+  new Hands(find("view"), player, camera, controls);
+  const page = { evaluator, body, player, renderer, camera, controls, pace: new Pace(player) };
+  page.modes = modes(evaluator);
+  offer(page);
+  let last = performance.now();
+  const frame = (now) => {
+    // A page that was hidden does not catch up.
+    const seconds = Math.min(Math.max((now - last) / 1000, 0), 0.25);
+    last = now;
+    show(page, seconds);
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+  return page;
+}
+
+/** One frame: march, reconstruct, draw. */
+function show(page, seconds) {
+  const { evaluator, body, player, renderer, camera, controls, pace } = page;
+  const start = performance.now();
+  player.advance(seconds);
+  const size = renderer.resize();
+  camera.update(...size);
+  const displacement = evaluator.surface(false).slice();
+  const field = controls.velocity ? evaluator.surface(true) : displacement;
+  body.displace(displacement, controls.magnification);
+  renderer.fill(displacement, field);
+  const { magnification, component, dark } = controls;
+  renderer.draw(camera, { magnification, component, dark, scale: controls.scale(field, seconds) });
+  drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
+  signals(page);
+  controls.warn(controls.velocity ? largest(displacement) : controls.component < 0 ? controls.largest : largest(displacement));
+  pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
+}
+
+function largest(field) {
+  let most = 0;
+  for (let i = 0; i < field.length; i += 3) most = Math.max(most, Math.hypot(field[i], field[i + 1], field[i + 2]));
+  return most;
+}
+
+function signals({ player, evaluator, controls, modes }) {
+  const { history } = player;
+  const span = Number(find("span").value);
+  const probes = evaluator.probeNames.length;
+  const shown = probes > 0 ? history.columns.slice(0, probes) : [history.columns[0]];
+  const names = probes > 0 ? evaluator.probeNames : ["most flexible point"];
+  const common = { span, now: Math.max(player.time, span) };
+  drawStrip(find("probes"), history, { ...common, columns: shown.slice(0, 4), names, unit: "m" }, controls.style);
+  drawStrip(find("energy"), history, { ...common, columns: history.columns.slice(-1), names: [""], unit: "J", positive: true }, controls.style);
+  const state = evaluator.coordinates();
+  const { density, stiffness } = evaluator.options;
+  const shares = modes.map(({ lambda }, k) => density * state[modes.length + k] ** 2 + stiffness * lambda * state[k] ** 2);
+  drawBars(find("shares"), shares, modes.map(({ label }) => label), controls.style);
+}
+
+/** Frequency and eigenvalue (or Rayleigh quotient) of each mode. */
+function modes(evaluator) {
+  const table = evaluator.section(SECTION.modeTable);
+  const values = evaluator.section(SECTION.eigenvalues);
+  return Array.from({ length: evaluator.counts.modes }, (_, k) => {
+    const lambda = values ? values[k] : table ? table[6 * k + 1] : 0;
+    const hertz = Math.sqrt(lambda) / (2 * Math.PI);
+    return { lambda, hertz, label: hertz >= 100 ? hertz.toFixed(0) : String(Number(hertz.toPrecision(3))) };
+  });
+}
+
+/** Measured over the last quarter of a second. */
+class Pace {
+  constructor(player) {
+    Object.assign(this, { player, wall: 0, busy: 0, frames: 0, steps: 0, time: 0, last: null });
+  }
+
+  frame(seconds, busy, tell) {
+    this.wall += seconds;
+    this.busy += busy;
+    this.frames += 1;
+    if (this.wall < 0.25) return;
+    const { stepped, time } = this.player;
+    this.last = {
+      rate: (stepped - this.steps) / this.wall, factor: (time - this.time) / this.wall, frame: this.busy / this.frames, frames: this.frames / this.wall,
+    };
+    Object.assign(this, { wall: 0, busy: 0, frames: 0, steps: stepped, time });
+    tell(this.last);
+  }
+}
+
+/** What tests and curious people may use. */
+function offer(page) {
+  const { evaluator, player, controls, camera, body } = page;
+  const column = (values) => Array.from({ length: player.history.count - player.history.first }, (_, i) => player.history.at(values, player.history.first + i));
+  Object.assign(window.vademecum, {
+    evaluator,
+    player,
+    /** A contact at the loadable point nearest to `point` [m] with `force` [N]; its number. */
+    press: (point, force) => player.press(evaluator.locate(point), force),
+    release: (id) => player.release(id),
+    step: (n) => player.step(n),
+    pause: (paused = true) => controls.pause(paused),
+    set: (parameters) => controls.set(parameters),
+    rest: () => {
+      player.contacts.clear();
+      player.rest();
+      player.time = 0;
+      player.history.clear();
+    },
+    /** Displacement of the loadable point nearest to `point`. */
+    at: (point) => evaluator.point(evaluator.locate(point)),
+    /** Pixel of a loadable point, from the canvas's corner. */
+    pixel: (point) => camera.pixel(body.place(evaluator.locate(point))),
+    series: () => ({
+      time: column(player.history.time),
+      columns: Object.fromEntries(player.history.names.map((name, c) => [name, column(player.history.columns[c])])),
+    }),
+    state: () => ({
+      time: player.time, steps: player.stepped, paused: player.paused, contacts: player.contacts.size, atRest: player.atRest,
+      options: { ...evaluator.options }, structure: evaluator.structure, energy: evaluator.energy(), refusal: controls.refusal ?? "",
+      secondsPerStep: player.secondsPerStep, pace: page.pace.last, modes: page.modes.map(({ hertz }) => hertz),
+    }),
+  });
+}
+
+window.vademecum = {};
+window.vademecum.ready = start().then(() => true).catch((error) => {
+  find("status").textContent = `The body cannot be shown: ${error.message}`;
+  throw error;
+});

@@ -1,0 +1,173 @@
+// The march: time, loads, parameters. Steps follow the clock, drawing does not hold them.
+
+/** Steps are recorded in rounds of this many. */
+const ROUND = 512;
+/** Records kept. */
+const CAPACITY = 1 << 16;
+/** Most wall time [ms] the march may take of a frame; what does not fit is given up and shows in the real-time factor. */
+const BUDGET = 12;
+
+/** Time, probes, watched component and energy of the last steps. */
+export class History {
+  constructor(names) {
+    this.names = names;
+    this.time = new Float64Array(CAPACITY);
+    this.columns = names.map(() => new Float64Array(CAPACITY));
+    this.count = 0;
+  }
+
+  push(start, timeStep, rows) {
+    const width = this.names.length;
+    for (let row = 0; row < rows.length / width; row++) {
+      const place = this.count++ % CAPACITY;
+      this.time[place] = start + (row + 1) * timeStep;
+      for (let c = 0; c < width; c++) this.columns[c][place] = rows[row * width + c];
+    }
+  }
+
+  /** Places of the records kept, oldest first: `[first, last)` taken modulo the capacity. */
+  get first() {
+    return Math.max(0, this.count - CAPACITY);
+  }
+
+  at(column, record) {
+    return column[record % CAPACITY];
+  }
+
+  clear() {
+    this.count = 0;
+  }
+}
+
+export class Player {
+  constructor(evaluator, body, options) {
+    this.evaluator = evaluator;
+    this.body = body;
+    this.contacts = new Map();
+    this.amplitudes = evaluator.patternNames.map(() => 0);
+    this.nextContact = 1;
+    this.paused = false;
+    this.speed = 1;
+    this.time = 0;
+    this.owed = 0;
+    this.stepped = 0;
+    this.history = new History([...evaluator.probeNames, "watched", "energy"]);
+    evaluator.bind(options);
+    this.bound();
+    this.measure();
+  }
+
+  get timeStep() {
+    return this.evaluator.options.timeStep;
+  }
+
+  /** After each bind: what the module forgot. */
+  bound() {
+    const { point, normal } = this.body.flexible;
+    this.evaluator.watch(point, normal);
+    this.atRest = true;
+  }
+
+  /** Puts all loads on. A body at rest starts with the acceleration that goes with them, as `vademecum run` does. */
+  load() {
+    this.evaluator.clearLoads();
+    for (const { point, force } of this.contacts.values()) this.evaluator.addContact(point, force);
+    this.amplitudes.forEach((amplitude, index) => {
+      if (amplitude !== 0) this.evaluator.addPattern(index, amplitude);
+    });
+    if (this.atRest && (this.contacts.size > 0 || this.amplitudes.some((amplitude) => amplitude !== 0))) {
+      this.evaluator.setCoordinates(new Float64Array(2 * this.evaluator.counts.modes));
+      this.atRest = false;
+    }
+  }
+
+  /** A new contact, held until `release`; its number. */
+  press(point, force) {
+    const id = this.nextContact++;
+    this.contacts.set(id, { point, force });
+    this.load();
+    return id;
+  }
+
+  move(id, point, force) {
+    if (!this.contacts.has(id)) return;
+    this.contacts.set(id, { point, force });
+    this.load();
+  }
+
+  release(id) {
+    if (this.contacts.delete(id)) this.load();
+  }
+
+  setPattern(index, amplitude) {
+    this.amplitudes[index] = amplitude;
+    this.load();
+  }
+
+  /** Other parameters; displacement and velocity stay. Throws what the evaluator refuses, with everything as it was. */
+  set(parameters) {
+    const kind = () => `${this.evaluator.structure} ${this.evaluator.options.double}`;
+    const before = kind();
+    this.evaluator.rebind(parameters, () => {
+      this.bound();
+      this.atRest = false;
+      this.load();
+    });
+    if (kind() !== before) this.measure();
+  }
+
+  rest() {
+    this.evaluator.rest();
+    this.atRest = true;
+    this.load();
+  }
+
+  /** Takes `n` steps now. */
+  step(n) {
+    for (let done = 0; done < n; ) {
+      const round = Math.min(ROUND, n - done);
+      const { status, rows } = this.evaluator.record(round);
+      this.history.push(this.time, this.timeStep, rows);
+      this.time += round * this.timeStep;
+      this.atRest = status === "at rest";
+      done += round;
+    }
+    this.stepped += n;
+  }
+
+  /** Lets `seconds` of wall time pass. */
+  advance(seconds) {
+    if (this.paused) return;
+    this.owed += seconds * this.speed;
+    const end = performance.now() + BUDGET;
+    while (this.owed >= this.timeStep) {
+      const due = Math.min(ROUND, Math.floor(this.owed / this.timeStep));
+      this.step(due);
+      this.owed -= due * this.timeStep;
+      if (performance.now() > end) {
+        this.owed = 0;
+        this.late = true;
+        return;
+      }
+    }
+    this.late = false;
+  }
+
+  /** Wall time of a step [s], the best of rounds of a few milliseconds (the first ones run while the browser still compiles);
+   * the state is put back. */
+  measure() {
+    const state = this.evaluator.coordinates();
+    this.evaluator.addContact(this.body.flexible.point, [1e-6, 0, 0]);
+    const end = performance.now() + 150;
+    this.secondsPerStep = Infinity;
+    for (let steps = 1000; performance.now() < end; ) {
+      const start = performance.now();
+      this.evaluator.march(steps);
+      const seconds = (performance.now() - start) / 1000;
+      if (seconds < 3e-3) steps *= 2;
+      else this.secondsPerStep = Math.min(this.secondsPerStep, seconds / steps);
+    }
+    this.load();
+    this.evaluator.setCoordinates(state);
+  }
+}

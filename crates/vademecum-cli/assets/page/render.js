@@ -1,0 +1,208 @@
+// Draws the body with WebGL2: smooth shading from the deformed shape, a colour ramp, edges, supports, the shape at rest.
+import { ramp } from "vademecum/colors";
+
+const VERTEX = `#version 300 es
+uniform mat4 view;
+uniform float magnification;
+uniform int component;
+uniform float scale;
+uniform float point_size;
+in vec3 rest;
+in vec3 displacement;
+in vec3 field;
+in vec3 normal;
+in float loadable;
+out vec3 n;
+out float value;
+out float bright;
+void main() {
+  gl_Position = view * vec4(rest + magnification * displacement, 1.0);
+  gl_PointSize = point_size;
+  n = normal;
+  bright = loadable;
+  value = component < 0 ? length(field) / scale
+    : 0.5 + 0.5 * field[component] / scale;
+}`;
+
+const FRAGMENT = `#version 300 es
+precision highp float;
+uniform sampler2D ramp;
+uniform vec4 flat_color;
+uniform vec3 eye, above;
+in vec3 n;
+in float value;
+in float bright;
+out vec4 color;
+void main() {
+  if (flat_color.a > 0.0) { color = vec4(flat_color.rgb * flat_color.a, flat_color.a); return; }
+  vec3 unit = normalize(n);
+  if (!gl_FrontFacing) unit = -unit;
+  float key = max(dot(unit, normalize(eye + 0.9 * above)), 0.0);
+  float light = 0.66 + 0.16 * dot(unit, above) + 0.26 * key;
+  float shine = 0.14 * pow(key, 24.0);
+  vec3 base = texture(ramp, vec2(clamp(value, 0.0, 1.0) * 0.996 + 0.002, 0.5)).rgb;
+  base = mix(mix(base, vec3(0.5), 0.18), base, bright);
+  color = vec4(base * light + shine, 1.0);
+}`;
+
+/** Colours of edges on the body, and of supports and the shape at rest on the background, in dark and in light. */
+const INK = { dark: [0.02, 0.04, 0.08, 0.4], light: [0.03, 0.06, 0.12, 0.28] };
+const SUPPORT = { dark: [0.62, 0.66, 0.75, 1], light: [0.33, 0.37, 0.46, 1] };
+
+export class Renderer {
+  /** Throws if the browser has no WebGL2. */
+  constructor(canvas, body) {
+    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: false });
+    if (!gl) throw new Error("this browser does not offer WebGL2");
+    Object.assign(this, { canvas, gl, body, wire: body.edges.length < 60000, ghost: false, supports: true });
+    this.program = link(gl);
+    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above"];
+    this.at = Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(this.program, name)]));
+    const vertices = body.vertexNode.length;
+    this.arrays = { displacement: new Float32Array(3 * vertices), field: new Float32Array(3 * vertices) };
+    this.normals = new Float32Array(3 * vertices);
+    const rest = Float32Array.from({ length: 3 * vertices }, (_, i) => body.rest[3 * body.vertexNode[(i / 3) | 0] + (i % 3)]);
+    this.vao = gl.createVertexArray();
+    gl.bindVertexArray(this.vao);
+    this.buffers = {
+      rest: this.attribute("rest", 3, rest, gl.STATIC_DRAW), loadable: this.attribute("loadable", 1, body.vertexLoadable, gl.STATIC_DRAW),
+      displacement: this.attribute("displacement", 3, this.arrays.displacement, gl.DYNAMIC_DRAW),
+      field: this.attribute("field", 3, this.arrays.field, gl.DYNAMIC_DRAW), normal: this.attribute("normal", 3, this.normals, gl.DYNAMIC_DRAW),
+    };
+    const vertexOf = new Map();
+    body.vertexNode.forEach((node, vertex) => vertexOf.set(node, vertex));
+    this.faces = this.indices(body.vertexCorners);
+    this.lines = this.indices(body.edges.map((node) => vertexOf.get(node)));
+    this.points = this.indices(Uint32Array.from(body.held.filter((node) => vertexOf.has(node)), (node) => vertexOf.get(node)));
+    this.ramps = [false, true].map((signed) => this.texture(ramp(signed)));
+  }
+
+  attribute(name, size, data, usage) {
+    const { gl } = this;
+    const buffer = gl.createBuffer();
+    const place = gl.getAttribLocation(this.program, name);
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, data, usage);
+    gl.enableVertexAttribArray(place);
+    gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0);
+    return buffer;
+  }
+
+  indices(data) {
+    const { gl } = this;
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.STATIC_DRAW);
+    return { buffer, count: data.length };
+  }
+
+  texture(colors) {
+    const { gl } = this;
+    const texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, colors);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    return texture;
+  }
+
+  /** Copies surface fields (per node) to the vertices and sums the normals of the drawn shape. */
+  fill(displacement, field) {
+    const { vertexNode, displaced, triangles, vertexCorners } = this.body;
+    const { displacement: u, field: f } = this.arrays;
+    for (let v = 0; v < vertexNode.length; v++) {
+      const node = 3 * vertexNode[v];
+      for (let c = 0; c < 3; c++) {
+        u[3 * v + c] = displacement[node + c];
+        f[3 * v + c] = field[node + c];
+      }
+    }
+    sumNormals(displaced, triangles, vertexCorners, this.normals);
+    const { gl, buffers } = this;
+    for (const [name, data] of [["displacement", u], ["field", f], ["normal", this.normals]]) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);
+      gl.bufferSubData(gl.ARRAY_BUFFER, 0, data);
+    }
+  }
+
+  /** Fits the canvas to its place on the page; its size in CSS pixels. */
+  resize() {
+    const { canvas, gl } = this;
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
+    if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+    gl.viewport(0, 0, w, h);
+    this.ratio = ratio;
+    return [Math.max(width, 1), Math.max(height, 1)];
+  }
+
+  /** One frame. `component` −1 for the size of the field, else 0 to 2. */
+  draw(camera, { magnification, component, scale, dark }) {
+    const { gl, at } = this;
+    const theme = dark ? "dark" : "light";
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.useProgram(this.program);
+    gl.bindVertexArray(this.vao);
+    gl.uniformMatrix4fv(at.view, false, camera.matrix);
+    gl.uniform1f(at.magnification, magnification);
+    gl.uniform1i(at.component, component);
+    gl.uniform1f(at.scale, scale);
+    gl.uniform1f(at.point_size, 5 * this.ratio);
+    gl.uniform3fv(at.eye, camera.view.back);
+    gl.uniform3fv(at.above, [0, 0, 1]);
+    gl.bindTexture(gl.TEXTURE_2D, this.ramps[component < 0 ? 0 : 1]);
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(1, 1);
+    this.elements(gl.TRIANGLES, this.faces, [0, 0, 0, 0]);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+    if (this.wire) this.elements(gl.LINES, this.lines, INK[theme]);
+    if (this.supports) this.elements(gl.POINTS, this.points, SUPPORT[theme]);
+    if (this.ghost) {
+      gl.uniform1f(at.magnification, 0);
+      this.elements(gl.LINES, this.lines, SUPPORT[theme].map((x, i) => (i === 3 ? 0.35 : x)));
+    }
+  }
+
+  elements(kind, { buffer, count }, color) {
+    const { gl } = this;
+    gl.uniform4fv(this.at.flat_color, color);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+    gl.drawElements(kind, count, gl.UNSIGNED_INT, 0);
+  }
+}
+
+function sumNormals(positions, triangles, corners, normals) {
+  normals.fill(0);
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
+    const [ux, uy, uz] = [positions[b] - positions[a], positions[b + 1] - positions[a + 1], positions[b + 2] - positions[a + 2]];
+    const [vx, vy, vz] = [positions[c] - positions[a], positions[c + 1] - positions[a + 1], positions[c + 2] - positions[a + 2]];
+    const [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    const length = Math.hypot(x, y, z) || 1;
+    for (let k = 0; k < 3; k++) {
+      const v = 3 * corners[t + k];
+      normals[v] += x / length;
+      normals[v + 1] += y / length;
+      normals[v + 2] += z / length;
+    }
+  }
+}
+
+function link(gl) {
+  const program = gl.createProgram();
+  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  return program;
+}

@@ -1,0 +1,265 @@
+//! The figures of a report, each a file of its own.
+
+use std::path::{Path, PathBuf};
+
+use vademecum_format::{AxisKind, SectionKind};
+
+use super::{Content, numbers};
+use crate::cmd::run::geometry;
+use crate::cmd::verify::Verified;
+use crate::failure::{Cause, Failure};
+use crate::pictures::{Chart, Outline, Series, bars, line_chart, outline};
+use crate::player::names;
+
+/// A drawn figure.
+pub struct Figure {
+    /// The SVG.
+    pub svg: String,
+    /// What it shows and how to read it.
+    pub caption: String,
+}
+
+/// All figures that the file gives rise to, by the part of the page they stand in.
+#[derive(Default)]
+pub struct Figures {
+    drawn: Vec<(&'static str, Figure)>,
+    folder: PathBuf,
+}
+
+type Drawing = Result<(), Box<dyn std::error::Error>>;
+
+impl Figures {
+    /// Draws everything into `folder`.
+    pub fn draw(folder: &Path, content: &Content<'_>) -> Result<Self, Failure> {
+        let mut figures = Self { folder: folder.to_path_buf(), ..Self::default() };
+        figures.body(content)?;
+        figures.basis(content)?;
+        figures.energy(content)?;
+        figures.axes(content)?;
+        figures.make_up(content)?;
+        if let Some(verified) = &content.verified {
+            figures.against_full_order(verified)?;
+        }
+        Ok(figures)
+    }
+
+    /// The figures of a part, in order.
+    pub fn of(&self, part: &str) -> impl Iterator<Item = &Figure> {
+        self.drawn.iter().filter(move |(of, _)| *of == part).map(|(_, figure)| figure)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.drawn.len()
+    }
+
+    fn add(
+        &mut self,
+        part: &'static str,
+        name: &str,
+        caption: String,
+        draw: impl FnOnce(&Path) -> Drawing,
+    ) -> Result<(), Failure> {
+        let path = self.folder.join(format!("{name}.svg"));
+        draw(&path).map_err(|error| Failure::new(Cause::Machine, error.to_string()))?;
+        let svg = std::fs::read_to_string(&path).map_err(|error| Failure::io(&path, error))?;
+        self.drawn.push((part, Figure { svg, caption }));
+        Ok(())
+    }
+
+    fn body(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        let (nodes, triangles) = geometry(content.path, content.file)?;
+        let basis = numbers(content.path, content.file, SectionKind::SurfaceBasis)?;
+        let row = 3 * content.modes.len().max(1);
+        let held = basis.chunks_exact(row).enumerate().filter(|(_, row)| row.iter().all(|&x| x == 0.0));
+        let marks: Vec<(usize, [f64; 3])> = held.map(|(node, _)| (0, nodes[node])).collect();
+        let caption = format!(
+            "The surface of the body at rest. Dots: its {} held surface nodes, which no mode moves.",
+            marks.len()
+        );
+        let title = if marks.is_empty() { "surface" } else { "surface and supports" };
+        self.add("body", "mesh", caption, |path| {
+            outline(path, &Outline { title, marks: &marks }, &nodes, &triangles)
+        })
+    }
+
+    fn basis(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        let values = numbers(content.path, content.file, SectionKind::SingularValues)?;
+        if let Some(&first) = values.first() {
+            let points = values.iter().enumerate().map(|(i, s)| ((i + 1) as f64, s / first)).collect();
+            let chart =
+                Chart {
+                    title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true
+                };
+            let caption = "How fast the snapshots run out of new shapes: the steeper, the fewer modes say everything. \
+                 The rest after the last mode kept bounds what the basis cannot show of them.";
+            self.add("basis", "singular-values", caption.into(), |path| {
+                line_chart(path, &chart, &[Series { name: "", points }])
+            })?;
+        }
+        let share = |(k, mode): (usize, &[f64; 6])| {
+            (
+                format!("mode {}, {}", k + 1, hertz(mode[0])),
+                mode[2].max(0.0),
+                format!("{:.3} %", 100.0 * mode[2]),
+            )
+        };
+        let rows: Vec<_> = content.modes.iter().enumerate().map(share).take(32).collect();
+        let caption = "How much of the snapshots' energy each mode carries; modes are sorted by it.".into();
+        self.add("basis", "modes", caption, |path| bars(path, "share of the snapshots' energy", &rows))
+    }
+
+    fn energy(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        let free = &content.free;
+        let lines = [
+            Series { name: "all modes", points: free.all.clone() },
+            Series { name: "lowest mode", points: free.lowest.clone() },
+        ];
+        let caption = format!(
+            "The body is bent, let go and left alone for {:.0} periods of its lowest mode, once with the same energy in every \
+             mode, once in the lowest mode alone. What the curves lose is the damping of the material and of the time scheme; \
+             a curve that rises would be a defect.",
+            free.periods
+        );
+        let chart = Chart {
+            title: "energy of a free run",
+            x: "time [s]",
+            y: "energy / energy at the start",
+            log_y: false,
+        };
+        self.add("energy", "free-run", caption, |path| line_chart(path, &chart, &lines))
+    }
+
+    /// Factors of the first terms along each axis that has more than names.
+    fn axes(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        let metadata = content.file.metadata();
+        let points = numbers(content.path, content.file, SectionKind::AxisPoints)?;
+        let factors = numbers(content.path, content.file, SectionKind::Factors)?;
+        let n_terms = metadata.n_terms as usize;
+        let mut first = 0;
+        for axis in metadata.active_axes() {
+            let n = axis.n_points as usize;
+            let (from, to) = (first, first + n);
+            first = to;
+            if axis.kind == AxisKind::Index || n_terms * to > factors.len() || to > points.len() {
+                continue;
+            }
+            let line = |term: usize| {
+                let row = n_terms * from + term * n;
+                let mut line: Vec<(f64, f64)> =
+                    points[from..to].iter().copied().zip(factors[row..row + n].iter().copied()).collect();
+                line.sort_by(|a, b| a.0.total_cmp(&b.0));
+                line
+            };
+            let labels: Vec<String> = (0..n_terms.min(5)).map(|term| format!("term {}", term + 1)).collect();
+            let lines: Vec<Series<'_>> =
+                labels.iter().enumerate().map(|(term, name)| Series { name, points: line(term) }).collect();
+            let x = if axis.unit.is_empty() {
+                axis.name.to_string()
+            } else {
+                format!("{} [{}]", axis.name, axis.unit)
+            };
+            let title = format!("factors along {}", axis.name);
+            let chart = Chart { title: &title, x: &x, y: "factor", log_y: false };
+            let caption = format!(
+                "The first {} of {n_terms} terms of the separated solution along `{}`.",
+                lines.len(),
+                axis.name
+            );
+            self.add("axes", &format!("axis-{}", file_name(axis.name)), caption, |path| {
+                line_chart(path, &chart, &lines)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn make_up(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        let mut sections: Vec<(String, f64)> =
+            content.file.sections().map(|s| (format!("{:?}", s.kind()), s.stored().len() as f64)).collect();
+        let rest = content.bytes as f64 - sections.iter().map(|s| s.1).sum::<f64>();
+        sections.push(("header, metadata, padding".into(), rest));
+        sections.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let row = |(name, bytes): (String, f64)| {
+            (name, bytes, format!("{} ({:.1} %)", size(bytes), 100.0 * bytes / content.bytes as f64))
+        };
+        let rows: Vec<_> = sections.into_iter().map(row).collect();
+        let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by those who ask for \
+             fields inside the body.";
+        self.add("file", "file", caption.into(), |path| bars(path, "bytes by section", &rows))
+    }
+
+    fn against_full_order(&mut self, verified: &Verified) -> Result<(), Failure> {
+        let over_time = |name, values: &[f64], width: usize, place: usize| {
+            let values = values.iter().skip(place).step_by(width);
+            Series {
+                name,
+                points: values.enumerate().map(|(i, &v)| (i as f64 * verified.time_step, v)).collect(),
+            }
+        };
+        let width = verified.probes.len();
+        for (place, probe) in verified.probes.iter().enumerate() {
+            let [full, file] = &verified.probe_series;
+            let lines =
+                [over_time("full order", full, width, place), over_time("vademecum", file, width, place)];
+            let title = format!("displacement of {probe}");
+            let chart = Chart { title: &title, x: "time [s]", y: "displacement [m]", log_y: false };
+            let caption = "The same loads on the full-order model and on the file; the dashed line lies on the other where they agree.";
+            self.add("full order", &format!("probe-{}", file_name(probe)), caption.into(), |path| {
+                line_chart(path, &chart, &lines)
+            })?;
+            let apart = full.iter().zip(file).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
+            let lines = [over_time("", &apart, width, place)];
+            let chart = Chart {
+                title: "difference to full order",
+                x: "time [s]",
+                y: "|difference| [m]",
+                log_y: true,
+            };
+            let caption = format!("How far apart they are at {probe}.");
+            self.add("full order", &format!("difference-{}", file_name(probe)), caption, |path| {
+                line_chart(path, &chart, &lines)
+            })?;
+        }
+        let [full, file] = &verified.energy_series;
+        let lines = [over_time("full order", full, 1, 0), over_time("vademecum", file, 1, 0)];
+        let chart = Chart { title: "energy", x: "time [s]", y: "energy [J]", log_y: false };
+        let caption = "Kinetic plus elastic energy over the scenario.".into();
+        self.add("full order", "energy", caption, |path| line_chart(path, &chart, &lines))
+    }
+}
+
+/// Names of probes and patterns, for the page.
+pub fn listed(content: &Content<'_>, kind: SectionKind) -> Result<String, Failure> {
+    let names = names(content.path, content.file, kind)?;
+    Ok(if names.is_empty() { "none".into() } else { names.join(", ") })
+}
+
+/// A frequency with three figures.
+pub fn hertz(value: f64) -> String {
+    let digits = if value >= 100.0 {
+        0
+    } else if value >= 10.0 {
+        1
+    } else {
+        3
+    };
+    format!("{value:.digits$} Hz")
+}
+
+/// Bytes with a unit.
+pub fn size(bytes: f64) -> String {
+    let (scale, unit) = if bytes >= 1e6 {
+        (1e6, "MB")
+    } else if bytes >= 1e3 {
+        (1e3, "kB")
+    } else {
+        (1.0, "bytes")
+    };
+    let digits = usize::from(scale > 1.0);
+    format!("{:.digits$} {unit}", bytes / scale)
+}
+
+/// Letters and digits of a name; the rest becomes `-`.
+fn file_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
+}

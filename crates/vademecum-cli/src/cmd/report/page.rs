@@ -1,0 +1,267 @@
+//! The report as one static page: no scripts, nothing fetched.
+
+use std::fmt::Write as _;
+
+use vademecum_build::pipeline::StructureReport;
+use vademecum_eval::Structure;
+use vademecum_format::SectionKind;
+
+use super::Content;
+use super::figures::{Figures, hertz, listed, size};
+use crate::cmd::view::escaped;
+
+const STYLE: &str = include_str!("../../../assets/report.css");
+
+/// The whole page.
+pub fn page(content: &Content<'_>, figures: &Figures) -> String {
+    let title = escaped(&content.title);
+    let parts = [
+        ("The body", "body", body(content)),
+        ("The basis", "basis", basis(content)),
+        ("The certificate", "certificate", certificate(content)),
+        ("Against full order", "full order", full_order(content)),
+        ("A free run", "energy", String::new()),
+        ("Live axes", "axes", String::new()),
+        ("The file", "file", file(content)),
+        ("Timings", "timings", timings(content)),
+        ("The problem", "problem", problem(content)),
+    ];
+    let mut html = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title}: report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <h1>{title}</h1>\n{}",
+        summary(content)
+    );
+    for (heading, part, text) in parts {
+        let drawn: Vec<_> = figures.of(part).collect();
+        if text.is_empty() && drawn.is_empty() {
+            continue;
+        }
+        let _ = write!(html, "<section>\n<h2>{heading}</h2>\n{text}");
+        for figure in drawn {
+            let svg = figure.svg.trim_start_matches(|c| c != '<');
+            let _ = write!(
+                html,
+                "<figure>\n{svg}\n<figcaption>{}</figcaption>\n</figure>\n",
+                escaped(&figure.caption)
+            );
+        }
+        html.push_str("</section>\n");
+    }
+    html.push_str("</body>\n</html>\n");
+    html
+}
+
+/// What the file is, in sentences.
+fn summary(content: &Content<'_>) -> String {
+    let m = content.file.metadata();
+    let step = content.timings.step[1];
+    let lowest = content.modes.iter().map(|mode| mode[0]).fold(f64::INFINITY, f64::min);
+    format!(
+        "<p class=\"lead\">This file steps a body of {} nodes ({} displacement components) with {} numbers of state. Its lowest \
+         mode swings at {}. A step of {} takes {} on this machine: {} times faster than real time.</p>\n",
+        m.n_nodes,
+        3 * m.n_nodes,
+        3 * m.n_modes,
+        hertz(lowest),
+        duration(m.time_step),
+        duration(step),
+        times(m.time_step / step)
+    )
+}
+
+fn body(content: &Content<'_>) -> String {
+    let m = content.file.metadata();
+    let listed = |kind| listed(content, kind).unwrap_or_else(|_| "not readable".into());
+    let hash: String = m.mesh_hash.iter().map(|byte| format!("{byte:02x}")).collect();
+    table(&[
+        ("nodes", format!("{}, {} of them on the surface", m.n_nodes, m.n_surface_nodes)),
+        (
+            "loadable",
+            format!(
+                "{} nodes, {} of {} surface triangles",
+                m.n_load_nodes, m.n_load_triangles, m.n_triangles
+            ),
+        ),
+        ("load patterns", listed(SectionKind::PatternNames)),
+        ("probes", listed(SectionKind::ProbeNames)),
+        ("units", m.units.into()),
+        ("mesh", format!("XXH3-128 {hash}; the file fits no other")),
+    ])
+}
+
+fn basis(content: &Content<'_>) -> String {
+    let mut rows = String::new();
+    for (k, mode) in content.modes.iter().enumerate() {
+        let [frequency, _, share, material, scheme, period] = mode.map(figure);
+        let _ = writeln!(
+            rows,
+            "<tr><td>{}</td><td>{frequency}</td><td>{share}</td><td>{material}</td><td>{scheme}</td><td>{period}</td></tr>",
+            k + 1
+        );
+    }
+    format!(
+        "<p>The body moves in {} shapes, its modes. The time scheme damps a mode by what stands under <i>scheme</i> and makes its \
+         period longer by the share in the last column; both grow with frequency times time step.</p>\n<div class=\"wide\"><table>\
+         <thead><tr><th>mode</th><th>frequency [Hz]</th><th>energy share</th><th>damping ratio, material</th>\
+         <th>damping ratio, scheme</th><th>period elongation</th></tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n",
+        content.modes.len()
+    )
+}
+
+fn certificate(content: &Content<'_>) -> String {
+    let m = content.file.metadata();
+    let of = |present: bool, certificate| present.then(|| StructureReport::new(certificate));
+    let columns = [of(m.diagonal, &m.certificate.diagonal), of(m.block, &m.certificate.block)];
+    let row = |name: &str, value: &dyn Fn(&StructureReport) -> f64| {
+        let cell = |column: &Option<StructureReport>| {
+            column.as_ref().map_or("not in the file".into(), |c| figure(value(c)))
+        };
+        format!("<tr><td>{name}</td><td>{}</td><td>{}</td></tr>\n", cell(&columns[0]), cell(&columns[1]))
+    };
+    let rows = [
+        row("error over a march with unseen loads", &|c| c.trajectory_error),
+        row("floor: what the basis cannot show of it", &|c| c.projection_floor),
+        row("error ÷ floor", &|c| c.floor_ratio),
+        row("spectral radius − 1 (must not be positive)", &|c| c.spectral_radius - 1.0),
+        row("largest energy after release ÷ that at release", &|c| c.energy_ratio),
+        row("error of the stage maps at fresh parameters, mean", &|c| c.map_error_rms),
+        row("error of the stage maps at fresh parameters, worst", &|c| c.map_error_max),
+        row("steps marched", &|c| c.steps),
+    ];
+    format!(
+        "<p>Measured when the file was built, on loads that no snapshot had seen. Errors are relative, over all displacement \
+         components and all steps, in the norm of the mass. An error close to its floor says that more could be gained only with \
+         more modes. The scene takes the cheaper structure that keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
+         <table><thead><tr><th></th><th>diagonal structure</th><th>block structure</th></tr></thead>\n<tbody>\n{}</tbody></table></div>\n",
+        if content.timings.structure == Structure::Diagonal { "diagonal" } else { "block" },
+        rows.concat()
+    )
+}
+
+fn full_order(content: &Content<'_>) -> String {
+    let Some(verified) = &content.verified else { return String::new() };
+    let r = &verified.report;
+    table(&[
+        ("steps", r.steps.to_string()),
+        ("free components", r.dofs.to_string()),
+        (
+            "error",
+            format!(
+                "{} (floor {}, ratio {})",
+                figure(r.trajectory_error),
+                figure(r.projection_floor),
+                figure(r.floor_ratio)
+            ),
+        ),
+        (
+            "energy lost after release",
+            format!("{} (full order {})", figure(-r.energy_drift), figure(-r.energy_drift_full_order)),
+        ),
+        (
+            "a step",
+            format!(
+                "{} at full order, {} through the file: {} times faster",
+                duration(r.full_order_seconds_per_step),
+                duration(r.vademecum_seconds_per_step),
+                times(r.full_order_seconds_per_step / r.vademecum_seconds_per_step)
+            ),
+        ),
+    ])
+}
+
+fn file(content: &Content<'_>) -> String {
+    let m = content.file.metadata();
+    table(&[
+        ("name", content.path.file_name().unwrap_or_default().to_string_lossy().into_owned()),
+        ("size", size(content.bytes as f64)),
+        (
+            "format",
+            format!("{}.{}, written by {}", vademecum_format::MAJOR, vademecum_format::MINOR, m.program),
+        ),
+        (
+            "time scheme",
+            format!("{}, {} stages, time step {}", m.scheme_name, m.scheme.n_stages, duration(m.time_step)),
+        ),
+        ("Rayleigh damping", format!("α {} 1/s, β {} s", figure(m.alpha), figure(m.beta))),
+        ("separated terms", m.n_terms.to_string()),
+    ])
+}
+
+fn timings(content: &Content<'_>) -> String {
+    let t = &content.timings;
+    let rate = |seconds: f64| format!("{} ({:.2e} a second)", duration(seconds), 1.0 / seconds);
+    let rows = table(&[
+        ("map and open", duration(t.open)),
+        ("bind a scene", duration(t.bind)),
+        ("step, 32 bit", rate(t.step[0])),
+        ("step, 64 bit", rate(t.step[1])),
+        ("displacement of the whole surface, 32 bit", duration(t.surface)),
+    ]);
+    format!("<p>Measured on the machine that wrote this report, one thread.</p>\n{rows}")
+}
+
+fn problem(content: &Content<'_>) -> String {
+    let text = escaped(content.file.metadata().problem);
+    format!("<p>The problem file the build was asked for, as kept in the file.</p>\n<pre>{text}</pre>\n")
+}
+
+/// Names and values.
+fn table(rows: &[(&str, String)]) -> String {
+    let row = |(name, value): &(&str, String)| format!("<dt>{name}</dt><dd>{}</dd>\n", escaped(value));
+    format!("<dl>\n{}</dl>\n", rows.iter().map(row).collect::<String>())
+}
+
+/// A number with four figures; a dash where nothing was measured.
+fn figure(value: f64) -> String {
+    if value.is_nan() {
+        "–".into()
+    } else if value == 0.0 || (1e-2..1e5).contains(&value.abs()) {
+        let text = format!("{value:.4}");
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+/// A ratio with two figures: more would be noise of the clock.
+fn times(ratio: f64) -> String {
+    let unit = 10_f64.powf(ratio.log10().floor() - 1.0);
+    let rounded = (ratio / unit).round() * unit;
+    if ratio >= 10.0 { format!("{rounded:.0}") } else { format!("{rounded:.1}") }
+}
+
+/// Seconds with a unit.
+fn duration(seconds: f64) -> String {
+    let units = [(1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")];
+    let (scale, unit) = units.into_iter().find(|(scale, _)| seconds >= *scale).unwrap_or((1e-9, "ns"));
+    let value = seconds / scale;
+    let digits = if value >= 100.0 {
+        0
+    } else if value >= 10.0 {
+        1
+    } else {
+        2
+    };
+    let text = format!("{value:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_short() {
+        assert_eq!([1.0, 0.25, 0.0, 1234.5, 1e-7].map(figure), ["1", "0.25", "0", "1234.5", "1.000e-7"]);
+        assert_eq!(figure(f64::NAN), "–");
+        assert_eq!([20001.0, 1.26, 34.9].map(times), ["20000", "1.3", "35"]);
+        assert_eq!(
+            [2.0, 0.0581, 1e-3, 2.04e-7, 3.3e-10].map(duration),
+            ["2 s", "58.1 ms", "1 ms", "204 ns", "0.33 ns"]
+        );
+    }
+}

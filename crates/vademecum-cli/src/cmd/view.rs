@@ -1,0 +1,289 @@
+//! `vademecum view`: the body in a browser, stepped there by the evaluator itself.
+//!
+//! One page serves both ways: from a small local server the page fetches the file, in an exported page the file is inside. The
+//! page, its modules and the WebAssembly evaluator are part of the program (`assets/`), so nothing is asked of the network.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use vademecum_build::export::write_atomic;
+use vademecum_eval::Mapped;
+use vademecum_format::{File, SectionKind};
+
+use crate::console::{Console, cancelled};
+use crate::failure::{Cause, Failure};
+
+const PAGE: &str = include_str!("../../assets/page/page.html");
+const STYLE: &str = include_str!("../../assets/page/style.css");
+const EVALUATOR: &[u8] = include_bytes!("../../assets/evaluator.wasm");
+
+macro_rules! modules {
+    ($($name:literal),*) => {
+        [$(($name, include_str!(concat!("../../assets/page/", $name, ".js")))),*]
+    };
+}
+
+/// The page's JavaScript modules by the names they import each other with.
+const MODULES: [(&str, &str); 11] = modules!(
+    "body",
+    "camera",
+    "chart",
+    "colors",
+    "controls",
+    "evaluator",
+    "hands",
+    "main",
+    "player",
+    "render",
+    "vectors"
+);
+
+/// Where the served page finds the file.
+const SOURCE: &str = "body.vdm";
+/// Longest request head that is read \[bytes\].
+const MAX_HEAD: usize = 16 * 1024;
+/// Most connections answered at a time; a browser opens about six.
+const MAX_CONNECTIONS: usize = 32;
+
+/// Opens the body in a browser: push it, let it ring, change its parameters while it moves.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  vademecum view body.vdm                       opens the browser on a page of this machine; Ctrl-C ends it
+  vademecum view body.vdm --export body.html    one file that works from disk, without network, on a phone")]
+pub struct View {
+    /// The vademecum file.
+    file: PathBuf,
+    /// Say the address and leave opening the browser to you.
+    #[arg(long)]
+    no_open: bool,
+    /// Port on 127.0.0.1; a free one if absent.
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    port: u16,
+    /// Write one self-contained page, file included, instead of serving.
+    #[arg(long, value_name = "PAGE.html")]
+    export: Option<PathBuf>,
+}
+
+impl View {
+    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+        let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
+        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        check(&self.file, &file)?;
+        let title = title(&self.file, &file);
+        console.clear();
+        match &self.export {
+            Some(path) => {
+                let page = page(&title, "", mapped.bytes());
+                write_atomic(path, page.as_bytes()).map_err(|error| Failure::io(path, error))?;
+                println!("{}: {} bytes, works from disk and without network", path.display(), page.len());
+                Ok(())
+            }
+            None => self.serve(&page(&title, SOURCE, &[]), mapped.bytes()),
+        }
+    }
+
+    fn serve(&self, page: &str, file: &[u8]) -> Result<(), Failure> {
+        let network = |error: std::io::Error| {
+            Failure::new(Cause::Machine, format!("127.0.0.1:{}: {error}", self.port))
+                .remedy("another `--port`, or none for a free one")
+        };
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, self.port)).map_err(network)?;
+        listener.set_nonblocking(true).map_err(network)?;
+        let address = listener.local_addr().map_err(network)?;
+        println!("http://{address}/  (Ctrl-C ends)");
+        // Whoever reads a pipe waits for this line.
+        std::io::stdout().flush().map_err(network)?;
+        if !self.no_open && !open_browser(&format!("http://{address}/")) {
+            eprintln!("  note: no browser could be started; open the address above");
+        }
+        let live = AtomicUsize::new(0);
+        let content = Content { address, page, file };
+        std::thread::scope(|scope| {
+            while !cancelled() {
+                match listener.accept() {
+                    Ok((stream, _)) if live.load(Ordering::Relaxed) < MAX_CONNECTIONS => {
+                        live.fetch_add(1, Ordering::Relaxed);
+                        scope.spawn(|| {
+                            // A visitor who hangs up is no failure of ours.
+                            let _ = content.answer(stream);
+                            live.fetch_sub(1, Ordering::Relaxed);
+                        });
+                    }
+                    Ok((stream, _)) => drop(stream),
+                    Err(_) => std::thread::sleep(Duration::from_millis(20)),
+                }
+            }
+        });
+        Ok(())
+    }
+}
+
+/// What is served.
+struct Content<'a> {
+    address: SocketAddr,
+    page: &'a str,
+    file: &'a [u8],
+}
+
+impl Content<'_> {
+    /// Answers one request and closes.
+    fn answer(&self, mut stream: TcpStream) -> std::io::Result<()> {
+        stream.set_nonblocking(false)?;
+        stream.set_read_timeout(Some(Duration::from_secs(2)))?;
+        stream.set_write_timeout(Some(Duration::from_secs(20)))?;
+        let (status, kind, body) = match read_head(&mut stream)? {
+            Some(head) => self.content(&head),
+            None => ("431 Request Header Fields Too Large", "text/plain", &b"too long\n"[..]),
+        };
+        let head = format!(
+            "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
+             X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: close\r\n\r\n",
+            body.len()
+        );
+        stream.write_all(head.as_bytes())?;
+        stream.write_all(body)
+    }
+
+    /// Status, type and body for a request head. Only our own names for this machine are answered: another site that makes its
+    /// name point here shall not read the file.
+    fn content(&self, head: &str) -> (&'static str, &'static str, &[u8]) {
+        let mut lines = head.split("\r\n");
+        let mut request = lines.next().unwrap_or_default().split(' ');
+        let (method, target) = (request.next().unwrap_or_default(), request.next().unwrap_or_default());
+        let host =
+            lines.filter_map(|line| line.split_once(':')).find(|(name, _)| name.eq_ignore_ascii_case("host"));
+        let host = host.map(|(_, value)| value.trim()).unwrap_or_default();
+        let ours = [self.address.to_string(), format!("localhost:{}", self.address.port())];
+        if !ours.iter().any(|name| name == host) {
+            return ("403 Forbidden", "text/plain", b"open the address that `vademecum view` printed\n");
+        }
+        match (method, target) {
+            ("GET", "/") => ("200 OK", "text/html; charset=utf-8", self.page.as_bytes()),
+            ("GET", "/body.vdm") => ("200 OK", "application/octet-stream", self.file),
+            ("GET", _) => ("404 Not Found", "text/plain", b"not here\n"),
+            _ => ("405 Method Not Allowed", "text/plain", b"only GET\n"),
+        }
+    }
+}
+
+/// The request up to its empty line; `None` if it is too long.
+fn read_head(stream: &mut TcpStream) -> std::io::Result<Option<String>> {
+    let (mut head, mut part) = (vec![], [0; 2048]);
+    while !head.windows(4).any(|end| end == b"\r\n\r\n") {
+        if head.len() > MAX_HEAD {
+            return Ok(None);
+        }
+        match stream.read(&mut part)? {
+            0 => return Err(ErrorKind::UnexpectedEof.into()),
+            n => head.extend_from_slice(&part[..n]),
+        }
+    }
+    Ok(Some(String::from_utf8_lossy(&head).into_owned()))
+}
+
+/// The page with everything inside; `file` too unless it comes from `source`.
+fn page(title: &str, source: &str, file: &[u8]) -> String {
+    let module = |(name, text): &(&str, &str)| {
+        // Its name, for messages: a data address would be the whole module again.
+        let text = format!("{text}//# sourceURL=vademecum/{name}.js\n");
+        format!("\"vademecum/{name}\":\"data:text/javascript;base64,{}\"", BASE64.encode(text))
+    };
+    let modules: Vec<String> = MODULES.iter().map(module).collect();
+    // The file goes in last: what is in it is never searched for places to fill.
+    PAGE.replace("{{title}}", &escaped(title))
+        .replace("{{style}}", STYLE)
+        .replace("{{modules}}", &format!("{{\"imports\":{{{}}}}}", modules.join(",")))
+        .replace("{{source}}", source)
+        .replace("{{wasm}}", &BASE64.encode(EVALUATOR))
+        .replace("{{body}}", &BASE64.encode(file))
+}
+
+/// Text that may stand in a page.
+pub fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '{' => out.push_str("&#123;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// The problem's title, or the file's name.
+pub fn title(path: &Path, file: &File<'_>) -> String {
+    let problem: Option<toml::Table> = file.metadata().problem.parse().ok();
+    let title = problem.as_ref().and_then(|table| table.get("title")).and_then(|title| title.as_str());
+    title.map_or_else(|| path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), str::to_string)
+}
+
+/// The page draws the surface and checks every byte; say here what it could not use.
+fn check(path: &Path, file: &File<'_>) -> Result<(), Failure> {
+    file.verify_all().map_err(|error| Failure::file(path, error))?;
+    for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
+        let missing =
+            || Failure::new(Cause::File, format!("{}: the file has no section {kind:?}", path.display()));
+        file.section(kind).ok_or_else(missing)?.raw().map_err(|error| Failure::file(path, error))?;
+    }
+    Ok(())
+}
+
+/// Asks the system to show an address; whether something was started.
+fn open_browser(address: &str) -> bool {
+    let (program, arguments): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("cmd", &["/C", "start", ""])
+    } else {
+        ("xdg-open", &[])
+    };
+    let mut command = Command::new(program);
+    command.args(arguments).arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn content() -> Content<'static> {
+        Content { address: ([127, 0, 0, 1], 4000).into(), page: "page", file: b"file" }
+    }
+
+    #[test]
+    fn only_the_page_and_the_file_are_served_and_only_to_our_own_name() {
+        let content = content();
+        let ask = |request: &str, host: &str| {
+            content.content(&format!("{request} HTTP/1.1\r\nHost: {host}\r\n\r\n")).0
+        };
+        assert_eq!(ask("GET /", "127.0.0.1:4000"), "200 OK");
+        assert_eq!(ask("GET /body.vdm", "localhost:4000"), "200 OK");
+        assert_eq!(ask("GET /../etc/passwd", "localhost:4000"), "404 Not Found");
+        assert_eq!(ask("POST /", "localhost:4000"), "405 Method Not Allowed");
+        assert_eq!(ask("GET /body.vdm", "elsewhere.example:4000"), "403 Forbidden");
+        assert_eq!(content.content("").0, "403 Forbidden");
+    }
+
+    #[test]
+    fn a_page_holds_everything_and_asks_for_nothing() {
+        let page = page("a <b> {{body}}", "", b"\x01\x02\x03");
+        assert!(page.contains("a &lt;b&gt; &#123;&#123;body}}"));
+        assert!(page.contains("AQID</script>"));
+        assert!(!page.contains("{{"), "every place is filled");
+        let outside = ["http://", "https://", "//cdn", "src=\"/", "@import"];
+        assert!(outside.iter().all(|text| !page.contains(text)));
+        for (name, text) in MODULES {
+            assert!(outside[..2].iter().all(|part| !text.contains(part)), "{name}");
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! A file, a scene, one state and its loads in one value, for a host that can pass numbers only.
+
+use core::fmt;
+
+use vademecum_eval::format::{File, Section, SectionKind};
+use vademecum_eval::{
+    BindError, Contact, Field, LoadError, Loads, OutputError, Scalar, Scene, SceneOptions, State, Status,
+    StepError, Surface, SurfacePoint,
+};
+
+/// Why the session refused.
+#[derive(Clone, Copy, Debug)]
+pub enum Refusal {
+    /// Options or lent memory do not fit the file.
+    Bind(BindError),
+    /// A load cannot be applied.
+    Load(LoadError),
+    /// A step or a state cannot be taken.
+    Step(StepError),
+    /// An output cannot be read.
+    Output(OutputError),
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bind(error) => error.fmt(f),
+            Self::Load(error) => error.fmt(f),
+            Self::Step(error) => error.fmt(f),
+            Self::Output(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+macro_rules! from_error {
+    ($($kind:ident <- $error:ty),*) => {
+        $(impl From<$error> for Refusal {
+            fn from(error: $error) -> Self {
+                Self::$kind(error)
+            }
+        })*
+    };
+}
+from_error!(Bind <- BindError, Load <- LoadError, Step <- StepError, Output <- OutputError);
+
+/// A point of the surface whose displacement is recorded beside the probes.
+#[derive(Clone, Copy, Debug)]
+pub struct Watch {
+    /// Where.
+    pub point: SurfacePoint,
+    /// Unit vector of the component.
+    pub direction: [f64; 3],
+}
+
+/// Everything a page needs of one bound file. `T` is the precision of the march.
+#[derive(Debug)]
+pub struct Session<'m, T> {
+    scene: Scene<'m, T>,
+    state: State<'m, T>,
+    loads: Loads<'m, T>,
+    field: &'m mut [T],
+    watch: Option<Watch>,
+}
+
+/// How many numbers of `T` and of `f64` (for the time of the call) [`Session::bind`] wants.
+///
+/// # Errors
+/// [`Refusal::Bind`].
+pub fn lengths<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<(usize, usize), Refusal> {
+    let sizes = Scene::<T>::sizes(file, options)?;
+    let field = 3 * file.metadata().n_surface_nodes as usize;
+    Ok((sizes.scene + sizes.state + sizes.loads + field, sizes.work))
+}
+
+impl<'m, T: Scalar> Session<'m, T> {
+    /// Binds `file`; the body is at rest and unloaded.
+    ///
+    /// # Errors
+    /// [`Refusal::Bind`].
+    pub fn bind(
+        file: &File<'m>,
+        options: &SceneOptions,
+        memory: &'m mut [T],
+        work: &mut [f64],
+    ) -> Result<Self, Refusal> {
+        let sizes = Scene::<T>::sizes(file, options)?;
+        let found = memory.len();
+        let short = BindError::LentMemory { found, needed: lengths::<T>(file, options)?.0 };
+        let (scene, memory) = memory.split_at_mut_checked(sizes.scene).ok_or(short)?;
+        let (state, memory) = memory.split_at_mut_checked(sizes.state).ok_or(short)?;
+        let (loads, memory) = memory.split_at_mut_checked(sizes.loads).ok_or(short)?;
+        let field = memory.get_mut(..3 * file.metadata().n_surface_nodes as usize).ok_or(short)?;
+        let scene = Scene::bind(file, options, scene, work)?;
+        let state = State::new(&scene, state)?;
+        let loads = Loads::new(&scene, loads)?;
+        Ok(Self { scene, state, loads, field, watch: None })
+    }
+}
+
+/// What a page asks of a session, whatever its precision.
+pub trait Player {
+    /// 1 for the diagonal structure, 2 for the block structure.
+    fn structure(&self) -> u32;
+    /// Takes all loads away.
+    fn clear_loads(&mut self);
+    /// Adds a held contact.
+    ///
+    /// # Errors
+    /// [`Refusal::Load`].
+    fn add_contact(&mut self, contact: &Contact) -> Result<(), Refusal>;
+    /// Adds a held load pattern.
+    ///
+    /// # Errors
+    /// [`Refusal::Load`].
+    fn add_pattern(&mut self, index: usize, amplitude: f64) -> Result<(), Refusal>;
+    /// What [`Player::march`] records beside the probes.
+    fn watch(&mut self, watch: Option<Watch>);
+    /// Numbers of one record of [`Player::march`]: the probes, the watched component (0 without), the energy.
+    fn record_len(&self) -> usize;
+    /// Takes `steps` steps; after each, writes a record while `records` has room.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the steps before it are taken.
+    fn march(&mut self, steps: usize, records: &mut [f64]) -> Result<Status, Refusal>;
+    /// Displacement (or velocity) of the surface, kept until the next call: where it lies in memory.
+    ///
+    /// # Errors
+    /// [`Refusal::Output`].
+    fn surface(&mut self, field: Field) -> Result<*const u8, Refusal>;
+    /// Displacement (or velocity) of a point of the surface.
+    ///
+    /// # Errors
+    /// [`Refusal::Output`].
+    fn point(&self, point: &SurfacePoint, field: Field) -> Result<[f64; 3], Refusal>;
+    /// Energy \[J\].
+    ///
+    /// # Errors
+    /// [`Refusal::Output`].
+    fn energy(&self) -> Result<f64, Refusal>;
+    /// `ζ`, then `ζ̇`, each of length r, in SI: what survives a change of `Δt`. Shorter lent memory takes the first of them.
+    fn coordinates(&self, out: &mut [f64]);
+    /// Sets `ζ` and `ζ̇`; the acceleration follows from them and the loads.
+    ///
+    /// # Errors
+    /// [`Refusal::Step`].
+    fn set_coordinates(&mut self, values: &[f64]) -> Result<(), Refusal>;
+    /// The body at rest, loads kept.
+    fn rest(&mut self);
+}
+
+impl<T: Scalar> Player for Session<'_, T> {
+    fn structure(&self) -> u32 {
+        match self.scene.structure() {
+            vademecum_eval::Structure::Diagonal => 1,
+            vademecum_eval::Structure::Block => 2,
+        }
+    }
+
+    fn clear_loads(&mut self) {
+        self.loads.clear();
+    }
+
+    fn add_contact(&mut self, contact: &Contact) -> Result<(), Refusal> {
+        Ok(self.loads.add_contact(&self.scene, contact)?)
+    }
+
+    fn add_pattern(&mut self, index: usize, amplitude: f64) -> Result<(), Refusal> {
+        Ok(self.loads.add_pattern(&self.scene, index, amplitude)?)
+    }
+
+    fn watch(&mut self, watch: Option<Watch>) {
+        self.watch = watch;
+    }
+
+    fn record_len(&self) -> usize {
+        self.scene.metadata().n_probes as usize + 2
+    }
+
+    fn march(&mut self, steps: usize, records: &mut [f64]) -> Result<Status, Refusal> {
+        let mut rows = records.chunks_exact_mut(self.record_len());
+        let mut status = Status::Moving;
+        for _ in 0..steps {
+            status = self.scene.step(&mut self.state, &self.loads)?;
+            if let Some(row) = rows.next() {
+                self.record(row)?;
+            }
+        }
+        Ok(status)
+    }
+
+    fn surface(&mut self, field: Field) -> Result<*const u8, Refusal> {
+        self.scene.surface_into(&self.state, field, self.field)?;
+        Ok(self.field.as_ptr().cast())
+    }
+
+    fn point(&self, point: &SurfacePoint, field: Field) -> Result<[f64; 3], Refusal> {
+        Ok(self.scene.point(&self.state, point, field)?)
+    }
+
+    fn energy(&self) -> Result<f64, Refusal> {
+        Ok(self.scene.energy(&self.state)?)
+    }
+
+    fn coordinates(&self, out: &mut [f64]) {
+        let rate = 1.0 / self.scene.parameters().time_step;
+        let zeta = self.state.zeta().iter().map(|x| x.to_f64());
+        let rates = self.state.scaled_velocity().iter().map(|x| x.to_f64() * rate);
+        out.iter_mut().zip(zeta.chain(rates)).for_each(|(out, x)| *out = x);
+    }
+
+    fn set_coordinates(&mut self, values: &[f64]) -> Result<(), Refusal> {
+        let (zeta, rates) = values.split_at_checked(self.scene.n_modes()).ok_or(StepError::Mismatch)?;
+        Ok(self.scene.set(&mut self.state, zeta, rates, &self.loads)?)
+    }
+
+    fn rest(&mut self) {
+        self.state.rest();
+    }
+}
+
+impl<T: Scalar> Session<'_, T> {
+    fn record(&self, row: &mut [f64]) -> Result<(), Refusal> {
+        let Some((probes, [watched, energy])) = row.split_last_chunk_mut() else { return Ok(()) };
+        for (index, out) in probes.iter_mut().enumerate() {
+            *out = self.scene.probe(&self.state, index, Field::Displacement)?;
+        }
+        *watched = match &self.watch {
+            None => 0.0,
+            Some(watch) => {
+                let u = self.scene.point(&self.state, &watch.point, Field::Displacement)?;
+                u.iter().zip(watch.direction).map(|(u, d)| u * d).sum()
+            }
+        };
+        *energy = self.energy()?;
+        Ok(())
+    }
+}
+
+/// The section `kind` of `file`, stored as it is (a page reads its bytes directly).
+#[must_use]
+pub fn plain_section<'m>(file: &File<'m>, kind: u32) -> Option<Section<'m>> {
+    let section = file.section(SectionKind::from_number(kind)?)?;
+    section.raw().is_ok().then_some(section)
+}
+
+/// The loadable point nearest to `point`, if any.
+///
+/// # Errors
+/// [`Refusal::Output`].
+pub fn locate(file: &File<'_>, point: [f64; 3]) -> Result<Option<SurfacePoint>, Refusal> {
+    Ok(Surface::new(file)?.locate(point))
+}

@@ -1,0 +1,26 @@
+// node march.mjs MODULE.wasm FILE.vdm OUT: marches the file in all precisions and structures with fixed contacts and writes
+// every number as little-endian f64. tests/bits.rs does the same with the evaluator compiled for this machine.
+import { readFileSync, writeFileSync } from "node:fs";
+import { Evaluator } from "../../vademecum-cli/assets/page/evaluator.js";
+
+const [wasm, file, out] = process.argv.slice(2);
+const evaluator = await Evaluator.open(readFileSync(wasm), readFileSync(file));
+const numbers = [];
+const contact = { nodes: [1, 4, 3], weights: [0.25, 0.5, 0.25] };
+for (const double of [false, true]) {
+  for (const structure of [1, 2]) {
+    evaluator.bind({ double, structure });
+    evaluator.watch(contact, [0.6, 0, 0.8]);
+    evaluator.addContact(contact, [1.0, -2.0, 0.7]);
+    evaluator.addPattern(0, -0.3);
+    numbers.push(...evaluator.record(100).rows);
+    evaluator.clearLoads();
+    evaluator.march(5000);
+    numbers.push(...evaluator.record(3).rows, ...evaluator.surface(false));
+    numbers.push(...evaluator.surface(true), ...evaluator.coordinates(), evaluator.energy());
+  }
+}
+evaluator.bind({ double: true, structure: 1, timeStep: 0.003, stiffness: 2.5, density: 0.7, alpha: 0.9, beta: 1e-5 });
+evaluator.addContact(contact, [1.0, -2.0, 0.7]);
+numbers.push(...evaluator.record(100).rows, ...evaluator.locate([0.3, 0.2, 0.9]).position);
+writeFileSync(out, Buffer.from(Float64Array.from(numbers).buffer));

@@ -1,0 +1,276 @@
+// The page in Chromium. Times and frames are not asserted (software drawing on a busy machine), states and step rates are.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { after, before, test } from "node:test";
+
+const { WORK, VADEMECUM } = process.env;
+const { chromium } = createRequire(`${WORK}/`)("playwright-core");
+const EXPORTED = `file://${WORK}/beam.html`;
+const TIP = [0.97, 0.08, 0.1];
+
+let browser;
+before(async () => {
+  browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox", "--enable-unsafe-swiftshader"] });
+});
+after(() => browser.close());
+
+/** Opens a page without network; `heard` collects errors and requests. */
+async function open(address, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, offline: address.startsWith("file:"), ...options });
+  const page = await context.newPage();
+  const heard = { errors: [], requests: [] };
+  page.on("console", (message) => message.type() === "error" && heard.errors.push(message.text()));
+  page.on("pageerror", (error) => heard.errors.push(error.message));
+  page.on("request", (request) => request.url().startsWith("data:") || heard.requests.push(request.url()));
+  await page.goto(address);
+  await page.evaluate(() => window.vademecum.ready);
+  return { page, heard, context };
+}
+
+const state = (page) => page.evaluate(() => window.vademecum.state());
+const moveSlider = (page, id, value) => page.locator(id).evaluate((input, x) => {
+  input.value = String(x);
+  input.dispatchEvent(new Event("input", { bubbles: true }));
+}, value);
+
+/** Where a loadable point is on the screen. */
+async function pixel(page, point) {
+  const [box, at] = [await page.locator("#view").boundingBox(), await page.evaluate((p) => window.vademecum.pixel(p), point)];
+  return { x: box.x + at[0], y: box.y + at[1] };
+}
+
+/** Frequency [Hz] of a series: upward crossings of zero, placed between steps. */
+function frequency({ time, values }) {
+  const crossings = [];
+  for (let i = 1; i < values.length; i++) {
+    if (values[i - 1] < 0 && values[i] >= 0) {
+      crossings.push(time[i - 1] + ((time[i] - time[i - 1]) * -values[i - 1]) / (values[i] - values[i - 1]));
+    }
+  }
+  return (crossings.length - 1) / (crossings.at(-1) - crossings[0]);
+}
+
+/** Presses at the tip, lets the push settle into motion, releases, and takes the tip's series over 4000 steps. */
+const ring = (page) => page.evaluate((point) => {
+  const v = window.vademecum;
+  v.pause();
+  v.rest();
+  const id = v.press(point, [0, 0, -20]);
+  v.step(20);
+  v.release(id);
+  const start = v.series().time.length;
+  v.step(4000);
+  const { time, columns } = v.series();
+  return { time: time.slice(start), values: columns.tip.slice(start) };
+}, TIP);
+
+// Bathe's scheme stretches a period by Ω²/24 (docs/theory). Crossings over N periods are off by at most one period's share
+// that the other modes can shift: 0.05 each end if they carry less than a third of the amplitude.
+const stretched = (hertz, timeStep) => hertz / (1 + (2 * Math.PI * hertz * timeStep) ** 2 / 24);
+const CROSSING = 2 * 0.05;
+
+test("the exported page runs from disk, without network and without a word on the console", async () => {
+  const { page, heard, context } = await open(EXPORTED);
+  await page.waitForTimeout(300);
+  assert.deepEqual(heard.errors, []);
+  assert.deepEqual(heard.requests, [EXPORTED]);
+  assert.equal(await page.locator("#status").textContent(), "");
+  await context.close();
+});
+
+test("a push bends the beam down by what `vademecum run` says", async () => {
+  const { page, context } = await open(EXPORTED);
+  const lines = readFileSync(`${WORK}/run/probes.csv`, "utf8").trim().split("\n").map((line) => line.split(","));
+  const place = lines[0].indexOf("tip");
+  const expected = lines.slice(2).map((line) => Number(line[place]));
+  for (const [double, tolerance] of [[true, 1e-8], [false, 1e-5]]) {
+    const found = await page.evaluate(([point, double, n]) => {
+      const v = window.vademecum;
+      v.pause();
+      v.set({ double });
+      v.rest();
+      v.press(point, [0, 3, -20]);
+      v.step(n);
+      return v.series().columns.tip;
+    }, [TIP, double, expected.length]);
+    assert.equal(found.length, expected.length);
+    const largest = Math.max(...expected.map(Math.abs));
+    assert.ok(Math.min(...expected) < -1e-4, "the push is downwards and visible");
+    // The table is printed with ten digits; binary32 rounds each of 200 steps.
+    const apart = Math.max(...found.map((x, i) => Math.abs(x - expected[i]))) / largest;
+    assert.ok(apart <= tolerance, `${double ? 64 : 32} bit: ${apart}`);
+  }
+  await context.close();
+});
+
+test("released, it rings at the first frequency; a slider at four times the stiffness doubles it", async () => {
+  const { page, context } = await open(EXPORTED);
+  const { modes, options } = await state(page);
+  const first = Math.min(...modes);
+  const series = await ring(page);
+  const found = frequency(series);
+  const periods = found * (series.time.at(-1) - series.time[0]);
+  const expected = stretched(first, options.timeStep);
+  assert.ok(Math.abs(found / expected - 1) < CROSSING / periods, `${found} Hz, expected ${expected}`);
+
+  await moveSlider(page, "#parameter-stiffness", Math.log10(4));
+  assert.equal(Number((await state(page)).options.stiffness.toPrecision(12)), 4);
+  const stiff = frequency(await ring(page));
+  const doubled = stretched(2 * first, options.timeStep);
+  assert.ok(Math.abs(stiff / doubled - 1) < CROSSING / (2 * periods), `${stiff} Hz, expected ${doubled}`);
+
+  await moveSlider(page, "#parameter-stiffness", 0);
+  await moveSlider(page, "#parameter-density", Math.log10(4));
+  const heavy = frequency(await ring(page));
+  const halved = stretched(first / 2, options.timeStep);
+  assert.ok(Math.abs(heavy / halved - 1) < CROSSING / (periods / 2), `${heavy} Hz, expected ${halved}`);
+  await context.close();
+});
+
+test("a parameter changed in motion keeps displacement and velocity; one the structure cannot take is refused", async () => {
+  const { page, context } = await open(EXPORTED);
+  const [before, after, refused] = await page.evaluate((point) => {
+    const v = window.vademecum;
+    v.pause();
+    v.press(point, [0, 0, -20]);
+    v.step(17);
+    const before = Array.from(v.evaluator.coordinates());
+    v.set({ timeStep: 2.5e-4, alpha: 3 });
+    const after = Array.from(v.evaluator.coordinates());
+    v.set({ structure: 2, timeStep: 1e-3, alpha: 0 });
+    v.set({ stiffness: 2 });
+    return [before, after, v.state()];
+  }, TIP);
+  const largest = Math.max(...before.map(Math.abs));
+  before.forEach((x, i) => assert.ok(Math.abs(x - after[i]) <= 4 * Number.EPSILON * largest));
+  assert.match(refused.refusal, /^Refused: /);
+  assert.equal(refused.options.stiffness, 1);
+  assert.equal(refused.structure, 2);
+  await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("Refused: "));
+  await context.close();
+});
+
+test("the file's own parameters are sliders with the file's range", async () => {
+  const { page, heard, context } = await open(`file://${WORK}/regions.html`);
+  const { options } = await state(page);
+  const built = frequency(await ring(page));
+  await moveSlider(page, "#parameter-regionStiffness-1", Math.log10(2));
+  const outer = frequency(await ring(page));
+  await moveSlider(page, "#parameter-regionStiffness-0", Math.log10(2));
+  const series = await ring(page);
+  const both = frequency(series);
+  // All regions at twice the stiffness are the body at twice the stiffness; one region alone lies between (Rayleigh).
+  const periods = both * (series.time.at(-1) - series.time[0]);
+  const expected = stretched(Math.SQRT2 * built, options.timeStep) / stretched(1, built * options.timeStep);
+  assert.ok(Math.abs(both / expected - 1) < (2 * CROSSING) / periods, `${both} Hz, expected ${expected}`);
+  assert.ok(built * 1.001 < outer && outer < both / 1.001, `${built} < ${outer} < ${both}`);
+  const refused = await page.evaluate(() => {
+    window.vademecum.set({ regionStiffness: [2.5, 2.5, 1, 1, 1, 1, 1, 1] });
+    return window.vademecum.state();
+  });
+  assert.match(refused.refusal, /^Refused: /);
+  assert.equal(Number(refused.options.regionStiffness[0].toPrecision(12)), 2);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
+test("a mouse press pushes down where it points and the release lets it ring", async () => {
+  const { page, heard, context } = await open(EXPORTED);
+  const { x, y } = await pixel(page, TIP);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.waitForFunction(() => window.vademecum.at([1, 0.08, 0.1])[2] < -1e-3);
+  assert.equal((await state(page)).contacts, 1);
+  await page.screenshot({ path: `${WORK}/press.png` });
+  await page.mouse.up();
+  await page.waitForFunction(() => window.vademecum.state().contacts === 0);
+  const { energy, time } = await state(page);
+  assert.ok(energy > 0);
+  await page.waitForFunction((t) => window.vademecum.state().time > t, time);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
+test("two fingers are two contacts, and the page fits a narrow screen", async () => {
+  const { page, heard, context } = await open(EXPORTED, { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true, colorScheme: "dark" });
+  const touch = await context.newCDPSession(page);
+  const points = [await pixel(page, TIP), await pixel(page, [0.5, 0.08, 0.1])];
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: points.map(({ x, y }, id) => ({ x, y, id })) });
+  await page.waitForFunction(() => window.vademecum.state().contacts === 2);
+  await page.screenshot({ path: `${WORK}/phone.png` });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  await page.waitForFunction(() => window.vademecum.state().contacts === 0);
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360);
+  await page.screenshot({ path: `${WORK}/phone-full.png`, fullPage: true });
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
+test("everything is reached by keyboard", async () => {
+  const { page, context } = await open(EXPORTED);
+  for (let i = 0; i < 12 && !(await page.evaluate(() => document.activeElement.id === "view")); i++) await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "view");
+  await page.keyboard.press("Space");
+  assert.equal((await state(page)).paused, true);
+  const { steps } = await state(page);
+  await page.keyboard.press(".");
+  assert.equal((await state(page)).steps, steps + 1);
+  await page.keyboard.down("Enter");
+  assert.equal((await state(page)).contacts, 1);
+  await page.keyboard.up("Enter");
+  assert.equal((await state(page)).contacts, 0);
+  const unlabelled = await page.evaluate(() => [...document.querySelectorAll("input, select, button")].filter((control) => !control.labels?.length && !control.ariaLabel && !control.textContent.trim()).length);
+  assert.equal(unlabelled, 0);
+  await context.close();
+});
+
+test("it steps more than a thousand times a second beside drawing", async () => {
+  const { page, context } = await open(EXPORTED);
+  await moveSlider(page, "#speed", 1);
+  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
+  await page.waitForFunction(() => window.vademecum.state().pace?.rate >= 1000);
+  const { secondsPerStep, pace } = await state(page);
+  assert.ok(secondsPerStep < 1e-3);
+  console.log(`      step ${secondsPerStep} s; ${Math.round(pace.rate)} steps/s at ${pace.frames.toFixed(1)} frames/s of ${(1000 * pace.frame).toFixed(2)} ms`);
+  await context.close();
+});
+
+test("the report is one quiet page with its figures also as files", async () => {
+  const context = await browser.newContext({ viewport: { width: 360, height: 740 }, offline: true });
+  const page = await context.newPage();
+  const heard = { errors: [], requests: [] };
+  page.on("console", (message) => heard.errors.push(message.text()));
+  page.on("request", (request) => request.url().startsWith("data:") || heard.requests.push(request.url()));
+  await page.goto(`file://${WORK}/report.html`);
+  assert.deepEqual(heard, { errors: [], requests: [`file://${WORK}/report.html`] });
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360);
+  const names = ["mesh", "singular-values", "modes", "free-run", "file", "probe-tip", "difference-tip", "energy"];
+  const inside = await page.locator("figure svg").evaluateAll((figures) => figures.map((figure) => figure.getBoundingClientRect().height > 50));
+  assert.deepEqual(inside, names.map(() => true));
+  for (const name of names) {
+    await page.goto(`file://${WORK}/report-figures/${name}.svg`);
+    assert.ok((await page.evaluate(() => document.querySelectorAll("text").length)) > 0, name);
+  }
+  await context.close();
+});
+
+test("the served page asks for nothing but itself and the file, and Ctrl-C ends it", async () => {
+  const server = spawn(VADEMECUM, ["view", `${WORK}/beam.vdm`, "--no-open"], { stdio: ["ignore", "pipe", "inherit"] });
+  try {
+    const [line] = await once(server.stdout, "data");
+    const address = String(line).split(" ")[0];
+    const { page, heard, context } = await open(address);
+    await page.waitForTimeout(200);
+    assert.deepEqual(heard.requests, [address, `${address}body.vdm`]);
+    assert.deepEqual(heard.errors, []);
+    await context.close();
+    server.kill("SIGINT");
+    const [code] = await once(server, "exit");
+    assert.equal(code, 0);
+  } finally {
+    server.kill("SIGKILL");
+  }
+});
