@@ -6,7 +6,7 @@
 use vademecum_build::Matrix;
 use vademecum_build::certificate::UnseenLoads;
 use vademecum_build::dynamics::{FullOrder, lowest_modes};
-use vademecum_build::export::{Parts, encode};
+use vademecum_build::export::{BlockTerms, Parts, encode};
 use vademecum_build::fem::{Pencil, Solve};
 use vademecum_build::march::{TimedLoad, factors, march_full_order, stage_amplitudes};
 use vademecum_build::pipeline::{Prepared, prepare};
@@ -156,7 +156,7 @@ impl Study {
     }
 
     fn parameters(&self) -> StepParameters {
-        let rayleigh = self.prepared.rayleigh;
+        let rayleigh = self.prepared.rayleigh();
         StepParameters {
             time_step: self.problem.time.step,
             alpha: rayleigh.alpha,
@@ -172,14 +172,16 @@ impl Study {
     /// If the writer refuses it.
     #[must_use]
     pub fn file(&self, basis: &Basis) -> Vec<u8> {
+        let responses = self.responses(basis);
         let parts = Parts {
             problem: &self.problem,
             body: &self.prepared.body,
             basis,
             scheme_name: "scheme",
             scheme: &self.prepared.scheme,
-            rayleigh: self.prepared.rayleigh,
-            responses: &self.responses(basis),
+            rayleigh: self.prepared.rayleigh(),
+            block: Some(BlockTerms::fixed(&responses)),
+            parameters: None,
             certificate: Certificate::default(),
             mode_table: Matrix::zeros(basis.n_modes(), 6),
         };
@@ -258,7 +260,7 @@ type MatMut<'a> = faer::MatMut<'a, f64>;
 
 fn full_order<'a>(problem: &Problem, prepared: &'a Prepared) -> FullOrder<'a> {
     let pencil = prepared.body.model.pencil();
-    FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, problem.time.step, prepared.rayleigh)
+    FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, problem.time.step, prepared.rayleigh())
         .expect("a march")
 }
 

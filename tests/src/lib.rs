@@ -1,5 +1,6 @@
 //! What crosses crates is tested here.
 
+pub mod annotate;
 pub mod bases;
 pub mod long_march;
 pub mod matrices;

@@ -6,7 +6,7 @@
 
 use vademecum_format::scheme::{SchemeTable, Stage, StepParameters, theta};
 use vademecum_format::{
-    Axis, AxisKind, AxisRole, Certificate, Codec, Element, MAX_AXES, Metadata, SectionInput,
+    Axis, AxisKind, AxisRole, Certificate, Codec, Element, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter, SectionInput,
     SectionKind, encode_into, encoded_len,
 };
 
@@ -348,6 +348,9 @@ impl Body {
             time_step: step.time_step,
             alpha: step.alpha,
             beta: step.beta,
+            n_regions: 1,
+            n_parameters: 0,
+            parameters: [Parameter::UNUSED; MAX_PARAMETERS],
             axes: stage_axis(n_terms),
             n_axes: 1,
             n_terms: n_terms as u32,

@@ -34,6 +34,26 @@ pub enum BodyError {
         /// Names of the mesh's regions.
         regions: String,
     },
+    /// A region of the problem file holds no element.
+    #[error("{path}: `mesh.region`: no element has all its corners in region `{name}`")]
+    EmptyRegion {
+        /// The problem file and line.
+        path: String,
+        /// The region.
+        name: String,
+    },
+    /// A parameter's range leaves out the problem's own value.
+    #[error("{path}: `parameter`: the range {range:?} of `{name}` leaves out the problem's own value, {nominal}")]
+    Nominal {
+        /// The problem file and line.
+        path: String,
+        /// The parameter.
+        name: String,
+        /// The problem's own value.
+        nominal: f64,
+        /// The range.
+        range: [f64; 2],
+    },
     /// A selection holds no whole facet of the surface.
     #[error("{path}: `{key}` selects nodes but no whole facet of the surface; select all corners of the facets meant")]
     NoFacet {
@@ -105,11 +125,11 @@ impl Body {
     }
 }
 
-/// Reads or makes the mesh a problem names.
+/// Reads or makes the mesh a problem names, scales it and cuts out the regions the problem adds.
 ///
 /// # Errors
-/// [`MeshError`] if it cannot be read or is no usable solid.
-pub fn read_mesh(problem: &Problem) -> Result<Mesh, MeshError> {
+/// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty.
+pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     let source = &problem.mesh;
     let mut mesh = if let Some(file) = &source.file {
         mesh::read(&problem.resolve(file))?
@@ -120,7 +140,40 @@ pub fn read_mesh(problem: &Problem) -> Result<Mesh, MeshError> {
         mesh::block(block.lengths, block.divisions, block.order.into())
     };
     mesh.nodes.iter_mut().flatten().for_each(|x| *x *= source.scale);
+    for (i, region) in source.regions.iter().enumerate() {
+        let nodes = select(problem, &region.on, &mesh, || format!("mesh.region[{i}].on"))?;
+        if !cut_region(&mut mesh, &region.name, &nodes) {
+            let path = problem.place(&format!("mesh.region[{i}]"));
+            return Err(BodyError::EmptyRegion { path, name: region.name.clone() });
+        }
+    }
     Ok(mesh)
+}
+
+/// Moves the elements all of whose corners are among `nodes` to a new region; false if there are none.
+fn cut_region(mesh: &mut Mesh, name: &str, nodes: &[u32]) -> bool {
+    let mut chosen = vec![false; mesh.nodes.len()];
+    nodes.iter().for_each(|&node| chosen[node as usize] = true);
+    let tag = 1 + mesh.regions.iter().map(|r| r.tag).max().unwrap_or(0);
+    let new = mesh.regions.len() as u32;
+    mesh.regions.push(mesh::Region { tag, name: name.into() });
+    let per = mesh.order.nodes_per_element();
+    for (element, region) in mesh.elements.chunks_exact(per).zip(&mut mesh.element_region) {
+        if element[..4].iter().all(|&node| chosen[node as usize]) {
+            *region = new;
+        }
+    }
+    drop_empty_regions(mesh);
+    mesh.regions.iter().any(|r| r.tag == tag)
+}
+
+fn drop_empty_regions(mesh: &mut Mesh) {
+    let used = |q: &usize| mesh.element_region.iter().any(|&r| r as usize == *q);
+    let kept: Vec<usize> = (0..mesh.regions.len()).filter(used).collect();
+    let place = |q: u32| kept.iter().position(|&k| k == q as usize).expect("an element's region is kept") as u32;
+    let renumbered: Vec<u32> = mesh.element_region.iter().map(|&q| place(q)).collect();
+    mesh.element_region = renumbered;
+    mesh.regions = kept.iter().map(|&q| mesh.regions[q].clone()).collect();
 }
 
 /// Which of the `3 × nodes` dofs are held.
@@ -139,7 +192,7 @@ fn constrained_dofs(problem: &Problem, mesh: &Mesh) -> Result<Vec<bool>, BodyErr
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.
 fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
     let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
-    let error = |found: String| BodyError::Region { path: problem.path.clone(), found, regions: names() };
+    let error = |found: String| BodyError::Region { path: problem.place("material"), found, regions: names() };
     let fits = |entry: &str, region: &mesh::Region| entry == region.name || entry == region.tag.to_string();
     for entry in problem.materials.iter().filter(|entry| entry.region != "*") {
         if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {
@@ -175,7 +228,7 @@ fn loadable_triangles(
     let triangles = selected.iter().flat_map(|&f| &surface.triangles[f * per_facet..(f + 1) * per_facet]);
     let loadable: Vec<[u32; 3]> = triangles.filter(|t| !t.iter().all(held)).copied().collect();
     if loadable.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.path.clone(), key: key.into() });
+        return Err(BodyError::NoFacet { path: problem.place(key), key: key.into() });
     }
     Ok(loadable)
 }
@@ -206,7 +259,7 @@ fn pattern_force(
         .map(|f| std::array::from_fn(|k| surface.facet(f)[k]))
         .collect();
     if corners.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.path.clone(), key: key() });
+        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
     }
     let facets = surface_facets(model.mesh(), &corners)?;
     Ok(match (entry.traction, entry.pressure) {
@@ -240,6 +293,6 @@ fn select(
     mesh: &Mesh,
     key: impl Fn() -> String,
 ) -> Result<Vec<u32>, BodyError> {
-    let located = |source| BodyError::Selection { path: problem.path.clone(), key: key(), source };
+    let located = |source| BodyError::Selection { path: problem.place(&key()), key: key(), source };
     selection.nodes(mesh).map_err(located)
 }

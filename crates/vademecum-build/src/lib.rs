@@ -12,6 +12,7 @@ pub mod fem;
 pub mod field;
 pub mod march;
 pub mod mesh;
+pub mod parametric;
 pub mod pipeline;
 pub mod pod;
 pub mod problem;
@@ -19,7 +20,9 @@ pub mod progress;
 pub mod reduced;
 pub mod response;
 pub mod scenario;
+pub mod separated;
 pub mod snapshots;
+mod toml_line;
 
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;

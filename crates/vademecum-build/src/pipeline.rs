@@ -8,14 +8,16 @@ use vademecum_format::{Certificate, StructureCertificate};
 use vademecum_format::scheme::SchemeTable;
 
 use crate::body::{Body, BodyError, read_mesh};
-use crate::certificate::{UnseenLoads, certify};
+use crate::certificate::{ReducedMatrices, UnseenLoads, certify};
 use crate::dynamics::{
     Damping, DampingError, FullOrder, FullOrderError, Modes, ModesError, Rayleigh, lowest_modes, numerical_damping,
 };
-use crate::export::{Parts, encode};
+use crate::export::{BlockTerms, Parts, encode};
 use crate::fem::{FactorError, Solve, Symbolic};
 use crate::march::MarchError;
-use crate::mesh::MeshError;
+use crate::parametric::{
+    Parametric, ParametricError, ParameterSpace, SeparationOptions, carrier_basis, certify_box, separate_responses,
+};
 use crate::pod::{Apply, Basis, Pod, modes_basis, pod_basis, ritz_basis};
 use crate::problem::{BasisKind, InnerProduct, Problem};
 use crate::progress::{Cancelled, Listener, StageTiming, Stopwatch};
@@ -26,9 +28,6 @@ use crate::snapshots::{self, Runs, SnapshotError};
 /// Why a build ended without a file.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
-    /// The mesh cannot be used.
-    #[error("the mesh cannot be used")]
-    Mesh(#[from] MeshError),
     /// Problem and mesh do not fit.
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -67,6 +66,9 @@ pub enum BuildError {
     /// The file cannot hold what was built.
     #[error("the file cannot hold what was built")]
     Format(#[from] FormatError),
+    /// The separated solution over the parameters failed.
+    #[error("the separated solution over the parameters")]
+    Parametric(#[from] ParametricError),
     /// No structure keeps the tolerance.
     #[error("{}", .0.missed())]
     ToleranceMissed(Box<Report>),
@@ -98,10 +100,33 @@ pub struct Report {
     pub snapshots: usize,
     /// What was measured, per structure.
     pub certificate: CertificateReport,
+    /// What the separation over the parameters did; absent without parameters.
+    pub separation: Option<SeparationReport>,
     /// Wall time and memory per stage.
     pub timings: Vec<StageTiming>,
     /// Length of the file \[bytes\].
     pub file_bytes: usize,
+}
+
+/// What the separation over the parameters did.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct SeparationReport {
+    /// Terms.
+    pub terms: usize,
+    /// Points of each axis.
+    pub axis_points: Vec<usize>,
+    /// Relative error after each enrichment, at fresh points of the reduced problem.
+    pub history: Vec<f64>,
+    /// Why the enrichment ended.
+    pub stop: String,
+    /// Vectors of the compressed space.
+    pub reduced_size: usize,
+    /// Full-order solves behind it.
+    pub samples: usize,
+    /// Parameter values at the corner of the worst trajectory.
+    pub worst_trajectory_at: Vec<f64>,
+    /// Parameter values at the largest spectral radius.
+    pub worst_radius_at: Vec<f64>,
 }
 
 /// A mode as engineers ask for it.
@@ -147,8 +172,10 @@ pub struct StructureReport {
     pub spectral_radius: f64,
     /// Largest energy of a free run over the energy at its start.
     pub energy_ratio: f64,
-    /// Relative error of the stage maps.
-    pub map_error: f64,
+    /// Relative error of the stage maps at fresh points, root mean square (of the solve alone at fixed parameters).
+    pub map_error_rms: f64,
+    /// The same at the worst point.
+    pub map_error_max: f64,
     /// Steps of the march behind the errors.
     pub steps: f64,
 }
@@ -162,7 +189,8 @@ impl StructureReport {
             floor_ratio: c.trajectory_error / c.projection_floor,
             spectral_radius: c.spectral_radius,
             energy_ratio: c.energy_ratio,
-            map_error: c.map_error,
+            map_error_rms: c.map_error_rms,
+            map_error_max: c.map_error_max,
             steps: c.steps,
         }
     }
@@ -227,8 +255,17 @@ pub struct Prepared {
     pub symbolic: Symbolic,
     /// The scheme.
     pub scheme: SchemeTable,
-    /// Rayleigh damping.
-    pub rayleigh: Rayleigh,
+    /// Live parameters.
+    pub space: ParameterSpace,
+    /// The step at the values of the problem file.
+    pub step: StepParameters,
+}
+
+impl Prepared {
+    /// Rayleigh damping at the values of the problem file.
+    pub fn rayleigh(&self) -> Rayleigh {
+        Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
+    }
 }
 
 /// Reads the mesh and assembles the model of a problem.
@@ -242,9 +279,11 @@ pub fn prepare(problem: &Problem, watch: &mut Stopwatch<'_>, listener: &dyn List
     let rayleigh = damping(problem).rayleigh()?;
     let mesh = watch.stage("read mesh", || read_mesh(problem))?;
     mesh.notes.iter().for_each(|note| listener.note(note));
+    let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
+    let step = space.setting(&space.nominal()).step;
     let body = watch.stage("assemble", || Body::build(problem, mesh))?;
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
-    Ok(Prepared { body, symbolic, scheme, rayleigh })
+    Ok(Prepared { body, symbolic, scheme, space, step })
 }
 
 fn damping(problem: &Problem) -> Damping {
@@ -265,31 +304,31 @@ fn damping(problem: &Problem) -> Damping {
 pub fn build(problem: &Problem, options: &BuildOptions, listener: &dyn Listener) -> Result<Built, BuildError> {
     let mut watch = Stopwatch::new(listener);
     let prepared = prepare(problem, &mut watch, listener)?;
-    let Prepared { body, symbolic, scheme, rayleigh } = &prepared;
-    let (pencil, dt) = (body.model.pencil(), problem.time.step);
+    let Prepared { body, symbolic, scheme, space, step } = &prepared;
+    let (pencil, rayleigh) = (body.model.pencil(), prepared.rayleigh());
 
     let first = watch.stage("first natural mode", || lowest_modes(pencil, symbolic, 1))?;
     let first_period = 1.0 / first.frequencies_hz()[0];
-    warn_about_step(first_period / dt, scheme, dt, first_period, listener);
-    let full = watch.stage("factorise stages", || FullOrder::new(pencil, symbolic, scheme, dt, *rayleigh))?;
-    let runs = Runs::plan(&problem.snapshots, body, dt, first_period);
-    let pod = watch.stage("snapshots", || make_pod(problem, body, &full, &runs, listener))?;
-    let basis = watch.stage("basis", || make_basis(problem, &prepared, pod.as_ref()))?;
-    let responses = watch.stage("stage responses", || stage_responses(&prepared, &basis, dt))?;
-
-    let parameters = StepParameters { time_step: dt, alpha: rayleigh.alpha, beta: rayleigh.beta, density: 1.0, stiffness: 1.0 };
-    let block = BlockStep::fuse(scheme, &parameters, basis.vectors.as_ref(), &responses)?;
-    let diagonal = match &basis.eigenvalues {
-        Some(values) => Some(DiagonalStep::fuse(scheme, &parameters, basis.vectors.as_ref(), values)?),
-        None => None,
-    };
-    let mut structures: Vec<&dyn FusedStep> = vec![&block];
-    structures.extend(diagonal.as_ref().map(|d| d as &dyn FusedStep));
+    warn_about_step(first_period / step.time_step, scheme, step.time_step, first_period, listener);
+    let full = watch
+        .stage("factorise stages", || FullOrder::new(pencil, symbolic, scheme, step.time_step, rayleigh))?;
+    let runs = Runs::plan(&problem.snapshots, body, step.time_step, first_period);
+    let (basis, n_snapshots) = watch.stage("snapshots and basis", || make_basis(problem, &prepared, &full, &runs, listener))?;
     let unseen = UnseenLoads::draw(body, &runs, problem.tolerance.steps);
-    let measured = watch.stage("certificate", || certify(body, &full, &basis, &structures, &unseen, listener))?;
-    let certificate = certificate(&measured, &responses);
+    let context = Context { problem, prepared: &prepared, full: &full, basis: &basis, unseen: &unseen, listener };
+    let fixed;
+    let parametric;
+    let (block, certificate, separation) = if space.parameters.is_empty() {
+        fixed = watch.stage("stage responses", || stage_responses(&prepared, &basis))?;
+        let certificate = watch.stage("certificate", || context.certify_fixed(&fixed))?;
+        (BlockTerms::fixed(&fixed), certificate, None)
+    } else {
+        parametric = watch.stage("separate over the parameters", || context.separate())?;
+        let (certificate, report) = watch.stage("certificate", || context.certify_box(&parametric))?;
+        (parametric.terms()?, certificate, Some(report))
+    };
 
-    let mode_table = mode_table(&basis, scheme, rayleigh, dt);
+    let mode_table = mode_table(&basis, scheme, &rayleigh, step.time_step);
     let scheme_name = problem.time.scheme.to_string();
     let parts = Parts {
         problem,
@@ -297,8 +336,9 @@ pub fn build(problem: &Problem, options: &BuildOptions, listener: &dyn Listener)
         basis: &basis,
         scheme_name: &scheme_name,
         scheme,
-        rayleigh: *rayleigh,
-        responses: &responses,
+        rayleigh,
+        block: Some(block),
+        parameters: Some(space),
         certificate,
         mode_table: table_matrix(&mode_table),
     };
@@ -309,11 +349,12 @@ pub fn build(problem: &Problem, options: &BuildOptions, listener: &dyn Listener)
         elements: body.model.mesh().element_region.len(),
         dofs: body.n_dof(),
         modes: basis.n_modes(),
-        steps_per_first_period: first_period / dt,
+        steps_per_first_period: first_period / step.time_step,
         mode_table,
         singular_values: basis.singular_values.clone(),
-        snapshots: pod.as_ref().map_or(0, |p| p.n_snapshots),
-        certificate: certificate_report(problem, &certificate, diagonal.is_some()),
+        snapshots: n_snapshots,
+        certificate: certificate_report(problem, &certificate, basis.eigenvalues.is_some()),
+        separation,
         timings: watch.timings(),
         file_bytes: bytes.len(),
     };
@@ -321,6 +362,74 @@ pub fn build(problem: &Problem, options: &BuildOptions, listener: &dyn Listener)
         return Err(BuildError::ToleranceMissed(Box::new(report)));
     }
     Ok(Built { bytes, report })
+}
+
+/// What the certificate needs of a build.
+struct Context<'a> {
+    problem: &'a Problem,
+    prepared: &'a Prepared,
+    full: &'a FullOrder<'a>,
+    basis: &'a Basis,
+    unseen: &'a UnseenLoads,
+    listener: &'a dyn Listener,
+}
+
+impl Context<'_> {
+    /// Both structures at fixed parameters.
+    fn certify_fixed(&self, responses: &[StageResponse]) -> Result<Certificate, BuildError> {
+        let Prepared { body, scheme, step, .. } = self.prepared;
+        let block = BlockStep::fuse(scheme, step, self.basis.vectors.as_ref(), responses)?;
+        let diagonal = self.diagonal_step()?;
+        let mut structures: Vec<&dyn FusedStep> = vec![&block];
+        structures.extend(diagonal.as_ref().map(|d| d as &dyn FusedStep));
+        let matrices = ReducedMatrices::new(body.model.pencil(), self.basis.vectors.as_ref());
+        let measured =
+            certify(body, self.full, self.basis, &matrices, &structures, self.unseen, self.listener)?;
+        let residual = responses.iter().map(|r| r.residual).fold(0.0, f64::max);
+        Ok(Certificate {
+            block: StructureCertificate { map_error_rms: residual, map_error_max: residual, ..measured[0] },
+            diagonal: measured.get(1).copied().unwrap_or_default(),
+        })
+    }
+
+    fn diagonal_step(&self) -> Result<Option<DiagonalStep<'_>>, BuildError> {
+        let Prepared { scheme, step, .. } = self.prepared;
+        let Some(values) = &self.basis.eigenvalues else { return Ok(None) };
+        Ok(Some(DiagonalStep::fuse(scheme, step, self.basis.vectors.as_ref(), values)?))
+    }
+
+    fn separate(&self) -> Result<Parametric, BuildError> {
+        let Prepared { body, symbolic, scheme, space, .. } = self.prepared;
+        let tolerance = &self.problem.tolerance;
+        let asked = SeparationOptions { tolerance: tolerance.map, max_terms: tolerance.max_terms };
+        Ok(separate_responses(body.model.pencil(), symbolic, &self.basis.vectors, space, scheme, &asked, self.listener)?)
+    }
+
+    /// The block structure over the box, the diagonal structure (closed form in every parameter it allows) at the
+    /// values of the problem file.
+    fn certify_box(&self, parametric: &Parametric) -> Result<(Certificate, SeparationReport), BuildError> {
+        let Prepared { body, .. } = self.prepared;
+        let found = certify_box(self.prepared, parametric, self.basis, self.unseen, self.listener)?;
+        let diagonal = match self.diagonal_step()? {
+            Some(step) => {
+                let matrices = ReducedMatrices::new(body.model.pencil(), self.basis.vectors.as_ref());
+                let structures: [&dyn FusedStep; 1] = [&step];
+                certify(body, self.full, self.basis, &matrices, &structures, self.unseen, self.listener)?[0]
+            }
+            None => StructureCertificate::default(),
+        };
+        let report = SeparationReport {
+            terms: parametric.n_terms(),
+            axis_points: parametric.axis_points(),
+            history: parametric.enrichment.history.clone(),
+            stop: format!("{:?}", parametric.enrichment.stop),
+            reduced_size: parametric.reduced_size,
+            samples: parametric.samples,
+            worst_trajectory_at: found.worst_trajectory_at,
+            worst_radius_at: found.worst_radius_at,
+        };
+        Ok((Certificate { diagonal, block: found.worst }, report))
+    }
 }
 
 /// A dissipative scheme at few steps per period eats energy: say so while it can still be changed. What matters is the
@@ -383,13 +492,25 @@ fn operators(
     (|x, y| pencil.mass().mul_into(x, y), |x, y| pencil.stiffness().mul_into(x, y))
 }
 
-fn make_basis(problem: &Problem, prepared: &Prepared, pod: Option<&Pod>) -> Result<Basis, BuildError> {
+/// Snapshots and the basis of the kind asked for, with the number of snapshots.
+fn make_basis(
+    problem: &Problem,
+    prepared: &Prepared,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    listener: &dyn Listener,
+) -> Result<(Basis, usize), BuildError> {
     const DEFAULT_MODES: usize = 8;
-    let pencil = prepared.body.model.pencil();
-    let Some(pod) = pod else {
+    let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
+    if prepared.space.has_region_parameters() && problem.basis.kind != BasisKind::Modes {
+        let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
+        let carrier = carrier_basis(problem, prepared, runs, count, listener)?;
+        return Ok((carrier.basis, carrier.n_snapshots));
+    }
+    let Some(pod) = make_pod(problem, body, full, runs, listener)? else {
         let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
         let Modes { vectors, eigenvalues, .. } = lowest_modes(pencil, &prepared.symbolic, count)?;
-        return Ok(modes_basis(vectors, eigenvalues));
+        return Ok((modes_basis(vectors, eigenvalues), 0));
     };
     let found = pod.singular_values.len();
     let count = match (problem.basis.modes, problem.basis.energy) {
@@ -401,26 +522,25 @@ fn make_basis(problem: &Problem, prepared: &Prepared, pod: Option<&Pod>) -> Resu
         return Err(BuildError::TooManyModes { asked: count, found });
     }
     let (mass, stiffness) = operators(pencil);
-    Ok(match problem.basis.kind {
-        BasisKind::Pod => pod_basis(&mass, &stiffness, pod, count),
-        _ => {
-            let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
-            let static_response = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| {
-                pencil.mass().mul_into(x, y.rb_mut());
-                Solve::new(&prepared.symbolic, y.ncols(), true).solve_in_place(&factor, y);
-            };
-            ritz_basis(&mass, &stiffness, &static_response, pod, count, problem.basis.oversampling)
-        }
-    })
+    let basis = if problem.basis.kind == BasisKind::Pod {
+        pod_basis(&mass, &stiffness, &pod, count)
+    } else {
+        let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
+        let static_response = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| {
+            pencil.mass().mul_into(x, y.rb_mut());
+            Solve::new(&prepared.symbolic, y.ncols(), true).solve_in_place(&factor, y);
+        };
+        ritz_basis(&mass, &stiffness, &static_response, &pod, count, problem.basis.oversampling)
+    };
+    Ok((basis, pod.n_snapshots))
 }
 
 /// One response per stage; stages that share θ share the solve.
-fn stage_responses(prepared: &Prepared, basis: &Basis, dt: f64) -> Result<Vec<StageResponse>, BuildError> {
-    let Prepared { body, symbolic, scheme, rayleigh } = prepared;
-    let parameters = StepParameters { time_step: dt, alpha: rayleigh.alpha, beta: rayleigh.beta, density: 1.0, stiffness: 1.0 };
+fn stage_responses(prepared: &Prepared, basis: &Basis) -> Result<Vec<StageResponse>, BuildError> {
+    let Prepared { body, symbolic, scheme, step, .. } = prepared;
     let mut responses: Vec<StageResponse> = vec![];
     for i in 0..scheme.active().len() {
-        let theta = vademecum_format::scheme::theta(scheme, &parameters, i)?;
+        let theta = vademecum_format::scheme::theta(scheme, step, i)?;
         let response = match responses.iter().find(|r| r.theta == theta) {
             Some(same) => same.clone(),
             None => StageResponse::solve(body.model.pencil(), symbolic, basis.vectors.as_ref(), theta)?,
@@ -428,14 +548,6 @@ fn stage_responses(prepared: &Prepared, basis: &Basis, dt: f64) -> Result<Vec<St
         responses.push(response);
     }
     Ok(responses)
-}
-
-/// The measured structures (block first), with the map errors: what the solve left for the block structure, the
-/// distance of the Galerkin stages from the full-order ones for the diagonal structure.
-fn certificate(measured: &[StructureCertificate], responses: &[StageResponse]) -> Certificate {
-    let residual = responses.iter().map(|r| r.residual).fold(0.0, f64::max);
-    let block = StructureCertificate { map_error: residual, ..measured[0] };
-    Certificate { block, diagonal: measured.get(1).copied().unwrap_or_default() }
 }
 
 fn certificate_report(problem: &Problem, certificate: &Certificate, diagonal: bool) -> CertificateReport {

@@ -34,7 +34,7 @@ pub enum ProblemError {
     /// A value that no problem can have.
     #[error("{path}: `{key}` is {found}; expected {expected}")]
     Impossible {
-        /// The file.
+        /// The file and line.
         path: String,
         /// Path of the key, such as `material[1].young`.
         key: String,
@@ -82,6 +82,9 @@ pub struct Problem {
     /// What the file can show.
     #[serde(default)]
     pub output: OutputEntry,
+    /// What stays free until the file is used.
+    #[serde(rename = "parameter", default)]
+    pub parameters: Vec<ParameterEntry>,
     /// The text this problem was read from.
     #[serde(skip)]
     pub text: String,
@@ -110,6 +113,19 @@ pub struct MeshSource {
     /// Factor on all coordinates.
     #[serde(default = "one")]
     pub scale: f64,
+    /// Regions cut out of the mesh here, on top of those its file has; later ones win.
+    #[serde(rename = "region", default)]
+    pub regions: Vec<RegionEntry>,
+}
+
+/// A region cut out of the mesh: the elements all of whose corners are selected.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionEntry {
+    /// Its name.
+    pub name: String,
+    /// The nodes.
+    pub on: Selection,
 }
 
 /// Two plain tables, as the chapter's program reads them.
@@ -375,6 +391,20 @@ pub struct Tolerances {
     /// Steps of the certificate's unseen runs.
     #[serde(default = "default_steps")]
     pub steps: usize,
+    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the worst point.
+    #[serde(default = "default_map")]
+    pub map: f64,
+    /// Most terms of the separated solution.
+    #[serde(default = "default_max_terms")]
+    pub max_terms: usize,
+}
+
+fn default_map() -> f64 {
+    1e-6
+}
+
+fn default_max_terms() -> usize {
+    100
 }
 
 fn default_ratio() -> f64 {
@@ -391,7 +421,7 @@ fn default_steps() -> usize {
 
 impl Default for Tolerances {
     fn default() -> Self {
-        Self { floor_ratio: default_ratio(), absolute: default_absolute(), steps: default_steps() }
+        Self { floor_ratio: default_ratio(), absolute: default_absolute(), steps: default_steps(), map: default_map(), max_terms: default_max_terms() }
     }
 }
 
@@ -444,6 +474,51 @@ pub struct ProbeEntry {
     pub direction: [f64; 3],
 }
 
+/// A quantity that stays free until the file is used, within a range.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterEntry {
+    /// Its name.
+    pub name: String,
+    /// What it changes.
+    pub kind: ParameterKind,
+    /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
+    #[serde(default = "every_region")]
+    pub region: String,
+    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value itself.
+    pub range: [f64; 2],
+    /// How values are spread over the range.
+    #[serde(default)]
+    pub scale: ParameterScale,
+}
+
+/// What a parameter changes.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum ParameterKind {
+    /// Factor on the stiffness of a region.
+    Stiffness,
+    /// Factor on the density of a region.
+    Density,
+    /// Rayleigh α \[1/s\].
+    Alpha,
+    /// Rayleigh β \[s\].
+    Beta,
+    /// Δt \[s\].
+    TimeStep,
+}
+
+/// How values are spread over a range.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum ParameterScale {
+    /// Evenly.
+    #[default]
+    Linear,
+    /// Evenly in the logarithm.
+    Log,
+}
+
 fn one() -> f64 {
     1.0
 }
@@ -476,12 +551,18 @@ impl Problem {
         self.folder.join(path)
     }
 
+    /// `file:line` of a key, for messages.
+    pub fn place(&self, key: &str) -> String {
+        crate::toml_line::place(&self.path, &self.text, key)
+    }
+
     fn check(&self) -> Result<(), ProblemError> {
         self.check_mesh()?;
         self.check_materials()?;
         self.check_damping()?;
         self.check_loads()?;
-        self.check_time_and_basis()
+        self.check_time_and_basis()?;
+        self.check_parameters()
     }
 
     fn check_mesh(&self) -> Result<(), ProblemError> {
@@ -570,7 +651,29 @@ impl Problem {
         let t = &self.tolerance;
         self.require(t.floor_ratio >= 1.0, "tolerance.floor_ratio", t.floor_ratio, "at least 1")?;
         self.require(t.absolute >= 1e-13, "tolerance.absolute", t.absolute, "at least 1e-13, what f64 gives")?;
-        self.require(t.steps >= 10, "tolerance.steps", t.steps, "at least 10")
+        self.require(t.steps >= 10, "tolerance.steps", t.steps, "at least 10")?;
+        self.require(t.map >= 1e-11, "tolerance.map", t.map, "at least 1e-11, what the separation can reach in f64")?;
+        self.require(t.max_terms >= 1, "tolerance.max_terms", t.max_terms, "at least 1")
+    }
+
+    fn check_parameters(&self) -> Result<(), ProblemError> {
+        for (i, p) in self.parameters.iter().enumerate() {
+            let key = |name: &str| format!("parameter[{i}].{name}");
+            let earlier = &self.parameters[..i];
+            let name = !p.name.is_empty() && !p.name.contains('\n') && !earlier.iter().any(|o| o.name == p.name);
+            self.require(name, &key("name"), &p.name, "a name of one line that no other parameter has")?;
+            let twice = earlier.iter().any(|o| o.kind == p.kind && o.region == p.region);
+            self.require(!twice, &key("kind"), p.kind, "a quantity no other parameter changes")?;
+            let of_region = matches!(p.kind, ParameterKind::Stiffness | ParameterKind::Density);
+            self.require(of_region || p.region == "*", &key("region"), &p.region, "no region for this kind")?;
+            let [lower, upper] = p.range;
+            let ordered = lower < upper && upper.is_finite();
+            self.require(ordered, &key("range"), p.range, "two finite numbers, the smaller first")?;
+            let may_vanish = matches!(p.kind, ParameterKind::Alpha | ParameterKind::Beta);
+            let above_zero = lower > 0.0 || (lower == 0.0 && may_vanish && p.scale == ParameterScale::Linear);
+            self.require(above_zero, &key("range"), p.range, "a range above zero (alpha and beta on a linear scale may start at 0)")?;
+        }
+        Ok(())
     }
 
     fn require(
@@ -583,7 +686,7 @@ impl Problem {
         if holds {
             return Ok(());
         }
-        Err(ProblemError::Impossible { path: self.path.clone(), key: key.into(), found: format!("{found:?}"), expected })
+        Err(ProblemError::Impossible { path: self.place(key), key: key.into(), found: format!("{found:?}"), expected })
     }
 }
 

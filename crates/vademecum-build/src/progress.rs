@@ -39,6 +39,20 @@ impl Listener for Silent {
     fn note(&self, _: &str) {}
 }
 
+/// Passes notes and cancellation on and keeps progress to itself: for work that runs side by side.
+pub struct Quiet<'a>(pub &'a dyn Listener);
+
+impl Listener for Quiet<'_> {
+    fn stage(&self, _: &str) {}
+    fn advance(&self, _: usize, _: usize) {}
+    fn note(&self, text: &str) {
+        self.0.note(text);
+    }
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
 /// Wall time and memory of one finished stage.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct StageTiming {

@@ -43,15 +43,11 @@ impl<'a> BlockStep<'a> {
         responses: &'a [StageResponse],
     ) -> Result<Self, SchemeError> {
         let r = basis.ncols();
-        let packed: Vec<f64> =
-            responses.iter().flat_map(|s| (0..r * r).map(|k| s.state[(k / r, k % r)])).collect();
-        let mut increment = vec![0.0; 9 * r * r];
-        let mut loads = vec![0.0; responses.len() * 3 * r * r];
-        let mut work = vec![0.0; fuse_work_len(r)];
-        fuse_into(table, parameters, r, &packed, &mut increment, &mut loads, &mut work)?;
-        let map = |values: &[f64], columns| MatRef::from_column_major_slice(values, 3 * r, columns).to_owned();
-        let load_maps = loads.chunks_exact(3 * r * r).map(|values| map(values, r)).collect();
-        Ok(Self { basis, responses, increment: map(&increment, 3 * r), load_maps })
+        let states: Vec<Mat<f64>> = responses.iter().map(|s| s.state.clone()).collect();
+        let (increment, loads) = fuse(table, parameters, r, &states)?;
+        let map = |values: &[f64]| MatRef::from_column_major_slice(values, 3 * r, r).to_owned();
+        let load_maps = loads.chunks_exact(3 * r * r).map(map).collect();
+        Ok(Self { basis, responses, increment, load_maps })
     }
 }
 
@@ -87,10 +83,8 @@ impl FusedStep for BlockStep<'_> {
         y.iter_mut().zip(work).for_each(|(y, w)| *y += *w);
     }
 
-    /// From the eigenvalues of `D`, so that those of `I + D` near 1 keep their digits.
     fn spectral_radius(&self) -> f64 {
-        let eigenvalues = self.increment.eigenvalues().expect("a finite matrix has eigenvalues");
-        eigenvalues.iter().map(|l| (1.0 + l.re).hypot(l.im)).fold(0.0, f64::max)
+        radius_of_increment(&self.increment)
     }
 }
 
@@ -173,12 +167,34 @@ impl FusedStep for DiagonalStep<'_> {
     }
 }
 
-/// Energy `½ ζ̇ᵀζ̇ + ½ ζᵀ BᵀKB ζ` \[J\] of a state (ζ, Δt ζ̇, Δt² ζ̈).
-pub fn energy(stiffness: MatRef<'_, f64>, time_step: f64, y: &[f64]) -> f64 {
-    let r = stiffness.nrows();
-    let kinetic: f64 = y[r..2 * r].iter().map(|v| (v / time_step).powi(2)).sum();
-    let row = |i: usize| (0..r).map(|j| stiffness[(i, j)] * y[j]).sum::<f64>() * y[i];
-    0.5 * (kinetic + (0..r).map(row).sum::<f64>())
+/// Spectral radius of the fused step of the given `E_i = C_i − I`, shape (r, r), one per stage.
+///
+/// # Errors
+/// If the table or a parameter is unusable.
+pub fn fused_radius(table: &SchemeTable, parameters: &StepParameters, states: &[Mat<f64>]) -> Result<f64, SchemeError> {
+    let r = states.first().map_or(0, Mat::nrows);
+    Ok(radius_of_increment(&fuse(table, parameters, r, states)?.0))
+}
+
+/// `(D, L)`: the increment map, shape (3r, 3r), and the load maps one after the other, from row-major states.
+fn fuse(
+    table: &SchemeTable,
+    parameters: &StepParameters,
+    r: usize,
+    states: &[Mat<f64>],
+) -> Result<(Mat<f64>, Vec<f64>), SchemeError> {
+    let packed: Vec<f64> = states.iter().flat_map(|s| (0..r * r).map(|k| s[(k / r, k % r)])).collect();
+    let mut increment = vec![0.0; 9 * r * r];
+    let mut loads = vec![0.0; states.len() * 3 * r * r];
+    let mut work = vec![0.0; fuse_work_len(r)];
+    fuse_into(table, parameters, r, &packed, &mut increment, &mut loads, &mut work)?;
+    Ok((MatRef::from_column_major_slice(&increment, 3 * r, 3 * r).to_owned(), loads))
+}
+
+/// From the eigenvalues of `D`, so that those of `I + D` near 1 keep their digits.
+fn radius_of_increment(increment: &Mat<f64>) -> f64 {
+    let eigenvalues = increment.eigenvalues().expect("a finite matrix has eigenvalues");
+    eigenvalues.iter().map(|l| (1.0 + l.re).hypot(l.im)).fold(0.0, f64::max)
 }
 
 /// Largest modulus of the eigenvalues of a step map `T`, shape (n, n), column-major.

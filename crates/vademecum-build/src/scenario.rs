@@ -191,7 +191,7 @@ impl Scenario {
     pub fn parse(text: &str, path: &str) -> Result<Self, ScenarioError> {
         let scenario: Scenario = toml::from_str(text)
             .map_err(|error| ScenarioError::Malformed { path: path.into(), message: error.to_string() })?;
-        scenario.check(path)?;
+        scenario.check(path, text)?;
         Ok(scenario)
     }
 
@@ -200,9 +200,9 @@ impl Scenario {
         ((self.duration / time_step).round() as usize).max(1)
     }
 
-    fn check(&self, path: &str) -> Result<(), ScenarioError> {
+    fn check(&self, path: &str, text: &str) -> Result<(), ScenarioError> {
         let require = |holds: bool, key: String, found: String, expected| {
-            let path = path.to_string();
+            let path = crate::toml_line::place(path, text, &key);
             if holds { Ok(()) } else { Err(ScenarioError::Impossible { path, key, found, expected }) }
         };
         let duration = self.duration > 0.0 && self.duration.is_finite();

@@ -14,7 +14,7 @@ use crate::field;
 use crate::march::{MarchError, TimedLoad, march_full_order};
 use crate::pod::{Apply, Pod, StreamingPod};
 use crate::problem::{Problem, SnapshotPlan};
-use crate::progress::{Cancelled, Listener, Silent};
+use crate::progress::{Cancelled, Listener, Quiet};
 use crate::scenario::Interval;
 
 /// Runs marched at once by one thread; past 16 right-hand sides a solve gains nothing more.
@@ -165,31 +165,13 @@ fn run_group(
     let loads: Vec<TimedLoad> = group.iter().enumerate().map(load).collect();
     let mut snapshots = Mat::zeros(body.n_dof(), group.len() * (runs.steps / runs.stride));
     let mut next = 0;
-    march_full_order(full, &loads, group.len(), runs.steps, &Polled(listener), |step, state| {
+    march_full_order(full, &loads, group.len(), runs.steps, &Quiet(listener), |step, state| {
         if step > 0 && step % runs.stride == 0 {
             snapshots.subcols_mut(next, group.len()).copy_from(&state.displacement);
             next += group.len();
         }
     })?;
     Ok(snapshots)
-}
-
-/// Lets a march be cancelled without letting it report: groups run side by side.
-struct Polled<'a>(&'a dyn Listener);
-
-impl Listener for Polled<'_> {
-    fn stage(&self, name: &str) {
-        Silent.stage(name);
-    }
-    fn advance(&self, done: usize, total: usize) {
-        Silent.advance(done, total);
-    }
-    fn note(&self, text: &str) {
-        self.0.note(text);
-    }
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
 }
 
 /// Streams the snapshots of another program into a POD.

@@ -121,7 +121,7 @@ impl From<BuildError> for Failure {
             return Self::new(Cause::Stopped, "stopped on request; nothing was written");
         }
         match error {
-            BuildError::Mesh(mesh) | BuildError::Body(BodyError::Mesh(mesh)) => mesh.into(),
+            BuildError::Body(BodyError::Mesh(mesh)) => mesh.into(),
             BuildError::Body(BodyError::Model(_)) => Self::new(Cause::Numerics, error)
                 .remedy("check `[[support]]` (all six rigid motions must be held) and `[[material]]`"),
             BuildError::Body(_) | BuildError::Damping(_) | BuildError::Scheme(_) | BuildError::Table(_) => {

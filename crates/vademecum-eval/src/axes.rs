@@ -1,7 +1,6 @@
 //! Factors of a separated solution at given parameters: `g_t = Π_a g_ta(μ_a)`.
 
 use crate::error::BindError;
-use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Axis, AxisKind, AxisRole, Metadata};
 
 /// Points and factors of all axes as the file stores them.
@@ -15,7 +14,6 @@ pub(crate) struct Factors<'m> {
 pub(crate) struct StagePlace {
     pub stage: usize,
     pub theta: f64,
-    pub parameters: StepParameters,
 }
 
 impl StagePlace {
@@ -23,11 +21,7 @@ impl StagePlace {
     fn value(&self, role: AxisRole) -> Option<f64> {
         Some(match role {
             AxisRole::Stage => self.stage as f64,
-            AxisRole::Theta => self.theta,
-            AxisRole::StiffnessScale { .. } | AxisRole::DensityScale { .. } => 1.0,
-            AxisRole::Alpha => self.parameters.alpha,
-            AxisRole::Beta => self.parameters.beta,
-            AxisRole::TimeStep => self.parameters.time_step,
+            AxisRole::Monomial { theta, .. } => libm::pow(self.theta, theta),
             _ => return None,
         })
     }
@@ -96,10 +90,11 @@ fn barycentric(
     x: f64,
     point: impl Fn(&[u8; 8]) -> f64,
 ) -> Option<f64> {
-    let ends = points.iter().map(&point);
-    let (low, high) = ends.fold((f64::MAX, f64::MIN), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    for at in points.iter().map(&point) {
+        low = if at < low { at } else { low };
+        high = if at > high { at } else { high };
+    }
     let quarter = (high - low) / 4.0;
     let (mut above, mut below) = (0.0, 0.0);
     for (j, (bytes, factor)) in points.iter().zip(factors).enumerate() {

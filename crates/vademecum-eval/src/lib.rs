@@ -24,14 +24,17 @@
 extern crate std;
 
 mod axes;
+mod bind;
 mod error;
 mod kernel;
 mod loads;
 #[cfg(feature = "mmap")]
 mod mmap;
+mod options;
 mod output;
 mod scalar;
 mod scene;
+mod shape;
 mod state;
 mod surface;
 
@@ -39,9 +42,10 @@ pub use error::{BindError, LoadError, OutputError, StepError};
 pub use loads::{Contact, Loads};
 #[cfg(feature = "mmap")]
 pub use mmap::{Mapped, OpenError};
+pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use output::Field;
 pub use scalar::Scalar;
-pub use scene::{Scene, SceneOptions, Sizes, Status, Structure, StructureChoice};
+pub use scene::Scene;
 pub use state::State;
 pub use surface::{Surface, SurfacePoint};
 pub use vademecum_format as format;

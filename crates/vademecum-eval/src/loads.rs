@@ -6,8 +6,10 @@
 
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
+use crate::options::Structure;
 use crate::scalar::Scalar;
-use crate::scene::{Scene, Shape, Structure};
+use crate::scene::Scene;
+use crate::shape::Shape;
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{Numbers, SectionKind};
 
@@ -162,7 +164,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         })?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
         let (r, n_terms) = (self.shape.r, self.shape.n_terms);
-        let (direct, stages) = self.rows.split_at_mut(r);
+        let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         direct.fill(T::ZERO);
         for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
             for (component, force) in contact.force.iter().enumerate() {
@@ -173,9 +175,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
                     .for_each(|row| add_row(row, T::from_f64(weight * force), direct));
             }
         }
-        stages
-            .chunks_exact_mut(r)
-            .for_each(|row| row.copy_from_slice(direct));
+        copy_to_stages(direct, stages);
         for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
             for (t, component, force) in
                 (0..n_terms).flat_map(|t| (0..3).zip(contact.force).map(move |(c, f)| (t, c, f)))
@@ -204,15 +204,13 @@ impl<'m, T: Scalar> Loads<'m, T> {
         })?;
         let block = self.block_rows(scene.sections.pattern_block, SectionKind::PatternBlock)?;
         let (r, n_terms) = (self.shape.r, self.shape.n_terms);
-        let (direct, stages) = self.rows.split_at_mut(r);
+        let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         direct.fill(T::ZERO);
         basis
             .row(index * r, r)
             .into_iter()
             .for_each(|row| add_row(row, T::from_f64(1.0), direct));
-        stages
-            .chunks_exact_mut(r)
-            .for_each(|row| row.copy_from_slice(direct));
+        copy_to_stages(direct, stages);
         for t in 0..n_terms {
             add_term(
                 scene,
@@ -259,14 +257,15 @@ impl<'m, T: Scalar> Loads<'m, T> {
 
     /// `BᵀF += p_0 g`, `ℓ += Σ_i p_i L_i g_i`.
     fn apply(&mut self, scene: &Scene<'_, T>, p: Amplitudes) {
-        let (r, stride) = (self.shape.r, self.shape.stride());
-        let (direct, stages) = self.rows.split_at_mut(r);
+        let (r, stride) = (self.shape.r, self.shape.stride().max(1));
+        let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         let start = T::from_f64(p.start);
         self.force
             .iter_mut()
             .zip(direct.iter())
             .for_each(|(force, &g)| *force += start * g);
-        for (stage, (row, amplitude)) in stages.chunks_exact_mut(r).zip(p.stages).enumerate() {
+        for (stage, (row, amplitude)) in stages.chunks_exact_mut(r.max(1)).zip(p.stages).enumerate()
+        {
             let amplitude = T::from_f64(amplitude);
             row.iter_mut().for_each(|g| *g = *g * amplitude);
             let map = scene.load_map(stage);
@@ -290,6 +289,15 @@ impl<'m, T: Scalar> Loads<'m, T> {
     }
 }
 
+/// Starts every stage's row of `H` from the row of `B`.
+fn copy_to_stages<T: Scalar>(direct: &[T], stages: &mut [T]) {
+    for row in stages.chunks_exact_mut(direct.len().max(1)) {
+        row.iter_mut()
+            .zip(direct)
+            .for_each(|(out, &value)| *out = value);
+    }
+}
+
 /// Adds `scale` times a row of term `t` to each stage's row, weighted by the term's factors there.
 fn add_term<T: Scalar>(
     scene: &Scene<'_, T>,
@@ -300,7 +308,7 @@ fn add_term<T: Scalar>(
 ) {
     let Some(row) = row else { return };
     let weights = scene.weights.chunks_exact(scene.shape.n_terms.max(1));
-    for (stage, weights) in stages.chunks_exact_mut(scene.shape.r).zip(weights) {
+    for (stage, weights) in stages.chunks_exact_mut(scene.shape.r.max(1)).zip(weights) {
         let weight = weights.get(t).copied().unwrap_or_default();
         if weight != T::ZERO {
             add_row(row, weight * T::from_f64(scale), stage);

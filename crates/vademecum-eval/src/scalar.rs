@@ -10,6 +10,9 @@ mod sealed {
 }
 
 /// `f32` or `f64`.
+///
+/// The methods are inlined by force: scenes are instantiated in the caller's crate, and one call left in a kernel costs four
+/// times the kernel.
 pub trait Scalar:
     sealed::Sealed
     + Copy
@@ -41,18 +44,22 @@ impl Scalar for f32 {
     const ZERO: Self = 0.0;
     const FLOOR: Self = 1e-24;
 
+    #[inline(always)]
     fn from_f64(value: f64) -> Self {
         value as f32
     }
 
+    #[inline(always)]
     fn from_f32(value: f32) -> Self {
         value
     }
 
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
 
+    #[inline(always)]
     fn magnitude(self) -> Self {
         self.abs()
     }
@@ -62,18 +69,22 @@ impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const FLOOR: Self = 1e-250;
 
+    #[inline(always)]
     fn from_f64(value: f64) -> Self {
         value
     }
 
+    #[inline(always)]
     fn from_f32(value: f32) -> Self {
         f64::from(value)
     }
 
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         self
     }
 
+    #[inline(always)]
     fn magnitude(self) -> Self {
         self.abs()
     }

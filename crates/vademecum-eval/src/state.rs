@@ -2,7 +2,8 @@
 
 use crate::error::{BindError, StepError};
 use crate::scalar::Scalar;
-use crate::scene::{Scene, Shape};
+use crate::scene::Scene;
+use crate::shape::Shape;
 
 /// The state `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length `3r` [m kg^½], old and new side by side in lent memory.
 #[derive(Debug)]
@@ -68,7 +69,7 @@ impl<'m, T: Scalar> State<'m, T> {
         if out.len() != 3 * self.shape.r {
             return Err(StepError::Mismatch);
         }
-        for (place, out) in out.chunks_exact_mut(self.shape.r).enumerate() {
+        for (place, out) in out.chunks_exact_mut(self.shape.r.max(1)).enumerate() {
             out.iter_mut()
                 .zip(self.part(place))
                 .for_each(|(out, &value)| *out = value);
@@ -89,7 +90,7 @@ impl<'m, T: Scalar> State<'m, T> {
         if saved.iter().any(|value| !value.to_f64().is_finite()) {
             return Err(StepError::NotFinite);
         }
-        for (place, part) in saved.chunks_exact(r).enumerate() {
+        for (place, part) in saved.chunks_exact(r.max(1)).enumerate() {
             self.part_mut(place)
                 .iter_mut()
                 .zip(part)

@@ -169,7 +169,7 @@ pub enum FormatError {
         /// What the metadata ask for.
         expected: u64,
     },
-    /// 26: a structure is announced and a section it needs is missing.
+    /// 26: a section is missing that an announced structure or parameter needs.
     Missing {
         /// The kind of the section.
         kind: u32,
@@ -202,6 +202,11 @@ pub enum FormatError {
         /// Bytes needed.
         needed: u64,
     },
+    /// 31: a parameter is malformed (range, region, a name or role used twice, or data in an unused place).
+    Parameter {
+        /// Its place.
+        parameter: u32,
+    },
 }
 
 /// What a [`FormatError::Count`] or [`FormatError::Number`] speaks of.
@@ -228,6 +233,10 @@ pub enum Quantity {
     Axes,
     /// `n_terms`.
     Terms,
+    /// `n_regions`.
+    Regions,
+    /// `n_parameters`.
+    Parameters,
     /// `time_step`.
     TimeStep,
     /// `alpha`.
@@ -248,10 +257,9 @@ impl fmt::Display for FormatError {
                     "{found} bytes where at least {needed} are needed; the file is cut: copy or build it again"
                 )
             }
-            E::Magic => write!(
-                out,
-                "not a vademecum file: the first eight bytes are not 89 56 44 4D 0D 0A 1A 0A"
-            ),
+            E::Magic => {
+                write!(out, "not a vademecum file: the first eight bytes are not 89 56 44 4D 0D 0A 1A 0A")
+            }
             E::MajorVersion { found } => {
                 write!(
                     out,
@@ -259,123 +267,72 @@ impl fmt::Display for FormatError {
                 )
             }
             E::HeaderChecksum { found, expected } => checksum(out, "the header", found, expected),
-            E::NotZero { offset } => write!(
-                out,
-                "byte {offset} is padding and must be zero; the file is damaged"
-            ),
+            E::NotZero { offset } => {
+                write!(out, "byte {offset} is padding and must be zero; the file is damaged")
+            }
             E::FileLength { found, expected } => {
-                write!(
-                    out,
-                    "{found} bytes, the file says {expected}; copy or build it again"
-                )
+                write!(out, "{found} bytes, the file says {expected}; copy or build it again")
             }
             E::SectionCount { found, limit } => {
                 write!(out, "{found} sections, the limit is {limit}")
             }
             E::MetadataOffset { found, expected } => {
-                write!(
-                    out,
-                    "metadata at byte {found}, they must follow the directory at byte {expected}"
-                )
+                write!(out, "metadata at byte {found}, they must follow the directory at byte {expected}")
             }
             E::MetadataLength { found, limit } => {
                 write!(out, "metadata of {found} bytes, the limit is {limit}")
             }
-            E::DirectoryChecksum { found, expected } => {
-                checksum(out, "the directory", found, expected)
-            }
-            E::MetadataChecksum { found, expected } => {
-                checksum(out, "the metadata", found, expected)
-            }
+            E::DirectoryChecksum { found, expected } => checksum(out, "the directory", found, expected),
+            E::MetadataChecksum { found, expected } => checksum(out, "the metadata", found, expected),
             E::MetadataEncoding { understood, length } => {
                 write!(
                     out,
                     "of {length} bytes of metadata {understood} could be understood; the writer is not ours or newer"
                 )
             }
-            E::Count {
-                what,
-                found,
-                lower,
-                upper,
-            } => {
-                write!(
-                    out,
-                    "the number of {} is {found}, expected {lower} to {upper}",
-                    what.name()
-                )
+            E::Count { what, found, lower, upper } => {
+                write!(out, "the number of {} is {found}, expected {lower} to {upper}", what.name())
             }
-            E::Number { what, found } => write!(
-                out,
-                "{} is {found:e}: not finite or out of its range",
-                what.name()
-            ),
+            E::Number { what, found } => {
+                write!(out, "{} is {found:e}: not finite or out of its range", what.name())
+            }
             E::Scheme(error) => write!(out, "the file's time scheme is refused: {error}"),
-            E::Axis { axis } => write!(
-                out,
-                "axis {axis} is malformed: check its range and number of points"
-            ),
-            E::NoStructure => write!(
-                out,
-                "neither the diagonal nor the block structure is present: nothing to step with"
-            ),
+            E::Axis { axis } => write!(out, "axis {axis} is malformed: check its range and number of points"),
+            E::NoStructure => {
+                write!(out, "neither the diagonal nor the block structure is present: nothing to step with")
+            }
             E::UnknownKind { kind } => {
                 write!(
                     out,
                     "a required section of kind {kind} is unknown to this reader; use a newer program"
                 )
             }
-            E::Element { kind, found } => write!(
-                out,
-                "section {kind} has element type {found}, which its kind may not have"
-            ),
-            E::Codec { kind, found } => write!(
-                out,
-                "section {kind} has codec {found}, unknown to this reader"
-            ),
-            E::Flags { kind, found } => write!(
-                out,
-                "section {kind} has flags {found:#06x}; only bit 0 is defined"
-            ),
+            E::Element { kind, found } => {
+                write!(out, "section {kind} has element type {found}, which its kind may not have")
+            }
+            E::Codec { kind, found } => {
+                write!(out, "section {kind} has codec {found}, unknown to this reader")
+            }
+            E::Flags { kind, found } => {
+                write!(out, "section {kind} has flags {found:#06x}; only bit 0 is defined")
+            }
             E::Duplicate { kind } => write!(out, "two sections of kind {kind}; one is allowed"),
-            E::Offset {
-                kind,
-                found,
-                expected,
-            } => write!(
-                out,
-                "section {kind} at byte {found}, expected at byte {expected}"
-            ),
-            E::Length {
-                kind,
-                found,
-                expected,
-            } => {
+            E::Offset { kind, found, expected } => {
+                write!(out, "section {kind} at byte {found}, expected at byte {expected}")
+            }
+            E::Length { kind, found, expected } => {
                 write!(
                     out,
                     "section {kind} has {found} bytes, expected {expected} by its shape and the file's length"
                 )
             }
-            E::Shape {
-                kind,
-                axis,
-                found,
-                expected,
-            } => {
-                write!(
-                    out,
-                    "shape of section {kind}, place {axis}: {found}, the metadata ask for {expected}"
-                )
+            E::Shape { kind, axis, found, expected } => {
+                write!(out, "shape of section {kind}, place {axis}: {found}, the metadata ask for {expected}")
             }
-            E::Missing { kind } => write!(
-                out,
-                "section {kind} is missing, an announced structure needs it"
-            ),
-            E::SectionChecksum {
-                kind,
-                found,
-                expected,
-            } => {
+            E::Missing { kind } => {
+                write!(out, "section {kind} is missing, an announced structure or parameter needs it")
+            }
+            E::SectionChecksum { kind, found, expected } => {
                 write!(
                     out,
                     "section {kind} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy it again"
@@ -388,9 +345,12 @@ impl fmt::Display for FormatError {
                 )
             }
             E::Text { kind } => write!(out, "section {kind} is not UTF-8 text"),
-            E::LentMemory { found, needed } => write!(
+            E::LentMemory { found, needed } => {
+                write!(out, "{found} bytes were lent to the writer, {needed} are needed")
+            }
+            E::Parameter { parameter } => write!(
                 out,
-                "{found} bytes were lent to the writer, {needed} are needed"
+                "parameter {parameter} is malformed: check its range, its region, and that its name and role are its own"
             ),
         }
     }
@@ -418,6 +378,8 @@ impl Quantity {
             Self::Probes => "probes",
             Self::Axes => "axes",
             Self::Terms => "terms",
+            Self::Regions => "regions",
+            Self::Parameters => "parameters",
             Self::TimeStep => "the time step",
             Self::Alpha => "alpha",
             Self::Beta => "beta",

@@ -41,11 +41,7 @@ pub(crate) struct Entry {
 
 /// `N` bytes of a block from `at`; every call site is within the block, so the zeros are never seen.
 fn take<const N: usize>(block: &[u8; BLOCK], at: usize) -> [u8; N] {
-    block
-        .get(at..)
-        .and_then(|rest| rest.first_chunk())
-        .copied()
-        .unwrap_or([0; N])
+    block.get(at..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0; N])
 }
 
 fn put(block: &mut [u8; BLOCK], at: usize, bytes: &[u8]) {
@@ -80,20 +76,14 @@ impl Header {
         if major != MAJOR {
             return Err(FormatError::MajorVersion { found: major });
         }
-        let (found, expected) = (
-            crc32fast::hash(block.split_at(60).0),
-            u32::from_le_bytes(take(block, 60)),
-        );
+        let (found, expected) = (crc32fast::hash(block.split_at(60).0), u32::from_le_bytes(take(block, 60)));
         if found != expected {
             return Err(FormatError::HeaderChecksum { found, expected });
         }
         refuse_nonzero(&take::<12>(block, 48), 48)?;
         let n_sections = u32::from_le_bytes(take(block, 12));
         if n_sections > MAX_SECTIONS {
-            return Err(FormatError::SectionCount {
-                found: n_sections,
-                limit: MAX_SECTIONS,
-            });
+            return Err(FormatError::SectionCount { found: n_sections, limit: MAX_SECTIONS });
         }
         Ok(Self {
             n_sections,
@@ -149,8 +139,6 @@ pub(crate) fn align(offset: u64) -> Option<u64> {
 pub(crate) fn refuse_nonzero(bytes: &[u8], offset: u64) -> Result<(), FormatError> {
     match bytes.iter().position(|&byte| byte != 0) {
         None => Ok(()),
-        Some(place) => Err(FormatError::NotZero {
-            offset: offset + place as u64,
-        }),
+        Some(place) => Err(FormatError::NotZero { offset: offset + place as u64 }),
     }
 }

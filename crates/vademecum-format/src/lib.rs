@@ -16,8 +16,8 @@ mod write;
 pub use error::{FormatError, Quantity};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{
-    Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_METADATA, MAX_MODES, MAX_NODES, MAX_TERMS,
-    Metadata, StructureCertificate,
+    Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_METADATA, MAX_MODES, MAX_NODES, MAX_PARAMETERS,
+    MAX_REGIONS, MAX_TERMS, Metadata, Parameter, ParameterRole, StructureCertificate,
 };
 pub use read::File;
 pub use section::{Codec, Element, Numbers, Section, SectionKind};

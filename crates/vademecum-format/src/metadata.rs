@@ -6,6 +6,8 @@
 use crate::error::{FormatError, Quantity};
 use crate::scheme::SchemeTable;
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use bincode::de::BorrowDecoder;
+use bincode::error::DecodeError;
 use bincode::{BorrowDecode, Encode};
 
 /// Most axes a separated solution can have.
@@ -14,6 +16,10 @@ pub const MAX_AXES: usize = 12;
 pub const MAX_METADATA: usize = 1 << 20;
 /// Most modes.
 pub const MAX_MODES: u32 = 4096;
+/// Most regions: stiffness and density of each can have a scale of its own.
+pub const MAX_REGIONS: usize = 8;
+/// Most parameters a scene can be set to.
+pub const MAX_PARAMETERS: usize = 16;
 /// Most terms of a separated solution.
 pub const MAX_TERMS: u32 = 65_536;
 /// Most nodes: three dofs each must stay countable in 32 bits.
@@ -25,7 +31,7 @@ pub const MAX_ITEMS: u32 = u32::MAX / 4;
 ///
 /// Node order: loadable surface nodes first, then the other surface nodes, then the interior ones. Triangles whose three
 /// nodes are loadable come first.
-#[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
+#[derive(Clone, Copy, Debug, PartialEq, Encode)]
 pub struct Metadata<'a> {
     /// Name and version of the program that wrote the file.
     pub program: &'a str,
@@ -61,6 +67,12 @@ pub struct Metadata<'a> {
     pub alpha: f64,
     /// Rayleigh `β` \[s\].
     pub beta: f64,
+    /// Regions of the body, 1 to [`MAX_REGIONS`].
+    pub n_regions: u32,
+    /// Number of parameters in use.
+    pub n_parameters: u32,
+    /// What a scene can be set to; those past `n_parameters` are [`Parameter::UNUSED`].
+    pub parameters: [Parameter<'a>; MAX_PARAMETERS],
     /// Axes of the block structure's separated solution; those past `n_axes` are [`Axis::UNUSED`].
     pub axes: [Axis<'a>; MAX_AXES],
     /// Number of axes in use.
@@ -73,6 +85,53 @@ pub struct Metadata<'a> {
     pub block: bool,
     /// What the build measured about itself.
     pub certificate: Certificate,
+}
+
+// By hand what the derive would write, for the sake of `axes` and `parameters`: bincode's own array of borrowing items leaves
+// a panic in the library that the compiler cannot rule out, and `tests/bare-metal` allows none.
+impl<'a, 'de: 'a, Context> BorrowDecode<'de, Context> for Metadata<'a> {
+    fn borrow_decode<D: BorrowDecoder<'de, Context = Context>>(decoder: &mut D) -> Result<Self, DecodeError> {
+        Ok(Self {
+            program: BorrowDecode::borrow_decode(decoder)?,
+            problem: BorrowDecode::borrow_decode(decoder)?,
+            units: BorrowDecode::borrow_decode(decoder)?,
+            mesh_hash: BorrowDecode::borrow_decode(decoder)?,
+            n_nodes: BorrowDecode::borrow_decode(decoder)?,
+            n_surface_nodes: BorrowDecode::borrow_decode(decoder)?,
+            n_load_nodes: BorrowDecode::borrow_decode(decoder)?,
+            n_triangles: BorrowDecode::borrow_decode(decoder)?,
+            n_load_triangles: BorrowDecode::borrow_decode(decoder)?,
+            n_modes: BorrowDecode::borrow_decode(decoder)?,
+            n_patterns: BorrowDecode::borrow_decode(decoder)?,
+            n_probes: BorrowDecode::borrow_decode(decoder)?,
+            scheme_name: BorrowDecode::borrow_decode(decoder)?,
+            scheme: BorrowDecode::borrow_decode(decoder)?,
+            time_step: BorrowDecode::borrow_decode(decoder)?,
+            alpha: BorrowDecode::borrow_decode(decoder)?,
+            beta: BorrowDecode::borrow_decode(decoder)?,
+            n_regions: BorrowDecode::borrow_decode(decoder)?,
+            n_parameters: BorrowDecode::borrow_decode(decoder)?,
+            parameters: items(decoder, Parameter::UNUSED)?,
+            axes: items(decoder, Axis::UNUSED)?,
+            n_axes: BorrowDecode::borrow_decode(decoder)?,
+            n_terms: BorrowDecode::borrow_decode(decoder)?,
+            diagonal: BorrowDecode::borrow_decode(decoder)?,
+            block: BorrowDecode::borrow_decode(decoder)?,
+            certificate: BorrowDecode::borrow_decode(decoder)?,
+        })
+    }
+}
+
+fn items<'de, T, const N: usize, D>(decoder: &mut D, filler: T) -> Result<[T; N], DecodeError>
+where
+    T: Copy + BorrowDecode<'de, D::Context>,
+    D: BorrowDecoder<'de>,
+{
+    let mut items = [filler; N];
+    for item in &mut items {
+        *item = BorrowDecode::borrow_decode(decoder)?;
+    }
+    Ok(items)
 }
 
 /// What a build measured, per structure.
@@ -95,8 +154,10 @@ pub struct StructureCertificate {
     pub spectral_radius: f64,
     /// Largest energy after release over the energy at release.
     pub energy_ratio: f64,
-    /// Relative error of the stage maps at fresh parameter points.
-    pub map_error: f64,
+    /// Relative error of the stage maps at fresh parameter points, root of the mean square.
+    pub map_error_rms: f64,
+    /// The largest of them.
+    pub map_error_max: f64,
     /// Steps of the trajectory behind these numbers.
     pub steps: f64,
 }
@@ -110,26 +171,28 @@ impl Default for StructureCertificate {
             projection_floor: not_measured,
             spectral_radius: not_measured,
             energy_ratio: not_measured,
-            map_error: not_measured,
+            map_error_rms: not_measured,
+            map_error_max: not_measured,
             steps: not_measured,
         }
     }
 }
 
 impl StructureCertificate {
-    fn numbers(&self) -> [f64; 6] {
+    fn numbers(&self) -> [f64; 7] {
         [
             self.trajectory_error,
             self.projection_floor,
             self.spectral_radius,
             self.energy_ratio,
-            self.map_error,
+            self.map_error_rms,
+            self.map_error_max,
             self.steps,
         ]
     }
 }
 
-/// One parameter of the separated solution.
+/// One coordinate of the separated solution.
 #[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
 pub struct Axis<'a> {
     /// Its name.
@@ -163,31 +226,103 @@ impl Axis<'_> {
         n_points: 0,
     };
 
-    fn is_sound(&self, n_stages: u8) -> bool {
+    fn is_sound(&self, n_stages: u8, n_regions: u32) -> bool {
         let ordered = self.lower.is_finite() && self.upper.is_finite() && self.lower <= self.upper;
         let points = self.n_points >= 1 && self.n_points <= MAX_ITEMS;
         let logarithm = !self.log || self.lower > 0.0;
-        let stages = !matches!(self.role, AxisRole::Stage)
-            || (matches!(self.kind, AxisKind::Index) && self.n_points == u32::from(n_stages));
-        ordered && points && logarithm && stages
+        let role = match self.role {
+            AxisRole::Stage => matches!(self.kind, AxisKind::Index) && self.n_points == u32::from(n_stages),
+            AxisRole::Monomial { theta, stiffness, density } => {
+                let used = |exponents: &[f64; MAX_REGIONS]| {
+                    let mut places = (0..).zip(exponents);
+                    places.all(|(q, e): (u32, &f64)| e.is_finite() && (q < n_regions || *e == 0.0))
+                };
+                theta.is_finite() && used(&stiffness) && used(&density)
+            }
+        };
+        ordered && points && logarithm && role
     }
 }
 
-/// What an axis changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
+/// What the coordinate of an axis is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
 #[non_exhaustive]
 pub enum AxisRole {
     /// The stage of the scheme, counted from 0.
     Stage,
-    /// `θ` \[s²\] of a stage.
-    Theta,
-    /// Scale of a region's stiffness.
-    StiffnessScale {
+    /// `θ^theta Π_q κ_q^stiffness[q] Π_q ρ_q^density[q]`: `θ` \[s²\] of the stage (uniform stiffness and density, `Δt`, `α` and `β`
+    /// are in it, see [`crate::scheme::theta`]), `κ_q` and `ρ_q` the stiffness and density scales of region `q`.
+    Monomial {
+        /// Exponent of the stage's `θ`.
+        theta: f64,
+        /// Exponents of the regions' stiffness scales.
+        stiffness: [f64; MAX_REGIONS],
+        /// Exponents of the regions' density scales.
+        density: [f64; MAX_REGIONS],
+    },
+}
+
+/// Something a scene can be set to, with its range.
+#[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
+pub struct Parameter<'a> {
+    /// Its name; not empty, and no two parameters share one.
+    pub name: &'a str,
+    /// Its unit; empty for a pure number.
+    pub unit: &'a str,
+    /// What it changes; no two parameters share one.
+    pub role: ParameterRole,
+    /// Its range is best walked in the logarithm; `lower` is then positive.
+    pub log: bool,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// The value the file was built around.
+    pub nominal: f64,
+}
+
+impl Parameter<'_> {
+    /// The filler of unused places.
+    pub const UNUSED: Parameter<'static> = Parameter {
+        name: "",
+        unit: "",
+        role: ParameterRole::Stiffness,
+        log: false,
+        lower: 0.0,
+        upper: 0.0,
+        nominal: 0.0,
+    };
+
+    fn is_sound(&self, n_regions: u32) -> bool {
+        use ParameterRole as R;
+        // NaN fails every comparison; infinite ends fail `is_finite`.
+        let ordered = self.lower < self.upper && self.lower <= self.nominal && self.nominal <= self.upper;
+        let finite = self.lower.is_finite() && self.upper.is_finite();
+        let may_vanish = !self.log && matches!(self.role, R::Alpha | R::Beta);
+        let sign = self.lower > 0.0 || (may_vanish && self.lower == 0.0);
+        let region = match self.role {
+            R::RegionStiffness { region } | R::RegionDensity { region } => region < n_regions,
+            _ => true,
+        };
+        ordered && finite && sign && region && !self.name.is_empty()
+    }
+}
+
+/// What a parameter changes: a factor on what the file was built with, or (`α`, `β`, `Δt`) the value itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
+#[non_exhaustive]
+pub enum ParameterRole {
+    /// Factor on the stiffness of the whole body.
+    Stiffness,
+    /// `κ_q`: factor on a region's stiffness.
+    RegionStiffness {
         /// The region.
         region: u32,
     },
-    /// Scale of a region's density.
-    DensityScale {
+    /// Factor on the density of the whole body.
+    Density,
+    /// `ρ_q`: factor on a region's density.
+    RegionDensity {
         /// The region.
         region: u32,
     },
@@ -213,35 +348,35 @@ pub enum AxisKind {
 
 /// How metadata are encoded.
 pub(crate) fn configuration() -> Configuration<LittleEndian, Fixint, Limit<MAX_METADATA>> {
-    bincode::config::standard()
-        .with_little_endian()
-        .with_fixed_int_encoding()
-        .with_limit::<MAX_METADATA>()
+    bincode::config::standard().with_little_endian().with_fixed_int_encoding().with_limit::<MAX_METADATA>()
 }
 
 impl<'a> Metadata<'a> {
     /// The axes in use.
     #[must_use]
     pub fn active_axes(&self) -> &[Axis<'a>] {
-        usize::try_from(self.n_axes)
+        usize::try_from(self.n_axes).ok().and_then(|n| self.axes.get(..n)).unwrap_or(&self.axes)
+    }
+
+    /// The parameters in use.
+    #[must_use]
+    pub fn active_parameters(&self) -> &[Parameter<'a>] {
+        usize::try_from(self.n_parameters)
             .ok()
-            .and_then(|n| self.axes.get(..n))
-            .unwrap_or(&self.axes)
+            .and_then(|n| self.parameters.get(..n))
+            .unwrap_or(&self.parameters)
     }
 
     /// Points of all axes together.
     #[must_use]
     pub fn n_axis_points(&self) -> u64 {
-        self.active_axes()
-            .iter()
-            .map(|axis| u64::from(axis.n_points))
-            .sum()
+        self.active_axes().iter().map(|axis| u64::from(axis.n_points)).sum()
     }
 
     /// Holds every number to its range.
     ///
     /// # Errors
-    /// Refusals 13 to 17.
+    /// Refusals 13 to 17 and 31.
     pub fn check(&self) -> Result<(), FormatError> {
         self.check_counts()?;
         self.check_numbers()?;
@@ -249,7 +384,7 @@ impl<'a> Metadata<'a> {
         for (place, axis) in self.axes.iter().enumerate() {
             let used = place < self.active_axes().len();
             let sound = if used {
-                axis.is_sound(self.scheme.n_stages)
+                axis.is_sound(self.scheme.n_stages, self.n_regions)
             } else {
                 *axis == Axis::UNUSED
             };
@@ -257,6 +392,7 @@ impl<'a> Metadata<'a> {
                 return Err(FormatError::Axis { axis: place as u32 });
             }
         }
+        self.check_parameters()?;
         if !self.diagonal && !self.block {
             return Err(FormatError::NoStructure);
         }
@@ -265,46 +401,41 @@ impl<'a> Metadata<'a> {
 
     fn check_counts(&self) -> Result<(), FormatError> {
         let least = u32::from(self.block);
-        let (terms, axes) = if self.block {
-            (MAX_TERMS, MAX_AXES as u32)
-        } else {
-            (0, 0)
-        };
+        let (terms, axes) = if self.block { (MAX_TERMS, MAX_AXES as u32) } else { (0, 0) };
         let counts = [
             (Quantity::Nodes, self.n_nodes, 1, MAX_NODES),
-            (
-                Quantity::SurfaceNodes,
-                self.n_surface_nodes,
-                0,
-                self.n_nodes,
-            ),
-            (
-                Quantity::LoadNodes,
-                self.n_load_nodes,
-                0,
-                self.n_surface_nodes,
-            ),
+            (Quantity::SurfaceNodes, self.n_surface_nodes, 0, self.n_nodes),
+            (Quantity::LoadNodes, self.n_load_nodes, 0, self.n_surface_nodes),
             (Quantity::Triangles, self.n_triangles, 0, MAX_ITEMS),
-            (
-                Quantity::LoadTriangles,
-                self.n_load_triangles,
-                0,
-                self.n_triangles,
-            ),
+            (Quantity::LoadTriangles, self.n_load_triangles, 0, self.n_triangles),
             (Quantity::Modes, self.n_modes, 1, MAX_MODES),
             (Quantity::Patterns, self.n_patterns, 0, MAX_ITEMS),
             (Quantity::Probes, self.n_probes, 0, MAX_ITEMS),
             (Quantity::Terms, self.n_terms, least, terms),
             (Quantity::Axes, self.n_axes, least, axes),
+            (Quantity::Regions, self.n_regions, 1, MAX_REGIONS as u32),
+            (Quantity::Parameters, self.n_parameters, 0, MAX_PARAMETERS as u32),
         ];
         for (what, found, lower, upper) in counts {
             if found < lower || found > upper {
-                return Err(FormatError::Count {
-                    what,
-                    found,
-                    lower,
-                    upper,
-                });
+                return Err(FormatError::Count { what, found, lower, upper });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_parameters(&self) -> Result<(), FormatError> {
+        let used = self.active_parameters();
+        for (place, parameter) in self.parameters.iter().enumerate() {
+            let mut before = used.iter().take(place);
+            let sound = if place < used.len() {
+                let twice = before.any(|p| p.name == parameter.name || p.role == parameter.role);
+                parameter.is_sound(self.n_regions) && !twice
+            } else {
+                *parameter == Parameter::UNUSED
+            };
+            if !sound {
+                return Err(FormatError::Parameter { parameter: place as u32 });
             }
         }
         Ok(())
@@ -321,16 +452,10 @@ impl<'a> Metadata<'a> {
                 return Err(FormatError::Number { what, found });
             }
         }
-        let certificates = [
-            self.certificate.diagonal.numbers(),
-            self.certificate.block.numbers(),
-        ];
+        let certificates = [self.certificate.diagonal.numbers(), self.certificate.block.numbers()];
         for &found in certificates.iter().flatten() {
             if found.is_infinite() || found < 0.0 {
-                return Err(FormatError::Number {
-                    what: Quantity::Certificate,
-                    found,
-                });
+                return Err(FormatError::Number { what: Quantity::Certificate, found });
             }
         }
         Ok(())

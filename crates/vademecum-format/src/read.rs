@@ -19,42 +19,24 @@ impl<'a> File<'a> {
     /// Opens the bytes of a file.
     ///
     /// # Errors
-    /// A refusal of `formats/vademecum-1.md`, 1 to 26.
+    /// A refusal of `formats/vademecum-1.md`, 1 to 26 and 31.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         let length = bytes.len() as u64;
-        let too_short = |needed| FormatError::TooShort {
-            found: length,
-            needed,
-        };
-        let (first, rest) = bytes
-            .split_first_chunk::<BLOCK>()
-            .ok_or(too_short(BLOCK as u64))?;
+        let too_short = |needed| FormatError::TooShort { found: length, needed };
+        let (first, rest) = bytes.split_first_chunk::<BLOCK>().ok_or(too_short(BLOCK as u64))?;
         let header = Header::decode(first)?;
         if header.file_length != length {
-            return Err(FormatError::FileLength {
-                found: length,
-                expected: header.file_length,
-            });
+            return Err(FormatError::FileLength { found: length, expected: header.file_length });
         }
         let directory_end = BLOCK as u64 * (1 + u64::from(header.n_sections));
-        let directory = rest
-            .as_chunks()
-            .0
-            .get(..header.n_sections as usize)
-            .ok_or(too_short(directory_end))?;
+        let directory =
+            rest.as_chunks().0.get(..header.n_sections as usize).ok_or(too_short(directory_end))?;
         let found = crc32fast::hash(directory.as_flattened());
         if found != header.directory_crc32 {
-            return Err(FormatError::DirectoryChecksum {
-                found,
-                expected: header.directory_crc32,
-            });
+            return Err(FormatError::DirectoryChecksum { found, expected: header.directory_crc32 });
         }
         let metadata = read_metadata(bytes, &header, directory_end)?;
-        let file = Self {
-            bytes,
-            directory,
-            metadata,
-        };
+        let file = Self { bytes, directory, metadata };
         file.check_sections(directory_end + header.metadata_length)?;
         file.check_structures()?;
         Ok(file)
@@ -80,12 +62,8 @@ impl<'a> File<'a> {
 
     /// All sections of known kinds, in file order.
     pub fn sections(&self) -> impl Iterator<Item = Section<'a>> + use<'a> {
-        let Self {
-            bytes, directory, ..
-        } = *self;
-        directory
-            .iter()
-            .filter_map(move |block| open_section(bytes, &Entry::decode(block)).ok().flatten())
+        let Self { bytes, directory, .. } = *self;
+        directory.iter().filter_map(move |block| open_section(bytes, &Entry::decode(block)).ok().flatten())
     }
 
     /// Compares every section of a known kind with its checksum. Reads the whole file.
@@ -103,9 +81,7 @@ impl<'a> File<'a> {
             let entry = Entry::decode(block);
             let start = check_place(&entry, end, self.bytes)?;
             if entry.reserved != 0 {
-                return Err(FormatError::NotZero {
-                    offset: (BLOCK * (1 + place) + 60) as u64,
-                });
+                return Err(FormatError::NotZero { offset: (BLOCK * (1 + place) + 60) as u64 });
             }
             end = start + entry.stored_length;
             let same_kind = |other: &&[u8; BLOCK]| Entry::decode(other).kind == entry.kind;
@@ -118,61 +94,45 @@ impl<'a> File<'a> {
         }
         let length = self.bytes.len() as u64;
         if end != length {
-            return Err(FormatError::FileLength {
-                found: length,
-                expected: end,
-            });
+            return Err(FormatError::FileLength { found: length, expected: end });
         }
         Ok(())
     }
 
     /// Refusal 26.
     fn check_structures(&self) -> Result<(), FormatError> {
+        use crate::metadata::ParameterRole as R;
         use SectionKind as S;
-        let diagonal: &[SectionKind] = if self.metadata.diagonal {
-            &[S::Eigenvalues]
-        } else {
-            &[]
-        };
+        let diagonal: &[SectionKind] = if self.metadata.diagonal { &[S::Eigenvalues] } else { &[] };
         let block: &[SectionKind] = if self.metadata.block {
-            &[
-                S::ReducedStiffness,
-                S::BlockState,
-                S::AxisPoints,
-                S::Factors,
-            ]
+            &[S::ReducedStiffness, S::BlockState, S::AxisPoints, S::Factors]
         } else {
             &[]
         };
+        let moved = |role: fn(&R) -> bool| self.metadata.active_parameters().iter().any(|p| role(&p.role));
+        let stiffness: &[SectionKind] =
+            if moved(|role| matches!(role, R::RegionStiffness { .. })) { &[S::RegionStiffness] } else { &[] };
+        let mass: &[SectionKind] =
+            if moved(|role| matches!(role, R::RegionDensity { .. })) { &[S::RegionMass] } else { &[] };
         match diagonal
             .iter()
             .chain(block)
+            .chain(stiffness)
+            .chain(mass)
             .find(|&&kind| self.section(kind).is_none())
         {
             None => Ok(()),
-            Some(kind) => Err(FormatError::Missing {
-                kind: kind.number(),
-            }),
+            Some(kind) => Err(FormatError::Missing { kind: kind.number() }),
         }
     }
 }
 
-fn read_metadata<'a>(
-    bytes: &'a [u8],
-    header: &Header,
-    expected: u64,
-) -> Result<Metadata<'a>, FormatError> {
+fn read_metadata<'a>(bytes: &'a [u8], header: &Header, expected: u64) -> Result<Metadata<'a>, FormatError> {
     if header.metadata_offset != expected {
-        return Err(FormatError::MetadataOffset {
-            found: header.metadata_offset,
-            expected,
-        });
+        return Err(FormatError::MetadataOffset { found: header.metadata_offset, expected });
     }
     let limit = (MAX_METADATA as u64).min((bytes.len() as u64).saturating_sub(expected));
-    let too_long = FormatError::MetadataLength {
-        found: header.metadata_length,
-        limit,
-    };
+    let too_long = FormatError::MetadataLength { found: header.metadata_length, limit };
     if header.metadata_length > limit {
         return Err(too_long);
     }
@@ -180,15 +140,9 @@ fn read_metadata<'a>(
     let encoded = bytes.get(start..start + length).ok_or(too_long)?;
     let found = crc32fast::hash(encoded);
     if found != header.metadata_crc32 {
-        return Err(FormatError::MetadataChecksum {
-            found,
-            expected: header.metadata_crc32,
-        });
+        return Err(FormatError::MetadataChecksum { found, expected: header.metadata_crc32 });
     }
-    let refused = |understood| FormatError::MetadataEncoding {
-        understood,
-        length: header.metadata_length,
-    };
+    let refused = |understood| FormatError::MetadataEncoding { understood, length: header.metadata_length };
     let (metadata, understood): (Metadata<'a>, usize) =
         bincode::borrow_decode_from_slice(encoded, configuration()).map_err(|_| refused(0))?;
     if understood != length {
@@ -204,19 +158,11 @@ fn check_place(entry: &Entry, end: u64, bytes: &[u8]) -> Result<u64, FormatError
     let length = bytes.len() as u64;
     let start = align(end).unwrap_or(u64::MAX);
     if entry.offset != start {
-        return Err(FormatError::Offset {
-            kind,
-            found: entry.offset,
-            expected: start,
-        });
+        return Err(FormatError::Offset { kind, found: entry.offset, expected: start });
     }
     let room = length.saturating_sub(start);
     if start > length || entry.stored_length > room {
-        return Err(FormatError::Length {
-            kind,
-            found: entry.stored_length,
-            expected: room,
-        });
+        return Err(FormatError::Length { kind, found: entry.stored_length, expected: room });
     }
     let padding = bytes.get(end as usize..start as usize).unwrap_or_default();
     refuse_nonzero(padding, end)?;
@@ -228,31 +174,17 @@ fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>
     let number = entry.kind;
     let required = entry.flags & 1 == 1;
     let Some(kind) = SectionKind::from_number(number) else {
-        return if required {
-            Err(FormatError::UnknownKind { kind: number })
-        } else {
-            Ok(None)
-        };
+        return if required { Err(FormatError::UnknownKind { kind: number }) } else { Ok(None) };
     };
     if entry.flags > 1 {
-        return Err(FormatError::Flags {
-            kind: number,
-            found: entry.flags,
-        });
+        return Err(FormatError::Flags { kind: number, found: entry.flags });
     }
     let element = Element::from_code(entry.element).filter(|&element| kind.allows(element));
-    let element = element.ok_or(FormatError::Element {
-        kind: number,
-        found: entry.element,
-    })?;
-    let codec = Codec::from_code(entry.codec).ok_or(FormatError::Codec {
-        kind: number,
-        found: entry.codec,
-    })?;
+    let element = element.ok_or(FormatError::Element { kind: number, found: entry.element })?;
+    let codec =
+        Codec::from_code(entry.codec).ok_or(FormatError::Codec { kind: number, found: entry.codec })?;
     let end = entry.offset.saturating_add(entry.stored_length);
-    let stored = bytes
-        .get(entry.offset as usize..end as usize)
-        .unwrap_or_default();
+    let stored = bytes.get(entry.offset as usize..end as usize).unwrap_or_default();
     Ok(Some(Section {
         kind,
         element,
@@ -268,40 +200,19 @@ fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>
 /// Refusals 24 and 25.
 fn check_shape(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), FormatError> {
     let kind = section.kind.number();
-    for (axis, (&found, expected)) in section
-        .shape
-        .iter()
-        .zip(section.kind.shape(metadata))
-        .enumerate()
-    {
+    for (axis, (&found, expected)) in section.shape.iter().zip(section.kind.shape(metadata)).enumerate() {
         if let Some(expected) = expected.filter(|&expected| expected != found) {
-            return Err(FormatError::Shape {
-                kind,
-                axis: axis as u8,
-                found,
-                expected,
-            });
+            return Err(FormatError::Shape { kind, axis: axis as u8, found, expected });
         }
     }
-    let bytes = section
-        .shape
-        .iter()
-        .try_fold(section.element.size(), |bytes, &n| bytes.checked_mul(n));
+    let bytes = section.shape.iter().try_fold(section.element.size(), |bytes, &n| bytes.checked_mul(n));
     let expected = bytes.unwrap_or(u64::MAX);
     if section.decoded_length != expected {
-        return Err(FormatError::Length {
-            kind,
-            found: section.decoded_length,
-            expected,
-        });
+        return Err(FormatError::Length { kind, found: section.decoded_length, expected });
     }
     let found = section.stored.len() as u64;
     if section.codec == Codec::Raw && found != expected {
-        return Err(FormatError::Length {
-            kind,
-            found,
-            expected,
-        });
+        return Err(FormatError::Length { kind, found, expected });
     }
     Ok(())
 }

@@ -11,10 +11,13 @@
 //! Full-order solver, reduced solver and vademecum read this same table (`docs/theory/`).
 
 use bincode::{BorrowDecode, Encode};
+use core::fmt;
 
-pub use crate::fuse::{
-    SchemeError, StageCoefficients, StepParameters, fuse_into, fuse_work_len, theta,
-};
+pub use crate::fuse::{StageCoefficients, fuse_into, fuse_work_len, theta};
+
+/// Sums that a table owes exactly may miss by this much, relative to the terms added: a table is computed in `f64` from
+/// a few scheme constants, so its sums carry a few roundings (2⁻⁵²) times the size of the terms; 2⁻⁴⁰ leaves 4 000 of them.
+const CONSISTENCY: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Most stages a table can hold.
 pub const MAX_STAGES: usize = 3;
@@ -51,4 +54,188 @@ pub struct SchemeTable {
     pub stages: [Stage; MAX_STAGES],
     /// Rows: new `u`, `Δt u̇`, `Δt² ü`; columns: `(u, Δt u̇, Δt² ü, u_1, …, u_s)`.
     pub finish: [[f64; HISTORY]; 3],
+}
+
+/// The parameters a fused step depends on beside the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepParameters {
+    /// Time step `Δt` \[s\], positive.
+    pub time_step: f64,
+    /// Rayleigh `α` \[1/s\]: `C = αM + βK`.
+    pub alpha: f64,
+    /// Rayleigh `β` \[s\].
+    pub beta: f64,
+    /// `s_ρ`: scale of the mass matrix, 1 is the file's.
+    pub density: f64,
+    /// `s_K`: scale of the stiffness matrix, 1 is the file's.
+    pub stiffness: f64,
+}
+
+/// Why a table or a fused step was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SchemeError {
+    /// The number of stages is not 1 to [`MAX_STAGES`].
+    StageCount {
+        /// What the table says.
+        found: u8,
+    },
+    /// A coefficient of this stage (or of `finish`, for the number of stages) is not finite.
+    NotFinite {
+        /// The stage.
+        stage: usize,
+    },
+    /// `m` or `k` of this stage is not positive, or its history uses a stage not solved yet.
+    BadStage {
+        /// The stage.
+        stage: usize,
+    },
+    /// A sum that a consistent scheme owes is missed: constant displacement must be no motion, `k − Σh^K = Σf = 1`.
+    Inconsistent {
+        /// The stage, or the number of stages for `finish`.
+        stage: usize,
+        /// What the sum misses by.
+        by: f64,
+    },
+    /// A step parameter is not finite or not in its range, or makes `m̃` or `k̃` of a stage not positive.
+    BadParameter {
+        /// The parameter's place in [`StepParameters`] (0 to 4), or 5 + the stage.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A lent or given slice has the wrong length.
+    Length {
+        /// Length found.
+        found: usize,
+        /// Length needed.
+        needed: usize,
+    },
+}
+
+impl fmt::Display for SchemeError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::StageCount { found } => {
+                write!(out, "a scheme of {found} stages; 1 to {MAX_STAGES} are possible")
+            }
+            Self::NotFinite { stage } => {
+                write!(out, "stage {stage} of the scheme holds a number that is not finite")
+            }
+            Self::BadStage { stage } => write!(
+                out,
+                "stage {stage} of the scheme needs positive m and k and may use earlier stages only"
+            ),
+            Self::Inconsistent { stage, by } => write!(
+                out,
+                "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement must stay constant"
+            ),
+            Self::BadParameter { index, value } => {
+                let names = ["time step", "alpha", "beta", "density scale", "stiffness scale"];
+                match names.get(index) {
+                    Some(name) => {
+                        write!(out, "{name} = {value:e} is not finite or not in its range")
+                    }
+                    None => {
+                        write!(out, "the parameters make a matrix weight of stage {} {value:e}", index - 5)
+                    }
+                }
+            }
+            Self::Length { found, needed } => {
+                write!(out, "a slice of {found} numbers was lent where {needed} are needed")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SchemeError {}
+
+impl StepParameters {
+    /// Checks the ranges: `Δt, s_ρ, s_K > 0`, `α, β ≥ 0`, all finite.
+    ///
+    /// # Errors
+    /// [`SchemeError::BadParameter`].
+    pub fn check(&self) -> Result<(), SchemeError> {
+        let values = [self.time_step, self.alpha, self.beta, self.density, self.stiffness];
+        for (index, &value) in values.iter().enumerate() {
+            let may_vanish = index == 1 || index == 2;
+            if !value.is_finite() || value < 0.0 || (value == 0.0 && !may_vanish) {
+                return Err(SchemeError::BadParameter { index, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SchemeTable {
+    /// The stages in use.
+    #[must_use]
+    pub fn active(&self) -> &[Stage] {
+        self.stages.get(..usize::from(self.n_stages)).unwrap_or(&self.stages)
+    }
+
+    /// Instants at which a step needs the load, as fractions of it: 0, then `c_i` of each stage; the rest is zero.
+    #[must_use]
+    pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
+        let mut instants = [0.0; 1 + MAX_STAGES];
+        for (instant, stage) in instants.iter_mut().skip(1).zip(self.active()) {
+            *instant = stage.time;
+        }
+        instants
+    }
+
+    /// Checks that the table is finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the displacement
+    /// columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over them.
+    ///
+    /// # Errors
+    /// [`SchemeError`] naming the stage.
+    pub fn check(&self) -> Result<(), SchemeError> {
+        if self.n_stages == 0 || usize::from(self.n_stages) > MAX_STAGES {
+            return Err(SchemeError::StageCount { found: self.n_stages });
+        }
+        for (index, stage) in self.active().iter().enumerate() {
+            check_stage(stage, index)?;
+        }
+        let n_stages = usize::from(self.n_stages);
+        for (row, owed) in self.finish.iter().zip([1.0, 0.0, 0.0]) {
+            if row.iter().any(|f| !f.is_finite()) {
+                return Err(SchemeError::NotFinite { stage: n_stages });
+            }
+            owes(row, n_stages, owed, n_stages)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_stage(stage: &Stage, index: usize) -> Result<(), SchemeError> {
+    let histories = [&stage.mass_history, &stage.damping_history, &stage.stiffness_history];
+    let scalars = [stage.mass, stage.damping, stage.stiffness, stage.time];
+    let mut all = histories.iter().flat_map(|h| h.iter()).chain(&scalars).chain(&stage.load);
+    if all.any(|value| !value.is_finite()) {
+        return Err(SchemeError::NotFinite { stage: index });
+    }
+    let looks_ahead = histories.iter().any(|h| h.iter().skip(3 + index).any(|&c| c != 0.0));
+    if stage.mass <= 0.0 || stage.stiffness <= 0.0 || looks_ahead {
+        return Err(SchemeError::BadStage { stage: index });
+    }
+    owes(&stage.mass_history, index, stage.mass, index)?;
+    owes(&stage.damping_history, index, stage.damping, index)?;
+    owes(&stage.stiffness_history, index, stage.stiffness - 1.0, index)?;
+    let by = stage.load.iter().sum::<f64>() - 1.0;
+    let size = 1.0 + stage.load.iter().map(|f| f.abs()).sum::<f64>();
+    if by.abs() > CONSISTENCY * size {
+        return Err(SchemeError::Inconsistent { stage: index, by });
+    }
+    Ok(())
+}
+
+/// The displacement columns of `row` (the old one and `earlier` stages) must sum to `owed`.
+fn owes(row: &[f64; HISTORY], earlier: usize, owed: f64, stage: usize) -> Result<(), SchemeError> {
+    let columns = || row.iter().take(1).chain(row.iter().skip(3).take(earlier));
+    let by = columns().sum::<f64>() - owed;
+    let size = 1.0 + owed.abs() + columns().map(|c| c.abs()).sum::<f64>();
+    if by.abs() > CONSISTENCY * size {
+        return Err(SchemeError::Inconsistent { stage, by });
+    }
+    Ok(())
 }

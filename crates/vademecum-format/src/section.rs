@@ -26,9 +26,10 @@ pub enum SectionKind {
     SurfaceBasis = 6,
     /// Rows of `B` at interior nodes, `f32|f64 (n_nodes − n_surface_nodes, 3, r)`.
     InteriorBasis = 7,
-    /// Space part `E_t` of `C − I`, `f64 (n_terms, r, r)`.
+    /// Space part `E_t` of `C − I`, `C = BᵀM_0 (M + θK)⁻¹ M B`, `f64 (n_terms, r, r)`, row-major; not symmetric once a region's
+    /// density differs from what the basis was normalised with (`M_0`).
     BlockState = 8,
-    /// Space part of `H − B` at loadable dofs, `f32|f64 (n_load_nodes, n_terms, 3·r)`: the components, then the columns.
+    /// Space part of `H − B`, `H = (M + θK)⁻¹ M_0 B`, at loadable dofs, `f32|f64 (n_load_nodes, n_terms, 3·r)`: the components, then the columns.
     BlockLoad = 9,
     /// `BᵀF_p`, `f64 (n_patterns, r)`.
     PatternBasis = 10,
@@ -49,11 +50,15 @@ pub enum SectionKind {
     AxisPoints = 17,
     /// Factors of all axes, one after the other, each `(n_terms, n_points)`; `f64 (n_terms · Σ n_points)`.
     Factors = 18,
+    /// `BᵀK_qB` \[1/s²\] of each region at scale 1, `f64 (n_regions, r, r)`; they sum to `BᵀKB`.
+    RegionStiffness = 19,
+    /// `BᵀM_qB` of each region at scale 1, `f64 (n_regions, r, r)`; they sum to the identity.
+    RegionMass = 20,
 }
 
 impl SectionKind {
     /// All kinds of version 1.0, by number.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -72,6 +77,8 @@ impl SectionKind {
         Self::ModeTable,
         Self::AxisPoints,
         Self::Factors,
+        Self::RegionStiffness,
+        Self::RegionMass,
     ];
 
     /// The kind with this number.
@@ -90,8 +97,7 @@ impl SectionKind {
     #[must_use]
     pub fn shape(self, metadata: &Metadata<'_>) -> [Option<u64>; 3] {
         let m = metadata;
-        let [nodes, surface, r, terms] =
-            [m.n_nodes, m.n_surface_nodes, m.n_modes, m.n_terms].map(u64::from);
+        let [nodes, surface, r, terms] = [m.n_nodes, m.n_surface_nodes, m.n_modes, m.n_terms].map(u64::from);
         let interior = nodes.saturating_sub(surface);
         let points = m.n_axis_points();
         let one = |a: u64| [Some(a), Some(1), Some(1)];
@@ -109,13 +115,12 @@ impl SectionKind {
             Self::BlockLoad => three(u64::from(m.n_load_nodes), terms, 3 * r),
             Self::PatternBasis => two(u64::from(m.n_patterns), r),
             Self::PatternBlock => three(u64::from(m.n_patterns), terms, r),
-            Self::PatternNames | Self::ProbeNames | Self::SingularValues => {
-                [None, Some(1), Some(1)]
-            }
+            Self::PatternNames | Self::ProbeNames | Self::SingularValues => [None, Some(1), Some(1)],
             Self::ProbeRows => two(u64::from(m.n_probes), r),
             Self::ModeTable => two(r, 6),
             Self::AxisPoints => one(points),
             Self::Factors => one(terms.saturating_mul(points)),
+            Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
         }
     }
 
@@ -157,14 +162,7 @@ impl Element {
     /// The element with this code.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
-        let all = [
-            Self::U8,
-            Self::U32,
-            Self::U64,
-            Self::F32,
-            Self::F64,
-            Self::I16,
-        ];
+        let all = [Self::U8, Self::U32, Self::U64, Self::F32, Self::F64, Self::I16];
         all.into_iter().find(|element| *element as u8 == code)
     }
 
@@ -195,9 +193,7 @@ impl Codec {
     /// The codec with this code.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
-        [Self::Raw, Self::Zstd]
-            .into_iter()
-            .find(|codec| *codec as u8 == code)
+        [Self::Raw, Self::Zstd].into_iter().find(|codec| *codec as u8 == code)
     }
 }
 
@@ -243,9 +239,7 @@ impl<'a> Numbers<'a> {
     #[must_use]
     pub fn get(&self, index: usize) -> Option<f64> {
         match self {
-            Self::F32(numbers) => numbers
-                .get(index)
-                .map(|&bytes| f64::from(f32::from_le_bytes(bytes))),
+            Self::F32(numbers) => numbers.get(index).map(|&bytes| f64::from(f32::from_le_bytes(bytes))),
             Self::F64(numbers) => numbers.get(index).map(|&bytes| f64::from_le_bytes(bytes)),
         }
     }
@@ -266,9 +260,7 @@ impl<'a> Numbers<'a> {
             Self::F32(numbers) => (numbers, &[]),
             Self::F64(numbers) => (&[], numbers),
         };
-        let single = single
-            .iter()
-            .map(|&bytes| f64::from(f32::from_le_bytes(bytes)));
+        let single = single.iter().map(|&bytes| f64::from(f32::from_le_bytes(bytes)));
         single.chain(double.iter().map(|&bytes| f64::from_le_bytes(bytes)))
     }
 }
@@ -325,11 +317,7 @@ impl<'a> Section<'a> {
         if found == self.crc32 {
             return Ok(());
         }
-        Err(FormatError::SectionChecksum {
-            kind: self.kind.number(),
-            found,
-            expected: self.crc32,
-        })
+        Err(FormatError::SectionChecksum { kind: self.kind.number(), found, expected: self.crc32 })
     }
 
     /// Its bytes, if they are stored raw.
@@ -339,10 +327,7 @@ impl<'a> Section<'a> {
     pub fn raw(&self) -> Result<&'a [u8], FormatError> {
         match self.codec {
             Codec::Raw => Ok(self.stored),
-            codec => Err(FormatError::Compressed {
-                kind: self.kind.number(),
-                codec: codec as u8,
-            }),
+            codec => Err(FormatError::Compressed { kind: self.kind.number(), codec: codec as u8 }),
         }
     }
 
@@ -388,23 +373,14 @@ impl<'a> Section<'a> {
     /// Refusals 28, 19 and 29.
     pub fn text(&self) -> Result<&'a str, FormatError> {
         let bytes = self.chunks::<1>(Element::U8)?.as_flattened();
-        core::str::from_utf8(bytes).map_err(|_| FormatError::Text {
-            kind: self.kind.number(),
-        })
+        core::str::from_utf8(bytes).map_err(|_| FormatError::Text { kind: self.kind.number() })
     }
 
     fn chunks<const N: usize>(&self, element: Element) -> Result<&'a [[u8; N]], FormatError> {
-        if self.element == element {
-            Ok(self.raw()?.as_chunks().0)
-        } else {
-            Err(self.wrong_element())
-        }
+        if self.element == element { Ok(self.raw()?.as_chunks().0) } else { Err(self.wrong_element()) }
     }
 
     fn wrong_element(&self) -> FormatError {
-        FormatError::Element {
-            kind: self.kind.number(),
-            found: self.element as u8,
-        }
+        FormatError::Element { kind: self.kind.number(), found: self.element as u8 }
     }
 }

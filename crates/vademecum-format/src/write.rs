@@ -33,20 +33,12 @@ pub struct SectionInput<'a> {
 ///
 /// # Errors
 /// Refusals 7, 9 (too many sections, metadata too long), 12 and 30 (longer than memory can be).
-pub fn encoded_len(
-    metadata: &Metadata<'_>,
-    sections: &[SectionInput<'_>],
-) -> Result<usize, FormatError> {
+pub fn encoded_len(metadata: &Metadata<'_>, sections: &[SectionInput<'_>]) -> Result<usize, FormatError> {
     let mut end = (BLOCK * (1 + count(sections)? as usize) + metadata_len(metadata)?) as u64;
     for section in sections {
-        end = align(end)
-            .and_then(|start| start.checked_add(section.stored.len() as u64))
-            .unwrap_or(u64::MAX);
+        end = align(end).and_then(|start| start.checked_add(section.stored.len() as u64)).unwrap_or(u64::MAX);
     }
-    let too_long = FormatError::LentMemory {
-        found: usize::MAX as u64,
-        needed: end,
-    };
+    let too_long = FormatError::LentMemory { found: usize::MAX as u64, needed: end };
     usize::try_from(end).map_err(|_| too_long)
 }
 
@@ -61,10 +53,7 @@ pub fn encode_into(
 ) -> Result<usize, FormatError> {
     let needed = encoded_len(metadata, sections)?;
     let found = out.len() as u64;
-    let short = FormatError::LentMemory {
-        found,
-        needed: needed as u64,
-    };
+    let short = FormatError::LentMemory { found, needed: needed as u64 };
     let out = out.get_mut(..needed).ok_or(short)?;
     out.fill(0);
     let n_sections = count(sections)?;
@@ -102,13 +91,8 @@ fn write_sections(
     for (section, block) in sections.iter().zip(directory.as_chunks_mut::<BLOCK>().0) {
         let offset = align(end).unwrap_or(u64::MAX);
         let start = (offset as usize).saturating_sub(base);
-        let short = FormatError::LentMemory {
-            found,
-            needed: offset,
-        };
-        let place = body
-            .get_mut(start..start.saturating_add(section.stored.len()))
-            .ok_or(short)?;
+        let short = FormatError::LentMemory { found, needed: offset };
+        let place = body.get_mut(start..start.saturating_add(section.stored.len())).ok_or(short)?;
         place.copy_from_slice(section.stored);
         *block = entry(section, offset).encode();
         end = offset.saturating_add(section.stored.len() as u64);
@@ -134,27 +118,18 @@ fn entry(section: &SectionInput<'_>, offset: u64) -> Entry {
 fn count(sections: &[SectionInput<'_>]) -> Result<u32, FormatError> {
     let found = u32::try_from(sections.len()).unwrap_or(u32::MAX);
     if found > MAX_SECTIONS {
-        return Err(FormatError::SectionCount {
-            found,
-            limit: MAX_SECTIONS,
-        });
+        return Err(FormatError::SectionCount { found, limit: MAX_SECTIONS });
     }
     Ok(found)
 }
 
 fn metadata_len(metadata: &Metadata<'_>) -> Result<usize, FormatError> {
     let mut encoder = EncoderImpl::new(SizeWriter::default(), configuration());
-    let refused = FormatError::MetadataEncoding {
-        understood: 0,
-        length: 0,
-    };
+    let refused = FormatError::MetadataEncoding { understood: 0, length: 0 };
     metadata.encode(&mut encoder).map_err(|_| refused)?;
     let length = encoder.into_writer().bytes_written;
     if length > MAX_METADATA {
-        return Err(FormatError::MetadataLength {
-            found: length as u64,
-            limit: MAX_METADATA as u64,
-        });
+        return Err(FormatError::MetadataLength { found: length as u64, limit: MAX_METADATA as u64 });
     }
     Ok(length)
 }
@@ -162,11 +137,6 @@ fn metadata_len(metadata: &Metadata<'_>) -> Result<usize, FormatError> {
 fn encode_metadata(metadata: &Metadata<'_>, place: &mut [u8]) -> Result<(), FormatError> {
     let length = place.len() as u64;
     let refused = |understood| FormatError::MetadataEncoding { understood, length };
-    let written =
-        bincode::encode_into_slice(metadata, place, configuration()).map_err(|_| refused(0))?;
-    if written as u64 == length {
-        Ok(())
-    } else {
-        Err(refused(written as u64))
-    }
+    let written = bincode::encode_into_slice(metadata, place, configuration()).map_err(|_| refused(0))?;
+    if written as u64 == length { Ok(()) } else { Err(refused(written as u64)) }
 }

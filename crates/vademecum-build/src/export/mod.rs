@@ -10,7 +10,9 @@ pub use order::NodeOrder;
 
 use faer::{Mat, MatRef};
 use vademecum_format::FormatError;
-use vademecum_format::{Axis, AxisKind, AxisRole, Certificate, MAX_AXES, Metadata};
+use vademecum_format::{
+    Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_PARAMETERS, MAX_REGIONS, Metadata, Parameter,
+};
 use vademecum_format::scheme::SchemeTable;
 use vademecum_format::{Codec, Element, SectionKind};
 use vademecum_format::{SectionInput, encode_into, encoded_len};
@@ -18,6 +20,7 @@ use vademecum_format::{SectionInput, encode_into, encoded_len};
 use crate::body::Body;
 use crate::dynamics::Rayleigh;
 use crate::fem::DofMap;
+use crate::parametric::ParameterSpace;
 use crate::pod::Basis;
 use crate::problem::{Fields, Precision, Problem};
 use crate::response::StageResponse;
@@ -36,12 +39,47 @@ pub struct Parts<'a> {
     pub scheme: &'a SchemeTable,
     /// Rayleigh damping.
     pub rayleigh: Rayleigh,
-    /// One response per stage; empty for a file without the block structure.
-    pub responses: &'a [StageResponse],
+    /// The block structure.
+    pub block: Option<BlockTerms<'a>>,
+    /// Live parameters; none without a box.
+    pub parameters: Option<&'a ParameterSpace>,
     /// What was measured.
     pub certificate: Certificate,
     /// Rows of section 16, shape (r, 6).
     pub mode_table: Mat<f64>,
+}
+
+/// The terms of the block structure: `E_t` and the load columns, and the factors on every axis.
+pub struct BlockTerms<'a> {
+    /// The axes.
+    pub axes: Vec<AxisTable<'a>>,
+    /// Space part of `C − I` of each term, shape (r, r).
+    pub states: Vec<Mat<f64>>,
+    /// Space part of `H − B` of each term over the free dofs, shape (n, r).
+    pub loads: Vec<Mat<f64>>,
+}
+
+/// An axis with its points and factors.
+pub struct AxisTable<'a> {
+    /// As the file keeps it.
+    pub axis: Axis<'a>,
+    /// Its points.
+    pub points: Vec<f64>,
+    /// Factors, shape (terms, points).
+    pub factors: Mat<f64>,
+}
+
+impl BlockTerms<'static> {
+    /// At fixed parameters: one index axis, the stage, and one term per stage.
+    pub fn fixed(responses: &[StageResponse]) -> Self {
+        let stages = responses.len();
+        let points = (0..stages).map(|i| i as f64).collect();
+        Self {
+            axes: vec![AxisTable { axis: stage_axis(stages as u32), points, factors: Mat::identity(stages, stages) }],
+            states: responses.iter().map(|r| r.state.clone()).collect(),
+            loads: responses.iter().map(|r| r.increment.clone()).collect(),
+        }
+    }
 }
 
 /// A section before it is laid out.
@@ -59,12 +97,10 @@ struct Draft {
 pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
     let order = NodeOrder::new(parts.body);
     let drafts = sections(parts, &order);
-    let block = !parts.responses.is_empty();
-    let n_stages = parts.scheme.active().len() as u32;
+    let tables = parts.block.as_ref().map_or(&[][..], |block| &block.axes);
     let mut axes = [Axis::UNUSED; MAX_AXES];
-    if block {
-        axes[0] = stage_axis(n_stages);
-    }
+    axes.iter_mut().zip(tables).for_each(|(axis, table)| *axis = table.axis);
+    let (parameters, n_parameters) = file_parameters(parts.parameters);
     let metadata = Metadata {
         program: concat!("vademecum ", env!("CARGO_PKG_VERSION")),
         problem: &parts.problem.text,
@@ -84,16 +120,37 @@ pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
         alpha: parts.rayleigh.alpha,
         beta: parts.rayleigh.beta,
         axes,
-        n_axes: u32::from(block),
-        n_terms: if block { n_stages } else { 0 },
+        n_axes: tables.len() as u32,
+        n_terms: parts.block.as_ref().map_or(0, |block| block.states.len() as u32),
+        n_regions: parts.body.model.mesh().regions.len().min(MAX_REGIONS) as u32,
+        n_parameters,
+        parameters,
         diagonal: parts.basis.eigenvalues.is_some(),
-        block,
+        block: parts.block.is_some(),
         certificate: parts.certificate,
     };
     let inputs: Vec<SectionInput<'_>> = drafts.iter().map(Draft::input).collect();
     let mut bytes = vec![0; encoded_len(&metadata, &inputs)?];
     encode_into(&metadata, &inputs, &mut bytes)?;
     Ok(bytes)
+}
+
+/// The live parameters as the file keeps them, and their number.
+fn file_parameters(space: Option<&ParameterSpace>) -> ([Parameter<'_>; MAX_PARAMETERS], u32) {
+    let mut parameters = [Parameter::UNUSED; MAX_PARAMETERS];
+    let live = space.map_or(&[][..], |s| &s.parameters);
+    for (place, p) in parameters.iter_mut().zip(live) {
+        *place = Parameter {
+            name: &p.name,
+            unit: p.unit,
+            role: p.role,
+            log: p.log,
+            lower: p.lower,
+            upper: p.upper,
+            nominal: p.nominal,
+        };
+    }
+    (parameters, live.len() as u32)
 }
 
 impl Draft {
@@ -153,8 +210,11 @@ fn sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     let mut drafts = geometry_sections(parts, order);
     drafts.extend(basis_sections(parts, order));
     drafts.extend(load_and_probe_sections(parts));
-    if !parts.responses.is_empty() {
-        drafts.extend(block_sections(parts, order));
+    if let Some(block) = &parts.block {
+        drafts.extend(block_sections(parts, block, order));
+    }
+    if parts.parameters.is_some_and(ParameterSpace::has_region_parameters) {
+        drafts.extend(region_sections(parts));
     }
     drafts.sort_by_key(|draft| draft.kind.number());
     drafts
@@ -223,29 +283,57 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
     drafts
 }
 
-fn block_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
-    let (r, terms, dofs) = (parts.basis.n_modes(), parts.responses.len(), parts.body.model.dofs());
-    let state = parts.responses.iter().flat_map(|s| (0..r * r).map(|k| s.state[(k / r, k % r)]));
+fn block_sections(parts: &Parts<'_>, block: &BlockTerms<'_>, order: &NodeOrder) -> Vec<Draft> {
+    let (r, terms, dofs) = (parts.basis.n_modes(), block.states.len(), parts.body.model.dofs());
+    let state = block.states.iter().flat_map(|s| (0..r * r).map(|k| s[(k / r, k % r)]));
     let load_nodes = &order.nodes[..order.n_load];
-    let load = load_nodes.iter().flat_map(|node| {
-        parts.responses.iter().flat_map(move |s| node_rows(dofs, s.increment.as_ref(), std::slice::from_ref(node)))
-    });
+    let load = load_nodes
+        .iter()
+        .flat_map(|node| block.loads.iter().flat_map(move |l| node_rows(dofs, l.as_ref(), std::slice::from_ref(node))));
     let precision = parts.problem.output.precision;
-    let identity = (0..terms * terms).map(|k| if k / terms == k % terms { 1.0 } else { 0.0 });
+    let points: Vec<f64> = block.axes.iter().flat_map(|table| table.points.iter().copied()).collect();
+    let factors = block.axes.iter().flat_map(|table| {
+        let points = table.points.len();
+        (0..terms * points).map(move |k| table.factors[(k / points, k % points)])
+    });
     let mut drafts = vec![
         Draft::f64s(SectionKind::BlockState, [terms, r, r], state),
         Draft::reals(SectionKind::BlockLoad, precision, [load_nodes.len(), terms, 3 * r], load),
-        Draft::f64s(SectionKind::AxisPoints, [terms, 1, 1], (0..terms).map(|i| i as f64)),
-        Draft::f64s(SectionKind::Factors, [terms * terms, 1, 1], identity),
+        Draft::f64s(SectionKind::Factors, [terms * points.len(), 1, 1], factors),
+        Draft::f64s(SectionKind::AxisPoints, [points.len(), 1, 1], points),
     ];
     let patterns = &parts.body.patterns;
     if !patterns.is_empty() {
-        let rows = patterns.iter().flat_map(|(_, force)| {
-            parts.responses.iter().flat_map(move |s| reduced_load(s.increment.as_ref(), force))
-        });
+        let rows = patterns
+            .iter()
+            .flat_map(|(_, force)| block.loads.iter().flat_map(move |l| reduced_load(l.as_ref(), force)));
         drafts.push(Draft::f64s(SectionKind::PatternBlock, [patterns.len(), terms, r], rows));
     }
     drafts
+}
+
+/// `BᵀK_qB` and `BᵀM_qB` of each region: energy and initial acceleration when regions are scaled.
+fn region_sections(parts: &Parts<'_>) -> Vec<Draft> {
+    let (pencil, basis) = (parts.body.model.pencil(), parts.basis.vectors.as_ref());
+    let (r, regions) = (basis.ncols(), pencil.n_regions());
+    let projected = |matrix: &crate::fem::SymmetricMatrix| {
+        let mut image = Mat::zeros(basis.nrows(), r);
+        matrix.mul_into(basis, image.as_mut());
+        let product = basis.transpose() * image;
+        (0..r * r).map(move |k| 0.5 * (product[(k / r, k % r)] + product[(k % r, k / r)]))
+    };
+    vec![
+        Draft::f64s(
+            SectionKind::RegionStiffness,
+            [regions, r, r],
+            (0..regions).flat_map(|q| projected(pencil.region_stiffness(q))),
+        ),
+        Draft::f64s(
+            SectionKind::RegionMass,
+            [regions, r, r],
+            (0..regions).flat_map(|q| projected(pencil.region_mass(q))),
+        ),
+    ]
 }
 
 /// Rows of a matrix over the free dofs at the three dofs of each node, zero where held: shape (nodes, 3, r).

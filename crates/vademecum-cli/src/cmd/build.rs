@@ -83,6 +83,17 @@ pub fn print_report(report: &Report) {
             print_structure(name, s);
         }
     }
+    if let Some(s) = &report.separation {
+        println!(
+            "\nseparated: {} terms on axes of {:?} points, from {} full-order solves ({} vectors); stopped by {}",
+            s.terms, s.axis_points, s.samples, s.reduced_size, s.stop
+        );
+        let block = report.certificate.block.as_ref();
+        if let Some(c) = block {
+            println!("map error over fresh points {:.2e} rms, {:.2e} worst", c.map_error_rms, c.map_error_max);
+        }
+        println!("worst trajectory at {:?}; largest spectral radius at {:?}", s.worst_trajectory_at, s.worst_radius_at);
+    }
     println!("\nstage                     seconds  peak memory");
     for timing in &report.timings {
         let memory = timing.peak_memory_bytes.map_or("?".into(), |b| bytes(b as usize));

@@ -47,7 +47,7 @@ impl Modes {
         let modes = lowest_modes(pencil, &prepared.symbolic, self.count).map_err(BuildError::from)?;
         console.clear();
         let frequencies_hz = modes.frequencies_hz();
-        let material_damping: Vec<f64> = frequencies_hz.iter().map(|&f| prepared.rayleigh.ratio(f)).collect();
+        let material_damping: Vec<f64> = frequencies_hz.iter().map(|&f| prepared.rayleigh().ratio(f)).collect();
         let scheme = |(&value, &ratio): (&f64, &f64)| {
             numerical_damping(&prepared.scheme, value.sqrt() * problem.time.step, ratio)
         };

@@ -146,7 +146,7 @@ pub fn verify(
     let basis = free_basis(path, file, body, &file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &coordinates);
     let pencil = body.model.pencil();
-    let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, metadata.time_step, prepared.rayleigh)
+    let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, metadata.time_step, prepared.rayleigh())
         .map_err(BuildError::from)?;
     let loads = full_order_loads(&track, body, &file_nodes, path, file)?;
     let rows = probe_rows(body);

@@ -1,0 +1,104 @@
+//! One basis for a box of region scales: the eigenvectors turn with the contrast between regions, so the basis is the POD
+//! of the energy-weighted Ritz vectors of several parameter samples (method.md §2).
+
+use faer::{Mat, MatMut, MatRef};
+
+use super::{ParameterSpace, Setting};
+use crate::dynamics::FullOrder;
+use crate::fem::{Pencil, Solve};
+use crate::pipeline::{BuildError, Prepared};
+use crate::pod::{Basis, StreamingPod, pod_basis, ritz_basis};
+use crate::problem::Problem;
+use crate::progress::Listener;
+use crate::snapshots::{self, Runs};
+
+/// Parameter samples at most: nominal and the corners of the region scales.
+const MOST_SAMPLES: usize = 9;
+/// Ritz vectors taken per sample, as a multiple of the modes wanted.
+const PER_SAMPLE: usize = 2;
+
+/// The basis and how many snapshots stand behind it.
+pub struct Carrier {
+    /// The basis, M-orthonormal in the nominal mass.
+    pub basis: Basis,
+    /// Snapshots of all samples.
+    pub n_snapshots: usize,
+}
+
+/// Snapshots and Ritz vectors at the nominal values and at the corners of the region scales, then their POD.
+///
+/// # Errors
+/// If a march or a factorisation fails, or the samples span fewer dimensions than modes are asked for.
+pub fn carrier_basis(
+    problem: &Problem,
+    prepared: &Prepared,
+    runs: &Runs,
+    count: usize,
+    listener: &dyn Listener,
+) -> Result<Carrier, BuildError> {
+    let body = &prepared.body;
+    let nominal = body.model.pencil();
+    let mass = apply(nominal.mass());
+    let stiffness = apply(nominal.stiffness());
+    let settings = sample_settings(&prepared.space);
+    let per_sample = PER_SAMPLE * count;
+    let mut union = StreamingPod::new(&mass, body.n_dof(), (per_sample * settings.len()).max(count));
+    let mut n_snapshots = 0;
+    for (i, setting) in settings.iter().enumerate() {
+        listener.stage(&format!("snapshots, parameter sample {} of {}", i + 1, settings.len()));
+        let pencil = setting.pencil(nominal);
+        let (ritz, seen) = ritz_at(problem, prepared, setting, &pencil, runs, per_sample, listener)?;
+        n_snapshots += seen;
+        let weighted = Mat::from_fn(body.n_dof(), ritz.n_modes(), |row, k| ritz.vectors[(row, k)] * ritz.energy[k].sqrt());
+        union.push(weighted.as_ref());
+    }
+    let pod = union.finish();
+    let found = pod.singular_values.len();
+    if count > found {
+        return Err(BuildError::TooManyModes { asked: count, found });
+    }
+    Ok(Carrier { basis: pod_basis(&mass, &stiffness, &pod, count), n_snapshots })
+}
+
+/// The nominal setting and the distinct region scales of the corners, uniform parameters at their nominal values.
+fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
+    let nominal = space.setting(&space.nominal());
+    let mut settings = vec![nominal.clone()];
+    for values in space.corners() {
+        let corner = space.setting(&values);
+        let setting = Setting { step: nominal.step, ..corner };
+        if settings.len() < MOST_SAMPLES && !settings.contains(&setting) {
+            settings.push(setting);
+        }
+    }
+    settings
+}
+
+/// Ritz vectors of the snapshots at one setting, orthonormal in its mass, and the number of snapshots.
+fn ritz_at(
+    problem: &Problem,
+    prepared: &Prepared,
+    setting: &Setting,
+    pencil: &Pencil,
+    runs: &Runs,
+    count: usize,
+    listener: &dyn Listener,
+) -> Result<(Basis, usize), BuildError> {
+    let Prepared { body, symbolic, scheme, .. } = prepared;
+    let full = FullOrder::new(pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
+    let mass = apply(pencil.mass());
+    let stiffness = apply(pencil.stiffness());
+    let oversampling = problem.basis.oversampling.max(1);
+    let pod = snapshots::compute(body, &full, runs, &mass, 2 * count * oversampling, listener)?;
+    let factor = symbolic.factorize(pencil.stiffness().clone())?;
+    let static_response = |x: MatRef<'_, f64>, mut y: MatMut<'_, f64>| {
+        pencil.mass().mul_into(x, y.as_mut());
+        Solve::new(symbolic, y.ncols(), true).solve_in_place(&factor, y);
+    };
+    let count = count.min(pod.singular_values.len());
+    Ok((ritz_basis(&mass, &stiffness, &static_response, &pod, count, oversampling), pod.n_snapshots))
+}
+
+fn apply(matrix: &crate::fem::SymmetricMatrix) -> impl Fn(MatRef<'_, f64>, MatMut<'_, f64>) + '_ {
+    |x, y| matrix.mul_into(x, y)
+}

@@ -1,0 +1,214 @@
+//! The chapter's representation: state coordinates, load magnitude and load position as axes (eqs. 5.8–5.13).
+//!
+//! One stage of the scheme solves `A u = Σ_j x_j b_j + p f(s)`: every reduced coordinate `x_j` (ζ, ζ̇, and ζ̈ or ζ½) is an
+//! axis with hat functions, `b_j` is its column `(h_M M + h_K K) φ_j` (the chapter prints a ones vector for φ_j), `p` and
+//! `s` are the load's magnitude and position, and the load's components are axes too when asked for. The unknown is a sum
+//! of rank-one terms over all of them. `A = m M + k K` is one matrix, and on the parameter axes only mass matrices
+//! appear, so every space solve of eq. (5.12) is with the same factor, and every space function lies in the span of the
+//! `A⁻¹ b`: the engine runs in that span. Its iterates are those of the full mesh up to rounding, at no cost in `n`.
+//!
+//! The odd thing: the map is linear in the state, so one term per right-hand side is exact, and greedy does not find
+//! them. The repairs of method.md §4 are switches of [`CanonicalOptions`] so that the effect of each can be shown.
+
+mod fresh;
+mod inputs;
+
+use super::enrich::{EnrichmentOptions, EnrichmentReport, enrich};
+use super::error::{SeparatedError, check_len};
+use super::problem::Space;
+use super::reduce::Energy;
+use super::solution::Separated;
+use faer::{Mat, MatRef};
+use fresh::Fresh;
+use inputs::{Inputs, Part, Span};
+
+/// Coordinates of one kind: all ζ, all ζ̇, or the third family of the stage.
+#[derive(Clone, Debug)]
+pub struct StateFamily {
+    /// Name of the axes, to which the number of the mode is added.
+    pub name: String,
+    /// Unit of the unscaled coordinate.
+    pub unit: String,
+    /// Range of each coordinate in its unit, as the snapshots give it.
+    pub ranges: Vec<(f64, f64)>,
+    /// What turns the coordinate into a scaled one: 1, Δt or Δt².
+    pub scale: f64,
+    /// Right-hand sides per unit of the *scaled* coordinate, `(n_rows, n_modes)`: `(h_M M + h_K K) φ_j`.
+    pub columns: Mat<f64>,
+}
+
+/// One stage to be separated, in the form `A u = …` multiplied by Δt², as the scheme table has it.
+#[derive(Clone, Debug)]
+pub struct CanonicalStage {
+    /// The three families, in the order of the state.
+    pub families: Vec<StateFamily>,
+    /// Range of the load's magnitude, N. It should hold 0, a body without load.
+    pub magnitude: (f64, f64),
+    /// Ranges of the load's components, each an axis; empty when every position has its one direction.
+    pub components: Vec<(f64, f64)>,
+    /// Right-hand sides of a unit load, `(n_rows, n_positions · max(1, components))`, components of a position adjacent.
+    pub loads: Mat<f64>,
+    /// Points of a hat grid on a state axis, at least 2. (Magnitude and components have 2: the map is linear.)
+    pub points: usize,
+}
+
+/// What is done about the chapter's weaknesses; with everything off it is the chapter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CanonicalOptions {
+    /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`. Makes the numbers comparable for rounding and `f32`; a change of units alone does not
+    /// change which terms are found.
+    pub scaled_coordinates: bool,
+    /// State and load separated apart, each to the tolerance relative to itself.
+    pub separate_blocks: bool,
+    /// Start from the one-axis terms, one per right-hand side with its own functions and its own space solve, the largest
+    /// `max_terms` of them, and enrich from there. Nothing is left to find when there is room for all.
+    pub one_axis_start: bool,
+    /// Tolerance, limits, start and updates of the engine. `max_terms` counts both blocks together.
+    pub enrichment: EnrichmentOptions,
+}
+
+impl CanonicalOptions {
+    /// The chapter's method.
+    pub fn chapter(tolerance: f64, max_terms: usize) -> CanonicalOptions {
+        let enrichment = EnrichmentOptions {
+            tolerance,
+            max_terms,
+            update_sweeps: 0,
+            patience: 30,
+            ..EnrichmentOptions::default()
+        };
+        CanonicalOptions {
+            scaled_coordinates: false,
+            separate_blocks: false,
+            one_axis_start: false,
+            enrichment,
+        }
+    }
+
+    /// All repairs.
+    pub fn repaired(tolerance: f64, max_terms: usize) -> CanonicalOptions {
+        let enrichment = EnrichmentOptions {
+            tolerance,
+            max_terms,
+            ..EnrichmentOptions::default()
+        };
+        CanonicalOptions {
+            scaled_coordinates: true,
+            separate_blocks: true,
+            one_axis_start: true,
+            enrichment,
+        }
+    }
+}
+
+/// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root mean square
+/// of the error over root mean square of the exact map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageError {
+    /// State and load together.
+    pub total: f64,
+    /// Without load; NaN when the magnitude cannot be 0.
+    pub state: f64,
+    /// Load on a body at rest; NaN when a coordinate cannot be 0.
+    pub load: f64,
+}
+
+/// A separated stage.
+#[derive(Clone, Debug)]
+pub struct Canonical {
+    /// Over the axes: families in order, mode by mode; magnitude; components; position. Blocks are `(n_rows, 1)`.
+    pub solution: Separated,
+    /// Its error against the exact stage solve.
+    pub error: StageError,
+    /// What each enrichment did: one report, or state then load.
+    pub reports: Vec<EnrichmentReport>,
+}
+
+/// Separates one stage. `space` has the one operator `A`; `energy` is the inner product errors are measured in, the mass.
+///
+/// # Errors
+/// As [`Axis::new`](super::Axis::new) for the ranges; [`SeparatedError::NotPositiveDefinite`] for `A`; [`SeparatedError::Shape`].
+pub fn separate<S: Space>(
+    stage: &CanonicalStage,
+    space: &S,
+    energy: &Energy<'_>,
+    options: &CanonicalOptions,
+) -> Result<Canonical, SeparatedError> {
+    check_len("operators of a canonical stage", 1, space.n_operators())?;
+    let inputs = Inputs::new(stage, options.scaled_coordinates)?;
+    let span = Span::new(space, &inputs.columns, energy)?;
+    let fresh = Fresh::new(&inputs, &span, options.enrichment.seed);
+    let parts = if options.separate_blocks {
+        vec![inputs.state_part(), inputs.load_part()]
+    } else {
+        vec![inputs.all()]
+    };
+    let mut solution = Separated::zero(&inputs.axes, span.sources.nrows(), 1);
+    let mut reports = Vec::new();
+    for (number, part) in parts.iter().enumerate() {
+        let others: usize = parts.iter().skip(number + 1).map(|p| p.sources.len()).sum();
+        let left = options
+            .enrichment
+            .max_terms
+            .saturating_sub(solution.n_terms());
+        let max_terms = left
+            .saturating_sub(others)
+            .max(left.min(part.sources.len()));
+        if max_terms == 0 || part.sources.is_empty() {
+            continue;
+        }
+        let engine = EnrichmentOptions {
+            max_terms,
+            ..options.enrichment.clone()
+        };
+        let problem = part.problem(&inputs, &span)?;
+        let points = fresh.of_part(part);
+        let measure = |u: &Separated| points.error(u, &span);
+        let start = if options.one_axis_start {
+            Some(part.one_axis_terms(&inputs, &span, max_terms)?)
+        } else {
+            None
+        };
+        let (found, report) = enrich(&problem, &engine, start.as_ref(), Some(&measure))?;
+        solution = solution.concatenate(&part.embed(&inputs, &found)?)?;
+        reports.push(report);
+    }
+    let error = fresh.stage_error(&inputs, &span, &solution);
+    Ok(Canonical {
+        solution: solution.expand(span.basis.as_ref())?,
+        error,
+        reports,
+    })
+}
+
+/// Ranges for the axes from coordinates seen in snapshots, `(n_coordinates, n_samples)`: the extreme values, widened by
+/// `margin` of their distance on both sides, zero included so that a body at rest is on every axis.
+pub fn ranges(coordinates: MatRef<'_, f64>, margin: f64) -> Vec<(f64, f64)> {
+    let range = |i: usize| {
+        let (mut low, mut high) = (0.0f64, 0.0f64);
+        for j in 0..coordinates.ncols() {
+            low = low.min(coordinates[(i, j)]);
+            high = high.max(coordinates[(i, j)]);
+        }
+        let wide = margin * (high - low);
+        (low - wide, high + wide)
+    };
+    (0..coordinates.nrows()).map(range).collect()
+}
+
+/// Relative size of the load in the stage map, `‖load part‖ / ‖state part‖` over the boxes; a global tolerance above it
+/// drops the load.
+///
+/// # Errors
+/// As [`separate`].
+pub fn load_share<S: Space>(
+    stage: &CanonicalStage,
+    space: &S,
+    energy: &Energy<'_>,
+) -> Result<f64, SeparatedError> {
+    let inputs = Inputs::new(stage, true)?;
+    let span = Span::new(space, &inputs.columns, energy)?;
+    let fresh = Fresh::new(&inputs, &span, 1);
+    let rms = |part: &Part| fresh.of_part(part).exact_energy(&span);
+    Ok((rms(&inputs.load_part()) / rms(&inputs.state_part())).sqrt())
+}

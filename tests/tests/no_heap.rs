@@ -1,0 +1,96 @@
+//! Opening, binding, stepping, loading and reading allocate nothing: a counting allocator stands in for the system's.
+//! One test in this file, so that no other thread allocates meanwhile.
+#![allow(unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout as Memory, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, StructureChoice, Surface};
+use vademecum_format::scheme::StepParameters;
+use vademecum_format::{Element, File};
+use vademecum_tests::synthetic::{Body, Layout, bathe};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call goes to the system allocator unchanged; counting does not touch the memory.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, memory: Memory) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller keeps the contract of `GlobalAlloc::alloc`.
+        unsafe { System.alloc(memory) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, memory: Memory) {
+        // SAFETY: the caller keeps the contract of `GlobalAlloc::dealloc`.
+        unsafe { System.dealloc(pointer, memory) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn nothing_is_allocated_from_opening_to_reading() {
+    let layout = Layout {
+        rows: 3,
+        load_rows: 2,
+        columns: 3,
+        n_interior: 3,
+        r: 6,
+    };
+    let step = StepParameters {
+        time_step: 1e-3,
+        alpha: 0.1,
+        beta: 1e-6,
+        density: 1.0,
+        stiffness: 1.0,
+    };
+    let bytes = Body::closed(layout, 1).file(&bathe(), &step, Element::F32);
+    for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
+        let options = SceneOptions {
+            structure,
+            ..SceneOptions::default()
+        };
+        let sizes =
+            Scene::<f32>::sizes(&File::parse(&bytes).expect("file"), &options).expect("sizes");
+        let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+        let (mut state, mut loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
+        let mut body = vec![0.0; 3 * layout.n_nodes()];
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        let file = File::parse(&bytes).expect("file");
+        file.verify_all().expect("sound");
+        let scene = Scene::bind(&file, &options, &mut memory, &mut work).expect("bound");
+        let mut state = State::new(&scene, &mut state).expect("memory");
+        let mut loads = Loads::new(&scene, &mut loads).expect("memory");
+        let point = Surface::new(&file)
+            .expect("surface")
+            .locate([0.3, 0.4, 2.0])
+            .expect("somewhere");
+        let contact = Contact {
+            nodes: point.nodes,
+            weights: point.weights,
+            force: [0.0, 0.0, -1.0],
+        };
+        scene
+            .set(&mut state, &[0.1; 6], &[0.0; 6], &loads)
+            .expect("set");
+        for _ in 0..1000 {
+            loads.clear();
+            loads.add_contact(&scene, &contact).expect("contact");
+            loads.add_pattern(&scene, 0, 0.1).expect("pattern");
+            scene.step(&mut state, &loads).expect("step");
+        }
+        scene
+            .body_into(&state, Field::Displacement, &mut body)
+            .expect("body");
+        let energy = scene.energy(&state).expect("energy");
+        let probe = scene.probe(&state, 0, Field::Velocity).expect("probe");
+        let at_point = scene
+            .point(&state, &point, Field::Displacement)
+            .expect("point");
+        let after = ALLOCATIONS.load(Ordering::Relaxed);
+        assert_eq!(after - before, 0, "{structure:?}");
+        assert!(energy > 0.0 && probe.is_finite() && at_point[2] != 0.0);
+    }
+}
