@@ -391,7 +391,7 @@ impl Context<'_> {
         let Prepared { body, symbolic, scheme, space, .. } = self.prepared;
         let tolerance = &self.problem.tolerance;
         let asked = SeparationOptions { tolerance: tolerance.map, max_terms: tolerance.max_terms };
-        Ok(separate_responses(body.model.pencil(), symbolic, &self.basis.vectors, space, scheme, &asked, self.listener)?)
+        Ok(separate_responses(body.model.pencil(), symbolic, self.basis, space, scheme, &asked, self.listener)?)
     }
 
     /// The block structure over the box, the diagonal structure (closed form in every parameter it allows) at the

@@ -7,7 +7,7 @@ use super::{ParameterSpace, Setting};
 use crate::dynamics::FullOrder;
 use crate::fem::{Pencil, Solve};
 use crate::pipeline::{BuildError, Prepared};
-use crate::pod::{Basis, StreamingPod, pod_basis, ritz_basis};
+use crate::pod::{Basis, StreamingPod, pod_basis, ritz_basis, ritz_coordinates};
 use crate::problem::Problem;
 use crate::progress::Listener;
 use crate::snapshots::{self, Runs};
@@ -15,7 +15,7 @@ use crate::snapshots::{self, Runs};
 /// Parameter samples at most: nominal and the corners of the region scales.
 const MOST_SAMPLES: usize = 9;
 /// Ritz vectors taken per sample, as a multiple of the modes wanted.
-const PER_SAMPLE: usize = 2;
+const PER_SAMPLE: usize = 1;
 
 /// The basis and how many snapshots stand behind it.
 pub struct Carrier {
@@ -59,7 +59,7 @@ pub fn carrier_basis(
     if count > found {
         return Err(BuildError::TooManyModes { asked: count, found });
     }
-    Ok(Carrier { basis: pod_basis(&mass, &stiffness, &pod, count), n_snapshots })
+    Ok(Carrier { basis: ritz_coordinates(pod_basis(&mass, &stiffness, &pod, count)), n_snapshots })
 }
 
 /// The nominal setting and the distinct region scales of the corners, uniform parameters at their nominal values.

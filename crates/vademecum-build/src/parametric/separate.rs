@@ -19,6 +19,7 @@ use vademecum_format::{Axis as FileAxis, AxisKind as FileAxisKind, AxisRole, MAX
 
 use super::{ParameterSpace, Setting};
 use crate::export::{AxisTable, BlockTerms};
+use crate::pod::Basis;
 use crate::fem::{Pencil, Solve, SymmetricMatrix, Symbolic};
 use crate::progress::{Cancelled, Listener};
 use crate::response::StageResponse;
@@ -31,6 +32,8 @@ use crate::separated::{
 fn fit_samples(axes: usize) -> usize {
     if axes <= 3 { 4000 } else { 12_000 }
 }
+/// Steps of inverse iteration from `B` to the lifted basis.
+const INVERSE_ITERATIONS: usize = 2;
 /// Fresh points at which errors are measured.
 const FRESH: usize = 200;
 
@@ -204,6 +207,8 @@ struct Responses<'a, S> {
     map: &'a AxisMap,
     basis: Mat<f64>,
     weighted: Mat<f64>,
+    /// `s_k`, see [`mode_scales`]; states are separated as `S⁻¹ E S⁻¹`.
+    scales: Vec<f64>,
     /// Whether the state is lifted; without live regions `B̃ = B` for every basis that a build makes.
     lift: bool,
 }
@@ -212,7 +217,7 @@ struct Responses<'a, S> {
 struct Response {
     /// `Z`, shape (n, r).
     load: Mat<f64>,
-    /// `E`, shape (r, r).
+    /// `S⁻¹ E S⁻¹`, shape (r, r).
     state: Mat<f64>,
     /// Other vectors a compressed space must hold to find the same.
     auxiliary: Vec<Mat<f64>>,
@@ -225,6 +230,11 @@ impl<S: Space> Responses<'_, S> {
             sum += self.space.apply(t, block) * faer::Scale(weights[t]);
         }
         sum
+    }
+
+    /// `S⁻¹ E S⁻¹`.
+    fn scaled(&self, state: Mat<f64>) -> Mat<f64> {
+        Mat::from_fn(state.nrows(), state.ncols(), |i, j| state[(i, j)] / (self.scales[i] * self.scales[j]))
     }
 
     fn at(&self, point: &[f64]) -> Result<Response, SeparatedError> {
@@ -242,20 +252,37 @@ impl<S: Space> Responses<'_, S> {
             let mut rhs = &self.weighted - mass(&self.basis);
             rhs -= stiffness(&self.basis);
             let load = self.space.solve(&weights, rhs.as_ref())?;
-            let state = self.weighted.transpose() * &load;
+            let state = self.scaled(self.weighted.transpose() * &load);
             return Ok(Response { load, state, auxiliary: vec![] });
         }
-        let first = static_response(&self.basis)?;
-        let second = static_response(&first)?;
-        let overlap = self.weighted.transpose() * &second;
-        let lifted = &second * overlap.partial_piv_lu().inverse();
+        let mut lifted = self.basis.clone();
+        let mut auxiliary = vec![];
+        for _ in 0..INVERSE_ITERATIONS {
+            let next = static_response(&lifted)?;
+            // Normalised at every step: the columns would all turn to the lowest modes otherwise.
+            lifted = &next * (self.weighted.transpose() * &next).partial_piv_lu().inverse();
+            auxiliary.push(normalised(next));
+        }
         let reduced_mass = lifted.transpose() * mass(&lifted);
         let reduced_stiffness = lifted.transpose() * stiffness(&lifted);
         let inverse = (&reduced_mass + &reduced_stiffness).partial_piv_lu().inverse();
-        let state = &inverse * reduced_stiffness * faer::Scale(-1.0);
+        let state = self.scaled(&inverse * reduced_stiffness * faer::Scale(-1.0));
         let load = &lifted * inverse - &self.basis;
-        Ok(Response { load, state, auxiliary: vec![normalised(first), normalised(second)] })
+        Ok(Response { load, state, auxiliary })
     }
+}
+
+/// `s_k² = x/(1 + x)` with `x = θλ_k` at the middle θ: the size of mode k's entry of `E`.
+///
+/// `E` spans the decades between the lowest and the highest mode. An error of 1e-6 of its norm is one of 1e-2 of the entry of a
+/// mode with `θλ = 1e-4`, and shifts that mode's frequency by half as much; scaled, every mode gets the tolerance.
+fn mode_scales(stiffness: MatRef<'_, f64>, theta: (f64, f64)) -> Vec<f64> {
+    let middle = (theta.0 * theta.1).sqrt();
+    let scale = |k: usize| {
+        let x = middle * stiffness[(k, k)];
+        (x / (1.0 + x)).sqrt()
+    };
+    (0..stiffness.nrows()).map(scale).collect()
 }
 
 /// Columns scaled to unit length: only their span counts.
@@ -283,7 +310,7 @@ fn full_space<'a>(pencil: &'a Pencil, symbolic: &'a Symbolic, regions: usize) ->
 pub fn separate_responses(
     pencil: &Pencil,
     symbolic: &Symbolic,
-    basis: &Mat<f64>,
+    basis: &Basis,
     space: &ParameterSpace,
     scheme: &SchemeTable,
     asked: &SeparationOptions,
@@ -301,8 +328,9 @@ pub fn separate_responses(
     let full = Responses {
         space: full_space(pencil, symbolic, space.n_regions),
         map: &map,
-        basis: basis.clone(),
-        weighted: energy(basis.as_ref()),
+        basis: basis.vectors.clone(),
+        weighted: energy(basis.vectors.as_ref()),
+        scales: mode_scales(basis.stiffness.as_ref(), range),
         lift: space.has_region_parameters(),
     };
 
@@ -325,10 +353,12 @@ pub fn separate_responses(
     let (solution, enrichment) = fit(&samples, &options, Some(&measure))?;
     listener.checkpoint(1, 1)?;
 
-    let n_modes = basis.ncols();
+    let n_modes = basis.n_modes();
     let block = |t: usize| solution.block(t);
     let loads: Vec<Mat<f64>> = (0..solution.n_terms()).map(|t| &vectors * block(t).subrows(0, rows)).collect();
-    let states = (0..solution.n_terms()).map(|t| block(t).subrows(rows, n_modes).to_owned()).collect();
+    let scales = &full.scales;
+    let state = |t: usize| Mat::from_fn(n_modes, n_modes, |i, j| scales[i] * scales[j] * block(t)[(rows + i, j)]);
+    let states = (0..solution.n_terms()).map(state).collect();
     let mut parametric = Parametric {
         states,
         loads,
@@ -400,6 +430,7 @@ fn compressed<'a>(
         // UᵀMU = I, so coordinates of B and the image M₀B in U are one matrix.
         basis: vectors.transpose() * &full.weighted,
         weighted: vectors.transpose() * &full.weighted,
+        scales: full.scales.clone(),
         lift: full.lift,
     })
 }
@@ -476,6 +507,7 @@ fn full_space_error(
         listener.checkpoint(0, points.len())?;
         let exact = full.at(point)?;
         let (load, state) = parametric.combine(&parametric.solution.weights(point)?);
+        let state = full.scaled(state);
         let load = norm(&(&exact.load - load)) / norm(&exact.load);
         Ok(load.max((&exact.state - state).norm_l2() / exact.state.norm_l2()))
     };

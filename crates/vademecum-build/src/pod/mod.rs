@@ -10,7 +10,7 @@
 
 mod ritz;
 
-pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis};
+pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis, ritz_coordinates};
 
 use faer::prelude::*;
 use faer::{Mat, MatRef};

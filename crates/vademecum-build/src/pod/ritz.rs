@@ -90,6 +90,21 @@ fn carrier(mass: Apply<'_>, static_response: Apply<'_>, vectors: MatRef<'_, f64>
     mass_orthonormal(mass, vectors.subcols(0, rank)).0
 }
 
+/// The same subspace in Ritz coordinates, in which `BᵀKB` is diagonal.
+///
+/// `eigenvalues` stays empty: the basis is made for many stiffnesses and diagonal for one.
+pub fn ritz_coordinates(basis: Basis) -> Basis {
+    let (values, rotation) = symmetric_eigen(basis.stiffness.as_ref());
+    let r = values.len();
+    let energy = (0..r).map(|k| (0..r).map(|j| rotation[(j, k)].powi(2) * basis.energy[j]).sum()).collect();
+    Basis {
+        vectors: fix_signs(&basis.vectors * &rotation),
+        stiffness: Mat::from_fn(r, r, |i, j| if i == j { values[i] } else { 0.0 }),
+        energy,
+        ..basis
+    }
+}
+
 /// Natural modes as a basis: `vectors` are M-orthonormal with eigenvalues `values`.
 pub fn modes_basis(vectors: Mat<f64>, values: Vec<f64>) -> Basis {
     let r = values.len();
