@@ -172,6 +172,7 @@ impl Study {
     /// If the writer refuses it.
     #[must_use]
     pub fn file(&self, basis: &Basis) -> Vec<u8> {
+        let responses = self.responses(basis);
         let parts = Parts {
             problem: &self.problem,
             body: &self.prepared.body,
@@ -179,7 +180,7 @@ impl Study {
             scheme_name: "scheme",
             scheme: &self.prepared.scheme,
             rayleigh: self.prepared.rayleigh(),
-            block: Some(BlockTerms::fixed(&self.responses(basis))),
+            block: Some(BlockTerms::fixed(&responses)),
             parameters: None,
             certificate: Certificate::default(),
             mode_table: Matrix::zeros(basis.n_modes(), 6),

@@ -9,7 +9,7 @@ use vademecum_build::Matrix;
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::response::StageResponse;
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
-use vademecum_format::{MAX_PARAMETERS, Parameter, Certificate, Element, Metadata, SectionKind};
+use vademecum_format::{Certificate, Element, MAX_PARAMETERS, Metadata, Parameter, SectionKind};
 
 use crate::synthetic::{encode, stage_axis};
 
@@ -90,9 +90,6 @@ impl MatrixFile<'_> {
 
     fn metadata(&self, n_modes: usize, n_stages: usize) -> Metadata<'static> {
         Metadata {
-            n_regions: 1,
-            n_parameters: 0,
-            parameters: [Parameter::UNUSED; MAX_PARAMETERS],
             program: "matrices 1",
             problem: "",
             units: "as the matrices",
@@ -105,6 +102,9 @@ impl MatrixFile<'_> {
             n_modes: n_modes as u32,
             n_patterns: 1,
             n_probes: 0,
+            n_regions: 1,
+            n_parameters: 0,
+            parameters: [Parameter::UNUSED; MAX_PARAMETERS],
             scheme_name: "scheme",
             scheme: *self.scheme,
             time_step: self.time_step,

@@ -384,7 +384,7 @@ fn energy_and_initial_acceleration_use_the_regions_own_matrices() {
         (0..R).map(|i| (0..R).map(|j| a[i * R + j] * x[j]).sum()).collect()
     };
     let (zeta, rate) = ([0.01, -0.02, 0.03, 0.005], [1.0, 0.5, -0.3, 2.0]);
-    let mut force = vec![0.0; R];
+    let mut force = [0.0; R];
     for (&node, weight) in contact().nodes.iter().zip(contact().weights) {
         for component in 0..3 {
             let row = (3 * node as usize + component) * R;

@@ -21,7 +21,7 @@ fn pencil(mass: [[f64; 2]; 2], stiffness: [[f64; 2]; 2]) -> Pencil {
 }
 
 fn bathe() -> SchemeTable {
-    SchemeKind::Bathe.table().expect("a scheme without parameters")
+    SchemeKind::default().table().expect("a scheme without parameters")
 }
 
 fn trapezoidal() -> SchemeTable {

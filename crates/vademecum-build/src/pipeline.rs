@@ -10,7 +10,7 @@ use vademecum_format::scheme::SchemeTable;
 use crate::body::{Body, BodyError, read_mesh};
 use crate::certificate::{ReducedMatrices, UnseenLoads, certify};
 use crate::dynamics::{
-    Damping, DampingError, FullOrder, FullOrderError, Modes, ModesError, Rayleigh, lowest_modes, numerical_damping,
+    DampingError, FullOrder, FullOrderError, Modes, ModesError, Rayleigh, lowest_modes, numerical_damping,
 };
 use crate::export::{BlockTerms, Parts, encode};
 use crate::fem::{FactorError, Solve, Symbolic};
@@ -276,7 +276,7 @@ pub fn prepare(problem: &Problem, watch: &mut Stopwatch<'_>, listener: &dyn List
     // Faer's dense kernels split sums by the number of threads; one order for all makes the same bytes on every machine.
     faer::set_global_parallelism(faer::Par::Seq);
     let scheme = problem.time.scheme.table()?;
-    let rayleigh = damping(problem).rayleigh()?;
+    let rayleigh = problem.damping.damping().rayleigh()?;
     let mesh = watch.stage("read mesh", || read_mesh(problem))?;
     mesh.notes.iter().for_each(|note| listener.note(note));
     let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
@@ -284,17 +284,6 @@ pub fn prepare(problem: &Problem, watch: &mut Stopwatch<'_>, listener: &dyn List
     let body = watch.stage("assemble", || Body::build(problem, mesh))?;
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     Ok(Prepared { body, symbolic, scheme, space, step })
-}
-
-fn damping(problem: &Problem) -> Damping {
-    let entry = &problem.damping;
-    match (entry.ratios, entry.alpha, entry.beta) {
-        (Some(pairs), _, _) => Damping::Ratios(pairs.map(|[ratio, frequency]| (ratio, frequency))),
-        (None, None, None) => Damping::None,
-        (None, alpha, beta) => {
-            Damping::Rayleigh(Rayleigh { alpha: alpha.unwrap_or(0.0), beta: beta.unwrap_or(0.0) })
-        }
-    }
 }
 
 /// Runs the whole build.

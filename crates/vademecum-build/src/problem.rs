@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::SchemeKind;
+use crate::dynamics::{Damping, DampingError, Rayleigh, SchemeError, SchemeKind};
 use crate::mesh::Order;
 use crate::mesh::select::Selection;
 
@@ -42,6 +42,22 @@ pub enum ProblemError {
         found: String,
         /// What a usable value is.
         expected: &'static str,
+    },
+    /// A time scheme with a parameter outside its range.
+    #[error("{path}: `time.scheme`")]
+    Scheme {
+        /// The file and line.
+        path: String,
+        /// The parameter.
+        source: SchemeError,
+    },
+    /// Damping that would feed energy to some mode.
+    #[error("{path}: `damping`")]
+    Damping {
+        /// The file and line.
+        path: String,
+        /// The coefficients.
+        source: DampingError,
     },
 }
 
@@ -200,6 +216,19 @@ pub struct DampingEntry {
     pub beta: Option<f64>,
     /// Two pairs `[ratio, frequency in Hz]`.
     pub ratios: Option<[[f64; 2]; 2]>,
+}
+
+impl DampingEntry {
+    /// As the dynamics take it.
+    pub fn damping(&self) -> Damping {
+        match (self.ratios, self.alpha, self.beta) {
+            (Some(pairs), _, _) => Damping::Ratios(pairs.map(|[ratio, frequency]| (ratio, frequency))),
+            (None, None, None) => Damping::None,
+            (None, alpha, beta) => {
+                Damping::Rayleigh(Rayleigh { alpha: alpha.unwrap_or(0.0), beta: beta.unwrap_or(0.0) })
+            }
+        }
+    }
 }
 
 /// Displacement components held at zero.
@@ -559,6 +588,10 @@ impl Problem {
     fn check(&self) -> Result<(), ProblemError> {
         self.check_mesh()?;
         self.check_materials()?;
+        for (i, support) in self.supports.iter().enumerate() {
+            let held = !support.components.is_empty();
+            self.require(held, &format!("support[{i}].components"), "empty", "at least one of \"x\", \"y\", \"z\"")?;
+        }
         self.check_damping()?;
         self.check_loads()?;
         self.check_time_and_basis()?;
@@ -605,7 +638,8 @@ impl Problem {
             let usable = pairs.iter().all(|p| p[0] >= 0.0 && positive(p[1])) && pairs[0][1] != pairs[1][1];
             self.require(usable, "damping.ratios", pairs, "two pairs [ratio ≥ 0, frequency > 0] at two frequencies")?;
         }
-        Ok(())
+        let found = d.damping().rayleigh();
+        found.map(|_| ()).map_err(|source| ProblemError::Damping { path: self.place("damping"), source })
     }
 
     fn check_loads(&self) -> Result<(), ProblemError> {
@@ -618,12 +652,17 @@ impl Problem {
             let twice = self.load.patterns[..i].iter().any(|other| other.name == p.name);
             let name = !p.name.is_empty() && !p.name.contains('\n') && !twice;
             self.require(name, &format!("{key}.name"), &p.name, "a name of one line that no other pattern has")?;
+            let vectors = p.acceleration.iter().chain(&p.traction).flatten();
+            let finite = vectors.chain(&p.pressure).all(|value| value.is_finite());
+            self.require(finite, &key, "not a number or infinite", "finite numbers")?;
         }
         for (i, probe) in self.output.probes.iter().enumerate() {
             let key = format!("output.probe[{i}]");
             let twice = self.output.probes[..i].iter().any(|other| other.name == probe.name);
             let name = !probe.name.is_empty() && !probe.name.contains(['\n', ',', '"']) && !twice;
             self.require(name, &format!("{key}.name"), &probe.name, "a name of one line that no other probe has")?;
+            let finite = probe.point.iter().all(|value| value.is_finite());
+            self.require(finite, &format!("{key}.point"), probe.point, "finite numbers")?;
             let length: f64 = probe.direction.iter().map(|c| c * c).sum();
             self.require(positive(length), &format!("{key}.direction"), probe.direction, "a vector of some length")?;
         }
@@ -632,6 +671,8 @@ impl Problem {
 
     fn check_time_and_basis(&self) -> Result<(), ProblemError> {
         self.require(positive(self.time.step), "time.step", self.time.step, "a positive time in seconds")?;
+        let scheme = self.time.scheme.table();
+        scheme.map_err(|source| ProblemError::Scheme { path: self.place("time.scheme"), source })?;
         let plan = &self.snapshots;
         self.require(plan.positions >= 1, "snapshots.positions", plan.positions, "at least 1")?;
         let directions = &plan.directions;
@@ -732,6 +773,20 @@ mod tests {
     }
 
     #[test]
+    fn schemes_and_damping_out_of_range_are_named_with_their_line() {
+        for (scheme, part) in [
+            ("{ name = \"bathe\", rho_infinity = 0.5 }", "unknown field"),
+            ("\"bathe\"", "a table with the scheme's name"),
+            ("{ name = \"newmark\", beta = 0.1, gamma = 0.5 }", "p.toml:13: `time.scheme`"),
+            ("{ name = \"bathe\" }\n[damping]\nratios = [[0.5, 5.0], [0.001, 80.0]]", "p.toml:14: `damping`"),
+        ] {
+            let text = SMALL.replace("step = 1e-3", &format!("step = 1e-3\nscheme = {scheme}"));
+            let message = parse(&text).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
     fn impossible_values_are_named_by_key() {
         for (from, to, key) in [
             ("young = 2e11", "young = -1.0", "material[0].young"),
@@ -740,6 +795,13 @@ mod tests {
             ("divisions = [4, 1, 1]", "divisions = [4, 0, 1]", "mesh.block.divisions"),
             ("[load]", "[damping]\nalpha = -1.0\n[load]", "damping.alpha"),
             ("[load]", "[basis]\nmodes = 0\n[load]", "basis.modes"),
+            ("[load]", "[load]\n[[load.pattern]]\nname = \"g\"\nacceleration = [nan, 0, 0]", "load.pattern[0]"),
+            (
+                "[load]",
+                "[[output.probe]]\nname = \"p\"\npoint = [inf, 0, 0]\ndirection = [0, 0, 1]\n[load]",
+                "output.probe[0].point",
+            ),
+            ("\"x_min\" }", "\"x_min\" }\ncomponents = []", "support[0].components"),
         ] {
             match parse(&SMALL.replace(from, to)).unwrap_err() {
                 ProblemError::Impossible { key: found, .. } => assert_eq!(found, key),

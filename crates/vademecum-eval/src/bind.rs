@@ -282,7 +282,8 @@ pub(crate) fn lay_out<T: Scalar>(
         Structure::Block => {
             lay_out_columns(fused.d, 3 * shape.r, map);
             let mut load_maps = load_maps.chunks_exact_mut(shape.load_map_len().max(1));
-            for columns in fused.loads.chunks_exact(shape.r.saturating_mul(shape.r).saturating_mul(3).max(1)) {
+            for columns in fused.loads.chunks_exact(shape.r.saturating_mul(shape.r).saturating_mul(3).max(1))
+            {
                 lay_out_columns(columns, 3 * shape.r, load_maps.next().unwrap_or_default());
             }
             weights.iter_mut().zip(fused.weights).for_each(|(out, &value)| *out = T::from_f64(value));

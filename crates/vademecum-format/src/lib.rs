@@ -8,6 +8,7 @@ mod error;
 mod fuse;
 mod layout;
 mod metadata;
+mod parameter;
 mod read;
 pub mod scheme;
 mod section;
@@ -17,8 +18,9 @@ pub use error::{FormatError, Quantity};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{
     Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_METADATA, MAX_MODES, MAX_NODES, MAX_PARAMETERS,
-    MAX_REGIONS, MAX_TERMS, Metadata, Parameter, ParameterRole, StructureCertificate,
+    MAX_REGIONS, MAX_TERMS, Metadata, StructureCertificate,
 };
+pub use parameter::{Parameter, ParameterRole};
 pub use read::File;
 pub use section::{Codec, Element, Numbers, Section, SectionKind};
 pub use write::{SectionInput, encode_into, encoded_len};

@@ -101,7 +101,7 @@ impl<'a> File<'a> {
 
     /// Refusal 26.
     fn check_structures(&self) -> Result<(), FormatError> {
-        use crate::metadata::ParameterRole as R;
+        use crate::parameter::ParameterRole as R;
         use SectionKind as S;
         let diagonal: &[SectionKind] = if self.metadata.diagonal { &[S::Eigenvalues] } else { &[] };
         let block: &[SectionKind] = if self.metadata.block {

@@ -23,12 +23,17 @@ const A: usize = 2;
 const STAGE: usize = 3;
 
 /// A time scheme by name, as the problem file has it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "name", rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    tag = "name",
+    rename_all = "kebab-case",
+    deny_unknown_fields,
+    expecting = "a table with the scheme's name, such as { name = \"bathe\" }"
+)]
 pub enum SchemeKind {
     /// Trapezoidal rule to the half step, three-point backward difference to the end (Bathe and Baig 2005).
-    #[default]
-    Bathe,
+    // With braces: serde lets a unit variant take any key.
+    Bathe {},
     /// Two sub-steps with prescribed damping of the highest modes (Noh and Bathe 2019).
     RhoBathe {
         /// Spectral radius at infinite frequency, 0 to 1.
@@ -53,10 +58,16 @@ pub enum SchemeKind {
     },
 }
 
+impl Default for SchemeKind {
+    fn default() -> Self {
+        Self::Bathe {}
+    }
+}
+
 impl std::fmt::Display for SchemeKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Bathe => write!(f, "bathe"),
+            Self::Bathe {} => write!(f, "bathe"),
             Self::RhoBathe { rho_infinity } => write!(f, "rho-bathe rho_infinity={rho_infinity}"),
             Self::Newmark { beta, gamma } => write!(f, "newmark beta={beta} gamma={gamma}"),
             Self::HhtAlpha { alpha } => write!(f, "hht-alpha alpha={alpha}"),
@@ -93,7 +104,7 @@ impl SchemeKind {
     /// [`SchemeError`] for a parameter outside its range.
     pub fn table(&self) -> Result<SchemeTable, SchemeError> {
         match *self {
-            SchemeKind::Bathe => Ok(bathe()),
+            SchemeKind::Bathe {} => Ok(bathe()),
             SchemeKind::RhoBathe { rho_infinity } => rho_bathe(rho_infinity),
             SchemeKind::Newmark { beta, gamma } => newmark(beta, gamma),
             SchemeKind::HhtAlpha { alpha } => hht_alpha(alpha),

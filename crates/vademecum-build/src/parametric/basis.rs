@@ -42,14 +42,16 @@ pub fn carrier_basis(
     let stiffness = apply(nominal.stiffness());
     let settings = sample_settings(&prepared.space);
     let per_sample = PER_SAMPLE * count;
-    let mut union = StreamingPod::new(&mass, body.n_dof(), (per_sample * settings.len()).max(count));
+    let mut union = StreamingPod::new(&stiffness, body.n_dof(), (per_sample * settings.len()).max(count));
     let mut n_snapshots = 0;
     for (i, setting) in settings.iter().enumerate() {
         listener.stage(&format!("snapshots, parameter sample {} of {}", i + 1, settings.len()));
         let pencil = setting.pencil(nominal);
         let (ritz, seen) = ritz_at(problem, prepared, setting, &pencil, runs, per_sample, listener)?;
         n_snapshots += seen;
-        let weighted = Mat::from_fn(body.n_dof(), ritz.n_modes(), |row, k| ritz.vectors[(row, k)] * ritz.energy[k].sqrt());
+        // Each vector counts with its energy, and its error in the energy norm: that is what shifts a frequency.
+        let weight = |k: usize| (ritz.energy[k] / ritz.stiffness[(k, k)]).sqrt();
+        let weighted = Mat::from_fn(body.n_dof(), ritz.n_modes(), |row, k| ritz.vectors[(row, k)] * weight(k));
         union.push(weighted.as_ref());
     }
     let pod = union.finish();

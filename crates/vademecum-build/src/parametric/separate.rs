@@ -1,8 +1,17 @@
 //! The stage responses over the whole box: sampled, compressed in space, separated, expanded.
 //!
-//! The block problem is method.md §3 with `X = H − B`. With live region densities the state and the loads need two
-//! different columns, `X = (M(ρ)+θK)⁻¹ M(ρ) B − B` and `Z = (M(ρ)+θK)⁻¹ M₀ B − B`; they are separated side by side.
+//! Loads need `Z = (M + θK)⁻¹ M₀ B − B` (reciprocity: its rows), the state needs `E = BᵀM₀ X`. With regions live the
+//! eigenvectors turn with the contrast and a fixed basis `B` cannot follow: taking `u = Bζ` for the state misplaces
+//! what `B` does not span, and frequencies shift. So the state is lifted at the parameters themselves,
+//!
+//! ```text
+//! u = B̃ ζ,   B̃ = G²B (BᵀM₀ G²B)⁻¹,   G = K⁻¹M        X = −(M + θK)⁻¹ θK B̃
+//! ```
+//!
+//! `G²B` is two steps of inverse iteration from `B`: nearly invariant there, rational in the parameters, and
+//! normalised so that `BᵀM₀B̃ = I`, which leaves every formula of the fused step as it is (`docs/decisions/lifting.md`).
 
+use faer::linalg::solvers::DenseSolveCore as _;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use vademecum_format::scheme::{SchemeError, SchemeTable, theta};
@@ -14,8 +23,8 @@ use crate::fem::{Pencil, Solve, SymmetricMatrix, Symbolic};
 use crate::progress::{Cancelled, Listener};
 use crate::response::StageResponse;
 use crate::separated::{
-    Axis, AxisKind, BlockProblem, BlockSource, EnrichmentOptions, EnrichmentReport, FreshPoints, ReductionOptions,
-    RegionAxes, Separated, SeparatedError, Space, chebyshev_points, reduce,
+    Axis, AxisKind, DenseSpace, Energy, EnrichmentOptions, EnrichmentReport, Random, RegionAxes, SampledBlocks, Separated,
+    SeparatedError, Space, chebyshev_points, compress, fit,
 };
 
 /// Parameter points at which the small problem is solved for the fit: few samples overfit many axes.
@@ -51,22 +60,24 @@ pub struct SeparationOptions {
 /// Stage responses as a separated solution over the box.
 pub struct Parametric {
     map: AxisMap,
-    /// Blocks of shape (n, r), or (n, 2r) with region densities: state columns, then load columns.
+    /// Factors, and blocks in the compressed space: loads above states.
     solution: Separated,
-    /// `BᵀM₀ F_t` of the state columns of each term, shape (r, r).
+    /// `H − B` of each term, shape (n, r).
+    loads: Vec<Mat<f64>>,
+    /// `E` of each term, shape (r, r).
     states: Vec<Mat<f64>>,
-    n_modes: usize,
     /// What the enrichment did.
     pub enrichment: EnrichmentReport,
-    /// Vectors of the reduced space.
+    /// Vectors of the compressed space.
     pub reduced_size: usize,
-    /// Full-order solves behind it.
+    /// Parameter points at which the full space was sampled.
     pub samples: usize,
-    /// Relative error of `H − B` over fresh points of the box, mass norm, against full-order solves: (rms, worst).
+    /// Relative error of loads and state over fresh points of the box against full-order solves: (rms, worst).
     pub map_error: (f64, f64),
 }
 
 /// From θ and region factors to a point on the axes.
+#[derive(Clone)]
 struct AxisMap {
     regions: RegionAxes,
     axes: Vec<Axis>,
@@ -180,45 +191,92 @@ impl AxisMap {
     }
 }
 
-/// The parametric block problem in the full space.
-fn block_problem<'a>(
-    map: &AxisMap,
-    pencil: &'a Pencil,
-    symbolic: &'a Symbolic,
-    basis: &Mat<f64>,
-) -> Result<BlockProblem<PencilSpace<'a>>, SeparatedError> {
-    let powers = map.stiffness_powers();
-    let mut matrices = vec![pencil.mass()];
-    matrices.extend((0..map.n_regions).map(|q| pencil.region_stiffness(q)));
-    if map.density_axes.is_empty() {
-        let space = PencilSpace { matrices, symbolic };
-        let fixed_mass = [vec![0.0; map.axes.len()]];
-        return BlockProblem::increment(map.axes.clone(), &fixed_mass, &powers, space, basis.as_ref());
+/// Weights of the operators `[M_0, …, K_0, …]` at a point on the axes.
+fn weights(map: &AxisMap, point: &[f64]) -> Vec<f64> {
+    let monomial = |powers: Vec<f64>| powers.iter().zip(point).map(|(p, x)| x.powf(*p)).product::<f64>();
+    let masses = (0..map.n_regions).map(|q| monomial(map.density_powers(q)));
+    masses.chain(map.stiffness_powers().into_iter().map(monomial)).collect()
+}
+
+/// The problem in one space, full or compressed: operators, basis and `M₀ B` in its coordinates.
+struct Responses<'a, S> {
+    space: S,
+    map: &'a AxisMap,
+    basis: Mat<f64>,
+    weighted: Mat<f64>,
+    /// Whether the state is lifted; without live regions `B̃ = B` for every basis that a build makes.
+    lift: bool,
+}
+
+/// What is separated at one point.
+struct Response {
+    /// `Z`, shape (n, r).
+    load: Mat<f64>,
+    /// `E`, shape (r, r).
+    state: Mat<f64>,
+    /// Other vectors a compressed space must hold to find the same.
+    auxiliary: Vec<Mat<f64>>,
+}
+
+impl<S: Space> Responses<'_, S> {
+    fn apply(&self, weights: &[f64], range: std::ops::Range<usize>, block: MatRef<'_, f64>) -> Mat<f64> {
+        let mut sum = Mat::zeros(block.nrows(), block.ncols());
+        for t in range {
+            sum += self.space.apply(t, block) * faer::Scale(weights[t]);
+        }
+        sum
     }
-    matrices.splice(0..1, (0..map.n_regions).map(|q| pencil.region_mass(q)));
-    let space = PencilSpace { matrices, symbolic };
-    let (n, r) = (basis.nrows(), basis.ncols());
-    // Columns: X (state), Z (loads). (M(ρ)+θK) X = −θKB and (M(ρ)+θK) Z = Σ (1 − ρ_q) M_q B − θKB.
-    let source = |powers: Vec<f64>, block: Mat<f64>, factor: f64, state: bool| BlockSource {
-        powers,
-        block: Mat::from_fn(n, 2 * r, |i, j| if j >= r || state { factor * block[(i, j % r)] } else { 0.0 }),
-    };
-    let mut sources = vec![];
-    for q in 0..map.n_regions {
-        let mass = space.apply(q, basis.as_ref());
-        let stiffness = space.apply(map.n_regions + q, basis.as_ref());
-        sources.push(source(vec![0.0; map.axes.len()], mass.clone(), 1.0, false));
-        sources.push(source(map.density_powers(q), mass, -1.0, false));
-        sources.push(source(powers[q].clone(), stiffness, -1.0, true));
+
+    fn at(&self, point: &[f64]) -> Result<Response, SeparatedError> {
+        let regions = self.map.n_regions;
+        let (masses, stiffnesses) = (0..regions, regions..2 * regions);
+        let weights = weights(self.map, point);
+        let mut stiffness_only = weights.clone();
+        stiffness_only[..regions].fill(0.0);
+        let mass = |x: &Mat<f64>| self.apply(&weights, masses.clone(), x.as_ref());
+        let stiffness = |x: &Mat<f64>| self.apply(&weights, stiffnesses.clone(), x.as_ref());
+        let static_response = |x: &Mat<f64>| self.space.solve(&stiffness_only, mass(x).as_ref());
+
+        if !self.lift {
+            // M₀B − M(ρ)B vanishes without live densities; the rest is the increment, not a difference of large numbers.
+            let mut rhs = &self.weighted - mass(&self.basis);
+            rhs -= stiffness(&self.basis);
+            let load = self.space.solve(&weights, rhs.as_ref())?;
+            let state = self.weighted.transpose() * &load;
+            return Ok(Response { load, state, auxiliary: vec![] });
+        }
+        let first = static_response(&self.basis)?;
+        let second = static_response(&first)?;
+        let overlap = self.weighted.transpose() * &second;
+        let lifted = &second * overlap.partial_piv_lu().inverse();
+        let reduced_mass = lifted.transpose() * mass(&lifted);
+        let reduced_stiffness = lifted.transpose() * stiffness(&lifted);
+        let inverse = (&reduced_mass + &reduced_stiffness).partial_piv_lu().inverse();
+        let state = &inverse * reduced_stiffness * faer::Scale(-1.0);
+        let load = &lifted * inverse - &self.basis;
+        Ok(Response { load, state, auxiliary: vec![normalised(first), normalised(second)] })
     }
-    let operators = (0..map.n_regions).map(|q| map.density_powers(q)).chain(powers.clone()).collect();
-    BlockProblem::new(map.axes.clone(), operators, space, sources)
+}
+
+/// Columns scaled to unit length: only their span counts.
+fn normalised(mut block: Mat<f64>) -> Mat<f64> {
+    for j in 0..block.ncols() {
+        let length = block.col(j).norm_l2();
+        block.col_as_slice_mut(j).iter_mut().for_each(|v| *v /= length);
+    }
+    block
+}
+
+/// Operators of all regions over the free dofs.
+fn full_space<'a>(pencil: &'a Pencil, symbolic: &'a Symbolic, regions: usize) -> PencilSpace<'a> {
+    let masses = (0..regions).map(|q| pencil.region_mass(q));
+    PencilSpace { matrices: masses.chain((0..regions).map(|q| pencil.region_stiffness(q))).collect(), symbolic }
 }
 
 /// Separates the stage responses over the box.
 ///
 /// Cost: some tens of factorisations and solves in the full space to compress it, a few thousand small dense solves and
-/// the fit, which do not grow with the mesh, and one factorisation per fresh point to certify the result.
+/// the fit, which do not grow with the mesh, and two factorisations per fresh point to certify the result.
 ///
 /// # Errors
 /// [`ParametricError`].
@@ -235,45 +293,154 @@ pub fn separate_responses(
     let range = space.theta_range(scheme)?;
     space.explain(range).iter().for_each(|line| listener.note(line));
     let map = AxisMap::new(space, range, tolerance)?;
-    let problem = block_problem(&map, pencil, symbolic, basis)?;
-
-    listener.stage("parameters: compress space");
     let energy = |x: MatRef<'_, f64>| {
         let mut y = Mat::zeros(x.nrows(), x.ncols());
         pencil.mass().mul_into(x, y.as_mut());
         y
     };
-    let row_weights: Vec<f64> = (0..pencil.n_dof()).map(|i| 1.0 / pencil.mass().diagonal(i)).collect();
-    let options = ReductionOptions { tolerance: 0.1 * tolerance, max_samples: 80, ..Default::default() };
-    let reduction = reduce(&problem, &energy, &row_weights, &options)?;
-    listener.checkpoint(1, 1)?;
+    let full = Responses {
+        space: full_space(pencil, symbolic, space.n_regions),
+        map: &map,
+        basis: basis.clone(),
+        weighted: energy(basis.as_ref()),
+        lift: space.has_region_parameters(),
+    };
+
+    listener.stage("parameters: compress space");
+    let points = compression_points(space, scheme, &map)?;
+    let vectors = compressed_basis(&full, &points, &energy, tolerance, listener)?;
 
     listener.stage("parameters: separate");
-    let points = fresh_points(space, scheme, &map, FRESH, 7)?;
-    let fresh = FreshPoints::at(&reduction.problem, points.clone())?;
+    let small = compressed(&full, &vectors)?;
+    let fresh = fresh_points(space, scheme, &map, FRESH, 7)?;
+    let exact = fresh.par_iter().map(|p| small.at(p)).collect::<Result<Vec<_>, _>>()?;
     // Root mean square to the tolerance and the worst point to ten times it: whichever is farther decides.
-    let measure = |u: &Separated| fresh.error(u).map_or(f64::INFINITY, |(rms, worst)| rms.max(0.1 * worst));
+    let rows = vectors.ncols();
+    let measure = |u: &Separated| {
+        let errors = fresh.iter().zip(&exact).map(|(point, exact)| small_error(u, rows, point, exact));
+        spread(errors).map_or(f64::INFINITY, |(rms, worst)| rms.max(0.1 * worst))
+    };
+    let samples = grid_samples(&small, rows, fit_samples(map.axes.len()))?;
     let options = EnrichmentOptions { tolerance: 0.8 * tolerance, max_terms, ..Default::default() };
-    let (small, enrichment) = reduction.problem.separate(fit_samples(map.axes.len()), &options, Some(&measure))?;
-    let solution = small.expand(reduction.basis.as_ref())?;
+    let (solution, enrichment) = fit(&samples, &options, Some(&measure))?;
     listener.checkpoint(1, 1)?;
 
+    let n_modes = basis.ncols();
+    let block = |t: usize| solution.block(t);
+    let loads: Vec<Mat<f64>> = (0..solution.n_terms()).map(|t| &vectors * block(t).subrows(0, rows)).collect();
+    let states = (0..solution.n_terms()).map(|t| block(t).subrows(rows, n_modes).to_owned()).collect();
+    let mut parametric = Parametric {
+        states,
+        loads,
+        reduced_size: rows,
+        samples: points.len(),
+        enrichment,
+        map_error: (f64::NAN, f64::NAN),
+        solution,
+        map: map.clone(),
+    };
     listener.stage("parameters: certify the maps");
     let points = fresh_points(space, scheme, &map, FRESH, 8)?;
-    let map_error = full_space_error(&problem, &energy, &solution, &points, listener)?;
-    let r = basis.ncols();
-    let weighted = energy(basis.as_ref());
-    let state = |t: usize| weighted.transpose() * solution.block(t).subcols(0, r);
-    Ok(Parametric {
-        states: (0..solution.n_terms()).map(state).collect(),
-        n_modes: r,
-        reduced_size: reduction.basis.ncols(),
-        samples: reduction.points.len(),
-        enrichment,
-        map_error,
-        solution,
-        map,
+    parametric.map_error = full_space_error(&full, &energy, &parametric, &points, listener)?;
+    Ok(parametric)
+}
+
+/// Points at which the full space is sampled: the corners of the user's box in the first and last stage, and random ones.
+fn compression_points(
+    space: &ParameterSpace,
+    scheme: &SchemeTable,
+    map: &AxisMap,
+) -> Result<Vec<Vec<f64>>, ParametricError> {
+    const RANDOM: usize = 24;
+    const CORNERS: usize = 24;
+    let mut points = fresh_points(space, scheme, map, RANDOM, 3)?;
+    let last = scheme.active().len() - 1;
+    for (i, values) in space.corners().into_iter().enumerate() {
+        let setting = space.setting(&values);
+        let point = map.point(theta(scheme, &setting.step, if i % 2 == 0 { 0 } else { last })?, &setting)?;
+        points.push(point);
+    }
+    points.truncate(RANDOM + CORNERS);
+    Ok(points)
+}
+
+/// An M-orthonormal basis that holds `B`, the responses at all points and what they are made of.
+fn compressed_basis(
+    full: &Responses<'_, PencilSpace<'_>>,
+    points: &[Vec<f64>],
+    energy: &Energy<'_>,
+    tolerance: f64,
+    listener: &dyn Listener,
+) -> Result<Mat<f64>, ParametricError> {
+    let mut blocks = vec![full.basis.clone()];
+    // A few points at a time: their blocks are as long as the mesh is large.
+    for (i, chunk) in points.chunks(2 * rayon::current_num_threads()).enumerate() {
+        let responses = chunk.par_iter().map(|p| full.at(p)).collect::<Result<Vec<_>, _>>()?;
+        for response in responses {
+            blocks.push(response.load);
+            blocks.extend(response.auxiliary);
+        }
+        listener.checkpoint(i * chunk.len(), points.len())?;
+    }
+    Ok(compress(&blocks, energy, 0.02 * tolerance)?)
+}
+
+/// The same problem in the coordinates of a compressed basis.
+fn compressed<'a>(
+    full: &Responses<'a, PencilSpace<'_>>,
+    vectors: &Mat<f64>,
+) -> Result<Responses<'a, DenseSpace>, SeparatedError> {
+    let project = |t: usize| {
+        let product = vectors.transpose() * full.space.apply(t, vectors.as_ref());
+        Mat::from_fn(product.nrows(), product.ncols(), |i, j| 0.5 * (product[(i, j)] + product[(j, i)]))
+    };
+    Ok(Responses {
+        space: DenseSpace::new((0..full.space.n_operators()).map(project).collect())?,
+        map: full.map,
+        // UᵀMU = I, so coordinates of B and the image M₀B in U are one matrix.
+        basis: vectors.transpose() * &full.weighted,
+        weighted: vectors.transpose() * &full.weighted,
+        lift: full.lift,
     })
+}
+
+/// Responses at grid points of the axes, loads above states: all points if there are at most `most`, else random ones.
+fn grid_samples(small: &Responses<'_, DenseSpace>, rows: usize, most: usize) -> Result<SampledBlocks, SeparatedError> {
+    let lengths: Vec<usize> = small.map.axes.iter().map(Axis::len).collect();
+    let total = lengths.iter().fold(1usize, |n, l| n.saturating_mul(*l));
+    let digits = |mut k: usize| -> Vec<usize> { lengths.iter().map(|l| (k % l, k /= l).0).collect() };
+    let mut random = Random::new(1);
+    let index: Vec<Vec<usize>> = if total <= most {
+        (0..total).map(digits).collect()
+    } else {
+        (0..most).map(|_| lengths.iter().map(|l| random.below(*l)).collect()).collect()
+    };
+    let point = |i: &Vec<usize>| -> Vec<f64> { i.iter().zip(&small.map.axes).map(|(&j, a)| a.nodes()[j]).collect() };
+    let responses = index.par_iter().map(|i| small.at(&point(i))).collect::<Result<Vec<_>, _>>()?;
+    let r = small.basis.ncols();
+    let height = rows + r;
+    let values = Mat::from_fn(height * r, index.len(), |k, p| stacked(&responses[p], rows, k % height, k / height));
+    Ok(SampledBlocks { axes: small.map.axes.clone(), index, values, n_rows: height })
+}
+
+fn stacked(response: &Response, rows: usize, i: usize, j: usize) -> f64 {
+    if i < rows { response.load[(i, j)] } else { response.state[(i - rows, j)] }
+}
+
+/// The larger of the relative errors of loads and state at a point.
+fn small_error(u: &Separated, rows: usize, point: &[f64], exact: &Response) -> Result<f64, SeparatedError> {
+    let block = u.evaluate(point)?;
+    let r = block.ncols();
+    let load = (block.subrows(0, rows) - &exact.load).norm_l2() / exact.load.norm_l2();
+    let state = (block.subrows(rows, r) - &exact.state).norm_l2() / exact.state.norm_l2();
+    Ok(load.max(state))
+}
+
+/// (root mean square, worst).
+fn spread(errors: impl Iterator<Item = Result<f64, SeparatedError>>) -> Result<(f64, f64), SeparatedError> {
+    let errors = errors.collect::<Result<Vec<f64>, _>>()?;
+    let squares: f64 = errors.iter().map(|e| e * e).sum();
+    Ok(((squares / errors.len() as f64).sqrt(), errors.iter().copied().fold(0.0, f64::max)))
 }
 
 /// Random settings of the user's box, each in a random stage, as points on the axes.
@@ -293,11 +460,11 @@ fn fresh_points(
     space.random(count, seed).into_iter().enumerate().map(point).collect()
 }
 
-/// Error of the separated solution against full-order solves, relative to each, mass norm: (rms, worst).
+/// Error of loads (mass norm) and state against full-order solves, the larger of the two: (rms, worst).
 fn full_space_error(
-    problem: &BlockProblem<PencilSpace<'_>>,
-    energy: &(dyn Fn(MatRef<'_, f64>) -> Mat<f64> + Sync),
-    solution: &Separated,
+    full: &Responses<'_, PencilSpace<'_>>,
+    energy: &Energy<'_>,
+    parametric: &Parametric,
     points: &[Vec<f64>],
     listener: &dyn Listener,
 ) -> Result<(f64, f64), ParametricError> {
@@ -307,13 +474,13 @@ fn full_space_error(
     };
     let error = |point: &Vec<f64>| -> Result<f64, ParametricError> {
         listener.checkpoint(0, points.len())?;
-        let exact = problem.solve(point)?;
-        let difference = &exact - solution.evaluate(point)?;
-        Ok(norm(&difference) / norm(&exact))
+        let exact = full.at(point)?;
+        let (load, state) = parametric.combine(&parametric.solution.weights(point)?);
+        let load = norm(&(&exact.load - load)) / norm(&exact.load);
+        Ok(load.max((&exact.state - state).norm_l2() / exact.state.norm_l2()))
     };
     let errors = points.par_iter().map(error).collect::<Result<Vec<f64>, _>>()?;
-    let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-    Ok((rms, errors.iter().copied().fold(0.0, f64::max)))
+    Ok(spread(errors.into_iter().map(Ok))?)
 }
 
 impl Parametric {
@@ -327,19 +494,24 @@ impl Parametric {
         self.map.axes.iter().map(Axis::len).collect()
     }
 
+    /// `(H − B, E)` for given weights of the terms.
+    fn combine(&self, weights: &[f64]) -> (Mat<f64>, Mat<f64>) {
+        let sum = |terms: &[Mat<f64>]| {
+            let mut sum = Mat::zeros(terms[0].nrows(), terms[0].ncols());
+            weights.iter().zip(terms).for_each(|(&w, term)| sum += term * faer::Scale(w));
+            sum
+        };
+        (sum(&self.loads), sum(&self.states))
+    }
+
     /// The response of each stage at a setting: what the evaluator assembles when it binds.
     ///
     /// # Errors
     /// If the setting lies outside the box.
     pub fn responses(&self, scheme: &SchemeTable, setting: &Setting) -> Result<Vec<StageResponse>, ParametricError> {
-        let r = self.n_modes;
         let response = |stage: usize| {
             let theta = theta(scheme, &setting.step, stage)?;
-            let weights = self.solution.weights(&self.map.point(theta, setting)?)?;
-            let block = self.solution.combine(&weights);
-            let mut state = Mat::zeros(r, r);
-            weights.iter().zip(&self.states).for_each(|(&w, s)| state += s * faer::Scale(w));
-            let increment = block.subcols(block.ncols() - r, r).to_owned();
+            let (increment, state) = self.combine(&self.solution.weights(&self.map.point(theta, setting)?)?);
             Ok(StageResponse { theta, increment, state, residual: f64::NAN })
         };
         (0..scheme.active().len()).map(response).collect()
@@ -353,7 +525,7 @@ impl Parametric {
         let state = |stage: usize| {
             let theta = theta(scheme, &setting.step, stage)?;
             let weights = self.solution.weights(&self.map.point(theta, setting)?)?;
-            let mut state = Mat::zeros(self.n_modes, self.n_modes);
+            let mut state = Mat::zeros(self.states[0].nrows(), self.states[0].ncols());
             weights.iter().zip(&self.states).for_each(|(&w, s)| state += s * faer::Scale(w));
             Ok(state)
         };
@@ -365,7 +537,6 @@ impl Parametric {
     /// # Errors
     /// If the axes cannot be expressed in the file.
     pub fn terms(&self) -> Result<BlockTerms<'_>, ParametricError> {
-        let r = self.n_modes;
         let table = |(a, role): (usize, AxisRole)| {
             let axis = &self.map.axes[a];
             let (lower, upper) = axis.range();
@@ -384,14 +555,10 @@ impl Parametric {
                 factors: self.solution.factors(a).transpose().to_owned(),
             }
         };
-        let load = |t: usize| {
-            let block = self.solution.block(t);
-            block.subcols(block.ncols() - r, r).to_owned()
-        };
         Ok(BlockTerms {
             axes: self.map.roles()?.into_iter().enumerate().map(table).collect(),
             states: self.states.clone(),
-            loads: (0..self.n_terms()).map(load).collect(),
+            loads: self.loads.clone(),
         })
     }
 }

@@ -1,0 +1,193 @@
+//! The normative pages of the two text formats: every example parses, every numbered refusal happens.
+
+use std::path::PathBuf;
+
+use vademecum_build::problem::{Problem, ProblemError};
+use vademecum_build::scenario::{Scenario, ScenarioError};
+use vademecum_tests::program::repository;
+
+fn page(name: &str) -> String {
+    std::fs::read_to_string(repository().join("formats").join(name)).expect("a page")
+}
+
+/// The TOML blocks of a page.
+fn examples(page: &str) -> Vec<&str> {
+    let blocks = page.split("```toml\n").skip(1);
+    blocks.map(|rest| rest.split("```").next().expect("a closed block")).collect()
+}
+
+/// Number and key of each row of a page's table of refusals.
+fn refusals(page: &str) -> Vec<(usize, String)> {
+    let table = page.split("## Refusals").nth(1).expect("refusals");
+    let row = |line: &str| {
+        let mut cells = line.split('|').skip(1).map(|cell| cell.trim().trim_matches('`').to_string());
+        let number = cells.next()?.parse().ok()?;
+        Some((number, cells.next()?))
+    };
+    table.lines().filter_map(row).collect()
+}
+
+/// Tables a problem must have.
+const REQUIRED: [(&str, &str); 4] = [
+    ("[mesh", "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [10, 1, 1] }\n"),
+    ("[[material", "[[material]]\nyoung = 2.1e9\npoisson = 0.3\ndensity = 1200.0\n"),
+    ("[load", "[load]\n"),
+    ("[time", "[time]\nstep = 1e-3\n"),
+];
+
+/// A fragment with the required tables it lacks.
+fn whole(fragment: &str) -> String {
+    let missing = REQUIRED.iter().filter(|(mark, _)| !fragment.contains(mark));
+    std::iter::once(fragment).chain(missing.map(|(_, table)| *table)).collect::<Vec<_>>().join("\n")
+}
+
+fn problem(text: &str) -> Result<Problem, ProblemError> {
+    Problem::parse(text, "page.toml", PathBuf::new())
+}
+
+#[test]
+fn every_example_of_a_problem_is_one() {
+    let page = page("problem-1.md");
+    let examples = examples(&page);
+    assert!(examples.len() > 10);
+    problem(examples[0]).expect("the first example is whole");
+    for example in examples {
+        if let Err(error) = problem(&whole(example)) {
+            panic!("{error}\n{example}");
+        }
+    }
+}
+
+#[test]
+fn every_example_of_a_scenario_is_one() {
+    for example in examples(&page("scenario-1.md")) {
+        if let Err(error) = Scenario::parse(example, "page.toml") {
+            panic!("{error}\n{example}");
+        }
+    }
+}
+
+#[test]
+fn every_fixture_is_what_it_says() {
+    for entry in std::fs::read_dir(repository().join("fixtures/problems")).expect("fixtures") {
+        Problem::read(&entry.expect("an entry").path()).expect("a problem");
+    }
+    for entry in std::fs::read_dir(repository().join("fixtures/scenarios")).expect("fixtures") {
+        Scenario::read(&entry.expect("an entry").path()).expect("a scenario");
+    }
+}
+
+const STEEL: &str = "young = 2e11\npoisson = 0.3\ndensity = 7800.0\n";
+
+/// A fragment for each refusal of the page from number 3 on.
+fn bad_problems() -> Vec<(usize, String)> {
+    let material = |young: &str, poisson: &str, density: &str| {
+        format!("[[material]]\nyoung = {young}\npoisson = {poisson}\ndensity = {density}\n")
+    };
+    let block = |lengths: &str, divisions: &str| {
+        format!("[mesh]\nblock = {{ lengths = {lengths}, divisions = {divisions} }}\n")
+    };
+    let pattern = |rest: &str| format!("[load]\n[[load.pattern]]\n{rest}\n");
+    let probe = |name: &str, point: &str, direction: &str| {
+        format!("[[output.probe]]\nname = {name}\npoint = {point}\ndirection = {direction}\n")
+    };
+    let parameter = |rest: &str| format!("[[parameter]]\nname = \"a\"\n{rest}\n");
+    let twice = "kind = \"alpha\"\nrange = [0.0, 1.0]\n[[parameter]]\nname = \"b\"\nkind = \"alpha\"\nrange = [0.0, 1.0]";
+    let text = |text: &str| text.to_string();
+    vec![
+        (3, text("[mesh]\nscale = 1.0")),
+        (3, block("[1, 1, 1]", "[1, 1, 1]") + "file = \"a.msh\""),
+        (4, block("[1, 1, 1]", "[1, 1, 1]") + "scale = 0.0"),
+        (5, block("[1, inf, 1]", "[1, 1, 1]")),
+        (6, block("[1, 1, 1]", "[1, 0, 1]")),
+        (7, text("material = [] # [[material\n")),
+        (8, material("0.0", "0.3", "1.0")),
+        (9, material("1.0", "0.5", "1.0")),
+        (9, material("1.0", "nan", "1.0")),
+        (10, material("1.0", "0.3", "-1.0")),
+        (11, format!("[[material]]\n{STEEL}[[material]]\n{STEEL}")),
+        (12, text("[[support]]\non = { group = \"a\" }\ncomponents = []")),
+        (13, text("[damping]\nalpha = 1.0\nratios = [[0.1, 1.0], [0.1, 2.0]]")),
+        (14, text("[damping]\nalpha = -1.0")),
+        (15, text("[damping]\nbeta = inf")),
+        (16, text("[damping]\nratios = [[0.1, 1.0], [0.1, 1.0]]")),
+        (17, text("[damping]\nratios = [[0.5, 5.0], [0.001, 80.0]]")),
+        (18, pattern("name = \"a\"")),
+        (18, pattern("name = \"a\"\nacceleration = [0, 0, 1]\npressure = 1.0")),
+        (19, pattern("name = \"a\"\npressure = 1.0")),
+        (19, pattern("name = \"a\"\nacceleration = [0, 0, 1]\non = { group = \"a\" }")),
+        (20, pattern("name = \"\"\nacceleration = [0, 0, 1]")),
+        (21, pattern("name = \"a\"\nacceleration = [0, 0, nan]")),
+        (22, probe("\"a,b\"", "[0, 0, 0]", "[0, 0, 1]")),
+        (23, probe("\"a\"", "[0, 0, inf]", "[0, 0, 1]")),
+        (24, probe("\"a\"", "[0, 0, 0]", "[0, 0, 0]")),
+        (25, text("[time]\nstep = 0.0")),
+        (26, text("[time]\nstep = 1.0\nscheme = { name = \"rho-bathe\", rho_infinity = 1.5 }")),
+        (26, text("[time]\nstep = 1.0\nscheme = { name = \"hht-alpha\", alpha = 0.1 }")),
+        (27, text("[snapshots]\npositions = 0")),
+        (28, text("[snapshots]\ndirections = [[0, 0, 0]]")),
+        (28, text("[snapshots]\ndirections = []")),
+        (29, text("[snapshots]\nhold = 0.0")),
+        (30, text("[snapshots]\nduration = -1.0")),
+        (31, text("[snapshots]\nstride = 0")),
+        (32, text("[snapshots]\nnpy = \"a.npy\"\nvtu = []")),
+        (33, text("[basis]\nmodes = 0")),
+        (34, text("[basis]\nmodes = 1\nenergy = 0.5")),
+        (35, text("[basis]\nenergy = 1.0")),
+        (36, text("[basis]\noversampling = 0")),
+        (37, text("[tolerance]\nfloor_ratio = 0.9")),
+        (38, text("[tolerance]\nabsolute = 1e-14")),
+        (39, text("[tolerance]\nsteps = 9")),
+        (40, text("[tolerance]\nmap = 1e-12")),
+        (41, text("[tolerance]\nmax_terms = 0")),
+        (42, text("[[parameter]]\nname = \"\"\nkind = \"alpha\"\nrange = [0.0, 1.0]")),
+        (43, parameter(twice)),
+        (44, parameter("kind = \"beta\"\nregion = \"a\"\nrange = [0.0, 1.0]")),
+        (45, parameter("kind = \"stiffness\"\nrange = [2.0, 1.0]")),
+        (46, parameter("kind = \"stiffness\"\nrange = [0.0, 1.0]")),
+    ]
+}
+
+#[test]
+fn every_refusal_of_a_problem_happens_and_names_its_key() {
+    let rows = refusals(&page("problem-1.md"));
+    assert!(matches!(Problem::read(&PathBuf::from("no such file")), Err(ProblemError::Unreadable { .. })));
+    for text in ["no TOML", "colour = 1", "[time]\nstep = \"1\"", "[[support]]\non = {}"] {
+        assert!(matches!(problem(&whole(text)), Err(ProblemError::Malformed { .. })), "{text}");
+    }
+    let bad = bad_problems();
+    for (number, fragment) in &bad {
+        let (_, key) = rows.iter().find(|(n, _)| n == number).expect("a row of the page");
+        let error = problem(&whole(fragment)).map(|_| ()).expect_err(fragment).to_string();
+        assert!(error.contains(&format!("`{key}`")) && error.contains("page.toml"), "{number}: {error}");
+    }
+    for (number, _) in rows.iter().filter(|(n, _)| *n > 2) {
+        assert!(bad.iter().any(|(n, _)| n == number), "refusal {number} has no example here");
+    }
+}
+
+#[test]
+fn every_refusal_of_a_scenario_happens_and_names_its_key() {
+    let contact = "[[contact]]\npoint = [0, 0, 0]\nforce = [0, 0, 1]\n";
+    let bad = [
+        (3, "duration = 0.0".to_string()),
+        (4, "duration = 1.0\n[output]\nprobes_every = 0".into()),
+        (5, "duration = 1.0\n[[contact]]\npoint = [0, 0, nan]\nforce = [0, 0, 1]".into()),
+        (6, format!("duration = 1.0\n{contact}start = 1.0\nend = 0.5")),
+        (6, format!("duration = 1.0\n{contact}ramp = -1.0")),
+        (7, "duration = 1.0\n[[pattern]]\nname = \"a\"\namplitude = inf".into()),
+    ];
+    let rows = refusals(&page("scenario-1.md"));
+    assert!(matches!(Scenario::read(&PathBuf::from("no such file")), Err(ScenarioError::Unreadable { .. })));
+    for text in ["duration", "", "duration = 1.0\ncolour = 1"] {
+        assert!(matches!(Scenario::parse(text, "page.toml"), Err(ScenarioError::Malformed { .. })), "{text}");
+    }
+    for (number, text) in &bad {
+        let (_, key) = rows.iter().find(|(n, _)| n == number).expect("a row of the page");
+        let error = Scenario::parse(text, "page.toml").map(|_| ()).expect_err(text).to_string();
+        assert!(error.contains(&format!("`{key}`")) && error.contains("page.toml"), "{number}: {error}");
+    }
+    for (number, _) in rows.iter().filter(|(n, _)| *n > 2) {
+        assert!(bad.iter().any(|(n, _)| n == number), "refusal {number} has no example here");
+    }
+}
