@@ -238,3 +238,20 @@ fn verify_refuses_a_foreign_mesh() {
     let ran = run([&"verify", &built(), &"--problem", &other, &"--scenario", &scenario]);
     ran.fails(7, &["beam.vdm", "another mesh", "changed.toml"]);
 }
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_leaves_early_is_no_fault_and_a_full_disk_is_one() {
+    use std::process::Stdio;
+    let mut command = vademecum_tests::program::command(&["info", "--json"]);
+    let mut child =
+        command.arg(built()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    drop(child.stdout.take());
+    let ran = Ran::new(&child.wait_with_output().expect("it ends"));
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
+        let mut command = vademecum_tests::program::command(&["info", "--json"]);
+        let ran = Ran::new(&command.arg(built()).stdout(full).output().expect("it starts"));
+        ran.fails(1, &["cannot be printed"]);
+    }
+}

@@ -110,8 +110,8 @@ fn full_order_snapshots(problem: &Problem) -> (Prepared, Matrix) {
     let pencil = body.model.pencil();
     let period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1).expect("a mode").frequencies_hz()[0];
     let runs = Runs::plan(&problem.snapshots, body, dt, period);
-    let full =
-        FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh()).expect("a march");
+    let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh())
+        .expect("a march");
     let pushes = runs.nodes.iter().flat_map(|&node| runs.directions.iter().map(move |&d| (node, d)));
     let load = |(column, (node, direction))| {
         let mut force = vec![0.0; body.n_dof()];

@@ -27,6 +27,19 @@ pub fn cancelled() -> bool {
     CANCELLED.load(Ordering::Relaxed)
 }
 
+/// Prints a line of results on standard output. A reader that has gone has seen enough: the program ends, in peace; any
+/// other failure ends it too, since results that are not shown are not done.
+pub fn show(line: std::fmt::Arguments<'_>) {
+    use std::io::Write;
+    if let Err(error) = writeln!(std::io::stdout(), "{line}") {
+        if error.kind() == std::io::ErrorKind::BrokenPipe {
+            std::process::exit(0);
+        }
+        eprintln!("error: results cannot be printed: {error}");
+        std::process::exit(1);
+    }
+}
+
 /// Progress on standard error: a bar on a terminal, a line per stage elsewhere, nothing with `--quiet`.
 pub struct Console {
     bar: Option<ProgressBar>,

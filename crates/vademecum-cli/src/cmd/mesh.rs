@@ -33,6 +33,7 @@ impl MeshCommand {
             return Ok(());
         }
         let count = report.problems.len();
-        Err(Failure::new(Cause::Mesh, format!("{}: {count} problems keep it from being built", self.file.display())))
+        let keep = if count == 1 { "problem keeps" } else { "problems keep" };
+        Err(Failure::new(Cause::Mesh, format!("{}: {count} {keep} it from being built", self.file.display())))
     }
 }
