@@ -257,6 +257,28 @@ test("the report is one quiet page with its figures also as files", async () => 
   await context.close();
 });
 
+test("a march that leaves the numbers stops with a sentence and begins anew", async () => {
+  const { page, heard, context } = await open(EXPORTED);
+  await page.evaluate((point) => {
+    const v = window.vademecum;
+    v.set({ double: false });
+    v.press(point, [0, 0, -1]);
+    v.step(1);
+    // Finite here, infinite in binary32.
+    v.press(point, [0, 0, -1e40]);
+  }, TIP);
+  await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("Stopped: "));
+  assert.equal((await state(page)).paused, true);
+  await page.evaluate(() => window.vademecum.rest());
+  await page.locator("#rest").click();
+  await page.locator("#pause").click();
+  await page.waitForFunction(() => document.getElementById("status").textContent === "");
+  const { time } = await state(page);
+  await page.waitForFunction((t) => window.vademecum.state().time > t, time);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
 test("the served page asks for nothing but itself and the file, and Ctrl-C ends it", async () => {
   const server = spawn(VADEMECUM, ["view", `${WORK}/beam.vdm`, "--no-open"], { stdio: ["ignore", "pipe", "inherit"] });
   try {

@@ -193,7 +193,8 @@ pub extern "C" fn section(kind: u32) -> *const u8 {
 pub extern "C" fn parameter(index: usize) -> u32 {
     use ParameterRole as R;
     let module = module();
-    let parameter = module.file.as_ref().and_then(|file| file.metadata().active_parameters().get(index).copied());
+    let parameter =
+        module.file.as_ref().and_then(|file| file.metadata().active_parameters().get(index).copied());
     let Some(p) = parameter else { return 0 };
     let (role, region) = match p.role {
         R::Stiffness => (0, 0),
@@ -206,7 +207,8 @@ pub extern "C" fn parameter(index: usize) -> u32 {
         _ => return 0,
     };
     let text = |text: &str| [text.as_ptr() as usize as f64, text.len() as f64];
-    let numbers = [f64::from(role), f64::from(region), f64::from(u32::from(p.log)), p.lower, p.upper, p.nominal];
+    let numbers =
+        [f64::from(role), f64::from(region), f64::from(u32::from(p.log)), p.lower, p.upper, p.nominal];
     module.give(text(p.name).into_iter().chain(text(p.unit)).chain(numbers));
     1
 }

@@ -48,7 +48,7 @@ export class Camera {
     const distance = this.distance(frame);
     this.view = { ...frame, eye: add(this.target, scaled(frame.back, distance)) };
     const far = distance + 6 * this.radius;
-    this.matrix = viewProjection(this.view, TANGENT, this.aspect, Math.max(distance - 4 * this.radius, far * 1e-4), far);
+    this.matrix = viewProjection(this.view, TANGENT, this.aspect, Math.max(distance - 4 * this.radius, 0.03 * distance), far);
     this.metresPerPixel = (2 * TANGENT * distance) / height;
   }
 

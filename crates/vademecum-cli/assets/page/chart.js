@@ -74,7 +74,7 @@ export function drawBars(canvas, values, labels, style) {
     context.fillRect(4 + k * bar + 1, height - 16 - h, Math.max(bar - 2, 1), h);
     context.fillStyle = style.soft;
     const every = Math.ceil(34 / bar);
-    if (k % every === 0) context.fillText(labels[k], 4 + (k + 0.5) * bar, height - 4);
+    if (k % every === 0) context.fillText(labels[k], Math.max(4 + (k + 0.5) * bar, 14), height - 4);
   });
 }
 
@@ -110,13 +110,15 @@ function firstSince(history, time) {
   return low;
 }
 
+/** Round values between the ends, at least three. */
 function ticks(low, high) {
-  const raw = (high - low) / 3;
-  const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((x) => x * power).find((x) => x >= raw);
-  const values = [];
-  for (let x = Math.ceil(low / step) * step; x <= high; x += step) values.push(Math.abs(x) < step * 1e-9 ? 0 : x);
-  return values;
+  const power = 10 ** Math.floor(Math.log10(high - low));
+  for (const lead of [5, 2, 1, 0.5, 0.2, 0.1]) {
+    const step = lead * power;
+    const [first, last] = [Math.ceil(low / step), Math.floor(high / step)];
+    if (last - first >= 2) return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
+  }
+  return [];
 }
 
 function prepare(canvas) {

@@ -50,7 +50,10 @@ export class Controls {
       this.pause(true);
       player.step(1);
     });
-    on("rest", () => player.rest());
+    on("rest", () => {
+      this.refusal = "";
+      player.rest();
+    });
     on("home", () => camera.reset());
     on("theme", () => this.theme(!document.documentElement.classList.contains("dark")));
     on("reset", () => this.reset());

@@ -129,7 +129,7 @@ export class Hands {
 
   /** Enter holds a push at the point that gives way most. */
   pushByKey(event) {
-    if (event.repeat || document.activeElement !== this.canvas) return;
+    if (event.repeat || document.activeElement !== this.canvas || this.player.body.loadTriangles === 0) return;
     const { point, normal } = this.player.body.flexible;
     const at = this.camera.pixel(this.player.body.place(point)) ?? [0, 0];
     const contact = { kind: "contact", start: at, at: [at[0], at[1] + 40], point, normal };
@@ -149,7 +149,7 @@ export function drawOver(canvas, player, camera, controls, focused) {
   context.clearRect(0, 0, w, h);
   const { body } = player;
   for (const { point, force } of player.contacts.values()) arrow(context, camera, body.place(point), force, body, controls.style.arrow);
-  if (focused) {
+  if (focused && body.loadTriangles > 0) {
     const at = camera.pixel(body.place(body.flexible.point));
     if (at) ring(context, at, controls.style.arrow);
   }

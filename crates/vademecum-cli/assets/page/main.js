@@ -51,7 +51,13 @@ async function start() {
 function show(page, seconds) {
   const { evaluator, body, player, renderer, camera, controls, pace } = page;
   const start = performance.now();
-  player.advance(seconds);
+  try {
+    player.advance(seconds);
+  } catch (error) {
+    // Numbers that are not finite any more: say so and stand still, "Rest" begins anew.
+    controls.refusal = `Stopped: ${error.message}`;
+    controls.pause(true);
+  }
   const size = renderer.resize();
   camera.update(...size);
   const displacement = evaluator.surface(false).slice();

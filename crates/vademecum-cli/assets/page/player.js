@@ -116,6 +116,7 @@ export class Player {
     if (kind() !== before) this.measure();
   }
 
+  /** Displacement and velocity zero, loads kept. */
   rest() {
     this.evaluator.rest();
     this.atRest = true;
@@ -157,7 +158,9 @@ export class Player {
    * the state is put back. */
   measure() {
     const state = this.evaluator.coordinates();
-    this.evaluator.addContact(this.body.flexible.point, [1e-6, 0, 0]);
+    // A body at rest without loads would not be stepped at all.
+    if (this.body.loadTriangles > 0) this.evaluator.addContact(this.body.flexible.point, [1e-6, 0, 0]);
+    else this.evaluator.setCoordinates(new Float64Array(state.length).fill(1e-6));
     const end = performance.now() + 150;
     this.secondsPerStep = Infinity;
     for (let steps = 1000; performance.now() < end; ) {

@@ -2,11 +2,13 @@
 import { ramp } from "vademecum/colors";
 
 const VERTEX = `#version 300 es
+precision highp float;
 uniform mat4 view;
 uniform float magnification;
 uniform int component;
 uniform float scale;
 uniform float point_size;
+uniform bool dots;
 in vec3 rest;
 in vec3 displacement;
 in vec3 field;
@@ -18,6 +20,8 @@ out float bright;
 void main() {
   gl_Position = view * vec4(rest + magnification * displacement, 1.0);
   gl_PointSize = point_size;
+  // Dots lie on the surface: a little nearer, so that it does not cut them.
+  if (dots) gl_Position.z -= 2e-4 * gl_Position.w;
   n = normal;
   bright = loadable;
   value = component < 0 ? length(field) / scale
@@ -29,11 +33,13 @@ precision highp float;
 uniform sampler2D ramp;
 uniform vec4 flat_color;
 uniform vec3 eye, above;
+uniform bool dots;
 in vec3 n;
 in float value;
 in float bright;
 out vec4 color;
 void main() {
+  if (dots && length(gl_PointCoord - 0.5) > 0.5) discard;
   if (flat_color.a > 0.0) { color = vec4(flat_color.rgb * flat_color.a, flat_color.a); return; }
   vec3 unit = normalize(n);
   if (!gl_FrontFacing) unit = -unit;
@@ -56,7 +62,7 @@ export class Renderer {
     if (!gl) throw new Error("this browser does not offer WebGL2");
     Object.assign(this, { canvas, gl, body, wire: body.edges.length < 60000, ghost: false, supports: true });
     this.program = link(gl);
-    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above"];
+    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above", "dots"];
     this.at = Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(this.program, name)]));
     const vertices = body.vertexNode.length;
     this.arrays = { displacement: new Float32Array(3 * vertices), field: new Float32Array(3 * vertices) };
@@ -171,6 +177,7 @@ export class Renderer {
   elements(kind, { buffer, count }, color) {
     const { gl } = this;
     gl.uniform4fv(this.at.flat_color, color);
+    gl.uniform1i(this.at.dots, kind === gl.POINTS ? 1 : 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.drawElements(kind, count, gl.UNSIGNED_INT, 0);
   }

@@ -35,7 +35,9 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
 /// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a damaged basis would
 /// pass for physics.
 pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped) -> Result<File<'a>, Failure> {
-    let failed = |error| Failure::file(path, error).remedy("the file was damaged after it was built: copy or build it again");
+    let failed = |error| {
+        Failure::file(path, error).remedy("the file was damaged after it was built: copy or build it again")
+    };
     let file = mapped.file().map_err(failed)?;
     file.verify_all().map_err(failed)?;
     Ok(file)

@@ -21,7 +21,7 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
         ("The certificate", "certificate", certificate(content)),
         ("Against full order", "full order", full_order(content)),
         ("A free run", "energy", String::new()),
-        ("Live axes", "axes", String::new()),
+        ("Live parameters", "axes", parameters(content)),
         ("The file", "file", file(content)),
         ("Timings", "timings", timings(content)),
         ("The problem", "problem", problem(content)),
@@ -126,7 +126,7 @@ fn certificate(content: &Content<'_>) -> String {
         row("floor: what the basis cannot show of it", &|c| c.projection_floor),
         row("error ÷ floor", &|c| c.floor_ratio),
         row("spectral radius − 1 (must not be positive)", &|c| c.spectral_radius - 1.0),
-        row("largest energy after release ÷ that at release", &|c| c.energy_ratio),
+        row("largest energy after release ÷ that at release − 1", &|c| c.energy_ratio - 1.0),
         row("error of the stage maps at fresh parameters, mean", &|c| c.map_error_rms),
         row("error of the stage maps at fresh parameters, worst", &|c| c.map_error_max),
         row("steps marched", &|c| c.steps),
@@ -170,6 +170,31 @@ fn full_order(content: &Content<'_>) -> String {
             ),
         ),
     ])
+}
+
+/// What can be changed while the body moves.
+fn parameters(content: &Content<'_>) -> String {
+    let m = content.file.metadata();
+    let always = "The diagonal structure takes any stiffness and density of the whole body, any time step and any Rayleigh damping.";
+    let always = if m.diagonal { format!("<p>{always}</p>\n") } else { String::new() };
+    if m.active_parameters().is_empty() {
+        return always;
+    }
+    let row = |p: &vademecum_format::Parameter<'_>| {
+        format!(
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            escaped(p.name),
+            figure(p.lower),
+            figure(p.nominal),
+            figure(p.upper),
+            escaped(p.unit)
+        )
+    };
+    let rows: String = m.active_parameters().iter().map(row).collect();
+    format!(
+        "{always}<p>The file was built for these ranges; a value outside is refused.</p>\n<div class=\"wide\"><table><thead><tr>\
+         <th>parameter</th><th>from</th><th>built around</th><th>to</th><th>unit</th></tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n"
+    )
 }
 
 fn file(content: &Content<'_>) -> String {
