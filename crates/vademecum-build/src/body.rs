@@ -43,7 +43,9 @@ pub enum BodyError {
         name: String,
     },
     /// A parameter's range leaves out the problem's own value.
-    #[error("{path}: `parameter`: the range {range:?} of `{name}` leaves out the problem's own value, {nominal}")]
+    #[error(
+        "{path}: `parameter`: the range {range:?} of `{name}` leaves out the problem's own value, {nominal}"
+    )]
     Nominal {
         /// The problem file and line.
         path: String,
@@ -55,7 +57,9 @@ pub enum BodyError {
         range: [f64; 2],
     },
     /// A selection holds no whole facet of the surface.
-    #[error("{path}: `{key}` selects nodes but no whole facet of the surface; select all corners of the facets meant")]
+    #[error(
+        "{path}: `{key}` selects nodes but no whole facet of the surface; select all corners of the facets meant"
+    )]
     NoFacet {
         /// The problem file.
         path: String,
@@ -170,7 +174,8 @@ fn cut_region(mesh: &mut Mesh, name: &str, nodes: &[u32]) -> bool {
 fn drop_empty_regions(mesh: &mut Mesh) {
     let used = |q: &usize| mesh.element_region.iter().any(|&r| r as usize == *q);
     let kept: Vec<usize> = (0..mesh.regions.len()).filter(used).collect();
-    let place = |q: u32| kept.iter().position(|&k| k == q as usize).expect("an element's region is kept") as u32;
+    let place =
+        |q: u32| kept.iter().position(|&k| k == q as usize).expect("an element's region is kept") as u32;
     let renumbered: Vec<u32> = mesh.element_region.iter().map(|&q| place(q)).collect();
     mesh.element_region = renumbered;
     mesh.regions = kept.iter().map(|&q| mesh.regions[q].clone()).collect();
@@ -192,7 +197,8 @@ fn constrained_dofs(problem: &Problem, mesh: &Mesh) -> Result<Vec<bool>, BodyErr
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.
 fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
     let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
-    let error = |found: String| BodyError::Region { path: problem.place("material"), found, regions: names() };
+    let error =
+        |found: String| BodyError::Region { path: problem.place("material"), found, regions: names() };
     let fits = |entry: &str, region: &mesh::Region| entry == region.name || entry == region.tag.to_string();
     for entry in problem.materials.iter().filter(|entry| entry.region != "*") {
         if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {

@@ -178,7 +178,8 @@ impl<'a> ReducedMarch<'a> {
         let r = structure.n_modes();
         // From rest the acceleration is what the force at time zero demands.
         let state = |load: &TimedLoad| {
-            let force = matrices.acceleration(crate::export::reduced_load(basis.vectors.as_ref(), &load.force));
+            let force =
+                matrices.acceleration(crate::export::reduced_load(basis.vectors.as_ref(), &load.force));
             let factor = load.when.factor(0.0) * full.dt() * full.dt();
             let mut y = vec![0.0; 3 * r];
             y[2 * r..].iter_mut().zip(force).for_each(|(a, f)| *a = factor * f);

@@ -48,7 +48,8 @@ pub fn compare(
         meter.add(state.displacement.as_ref(), reduced.coordinates.subcols(step, 1));
         energy.push(full.energy(state, 0));
         let u = state.displacement.col_as_slice(0);
-        let value = |row: &Vec<(u32, f64)>| row.iter().map(|&(dof, weight)| weight * u[dof as usize]).sum::<f64>();
+        let value =
+            |row: &Vec<(u32, f64)>| row.iter().map(|&(dof, weight)| weight * u[dof as usize]).sum::<f64>();
         probes.extend(reduced.probes.iter().map(value));
     })?;
     Ok(Comparison { error: meter.errors()[0], energy, probes, seconds_per_step: seconds / steps as f64 })

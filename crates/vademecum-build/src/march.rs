@@ -53,7 +53,8 @@ impl<'a> Forces<'a> {
     }
 
     fn update(&mut self, table: &SchemeTable, time_step: f64, step: usize) {
-        let wanted: Vec<_> = self.loads.iter().map(|load| factors(table, time_step, step, &load.when)).collect();
+        let wanted: Vec<_> =
+            self.loads.iter().map(|load| factors(table, time_step, step, &load.when)).collect();
         for j in 0..INSTANTS {
             let same = wanted.iter().zip(&self.current).all(|(new, old)| new[j] == old[j]);
             if !self.used[j] || same {

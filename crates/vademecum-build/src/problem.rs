@@ -450,7 +450,13 @@ fn default_steps() -> usize {
 
 impl Default for Tolerances {
     fn default() -> Self {
-        Self { floor_ratio: default_ratio(), absolute: default_absolute(), steps: default_steps(), map: default_map(), max_terms: default_max_terms() }
+        Self {
+            floor_ratio: default_ratio(),
+            absolute: default_absolute(),
+            steps: default_steps(),
+            map: default_map(),
+            max_terms: default_max_terms(),
+        }
     }
 }
 
@@ -564,10 +570,8 @@ impl Problem {
 
     /// Reads and checks a problem from its text; relative paths start from `folder`, messages name `path`.
     pub fn parse(text: &str, path: &str, folder: PathBuf) -> Result<Self, ProblemError> {
-        let mut problem: Problem = toml::from_str(text).map_err(|error| ProblemError::Malformed {
-            path: path.into(),
-            message: error.to_string(),
-        })?;
+        let mut problem: Problem = toml::from_str(text)
+            .map_err(|error| ProblemError::Malformed { path: path.into(), message: error.to_string() })?;
         problem.text = text.into();
         problem.folder = folder;
         problem.path = path.into();
@@ -590,7 +594,12 @@ impl Problem {
         self.check_materials()?;
         for (i, support) in self.supports.iter().enumerate() {
             let held = !support.components.is_empty();
-            self.require(held, &format!("support[{i}].components"), "empty", "at least one of \"x\", \"y\", \"z\"")?;
+            self.require(
+                held,
+                &format!("support[{i}].components"),
+                "empty",
+                "at least one of \"x\", \"y\", \"z\"",
+            )?;
         }
         self.check_damping()?;
         self.check_loads()?;
@@ -636,7 +645,12 @@ impl Problem {
         }
         if let Some(pairs) = d.ratios {
             let usable = pairs.iter().all(|p| p[0] >= 0.0 && positive(p[1])) && pairs[0][1] != pairs[1][1];
-            self.require(usable, "damping.ratios", pairs, "two pairs [ratio ≥ 0, frequency > 0] at two frequencies")?;
+            self.require(
+                usable,
+                "damping.ratios",
+                pairs,
+                "two pairs [ratio ≥ 0, frequency > 0] at two frequencies",
+            )?;
         }
         let found = d.damping().rayleigh();
         found.map(|_| ()).map_err(|source| ProblemError::Damping { path: self.place("damping"), source })
@@ -645,13 +659,24 @@ impl Problem {
     fn check_loads(&self) -> Result<(), ProblemError> {
         for (i, p) in self.load.patterns.iter().enumerate() {
             let key = format!("load.pattern[{i}]");
-            let given = p.acceleration.is_some() as u8 + p.traction.is_some() as u8 + p.pressure.is_some() as u8;
-            self.require(given == 1, &key, given, "exactly one of `acceleration`, `traction` and `pressure`")?;
+            let given =
+                p.acceleration.is_some() as u8 + p.traction.is_some() as u8 + p.pressure.is_some() as u8;
+            self.require(
+                given == 1,
+                &key,
+                given,
+                "exactly one of `acceleration`, `traction` and `pressure`",
+            )?;
             let placed = p.acceleration.is_some() != p.on.is_some();
             self.require(placed, &key, "`on`", "`on` for traction and pressure, none for acceleration")?;
             let twice = self.load.patterns[..i].iter().any(|other| other.name == p.name);
             let name = !p.name.is_empty() && !p.name.contains('\n') && !twice;
-            self.require(name, &format!("{key}.name"), &p.name, "a name of one line that no other pattern has")?;
+            self.require(
+                name,
+                &format!("{key}.name"),
+                &p.name,
+                "a name of one line that no other pattern has",
+            )?;
             let vectors = p.acceleration.iter().chain(&p.traction).flatten();
             let finite = vectors.chain(&p.pressure).all(|value| value.is_finite());
             self.require(finite, &key, "not a number or infinite", "finite numbers")?;
@@ -660,11 +685,21 @@ impl Problem {
             let key = format!("output.probe[{i}]");
             let twice = self.output.probes[..i].iter().any(|other| other.name == probe.name);
             let name = !probe.name.is_empty() && !probe.name.contains(['\n', ',', '"']) && !twice;
-            self.require(name, &format!("{key}.name"), &probe.name, "a name of one line that no other probe has")?;
+            self.require(
+                name,
+                &format!("{key}.name"),
+                &probe.name,
+                "a name of one line that no other probe has",
+            )?;
             let finite = probe.point.iter().all(|value| value.is_finite());
             self.require(finite, &format!("{key}.point"), probe.point, "finite numbers")?;
             let length: f64 = probe.direction.iter().map(|c| c * c).sum();
-            self.require(positive(length), &format!("{key}.direction"), probe.direction, "a vector of some length")?;
+            self.require(
+                positive(length),
+                &format!("{key}.direction"),
+                probe.direction,
+                "a vector of some length",
+            )?;
         }
         Ok(())
     }
@@ -676,24 +711,50 @@ impl Problem {
         let plan = &self.snapshots;
         self.require(plan.positions >= 1, "snapshots.positions", plan.positions, "at least 1")?;
         let directions = &plan.directions;
-        let usable = !directions.is_empty() && directions.iter().all(|d| positive(d.iter().map(|c| c * c).sum()));
+        let usable =
+            !directions.is_empty() && directions.iter().all(|d| positive(d.iter().map(|c| c * c).sum()));
         self.require(usable, "snapshots.directions", directions, "vectors of some length")?;
         for (name, value) in [("snapshots.hold", plan.hold), ("snapshots.duration", plan.duration)] {
-            self.require(value.is_none_or(positive), name, value.unwrap_or(0.0), "a positive time in seconds")?;
+            self.require(
+                value.is_none_or(positive),
+                name,
+                value.unwrap_or(0.0),
+                "a positive time in seconds",
+            )?;
         }
         self.require(plan.stride != Some(0), "snapshots.stride", 0, "at least 1")?;
-        self.require(!(plan.npy.is_some() && plan.vtu.is_some()), "snapshots", "`npy` beside `vtu`", "one of them")?;
+        self.require(
+            !(plan.npy.is_some() && plan.vtu.is_some()),
+            "snapshots",
+            "`npy` beside `vtu`",
+            "one of them",
+        )?;
         let basis = &self.basis;
         self.require(basis.modes != Some(0), "basis.modes", 0, "at least 1")?;
-        self.require(basis.modes.is_none() || basis.energy.is_none(), "basis", "`modes` beside `energy`", "one of them")?;
+        self.require(
+            basis.modes.is_none() || basis.energy.is_none(),
+            "basis",
+            "`modes` beside `energy`",
+            "one of them",
+        )?;
         let energy = basis.energy.is_none_or(|e| e > 0.0 && e < 1.0);
         self.require(energy, "basis.energy", basis.energy.unwrap_or(0.0), "a fraction above 0 and below 1")?;
         self.require(basis.oversampling >= 1, "basis.oversampling", basis.oversampling, "at least 1")?;
         let t = &self.tolerance;
         self.require(t.floor_ratio >= 1.0, "tolerance.floor_ratio", t.floor_ratio, "at least 1")?;
-        self.require(t.absolute >= 1e-13, "tolerance.absolute", t.absolute, "at least 1e-13, what f64 gives")?;
+        self.require(
+            t.absolute >= 1e-13,
+            "tolerance.absolute",
+            t.absolute,
+            "at least 1e-13, what f64 gives",
+        )?;
         self.require(t.steps >= 10, "tolerance.steps", t.steps, "at least 10")?;
-        self.require(t.map >= 1e-11, "tolerance.map", t.map, "at least 1e-11, what the separation can reach in f64")?;
+        self.require(
+            t.map >= 1e-11,
+            "tolerance.map",
+            t.map,
+            "at least 1e-11, what the separation can reach in f64",
+        )?;
         self.require(t.max_terms >= 1, "tolerance.max_terms", t.max_terms, "at least 1")
     }
 
@@ -701,7 +762,8 @@ impl Problem {
         for (i, p) in self.parameters.iter().enumerate() {
             let key = |name: &str| format!("parameter[{i}].{name}");
             let earlier = &self.parameters[..i];
-            let name = !p.name.is_empty() && !p.name.contains('\n') && !earlier.iter().any(|o| o.name == p.name);
+            let name =
+                !p.name.is_empty() && !p.name.contains('\n') && !earlier.iter().any(|o| o.name == p.name);
             self.require(name, &key("name"), &p.name, "a name of one line that no other parameter has")?;
             let twice = earlier.iter().any(|o| o.kind == p.kind && o.region == p.region);
             self.require(!twice, &key("kind"), p.kind, "a quantity no other parameter changes")?;
@@ -712,7 +774,12 @@ impl Problem {
             self.require(ordered, &key("range"), p.range, "two finite numbers, the smaller first")?;
             let may_vanish = matches!(p.kind, ParameterKind::Alpha | ParameterKind::Beta);
             let above_zero = lower > 0.0 || (lower == 0.0 && may_vanish && p.scale == ParameterScale::Linear);
-            self.require(above_zero, &key("range"), p.range, "a range above zero (alpha and beta on a linear scale may start at 0)")?;
+            self.require(
+                above_zero,
+                &key("range"),
+                p.range,
+                "a range above zero (alpha and beta on a linear scale may start at 0)",
+            )?;
         }
         Ok(())
     }
@@ -727,7 +794,12 @@ impl Problem {
         if holds {
             return Ok(());
         }
-        Err(ProblemError::Impossible { path: self.place(key), key: key.into(), found: format!("{found:?}"), expected })
+        Err(ProblemError::Impossible {
+            path: self.place(key),
+            key: key.into(),
+            found: format!("{found:?}"),
+            expected,
+        })
     }
 }
 
@@ -795,7 +867,11 @@ mod tests {
             ("divisions = [4, 1, 1]", "divisions = [4, 0, 1]", "mesh.block.divisions"),
             ("[load]", "[damping]\nalpha = -1.0\n[load]", "damping.alpha"),
             ("[load]", "[basis]\nmodes = 0\n[load]", "basis.modes"),
-            ("[load]", "[load]\n[[load.pattern]]\nname = \"g\"\nacceleration = [nan, 0, 0]", "load.pattern[0]"),
+            (
+                "[load]",
+                "[load]\n[[load.pattern]]\nname = \"g\"\nacceleration = [nan, 0, 0]",
+                "load.pattern[0]",
+            ),
             (
                 "[load]",
                 "[[output.probe]]\nname = \"p\"\npoint = [inf, 0, 0]\ndirection = [0, 0, 1]\n[load]",

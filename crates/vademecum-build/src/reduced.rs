@@ -1,8 +1,8 @@
 //! The fused reduced step in its two structures, as the evaluator will march it, for certificates and comparisons.
 
 use faer::{Mat, MatRef};
-use vademecum_format::scheme::{SchemeError, StepParameters, fuse_into, fuse_work_len, theta};
 use vademecum_format::scheme::SchemeTable;
+use vademecum_format::scheme::{SchemeError, StepParameters, fuse_into, fuse_work_len, theta};
 
 use crate::export::reduced_load;
 use crate::response::{StageResponse, galerkin_increment};
@@ -171,7 +171,11 @@ impl FusedStep for DiagonalStep<'_> {
 ///
 /// # Errors
 /// If the table or a parameter is unusable.
-pub fn fused_radius(table: &SchemeTable, parameters: &StepParameters, states: &[Mat<f64>]) -> Result<f64, SchemeError> {
+pub fn fused_radius(
+    table: &SchemeTable,
+    parameters: &StepParameters,
+    states: &[Mat<f64>],
+) -> Result<f64, SchemeError> {
     let r = states.first().map_or(0, Mat::nrows);
     Ok(radius_of_increment(&fuse(table, parameters, r, states)?.0))
 }
@@ -199,6 +203,7 @@ fn radius_of_increment(increment: &Mat<f64>) -> f64 {
 
 /// Largest modulus of the eigenvalues of a step map `T`, shape (n, n), column-major.
 pub fn spectral_radius(n: usize, map: &[f64]) -> f64 {
-    let eigenvalues = MatRef::from_column_major_slice(map, n, n).eigenvalues().expect("a finite matrix has eigenvalues");
+    let eigenvalues =
+        MatRef::from_column_major_slice(map, n, n).eigenvalues().expect("a finite matrix has eigenvalues");
     eigenvalues.iter().map(|l| l.re.hypot(l.im)).fold(0.0, f64::max)
 }

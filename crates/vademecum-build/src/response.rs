@@ -47,7 +47,8 @@ impl StageResponse {
         let residual = (&weighted - &right_hand_side).norm_l2() / right_hand_side.norm_l2();
         pencil.mass().mul_into(increment.as_ref(), weighted.as_mut());
         let product = basis.transpose() * weighted;
-        let state = Mat::from_fn(basis.ncols(), basis.ncols(), |i, j| 0.5 * (product[(i, j)] + product[(j, i)]));
+        let state =
+            Mat::from_fn(basis.ncols(), basis.ncols(), |i, j| 0.5 * (product[(i, j)] + product[(j, i)]));
         Ok(Self { theta, increment, state, residual })
     }
 
@@ -88,7 +89,10 @@ mod tests {
             let expected = galerkin_increment(0.02, eigenvalue);
             // Two roundings against one.
             assert!((response.state[(k, k)] - expected).abs() <= 4.0 * f64::EPSILON);
-            assert!((response.increment[(4, k)] - basis[(4, k)] * expected).abs() <= 16.0 * f64::EPSILON * basis[(4, k)]);
+            assert!(
+                (response.increment[(4, k)] - basis[(4, k)] * expected).abs()
+                    <= 16.0 * f64::EPSILON * basis[(4, k)]
+            );
         }
     }
 }

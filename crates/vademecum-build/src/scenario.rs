@@ -218,7 +218,12 @@ impl Scenario {
         for (i, pattern) in self.patterns.iter().enumerate() {
             let w = pattern.when();
             let ordered = w.start >= 0.0 && w.end > w.start && w.ramp >= 0.0 && pattern.amplitude.is_finite();
-            require(ordered, format!("pattern[{i}]"), format!("{pattern:?}"), "0 ≤ start < end, ramp ≥ 0, a finite amplitude")?;
+            require(
+                ordered,
+                format!("pattern[{i}]"),
+                format!("{pattern:?}"),
+                "0 ≤ start < end, ramp ≥ 0, a finite amplitude",
+            )?;
         }
         Ok(())
     }

@@ -8,10 +8,7 @@ use vademecum_build::mesh::{self, Order, block};
 
 /// A small file of each text format: one tetrahedron or two, groups, regions.
 const FILES: [(&str, &str); 10] = [
-    (
-        "a.msh",
-        "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n",
-    ),
+    ("a.msh", "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n"),
     (
         "b.msh",
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"side\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n\
@@ -51,10 +48,7 @@ const FILES: [(&str, &str); 10] = [
         "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 4 0 1 2 3\n\nboundary\n1\n2 2 0 1 2\n\nvertices\n4\n3\n0 0 0\n\
          1 0 0\n0 1 0\n0 0 1\n",
     ),
-    (
-        "i.node",
-        "4 3 0 1\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n4 0 0 1 6\n",
-    ),
+    ("i.node", "4 3 0 1\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n4 0 0 1 6\n"),
     ("i.ele", "1 4 1\n1 1 2 3 4 7\n"),
 ];
 

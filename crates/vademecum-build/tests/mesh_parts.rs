@@ -13,11 +13,7 @@ fn area_sum(mesh: &Mesh, surface: &Surface) -> ([f64; 3], f64) {
         let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
         let p: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
         let q: [f64; 3] = std::array::from_fn(|k| c[k] - a[k]);
-        let v = [
-            p[1] * q[2] - p[2] * q[1],
-            p[2] * q[0] - p[0] * q[2],
-            p[0] * q[1] - p[1] * q[0],
-        ];
+        let v = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
         area += 0.5 * v.iter().map(|x| x * x).sum::<f64>().sqrt();
         (0..3).for_each(|k| sum[k] += 0.5 * v[k]);
     }
@@ -40,28 +36,18 @@ fn a_block_has_its_volume_its_surface_and_its_sides() {
         let surface = Surface::of(&mesh);
         let (sum, area) = area_sum(&mesh, &surface);
         assert_eq!(sum, [0.0; 3]);
-        assert!(
-            (area - 7.0).abs() < 1e-13,
-            "{area}: a sum of some hundred square roots"
-        );
+        assert!((area - 7.0).abs() < 1e-13, "{area}: a sum of some hundred square roots");
         assert_eq!(surface.facet_count(), 2 * 2 * (4 * 2 + 4 * 2 + 2 * 2));
         for name in ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"] {
             let facets = surface.facets_of(&mesh.facet_groups[name]);
             assert_eq!(facets.len(), mesh.facet_groups[name].len());
-            assert_eq!(
-                facets,
-                surface.facets_within(&mesh.node_groups[name]),
-                "{name}"
-            );
+            assert_eq!(facets, surface.facets_within(&mesh.node_groups[name]), "{name}");
         }
         let side = surface.position(mesh.node_groups["x_max"][0]).unwrap();
         assert!(surface.normals[side][0] > 0.0);
         let again = block([2.0, 1.0, 0.5], [4, 2, 2], order);
         assert_eq!(mesh::hash(&mesh), mesh::hash(&again));
-        assert_ne!(
-            mesh::hash(&mesh),
-            mesh::hash(&block([2.0, 1.0, 0.5000001], [4, 2, 2], order))
-        );
+        assert_ne!(mesh::hash(&mesh), mesh::hash(&block([2.0, 1.0, 0.5000001], [4, 2, 2], order)));
     }
 }
 
@@ -70,10 +56,7 @@ fn select(text: &str, mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
     struct Holder {
         on: Selection,
     }
-    toml::from_str::<Holder>(text)
-        .unwrap_or_else(|e| panic!("{e}"))
-        .on
-        .nodes(mesh)
+    toml::from_str::<Holder>(text).unwrap_or_else(|e| panic!("{e}")).on.nodes(mesh)
 }
 
 #[test]
@@ -83,28 +66,13 @@ fn selections_choose_the_nodes_they_describe() {
         ("on = { group = 'x_min' }", 9),
         ("on = { nodes = [1, 2, 2] }", 2),
         ("on = { plane = { axis = 'x', at = 2.0 } }", 9),
-        (
-            "on = { plane = { normal = [0, 0, 3.0], point = [0, 0, 0.5], tolerance = 0 } }",
-            15,
-        ),
+        ("on = { plane = { normal = [0, 0, 3.0], point = [0, 0, 0.5], tolerance = 0 } }", 15),
         ("on = { box = { min = [0, 0, 0], max = [0.5, 1, 1] } }", 18),
         ("on = { sphere = { center = [0, 0, 0], radius = 0.5 } }", 4),
-        (
-            "on = { fraction = { axis = 'x', side = 'max', fraction = 0.25 } }",
-            18,
-        ),
-        (
-            "on = { quantile = { axis = 'x', side = 'min', fraction = 0.2 } }",
-            9,
-        ),
-        (
-            "on = { any = [{ group = 'x_min' }, { group = 'x_max' }] }",
-            18,
-        ),
-        (
-            "on = { all = [{ group = 'x_min' }, { group = 'y_min' }] }",
-            3,
-        ),
+        ("on = { fraction = { axis = 'x', side = 'max', fraction = 0.25 } }", 18),
+        ("on = { quantile = { axis = 'x', side = 'min', fraction = 0.2 } }", 9),
+        ("on = { any = [{ group = 'x_min' }, { group = 'x_max' }] }", 18),
+        ("on = { all = [{ group = 'x_min' }, { group = 'y_min' }] }", 3),
     ];
     for (text, count) in counts {
         assert_eq!(select(text, &mesh).unwrap().len(), count, "{text}");
@@ -114,38 +82,20 @@ fn selections_choose_the_nodes_they_describe() {
 #[test]
 fn selections_without_sense_say_what_there_is() {
     let mesh = block([1.0; 3], [1; 3], Order::Linear);
-    let message = select("on = { group = 'top' }", &mesh)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        message.contains("`top`") && message.contains("`z_max`"),
-        "{message}"
-    );
+    let message = select("on = { group = 'top' }", &mesh).unwrap_err().to_string();
+    assert!(message.contains("`top`") && message.contains("`z_max`"), "{message}");
     let empty = select("on = { box = { min = [5, 5, 5], max = [6, 6, 6] } }", &mesh);
     assert!(matches!(empty, Err(SelectError::Empty { .. })));
     let unknown = select("on = { nodes = [99] }", &mesh);
-    assert_eq!(
-        unknown,
-        Err(SelectError::UnknownNode {
-            id: 99,
-            least: 1,
-            largest: 8
-        })
-    );
+    assert_eq!(unknown, Err(SelectError::UnknownNode { id: 99, least: 1, largest: 8 }));
     for text in [
         "on = { plane = { axis = 'x' } }",
         "on = { plane = { normal = [0, 0, 0], point = [0, 0, 0] } }",
         "on = { fraction = { axis = 'x', side = 'max', fraction = 25 } }",
     ] {
-        assert!(
-            matches!(select(text, &mesh), Err(SelectError::BadPredicate(_))),
-            "{text}"
-        );
+        assert!(matches!(select(text, &mesh), Err(SelectError::BadPredicate(_))), "{text}");
     }
-    for text in [
-        "box = { min = [0,0,0], max = [1,1,1], middle = 1 }",
-        "group = 'a'\nnodes = [1]",
-    ] {
+    for text in ["box = { min = [0,0,0], max = [1,1,1], middle = 1 }", "group = 'a'\nnodes = [1]"] {
         assert!(toml::from_str::<Selection>(text).is_err(), "{text}");
     }
 }
@@ -156,9 +106,7 @@ fn a_written_vtu_reads_back_as_the_same_mesh_and_fields() {
     for order in [Order::Linear, Order::Quadratic] {
         let mesh = block([1.0, 2.0, 3.0], [1, 2, 1], order);
         let path = folder.path().join("u.vtu");
-        let u: Vec<f64> = (0..3 * mesh.nodes.len())
-            .map(|i| (i as f64).sqrt())
-            .collect();
+        let u: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| (i as f64).sqrt()).collect();
         let cells = Cells::Tetrahedra(order, &mesh.elements);
         field::write_vtu(&path, &mesh.nodes, cells, &[("displacement", &u, 3)]).unwrap();
         assert_eq!(mesh::hash(&mesh::read(&path).unwrap()), mesh::hash(&mesh));
@@ -182,13 +130,7 @@ fn a_surface_and_a_collection_are_written_and_read_back() {
     let mesh = block([1.0; 3], [2; 3], Order::Quadratic);
     let surface = Surface::of(&mesh);
     let path = folder.path().join("s & t.vtu");
-    field::write_vtu(
-        &path,
-        &mesh.nodes,
-        Cells::Triangles(&surface.triangles),
-        &[],
-    )
-    .unwrap();
+    field::write_vtu(&path, &mesh.nodes, Cells::Triangles(&surface.triangles), &[]).unwrap();
     assert_eq!(field::read_vtu(&path).unwrap().points, mesh.nodes);
     // A surface is no solid, and is refused as such.
     let error = mesh::read(&path).unwrap_err();
@@ -230,10 +172,7 @@ fn decks_that_would_be_misread_are_refused_by_name() {
         ("*ELEMENT, TYPE=C3D27X\n9, 1\n", "*ELEMENT"),
         ("*ELEMENT, TYPE=XYZ\n9, 1\n", "*ELEMENT"),
         ("*INSTANCE, NAME=a, PART=b\n1., 0., 0.\n", "*INSTANCE"),
-        (
-            "*INSTANCE, NAME=a, PART=b\n*END INSTANCE\n*INSTANCE, NAME=c, PART=b\n",
-            "*INSTANCE",
-        ),
+        ("*INSTANCE, NAME=a, PART=b\n*END INSTANCE\n*INSTANCE, NAME=c, PART=b\n", "*INSTANCE"),
         ("*NSET, NSET=x\nnowhere\n", "*NSET"),
         ("*NODE, SYSTEM=C\n9, 0, 0, 0\n", "*NODE"),
         ("*NODE\n1, 0, 0, 0\n", "*NODE"),
@@ -245,15 +184,9 @@ fn decks_that_would_be_misread_are_refused_by_name() {
         let error = read_text("deck.inp", &format!("{DECK}{more}")).expect_err(more);
         if let Some(fault) = error.fault() {
             assert_eq!(fault.section, section, "{error}");
-            assert!(
-                matches!(fault.place, mesh::Place::Line(line) if line > 26),
-                "{error}"
-            );
+            assert!(matches!(fault.place, mesh::Place::Line(line) if line > 26), "{error}");
         } else {
-            assert!(
-                matches!(error.problems()[0], Problem::UnsupportedElements(_)),
-                "{more}: {error}"
-            );
+            assert!(matches!(error.problems()[0], Problem::UnsupportedElements(_)), "{more}: {error}");
         }
     }
 }
@@ -297,80 +230,28 @@ fn tables(points: &str, cells: &str) -> Result<Mesh, MeshError> {
 #[test]
 fn unsound_meshes_are_refused_by_name() {
     const UNIT: &str = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
-    let problem =
-        |points: &str, cells: &str| tables(points, cells).unwrap_err().problems()[0].clone();
+    let problem = |points: &str, cells: &str| tables(points, cells).unwrap_err().problems()[0].clone();
     let flat = problem("0 0 0\n1 0 0\n0 1 0\n0.3 0.3 0\n", "1 2 3 4\n");
-    assert!(
-        matches!(
-            flat,
-            Problem::DegenerateElements {
-                count: 1,
-                first: [1, 2, 3, 4],
-                ..
-            }
-        ),
-        "{flat}"
-    );
+    assert!(matches!(flat, Problem::DegenerateElements { count: 1, first: [1, 2, 3, 4], .. }), "{flat}");
     let twin = problem(&format!("{UNIT}0 0 1.0\n1 1 1\n"), "1 2 3 4\n2 3 5 6\n");
-    assert!(
-        matches!(
-            twin,
-            Problem::DuplicateNodes {
-                count: 1,
-                first: [4, 5],
-                ..
-            }
-        ),
-        "{twin}"
-    );
-    let apart = problem(
-        &format!("{UNIT}5 0 0\n6 0 0\n5 1 0\n5 0 1\n"),
-        "1 2 3 4\n5 6 7 8\n",
-    );
-    assert!(
-        matches!(&apart, Problem::Disconnected { elements, .. } if elements == &[1, 1]),
-        "{apart}"
-    );
+    assert!(matches!(twin, Problem::DuplicateNodes { count: 1, first: [4, 5], .. }), "{twin}");
+    let apart = problem(&format!("{UNIT}5 0 0\n6 0 0\n5 1 0\n5 0 1\n"), "1 2 3 4\n5 6 7 8\n");
+    assert!(matches!(&apart, Problem::Disconnected { elements, .. } if elements == &[1, 1]), "{apart}");
     let twice = problem(&format!("{UNIT}1 1 1\n"), "1 2 3 4\n1 2 3 4\n2 3 4 5\n");
-    assert!(
-        matches!(
-            twice,
-            Problem::OverlappingElements {
-                count: 1,
-                first: [2, 3, 4]
-            }
-        ),
-        "{twice}"
-    );
+    assert!(matches!(twice, Problem::OverlappingElements { count: 1, first: [2, 3, 4] }), "{twice}");
     let mids = "0.5 0 0\n0.5 0.5 0\n0 0.5 0\n0 0 0.5\n0.5 0 0.5\n0 0.5 0.5\n";
     assert!(tables(&format!("{UNIT}{mids}"), "1 2 3 4 5 6 7 8 9 10\n").is_ok());
     let bent = mids.replacen("0.5 0 0", "0.5 0.9 0.9", 1);
     let folded = problem(&format!("{UNIT}{bent}"), "1 2 3 4 5 6 7 8 9 10\n");
-    assert!(
-        matches!(folded, Problem::FoldedElements { count: 1, .. }),
-        "{folded}"
-    );
-    let mixed = problem(
-        &format!("{UNIT}{mids}1 1 1\n"),
-        "1 2 3 4 5 6 7 8 9 10\n2 3 4 11\n",
-    );
-    assert_eq!(
-        mixed,
-        Problem::MixedOrders {
-            linear: 1,
-            quadratic: 1
-        }
-    );
+    assert!(matches!(folded, Problem::FoldedElements { count: 1, .. }), "{folded}");
+    let mixed = problem(&format!("{UNIT}{mids}1 1 1\n"), "1 2 3 4 5 6 7 8 9 10\n2 3 4 11\n");
+    assert_eq!(mixed, Problem::MixedOrders { linear: 1, quadratic: 1 });
 }
 
 #[test]
 fn a_turned_quadratic_element_keeps_its_edges() {
     let mesh = block([1.0; 3], [1; 3], Order::Quadratic);
-    let points: String = mesh
-        .nodes
-        .iter()
-        .map(|p| format!("{} {} {}\n", p[0], p[1], p[2]))
-        .collect();
+    let points: String = mesh.nodes.iter().map(|p| format!("{} {} {}\n", p[0], p[1], p[2])).collect();
     // Exchanging corners 0 and 2 exchanges edges (0,1)-(1,2) and (0,3)-(2,3).
     let turned: String = mesh
         .elements
@@ -381,13 +262,7 @@ fn a_turned_quadratic_element_keeps_its_edges() {
         })
         .collect();
     let read = tables(&points, &turned).unwrap();
-    assert!(
-        read.notes
-            .iter()
-            .any(|n| n == "6 inverted elements were reoriented"),
-        "{:?}",
-        read.notes
-    );
+    assert!(read.notes.iter().any(|n| n == "6 inverted elements were reoriented"), "{:?}", read.notes);
     assert!((read.volume() - 1.0).abs() < 1e-14);
 }
 
@@ -401,13 +276,7 @@ fn a_group_without_elements_takes_the_nodes_of_its_geometry() {
     let mesh = read_text("named.msh", text).unwrap();
     assert_eq!(mesh.node_groups["side"], [0, 1, 2]);
     assert!(!mesh.node_groups.contains_key("lost"));
-    assert!(
-        mesh.notes
-            .iter()
-            .any(|n| n.contains("`lost` is named, but")),
-        "{:?}",
-        mesh.notes
-    );
+    assert!(mesh.notes.iter().any(|n| n.contains("`lost` is named, but")), "{:?}", mesh.notes);
 }
 
 /// A partitioned copy: entities with parents and partitions, ghosts, physical groups on the partitions.
@@ -426,25 +295,12 @@ fn encoded_vtu(wide: bool, big: bool, compressed: bool, appended: Option<&str>) 
     use base64::{Engine as _, engine::general_purpose::STANDARD};
     use std::io::Write as _;
     let order = |bytes: [u8; 8]| {
-        if big {
-            bytes.into_iter().rev().collect()
-        } else {
-            bytes.to_vec()
-        }
+        if big { bytes.into_iter().rev().collect() } else { bytes.to_vec() }
     };
     let points = [0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 1., 1., 1.];
-    let reals: Vec<u8> = points
-        .iter()
-        .flat_map(|x: &f64| order(x.to_le_bytes()))
-        .collect();
-    let integers =
-        |v: &[i64]| -> Vec<u8> { v.iter().flat_map(|i| order(i.to_le_bytes())).collect() };
-    let arrays = [
-        reals,
-        integers(&[0, 1, 2, 3, 1, 2, 3, 4]),
-        integers(&[4, 8]),
-        vec![10, 10],
-    ];
+    let reals: Vec<u8> = points.iter().flat_map(|x: &f64| order(x.to_le_bytes())).collect();
+    let integers = |v: &[i64]| -> Vec<u8> { v.iter().flat_map(|i| order(i.to_le_bytes())).collect() };
+    let arrays = [reals, integers(&[0, 1, 2, 3, 1, 2, 3, 4]), integers(&[4, 8]), vec![10, 10]];
     let size = |n: usize| -> Vec<u8> {
         let bytes = order((n as u64).to_le_bytes());
         match (wide, big) {
@@ -462,17 +318,13 @@ fn encoded_vtu(wide: bool, big: bool, compressed: bool, appended: Option<&str>) 
         let packed: Vec<Vec<u8>> = bytes
             .chunks(half)
             .map(|block| {
-                let mut encoder =
-                    flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+                let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
                 encoder.write_all(block).unwrap();
                 encoder.finish().unwrap()
             })
             .collect();
         let last = bytes.len() % half;
-        let header = [packed.len(), half, last]
-            .into_iter()
-            .chain(packed.iter().map(Vec::len))
-            .flat_map(size);
+        let header = [packed.len(), half, last].into_iter().chain(packed.iter().map(Vec::len)).flat_map(size);
         (header.collect(), packed.concat(), false)
     });
     let stored = parts.map(|(header, data, together)| match appended {
@@ -482,11 +334,7 @@ fn encoded_vtu(wide: bool, big: bool, compressed: bool, appended: Option<&str>) 
     });
     let byte_order = if big { "BigEndian" } else { "LittleEndian" };
     let header = if wide { "UInt64" } else { "UInt32" };
-    let compressor = if compressed {
-        " compressor=\"vtkZLibDataCompressor\""
-    } else {
-        ""
-    };
+    let compressor = if compressed { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
     let mut offset = 0;
     let mut array = |i: usize, attributes: &str| {
         let start = offset;
@@ -526,8 +374,7 @@ fn every_encoding_of_vtu_gives_the_same_mesh() {
         let [wide, big, compressed] = [code & 1 > 0, code & 2 > 0, code & 4 > 0];
         for appended in [None, Some("raw"), Some("base64")] {
             std::fs::write(&path, encoded_vtu(wide, big, compressed, appended)).unwrap();
-            let case =
-                format!("wide {wide}, big {big}, compressed {compressed}, appended {appended:?}");
+            let case = format!("wide {wide}, big {big}, compressed {compressed}, appended {appended:?}");
             let mesh = mesh::read(&path).unwrap_or_else(|e| panic!("{case}: {e}"));
             hashes.push(mesh::hash(&mesh));
         }
@@ -541,17 +388,12 @@ fn binary_gmsh_files_of_the_other_byte_order_are_read() {
     let mut bytes = b"$MeshFormat\n2.2 1 8\n".to_vec();
     bytes.extend(1_i32.to_be_bytes());
     bytes.extend(b"\n$EndMeshFormat\n$Nodes\n4\n");
-    for (id, p) in [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]]
-        .iter()
-        .enumerate()
-    {
+    for (id, p) in [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].iter().enumerate() {
         bytes.extend((id as i32 + 1).to_be_bytes());
         p.iter().for_each(|x: &f64| bytes.extend(x.to_be_bytes()));
     }
     bytes.extend(b"\n$EndNodes\n$Elements\n1\n");
-    [4, 1, 2, 1, 3, 1, 1, 2, 3, 4]
-        .iter()
-        .for_each(|i: &i32| bytes.extend(i.to_be_bytes()));
+    [4, 1, 2, 1, 3, 1, 1, 2, 3, 4].iter().for_each(|i: &i32| bytes.extend(i.to_be_bytes()));
     bytes.extend(b"\n$EndElements\n");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("big.msh");
@@ -567,10 +409,7 @@ fn a_hexahedron_is_refused_with_its_kind_its_count_and_its_place() {
         0 1 2 3 4 5 6 7\nCELL_TYPES 2\n10 12\n";
     let error = read_text("hex.vtk", text).unwrap_err();
     let message = error.to_string();
-    assert!(
-        message.contains("1 × 8-node hexahedron (first at cell 1)"),
-        "{message}"
-    );
+    assert!(message.contains("1 × 8-node hexahedron (first at cell 1)"), "{message}");
 }
 
 #[test]
@@ -589,11 +428,7 @@ fn ten_node_orders_of_other_programs_become_ours() {
         [0.5, 0., 0.5],
     ];
     let lines = |from: usize| -> String {
-        points
-            .iter()
-            .enumerate()
-            .map(|(i, p)| format!("{} {} {} {}\n", i + from, p[0], p[1], p[2]))
-            .collect()
+        points.iter().enumerate().map(|(i, p)| format!("{} {} {} {}\n", i + from, p[0], p[1], p[2])).collect()
     };
     let gmsh = format!(
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n{}$EndNodes\n$Elements\n1\n1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n\
@@ -604,18 +439,7 @@ fn ten_node_orders_of_other_programs_become_ours() {
     assert_eq!(read_text("ten.msh", &gmsh).unwrap().elements, wanted);
     // TetGen's mid-side nodes are placed by position, in whatever order they come.
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(
-        folder.path().join("t.node"),
-        format!("10 3 0 0\n{}", lines(0)),
-    )
-    .unwrap();
-    std::fs::write(
-        folder.path().join("t.ele"),
-        "1 10 0\n0 0 1 2 3 9 8 7 6 5 4\n",
-    )
-    .unwrap();
-    assert_eq!(
-        mesh::read(&folder.path().join("t.ele")).unwrap().elements,
-        wanted
-    );
+    std::fs::write(folder.path().join("t.node"), format!("10 3 0 0\n{}", lines(0))).unwrap();
+    std::fs::write(folder.path().join("t.ele"), "1 10 0\n0 0 1 2 3 9 8 7 6 5 4\n").unwrap();
+    assert_eq!(mesh::read(&folder.path().join("t.ele")).unwrap().elements, wanted);
 }

@@ -101,7 +101,8 @@ impl From<ScenarioError> for Failure {
 
 impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
-        Self::new(Cause::Mesh, error).remedy("`vademecum mesh FILE` shows what the file holds and every problem found")
+        Self::new(Cause::Mesh, error)
+            .remedy("`vademecum mesh FILE` shows what the file holds and every problem found")
     }
 }
 

@@ -57,7 +57,12 @@ impl Track {
     }
 
     /// Puts the loads of a step into `loads`.
-    fn apply(&self, scene: &Scene<'_, f64>, factors: &[[f64; 4]], loads: &mut Loads<'_, f64>) -> Result<(), Failure> {
+    fn apply(
+        &self,
+        scene: &Scene<'_, f64>,
+        factors: &[[f64; 4]],
+        loads: &mut Loads<'_, f64>,
+    ) -> Result<(), Failure> {
         let failed = |error: vademecum_eval::LoadError| Failure::new(Cause::File, error);
         loads.clear();
         let (contacts, patterns) = factors.split_at(self.contacts.len());
@@ -86,7 +91,6 @@ fn no_surface(path: &Path) -> Failure {
     let text = format!("{}: the file has no loadable surface, so contacts cannot act", path.display());
     Failure::new(Cause::File, text)
 }
-
 
 /// Marches `steps` steps from rest and shows each state, the start included.
 pub fn play(
@@ -141,7 +145,13 @@ pub struct LongRun {
 }
 
 /// Marches `steps` steps: the first hundredth under the track's first loads, the rest free.
-pub fn long_run(path: &Path, file: &File<'_>, options: &SceneOptions, track: &Track, steps: usize) -> Result<LongRun, Failure> {
+pub fn long_run(
+    path: &Path,
+    file: &File<'_>,
+    options: &SceneOptions,
+    track: &Track,
+    steps: usize,
+) -> Result<LongRun, Failure> {
     let bind = |error| Failure::file(path, error);
     let sizes = Scene::<f64>::sizes(file, options).map_err(bind)?;
     let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);

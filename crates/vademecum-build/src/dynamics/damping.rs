@@ -37,9 +37,7 @@ pub enum DampingError {
     #[error("Rayleigh damping needs alpha >= 0 and beta >= 0; found alpha = {}, beta = {}", .0.alpha, .0.beta)]
     Negative(Rayleigh),
     /// Frequencies are not two different positive numbers, or a ratio is negative.
-    #[error(
-        "two (ratio, frequency) pairs need ratios >= 0 and two different frequencies > 0; found {0:?}"
-    )]
+    #[error("two (ratio, frequency) pairs need ratios >= 0 and two different frequencies > 0; found {0:?}")]
     Pairs([(f64, f64); 2]),
     /// The two ratios ask for a negative coefficient: the ratio would be negative at other frequencies.
     #[error(
@@ -68,10 +66,7 @@ impl Damping {
 fn rayleigh_of_ratios(pairs: [(f64, f64); 2]) -> Result<Rayleigh, DampingError> {
     let [(z1, f1), (z2, f2)] = pairs;
     let sound = |x: f64, least: f64| x.is_finite() && x >= least;
-    if !(sound(z1, 0.0)
-        && sound(z2, 0.0)
-        && sound(f1, f64::MIN_POSITIVE)
-        && sound(f2, f64::MIN_POSITIVE))
+    if !(sound(z1, 0.0) && sound(z2, 0.0) && sound(f1, f64::MIN_POSITIVE) && sound(f2, f64::MIN_POSITIVE))
         || f1 == f2
     {
         return Err(DampingError::Pairs(pairs));
@@ -79,23 +74,15 @@ fn rayleigh_of_ratios(pairs: [(f64, f64); 2]) -> Result<Rayleigh, DampingError> 
     let [w1, w2] = [f1, f2].map(|f| std::f64::consts::TAU * f);
     // Differences of squares as products: nothing cancels when the frequencies are close.
     let scale = 2.0 / ((w2 - w1) * (w2 + w1));
-    let rayleigh = Rayleigh {
-        alpha: scale * w1 * w2 * (z1 * w2 - z2 * w1),
-        beta: scale * (z2 * w2 - z1 * w1),
-    };
-    if rayleigh.is_sound() {
-        Ok(rayleigh)
-    } else {
-        Err(DampingError::GainsEnergy(rayleigh))
-    }
+    let rayleigh =
+        Rayleigh { alpha: scale * w1 * w2 * (z1 * w2 - z2 * w1), beta: scale * (z2 * w2 - z1 * w1) };
+    if rayleigh.is_sound() { Ok(rayleigh) } else { Err(DampingError::GainsEnergy(rayleigh)) }
 }
 
 impl Rayleigh {
     /// Whether no mode gains energy: both coefficients finite and not negative.
     pub fn is_sound(&self) -> bool {
-        [self.alpha, self.beta]
-            .iter()
-            .all(|x| *x >= 0.0 && x.is_finite())
+        [self.alpha, self.beta].iter().all(|x| *x >= 0.0 && x.is_finite())
     }
 
     /// Damping ratio a mode of frequency `f`, Hz, receives.
@@ -122,20 +109,11 @@ pub struct NumericalDamping {
 pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> NumericalDamping {
     let step = step_matrix(table, omega_dt, ratio);
     let matrix = Mat::from_fn(3, 3, |i, j| step[i][j]);
-    let values = matrix
-        .eigenvalues()
-        .expect("the eigenvalues of a finite 3 × 3 matrix converge");
+    let values = matrix.eigenvalues().expect("the eigenvalues of a finite 3 × 3 matrix converge");
     let spectral_radius = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
-    let pair = values
-        .iter()
-        .filter(|z| z.im > 0.0)
-        .max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let pair = values.iter().filter(|z| z.im > 0.0).max_by(|a, b| a.norm().total_cmp(&b.norm()));
     let Some(pair) = pair else {
-        return NumericalDamping {
-            spectral_radius,
-            ratio: None,
-            period_elongation: None,
-        };
+        return NumericalDamping { spectral_radius, ratio: None, period_elongation: None };
     };
     let (decay, angle) = (-pair.norm().ln(), pair.arg());
     NumericalDamping {
@@ -166,7 +144,5 @@ pub fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3];
         }
         history[3 + i] = row.map(|x| x / weight);
     }
-    table
-        .finish
-        .map(|form| std::array::from_fn(|k| (0..HISTORY).map(|p| form[p] * history[p][k]).sum()))
+    table.finish.map(|form| std::array::from_fn(|k| (0..HISTORY).map(|p| form[p] * history[p][k]).sum()))
 }

@@ -52,11 +52,7 @@ impl State {
     /// A body at rest: everything zero.
     pub fn rest(n: usize, columns: usize) -> State {
         let zero = || Mat::zeros(n, columns);
-        State {
-            displacement: zero(),
-            dt_velocity: zero(),
-            dt2_acceleration: zero(),
-        }
+        State { displacement: zero(), dt_velocity: zero(), dt2_acceleration: zero() }
     }
 
     /// Number of trajectories.
@@ -125,14 +121,7 @@ impl<'a> FullOrder<'a> {
         let stages = increment_stages(table, dt, damping, &mut pairs);
         let matrices = pairs.iter().map(|&(m, k)| pencil.combine(m, k)).collect();
         let factors = symbolic.factorize_all(matrices)?;
-        Ok(FullOrder {
-            pencil,
-            table: *table,
-            dt,
-            damping,
-            factors,
-            stages,
-        })
+        Ok(FullOrder { pencil, table: *table, dt, damping, factors, stages })
     }
 
     /// Number of dofs `n`.
@@ -160,13 +149,7 @@ impl<'a> FullOrder<'a> {
         let zero = || Mat::zeros(self.n_dof(), columns);
         Workspace {
             solve: Solve::new(self.factors[0].symbolic(), columns, refine),
-            increments: std::array::from_fn(|i| {
-                if i < self.stages.len() {
-                    zero()
-                } else {
-                    Mat::new()
-                }
-            }),
+            increments: std::array::from_fn(|i| if i < self.stages.len() { zero() } else { Mat::new() }),
             mass_side: zero(),
             stiffness_side: zero(),
         }
@@ -184,41 +167,25 @@ impl<'a> FullOrder<'a> {
     }
 
     /// Solves for the increment of one stage.
-    fn solve_stage(
-        &self,
-        index: usize,
-        state: &State,
-        loads: &StageLoads<'_>,
-        work: &mut Workspace,
-    ) {
+    fn solve_stage(&self, index: usize, state: &State, loads: &StageLoads<'_>, work: &mut Workspace) {
         let stage = &self.stages[index];
         let (earlier, rest) = work.increments.split_at_mut(index);
         let rhs = &mut rest[0];
         let history = |weights: &[f64; HISTORY], out: MatMut<'_, f64>| {
-            let state = [
-                &state.displacement,
-                &state.dt_velocity,
-                &state.dt2_acceleration,
-            ];
+            let state = [&state.displacement, &state.dt_velocity, &state.dt2_acceleration];
             let terms = state.into_iter().chain(earlier.iter()).zip(weights);
             combine_into(terms.map(|(x, &w)| (w, x.as_ref())), out);
         };
         history(&stage.mass, work.mass_side.as_mut());
         history(&stage.stiffness, work.stiffness_side.as_mut());
         let (mass, stiffness) = (self.pencil.mass(), self.pencil.stiffness());
-        mass.mul_pair_into(
-            work.mass_side.as_ref(),
-            stiffness,
-            work.stiffness_side.as_ref(),
-            rhs.as_mut(),
-        );
+        mass.mul_pair_into(work.mass_side.as_ref(), stiffness, work.stiffness_side.as_ref(), rhs.as_mut());
         for (load, weight) in loads.iter().zip(stage.load) {
             if let Some(force) = load.filter(|_| weight != 0.0) {
                 add_into(self.dt * self.dt * weight, force, rhs.as_mut());
             }
         }
-        work.solve
-            .solve_in_place(&self.factors[stage.factor], rhs.as_mut());
+        work.solve.solve_in_place(&self.factors[stage.factor], rhs.as_mut());
     }
 
     /// The new state from the old one and the stage increments.
@@ -229,13 +196,12 @@ impl<'a> FullOrder<'a> {
             let u = state.displacement.col_as_slice_mut(j);
             let v = state.dt_velocity.col_as_slice_mut(j);
             let a = state.dt2_acceleration.col_as_slice_mut(j);
-            let increments: [&[f64]; MAX_STAGES] = std::array::from_fn(|s| {
-                if s < n_stages {
-                    work.increments[s].col_as_slice(j)
-                } else {
-                    &[][..]
-                }
-            });
+            let increments: [&[f64]; MAX_STAGES] =
+                std::array::from_fn(
+                    |s| {
+                        if s < n_stages { work.increments[s].col_as_slice(j) } else { &[][..] }
+                    },
+                );
             for i in 0..u.len() {
                 let (old_v, old_a) = (v[i], a[i]);
                 // The weights of u are 1, 0, 0 once the stages are increments.
@@ -252,10 +218,7 @@ impl<'a> FullOrder<'a> {
 
     /// Energy `½ u̇ᵀ M u̇ + ½ uᵀ K u` of trajectory `j`, J.
     pub fn energy(&self, state: &State, j: usize) -> f64 {
-        let (u, v) = (
-            state.displacement.col_as_slice(j),
-            state.dt_velocity.col_as_slice(j),
-        );
+        let (u, v) = (state.displacement.col_as_slice(j), state.dt_velocity.col_as_slice(j));
         let kinetic = self.pencil.mass().inner(v, v) / (self.dt * self.dt);
         0.5 * (kinetic + self.pencil.stiffness().inner(u, u))
     }
@@ -275,30 +238,21 @@ fn increment_stages(
         .map(|stage| {
             let m = stage.mass + alpha_dt * stage.damping;
             let k = dt * dt * stage.stiffness + beta_dt * stage.damping;
-            let factor = pairs
-                .iter()
-                .position(|&pair| pair == (m, k))
-                .unwrap_or_else(|| {
-                    pairs.push((m, k));
-                    pairs.len() - 1
-                });
+            let factor = pairs.iter().position(|&pair| pair == (m, k)).unwrap_or_else(|| {
+                pairs.push((m, k));
+                pairs.len() - 1
+            });
             let mut mass = [0.0; HISTORY];
             let mut stiffness = [0.0; HISTORY];
             for p in 0..HISTORY {
                 mass[p] = stage.mass_history[p] + alpha_dt * stage.damping_history[p];
-                stiffness[p] =
-                    dt * dt * stage.stiffness_history[p] + beta_dt * stage.damping_history[p];
+                stiffness[p] = dt * dt * stage.stiffness_history[p] + beta_dt * stage.damping_history[p];
             }
             // Exactly what consistency says: a resting, undeformed shift costs no inertia, and the elastic force of u
             // is the load's whole counterweight.
             mass[0] = 0.0;
             stiffness[0] = -dt * dt;
-            IncrementStage {
-                factor,
-                load: stage.load,
-                mass,
-                stiffness,
-            }
+            IncrementStage { factor, load: stage.load, mass, stiffness }
         })
         .collect()
 }

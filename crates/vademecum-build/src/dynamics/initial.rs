@@ -24,17 +24,11 @@ impl FullOrder<'_> {
         let (n, columns) = (self.n_dof(), displacement.ncols());
         let pencil = self.pencil;
         // α M v + K (u + β v) is the whole of the inner forces.
-        let damped = Mat::from_fn(n, columns, |i, j| {
-            displacement[(i, j)] + self.damping.beta * velocity[(i, j)]
-        });
+        let damped =
+            Mat::from_fn(n, columns, |i, j| displacement[(i, j)] + self.damping.beta * velocity[(i, j)]);
         let drag = Mat::from_fn(n, columns, |i, j| self.damping.alpha * velocity[(i, j)]);
         let mut rhs = Mat::zeros(n, columns);
-        pencil.mass().mul_pair_into(
-            drag.as_ref(),
-            pencil.stiffness(),
-            damped.as_ref(),
-            rhs.as_mut(),
-        );
+        pencil.mass().mul_pair_into(drag.as_ref(), pencil.stiffness(), damped.as_ref(), rhs.as_mut());
         for j in 0..columns {
             for i in 0..n {
                 rhs[(i, j)] = force.map_or(0.0, |f| f[(i, j)]) - rhs[(i, j)];
@@ -53,9 +47,7 @@ impl FullOrder<'_> {
         Ok(State {
             displacement: displacement.to_owned(),
             dt_velocity: Mat::from_fn(n, columns, |i, j| self.dt() * velocity[(i, j)]),
-            dt2_acceleration: Mat::from_fn(n, columns, |i, j| {
-                self.dt() * self.dt() * acceleration[(i, j)]
-            }),
+            dt2_acceleration: Mat::from_fn(n, columns, |i, j| self.dt() * self.dt() * acceleration[(i, j)]),
         })
     }
 }
@@ -83,10 +75,7 @@ fn solve_mass(pencil: &Pencil, b: &[f64], x: &mut [f64]) -> Option<()> {
         if size <= target {
             return Some(());
         }
-        mass.mul_into(
-            MatRef::from_column_major_slice(&direction, n, 1),
-            product.as_mut(),
-        );
+        mass.mul_into(MatRef::from_column_major_slice(&direction, n, 1), product.as_mut());
         let product = product.col_as_slice(0);
         let curvature = dot(&direction, product);
         if curvature.is_nan() || curvature <= 0.0 {

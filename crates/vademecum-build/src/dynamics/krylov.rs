@@ -100,12 +100,8 @@ impl<'a> Krylov<'a> {
         let width = block.ncols();
         let lengths: Vec<f64> = {
             let mut product = Mat::zeros(block.nrows(), width);
-            self.pencil
-                .mass()
-                .mul_into(block.as_ref(), product.as_mut());
-            (0..width)
-                .map(|c| dot(block.col_as_slice(c), product.col_as_slice(c)).sqrt())
-                .collect()
+            self.pencil.mass().mul_into(block.as_ref(), product.as_mut());
+            (0..width).map(|c| dot(block.col_as_slice(c), product.col_as_slice(c)).sqrt()).collect()
         };
         // Twice is enough (Parlett): what the first pass leaves by cancellation the second removes.
         for _ in 0..2 {
@@ -119,14 +115,7 @@ impl<'a> Krylov<'a> {
                 1.0,
                 Par::Seq,
             );
-            matmul(
-                block.as_mut(),
-                Accum::Add,
-                basis,
-                coefficients.as_ref(),
-                -1.0,
-                Par::Seq,
-            );
+            matmul(block.as_mut(), Accum::Add, basis, coefficients.as_ref(), -1.0, Par::Seq);
             if let Some(first) = images_of {
                 for c in 0..width {
                     for i in 0..old {
@@ -159,10 +148,7 @@ impl<'a> Krylov<'a> {
         }
         let n = column.len();
         let mut product = Mat::zeros(n, 1);
-        self.pencil.mass().mul_into(
-            MatRef::from_column_major_slice(column, n, 1),
-            product.as_mut(),
-        );
+        self.pencil.mass().mul_into(MatRef::from_column_major_slice(column, n, 1), product.as_mut());
         let product = product.col_as_slice(0);
         let left = dot(column, product).max(0.0).sqrt();
         // `<=`: nothing is appended when all is zero.
@@ -197,47 +183,27 @@ impl<'a> Krylov<'a> {
     /// frontier rows of the projection give its residual.
     pub fn ritz(&self) -> Ritz {
         let m = self.expanded;
-        let symmetric = Mat::from_fn(m, m, |i, j| {
-            0.5 * (self.projected[(i, j)] + self.projected[(j, i)])
-        });
+        let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
         let (ascending, vectors) = symmetric_eigen(symmetric.as_ref());
         let vectors = vectors.as_ref().reverse_cols().to_owned();
         let frontier = self.projected.submatrix(m, 0, self.used - m, m) * &vectors;
         let values: Vec<f64> = ascending.into_iter().rev().collect();
-        let residuals = (0..m)
-            .map(|j| frontier.col(j).norm_l2() / values[j].abs())
-            .collect();
-        Ritz {
-            values,
-            vectors,
-            residuals,
-        }
+        let residuals = (0..m).map(|j| frontier.col(j).norm_l2() / values[j].abs()).collect();
+        Ritz { values, vectors, residuals }
     }
 
     /// Ritz vectors over the dofs, with their true residuals.
     pub fn modes(&self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
         let n = self.basis.nrows();
         // A singular mass shows as θ = 0, to rounding.
-        let found = ritz
-            .values
-            .iter()
-            .take(count)
-            .filter(|&&t| t > 1e-15 * ritz.values[0])
-            .count();
+        let found = ritz.values.iter().take(count).filter(|&&t| t > 1e-15 * ritz.values[0]).count();
         if found < count {
             return Err(ModesError::SingularMass { found });
         }
         let mut vectors = Mat::zeros(n, count);
         let coordinates = ritz.vectors.subcols(0, count);
         let basis = self.basis.subcols(0, self.expanded);
-        matmul(
-            vectors.as_mut(),
-            Accum::Replace,
-            basis,
-            coordinates,
-            1.0,
-            Par::Seq,
-        );
+        matmul(vectors.as_mut(), Accum::Replace, basis, coordinates, 1.0, Par::Seq);
         for j in 0..count {
             turn_positive(vectors.col_as_slice_mut(j));
         }
@@ -248,20 +214,14 @@ impl<'a> Krylov<'a> {
         let eigenvalues: Vec<f64> = order.iter().map(|&j| quotients[j]).collect();
         let vectors = Mat::from_fn(n, count, |i, j| vectors[(i, order[j])]);
         let residuals = self.true_residuals(vectors.as_ref(), &eigenvalues);
-        Ok(Modes {
-            eigenvalues,
-            vectors,
-            residuals,
-        })
+        Ok(Modes { eigenvalues, vectors, residuals })
     }
 
     /// `xᵀKx / xᵀMx`: stationary at a mode, so a vector error counts by its square, and free of the factor's rounding,
     /// which on slender bodies shifts the lowest `1/θ` by some 1e-9.
     fn rayleigh_quotients(&self, vectors: MatRef<'_, f64>) -> Vec<f64> {
         let of = |x: &[f64]| self.pencil.stiffness().inner(x, x) / self.pencil.mass().inner(x, x);
-        (0..vectors.ncols())
-            .map(|j| of(contiguous(vectors, j)))
-            .collect()
+        (0..vectors.ncols()).map(|j| of(contiguous(vectors, j))).collect()
     }
 
     /// `‖K⁻¹M x − x/λ‖_M λ` computed afresh with refined solves, not from the recurrence.
@@ -277,9 +237,7 @@ impl<'a> Krylov<'a> {
             solve.solve_in_place(self.factor, image.as_mut());
             for j in 0..width {
                 let theta = 1.0 / eigenvalues[first + j];
-                let off: Vec<f64> = (0..n)
-                    .map(|i| image[(i, j)] - theta * part[(i, j)])
-                    .collect();
+                let off: Vec<f64> = (0..n).map(|i| image[(i, j)] - theta * part[(i, j)]).collect();
                 residuals.push(self.pencil.mass().inner(&off, &off).max(0.0).sqrt() / theta);
             }
         }
@@ -289,9 +247,7 @@ impl<'a> Krylov<'a> {
 
 /// Makes the entry of largest magnitude positive: the sign of a mode is otherwise an accident.
 fn turn_positive(vector: &mut [f64]) {
-    let largest = vector
-        .iter()
-        .fold(0.0_f64, |l, &x| if x.abs() > l.abs() { x } else { l });
+    let largest = vector.iter().fold(0.0_f64, |l, &x| if x.abs() > l.abs() { x } else { l });
     if largest < 0.0 {
         vector.iter_mut().for_each(|x| *x = -*x);
     }
@@ -310,8 +266,7 @@ pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> (Vec<f64>, Mat<f64>) {
     let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / scale);
     let mut values = faer::Col::<f64>::zeros(n);
     let mut vectors = Mat::zeros(n, n);
-    let request =
-        self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, Spec::default());
+    let request = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, Spec::default());
     let mut memory = MemBuffer::new(request);
     self_adjoint_evd(
         scaled.as_ref(),

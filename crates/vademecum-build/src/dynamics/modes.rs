@@ -32,10 +32,7 @@ pub struct Modes {
 impl Modes {
     /// `√λ / 2π`, Hz.
     pub fn frequencies_hz(&self) -> Vec<f64> {
-        self.eigenvalues
-            .iter()
-            .map(|l| l.sqrt() / std::f64::consts::TAU)
-            .collect()
+        self.eigenvalues.iter().map(|l| l.sqrt() / std::f64::consts::TAU).collect()
     }
 
     /// The largest residual: beyond 1e-8 the search ran out of room before all modes converged.
@@ -73,11 +70,7 @@ pub enum ModesError {
 ///
 /// # Errors
 /// [`ModesError`]. Modes that have not converged are no error: see [`Modes::residuals`].
-pub fn lowest_modes(
-    pencil: &Pencil,
-    symbolic: &Symbolic,
-    count: usize,
-) -> Result<Modes, ModesError> {
+pub fn lowest_modes(pencil: &Pencil, symbolic: &Symbolic, count: usize) -> Result<Modes, ModesError> {
     let n = pencil.n_dof();
     if count == 0 || count > n {
         return Err(ModesError::Count { count, n });
@@ -88,8 +81,7 @@ pub fn lowest_modes(
     let ritz = loop {
         space.expand();
         let ritz = space.ritz();
-        let converged =
-            ritz.values.len() >= count && ritz.residuals[..count].iter().all(|&r| r <= TOLERANCE);
+        let converged = ritz.values.len() >= count && ritz.residuals[..count].iter().all(|&r| r <= TOLERANCE);
         settled = match settled {
             Some(since) if converged => Some(since + 1),
             _ => converged.then_some(0),
@@ -118,15 +110,7 @@ mod tests {
     fn beam(cells: [usize; 3], size: [f64; 3]) -> Result<Model, ModelError> {
         let mesh = block(cells, size);
         let held = hold(&mesh, |p| p[0] == 0.0);
-        Model::assemble(
-            mesh,
-            &[Material {
-                young: 1e7,
-                poisson: 0.3,
-                density: 1000.0,
-            }],
-            &held,
-        )
+        Model::assemble(mesh, &[Material { young: 1e7, poisson: 0.3, density: 1000.0 }], &held)
     }
 
     /// A chain of unit masses and springs held at one end: `λ_j = 4 sin²((2j−1)π/(4n+2))`.
@@ -151,10 +135,7 @@ mod tests {
                 let angle = (2 * j + 1) as f64 * std::f64::consts::PI / (4 * n + 2) as f64;
                 let exact = 4.0 * angle.sin().powi(2);
                 // What the module promises; the residual bounds it.
-                assert!(
-                    (found / exact - 1.0).abs() < 1e-8,
-                    "n = {n}, mode {j}: {found} for {exact}"
-                );
+                assert!((found / exact - 1.0).abs() < 1e-8, "n = {n}, mode {j}: {found} for {exact}");
             }
         }
     }
@@ -164,17 +145,12 @@ mod tests {
         // More copies than the start block is wide: only the probes can find the rest.
         let n = 300;
         let mass: Vec<_> = (0..n).map(|i| (i, i, 1.0)).collect();
-        let stiffness: Vec<_> = (0..n)
-            .map(|i| (i, i, if i < 12 { 1.0 } else { f64::from(i) }))
-            .collect();
+        let stiffness: Vec<_> = (0..n).map(|i| (i, i, if i < 12 { 1.0 } else { f64::from(i) })).collect();
         let pencil = Pencil::from_triplets(n as usize, &mass, &stiffness).unwrap();
         let modes = lowest_modes(&pencil, &Symbolic::analyze(&pencil).unwrap(), 14).unwrap();
         for (j, &found) in modes.eigenvalues.iter().enumerate() {
             let exact = if j < 12 { 1.0 } else { j as f64 };
-            assert!(
-                (found / exact - 1.0).abs() < 1e-8,
-                "mode {j}: {found} for {exact}"
-            );
+            assert!((found / exact - 1.0).abs() < 1e-8, "mode {j}: {found} for {exact}");
         }
     }
 
@@ -199,20 +175,14 @@ mod tests {
         // Euler–Bernoulli: linear tetrahedra are too stiff, so above it, and within half of it on this mesh.
         let bending = 0.5596 * (1e7_f64 * 0.1_f64.powi(4) / 12.0 / (1000.0 * 0.01)).sqrt();
         let first = modes.frequencies_hz()[0];
-        assert!(
-            first > bending && first < 1.5 * bending,
-            "{first} Hz against {bending} Hz"
-        );
+        assert!(first > bending && first < 1.5 * bending, "{first} Hz against {bending} Hz");
     }
 
     #[test]
     fn impossible_counts_and_singular_masses_are_named() {
         let pencil = chain(3);
         let symbolic = Symbolic::analyze(&pencil).unwrap();
-        assert_eq!(
-            lowest_modes(&pencil, &symbolic, 4).unwrap_err(),
-            ModesError::Count { count: 4, n: 3 }
-        );
+        assert_eq!(lowest_modes(&pencil, &symbolic, 4).unwrap_err(), ModesError::Count { count: 4, n: 3 });
         let stiffness: Vec<_> = (0..3).map(|i| (i, i, 1.0)).collect();
         let massless = Pencil::from_triplets(3, &[(0, 0, 1.0)], &stiffness).unwrap();
         let found = lowest_modes(&massless, &Symbolic::analyze(&massless).unwrap(), 2);
@@ -226,10 +196,7 @@ mod tests {
         let w = (1.0 / n as f64).sqrt();
         let reflect = |i: usize, k: usize| f64::from(i == k) - 2.0 * w * w;
         let dense = Mat::from_fn(n, n, |i, j| {
-            1e-16
-                * (0..n)
-                    .map(|k| reflect(i, k) * (k + 1) as f64 * reflect(k, j))
-                    .sum::<f64>()
+            1e-16 * (0..n).map(|k| reflect(i, k) * (k + 1) as f64 * reflect(k, j)).sum::<f64>()
         });
         let (values, _) = symmetric_eigen(dense.as_ref());
         for (i, value) in values.iter().enumerate() {

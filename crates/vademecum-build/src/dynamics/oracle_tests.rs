@@ -55,25 +55,14 @@ fn two_dof() -> Pencil {
 
 fn two_dof_march(table: &SchemeTable, dt: f64, steps: usize) -> Vec<State> {
     let rest = [[0.0; 2]; 2];
-    march(
-        &two_dof(),
-        table,
-        dt,
-        Rayleigh::default(),
-        [&rest[0], &rest[1]],
-        |_| vec![0.0, 10.0],
-        steps,
-    )
+    march(&two_dof(), table, dt, Rayleigh::default(), [&rest[0], &rest[1]], |_| vec![0.0, 10.0], steps)
 }
 
 /// Equal to a number printed with six decimals.
 fn assert_printed(state: &State, expected: [f64; 2], digit: f64) {
     for (i, value) in expected.into_iter().enumerate() {
         let found = state.displacement[(i, 0)];
-        assert!(
-            (found - value).abs() <= 0.5 * digit * (1.0 + 1e-9),
-            "{found} is not the printed {value}"
-        );
+        assert!((found - value).abs() <= 0.5 * digit * (1.0 + 1e-9), "{found} is not the printed {value}");
     }
 }
 
@@ -107,15 +96,7 @@ fn stiff_and_soft(table: &SchemeTable) -> Vec<State> {
     let pencil = Pencil::from_matrices(mass.as_ref(), stiffness.as_ref()).unwrap();
     let rest = [[0.0; 2]; 2];
     let force = |t: f64| vec![k1 * (1.2 * t).sin(), 0.0];
-    march(
-        &pencil,
-        table,
-        0.2618,
-        Rayleigh::default(),
-        [&rest[0], &rest[1]],
-        force,
-        40,
-    )
+    march(&pencil, table, 0.2618, Rayleigh::default(), [&rest[0], &rest[1]], force, 40)
 }
 
 #[test]
@@ -125,11 +106,7 @@ fn bathe_damps_the_stiff_spring_at_once() {
     assert!((states[40].displacement[(1, 0)] + 2.269068).abs() < 0.5e-6);
     assert!((acceleration(&states[1]) + 23.3).abs() < 0.05);
     // u2 follows u1, whose acceleration is at most 1.44; the method's own transient is over after a few steps.
-    assert!(
-        states[5..]
-            .iter()
-            .all(|s| acceleration(s).abs() < 2.0 * 1.44)
-    );
+    assert!(states[5..].iter().all(|s| acceleration(s).abs() < 2.0 * 1.44));
 }
 
 #[test]
@@ -145,10 +122,7 @@ fn the_trapezoidal_rule_lets_the_stiff_spring_ring() {
 
 #[test]
 fn one_oscillator_by_bathe_matches_the_reference_table() {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../../shared/reference/bathe-sdof.csv"
-    );
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/bathe-sdof.csv");
     let Ok(text) = std::fs::read_to_string(path) else {
         println!("skipped: no {path}");
         return;
@@ -158,29 +132,20 @@ fn one_oscillator_by_bathe_matches_the_reference_table() {
         let omega_dt = std::f64::consts::TAU * printed[0];
         let found = numerical_damping(&bathe(), omega_dt, 0.0);
         let (ratio, elongation) = (found.ratio.unwrap(), found.period_elongation.unwrap());
-        assert!(
-            (found.spectral_radius - printed[1]).abs() < 0.51e-8,
-            "{line}"
-        );
+        assert!((found.spectral_radius - printed[1]).abs() < 0.51e-8, "{line}");
         assert!((100.0 * elongation - printed[2]).abs() < 0.51e-6, "{line}");
         // Amplitude lost per computed period: 1 − exp(−2π ζ/√(1−ζ²)).
         let decay = 1.0 - (-std::f64::consts::TAU * ratio / (1.0 - ratio * ratio).sqrt()).exp();
         assert!((100.0 * decay - printed[3]).abs() < 0.51e-6, "{line}");
         let rule = numerical_damping(&newmark(0.25, 0.5).unwrap(), omega_dt, 0.0);
-        assert!(
-            (100.0 * rule.period_elongation.unwrap() - printed[4]).abs() < 0.51e-6,
-            "{line}"
-        );
+        assert!((100.0 * rule.period_elongation.unwrap() - printed[4]).abs() < 0.51e-6, "{line}");
     }
 }
 
 /// Largest errors of displacement and velocity up to `t = 2` on the damped two-dof problem whose exact motion is
 /// `u = (sin t, cos 2t)`.
 fn errors_in_dt(table: &SchemeTable, dt: f64) -> [f64; 2] {
-    let damping = Rayleigh {
-        alpha: 0.1,
-        beta: 0.02,
-    };
+    let damping = Rayleigh { alpha: 0.1, beta: 0.02 };
     let motion = |t: f64| {
         let u = [t.sin(), (2.0 * t).cos()];
         let v = [t.cos(), -2.0 * (2.0 * t).sin()];
@@ -190,9 +155,7 @@ fn errors_in_dt(table: &SchemeTable, dt: f64) -> [f64; 2] {
         let (u, v, a) = motion(t);
         let mass = [2.0, 1.0];
         let k = |x: [f64; 2]| [6.0 * x[0] - 2.0 * x[1], -2.0 * x[0] + 4.0 * x[1]];
-        (0..2)
-            .map(|i| mass[i] * (a[i] + 0.1 * v[i]) + 0.02 * k(v)[i] + k(u)[i])
-            .collect()
+        (0..2).map(|i| mass[i] * (a[i] + 0.1 * v[i]) + 0.02 * k(v)[i] + k(u)[i]).collect()
     };
     let (u, v, _) = motion(0.0);
     let steps = (2.0 / dt).round() as usize;
@@ -223,23 +186,15 @@ fn every_scheme_is_of_second_order() {
     ];
     for (name, table) in schemes {
         let [coarse, fine] = [0.01, 0.005].map(|dt| errors_in_dt(&table, dt));
-        let slopes: Vec<f64> = coarse
-            .iter()
-            .zip(fine)
-            .map(|(c, f)| (c / f).log2())
-            .collect();
+        let slopes: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c / f).log2()).collect();
         println!(
             "{name}: u {:.2e}, v {:.2e} at 0.005 s; orders {:.3}, {:.3}",
             fine[0], fine[1], slopes[0], slopes[1]
         );
-        assert!(
-            slopes.iter().all(|s| (s - 2.0).abs() < 0.1),
-            "{name} {slopes:?}"
-        );
+        assert!(slopes.iter().all(|s| (s - 2.0).abs() < 0.1), "{name} {slopes:?}");
     }
     // Newmark with γ > ½ pays for its damping with the order.
-    let [coarse, fine] =
-        [0.01, 0.005].map(|dt| errors_in_dt(&newmark(0.3025, 0.6).unwrap(), dt)[0]);
+    let [coarse, fine] = [0.01, 0.005].map(|dt| errors_in_dt(&newmark(0.3025, 0.6).unwrap(), dt)[0]);
     assert!(((coarse / fine).log2() - 1.0).abs() < 0.1);
 }
 
@@ -261,11 +216,7 @@ fn high_frequencies_are_damped_as_asked() {
     let at_infinity = |table: SchemeTable| numerical_damping(&table, 1e6, 0.0).spectral_radius;
     for rho in [0.0, 0.25, 0.5, 0.9, 1.0] {
         for table in [rho_bathe(rho).unwrap(), generalized_alpha(rho).unwrap()] {
-            assert!(
-                (at_infinity(table) - rho).abs() < 1e-2,
-                "{rho} {}",
-                at_infinity(table)
-            );
+            assert!((at_infinity(table) - rho).abs() < 1e-2, "{rho} {}", at_infinity(table));
         }
     }
     assert!(at_infinity(bathe()) < 1e-2);
@@ -287,8 +238,7 @@ fn no_scheme_amplifies_any_oscillator() {
         for exponent in -30..=40 {
             for ratio in [0.0, 0.05, 0.9] {
                 let radius =
-                    numerical_damping(&table, 10f64.powf(0.1 * f64::from(exponent)), ratio)
-                        .spectral_radius;
+                    numerical_damping(&table, 10f64.powf(0.1 * f64::from(exponent)), ratio).spectral_radius;
                 assert!(radius <= 1.0 + 1e-12, "{radius}");
             }
         }
@@ -298,36 +248,14 @@ fn no_scheme_amplifies_any_oscillator() {
 #[test]
 fn the_march_follows_the_step_matrix_of_one_oscillator() {
     let (omega, ratio, dt) = (7.0_f64, 0.03, 0.05);
-    let pencil =
-        Pencil::from_matrices(mat![[2.0]].as_ref(), mat![[2.0 * omega * omega]].as_ref()).unwrap();
+    let pencil = Pencil::from_matrices(mat![[2.0]].as_ref(), mat![[2.0 * omega * omega]].as_ref()).unwrap();
     // ζ = βω/2 from the stiffness alone.
-    let damping = Rayleigh {
-        alpha: 0.0,
-        beta: 2.0 * ratio / omega,
-    };
-    for table in [
-        bathe(),
-        rho_bathe(0.4).unwrap(),
-        hht_alpha(-0.2).unwrap(),
-        generalized_alpha(0.3).unwrap(),
-    ] {
-        let states = march(
-            &pencil,
-            &table,
-            dt,
-            damping,
-            [&[1.0], &[2.0]],
-            |_| vec![0.0],
-            20,
-        );
+    let damping = Rayleigh { alpha: 0.0, beta: 2.0 * ratio / omega };
+    for table in [bathe(), rho_bathe(0.4).unwrap(), hht_alpha(-0.2).unwrap(), generalized_alpha(0.3).unwrap()]
+    {
+        let states = march(&pencil, &table, dt, damping, [&[1.0], &[2.0]], |_| vec![0.0], 20);
         let t = step_matrix(&table, omega * dt, ratio);
-        let read = |s: &State| {
-            [
-                s.displacement[(0, 0)],
-                s.dt_velocity[(0, 0)],
-                s.dt2_acceleration[(0, 0)],
-            ]
-        };
+        let read = |s: &State| [s.displacement[(0, 0)], s.dt_velocity[(0, 0)], s.dt2_acceleration[(0, 0)]];
         let mut y = read(&states[0]);
         for state in &states[1..] {
             y = t.map(|row| row[0] * y[0] + row[1] * y[1] + row[2] * y[2]);
@@ -342,15 +270,10 @@ fn the_march_follows_the_step_matrix_of_one_oscillator() {
 fn initial_acceleration_balances_the_forces() {
     let pencil = two_dof();
     let symbolic = Symbolic::analyze(&pencil).unwrap();
-    let damping = Rayleigh {
-        alpha: 0.5,
-        beta: 0.25,
-    };
+    let damping = Rayleigh { alpha: 0.5, beta: 0.25 };
     let full = FullOrder::new(&pencil, &symbolic, &bathe(), 0.1, damping).unwrap();
     let (u, v, f) = (mat![[1.0], [2.0]], mat![[4.0], [-8.0]], mat![[3.0], [10.0]]);
-    let state = full
-        .initial_state(u.as_ref(), v.as_ref(), Some(f.as_ref()))
-        .unwrap();
+    let state = full.initial_state(u.as_ref(), v.as_ref(), Some(f.as_ref())).unwrap();
     // K u = (2, 6); C v = 0.5 (8, −8) + 0.25 (40, −40) = (14, −14); M a = (−13, 18).
     assert!((state.dt2_acceleration[(0, 0)] / 0.01 + 6.5).abs() < 1e-13);
     assert!((state.dt2_acceleration[(1, 0)] / 0.01 - 18.0).abs() < 1e-13);
@@ -364,25 +287,14 @@ fn what_cannot_march_is_refused_by_name() {
     let symbolic = Symbolic::analyze(&pencil).unwrap();
     let none = Rayleigh::default();
     let refused = |table: &SchemeTable, dt: f64, damping: Rayleigh| {
-        FullOrder::new(&pencil, &symbolic, table, dt, damping)
-            .err()
-            .unwrap()
+        FullOrder::new(&pencil, &symbolic, table, dt, damping).err().unwrap()
     };
     assert_eq!(refused(&bathe(), 0.0, none), FullOrderError::TimeStep(0.0));
-    let negative = Rayleigh {
-        alpha: -1.0,
-        beta: 0.0,
-    };
-    assert_eq!(
-        refused(&bathe(), 0.1, negative),
-        FullOrderError::Damping(negative)
-    );
+    let negative = Rayleigh { alpha: -1.0, beta: 0.0 };
+    assert_eq!(refused(&bathe(), 0.1, negative), FullOrderError::Damping(negative));
     let mut misprint = bathe();
     misprint.stages[1].mass = 16.0;
-    assert!(matches!(
-        refused(&misprint, 0.1, none),
-        FullOrderError::InconsistentScheme(_)
-    ));
+    assert!(matches!(refused(&misprint, 0.1, none), FullOrderError::InconsistentScheme(_)));
     let massless = Pencil::from_triplets(1, &[], &[(0, 0, 1.0)]).unwrap();
     let analysis = Symbolic::analyze(&massless).unwrap();
     let full = FullOrder::new(&massless, &analysis, &bathe(), 0.1, none).unwrap();
@@ -401,10 +313,7 @@ fn two_ratios_give_back_themselves() {
     let steep = Damping::Ratios([(0.5, 5.0), (0.001, 80.0)]).rayleigh();
     assert!(matches!(steep, Err(DampingError::GainsEnergy(_))));
     let same = [(0.02, 5.0), (0.05, 5.0)];
-    assert_eq!(
-        Damping::Ratios(same).rayleigh(),
-        Err(DampingError::Pairs(same))
-    );
+    assert_eq!(Damping::Ratios(same).rayleigh(), Err(DampingError::Pairs(same)));
     assert_eq!(Damping::None.rayleigh(), Ok(Rayleigh::default()));
 }
 
@@ -412,35 +321,20 @@ fn two_ratios_give_back_themselves() {
 fn cantilever_run(columns: std::ops::Range<usize>) -> (Modes, State) {
     let mesh = block([24, 6, 6], [4.0, 1.0, 1.0]); // 3 528 dofs: several row chunks, two groups of columns
     let held = hold(&mesh, |p| p[0] == 0.0);
-    let rubber = Material {
-        young: 1e7,
-        poisson: 0.3,
-        density: 1000.0,
-    };
+    let rubber = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
     let model = Model::assemble(mesh, &[rubber], &held).unwrap();
     let pencil = model.pencil();
     let symbolic = Symbolic::analyze(pencil).unwrap();
     let modes = lowest_modes(pencil, &symbolic, 6).unwrap();
-    let damping = Rayleigh {
-        alpha: 0.1,
-        beta: 1e-5,
-    };
+    let damping = Rayleigh { alpha: 0.1, beta: 1e-5 };
     let full = FullOrder::new(pencil, &symbolic, &bathe(), 1e-3, damping).unwrap();
     let n = full.n_dof();
-    let force = Mat::from_fn(n, columns.len(), |i, j| {
-        f64::from(i == n - 1 - columns.start - j)
-    });
+    let force = Mat::from_fn(n, columns.len(), |i, j| f64::from(i == n - 1 - columns.start - j));
     let still = Mat::zeros(n, columns.len());
-    let mut state = full
-        .initial_state(still.as_ref(), still.as_ref(), Some(force.as_ref()))
-        .unwrap();
+    let mut state = full.initial_state(still.as_ref(), still.as_ref(), Some(force.as_ref())).unwrap();
     let mut work = full.workspace(columns.len(), true);
     for _ in 0..3 {
-        full.step(
-            &mut state,
-            &[None, Some(force.as_ref()), Some(force.as_ref()), None],
-            &mut work,
-        );
+        full.step(&mut state, &[None, Some(force.as_ref()), Some(force.as_ref()), None], &mut work);
     }
     (modes, state)
 }
@@ -448,10 +342,7 @@ fn cantilever_run(columns: std::ops::Range<usize>) -> (Modes, State) {
 #[test]
 fn modes_and_march_are_the_same_bits_for_one_and_two_threads() {
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| cantilever_run(0..10))
     };
     let ((modes, state), (other_modes, other_state)) = (run(1), run(2));

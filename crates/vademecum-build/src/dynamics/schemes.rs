@@ -71,7 +71,9 @@ impl std::fmt::Display for SchemeKind {
             Self::RhoBathe { rho_infinity } => write!(f, "rho-bathe rho_infinity={rho_infinity}"),
             Self::Newmark { beta, gamma } => write!(f, "newmark beta={beta} gamma={gamma}"),
             Self::HhtAlpha { alpha } => write!(f, "hht-alpha alpha={alpha}"),
-            Self::GeneralizedAlpha { rho_infinity } => write!(f, "generalized-alpha rho_infinity={rho_infinity}"),
+            Self::GeneralizedAlpha { rho_infinity } => {
+                write!(f, "generalized-alpha rho_infinity={rho_infinity}")
+            }
         }
     }
 }
@@ -141,18 +143,9 @@ pub fn rho_bathe(rho_infinity: f64) -> Result<SchemeTable, SchemeError> {
     let q0 = (gamma - 1.0) * q1 + 0.5;
     let q2 = -gamma * q1 + 0.5;
     let (mid_v, mid_a) = trapezoidal(gamma);
-    let end_v = sum(&[
-        (1.0 / q2, unit(STAGE + 1)),
-        (-1.0 / q2, unit(U)),
-        (-q0 / q2, unit(V)),
-        (-q1 / q2, mid_v),
-    ]);
-    let end_a = sum(&[
-        (1.0 / q2, end_v),
-        (-1.0 / q2, unit(V)),
-        (-q0 / q2, unit(A)),
-        (-q1 / q2, mid_a),
-    ]);
+    let end_v =
+        sum(&[(1.0 / q2, unit(STAGE + 1)), (-1.0 / q2, unit(U)), (-q0 / q2, unit(V)), (-q1 / q2, mid_v)]);
+    let end_a = sum(&[(1.0 / q2, end_v), (-1.0 / q2, unit(V)), (-q0 / q2, unit(A)), (-q1 / q2, mid_a)]);
     Ok(two_stages(gamma, [mid_v, mid_a], [end_v, end_a]))
 }
 
@@ -176,12 +169,7 @@ pub fn hht_alpha(alpha: f64) -> Result<SchemeTable, SchemeError> {
     if !(-1.0 / 3.0..=0.0).contains(&alpha) {
         return Err(SchemeError::Alpha(alpha));
     }
-    Ok(alpha_family(
-        0.0,
-        -alpha,
-        0.25 * (1.0 - alpha).powi(2),
-        0.5 - alpha,
-    ))
+    Ok(alpha_family(0.0, -alpha, 0.25 * (1.0 - alpha).powi(2), 0.5 - alpha))
 }
 
 /// The generalized-α method with the least low-frequency damping for its `ρ∞` (Chung and Hulbert 1993, eq. 25).
@@ -197,11 +185,7 @@ pub fn generalized_alpha(rho_infinity: f64) -> Result<SchemeTable, SchemeError> 
 }
 
 fn checked_rho(rho: f64) -> Result<f64, SchemeError> {
-    if (0.0..=1.0).contains(&rho) {
-        Ok(rho)
-    } else {
-        Err(SchemeError::RhoInfinity(rho))
-    }
+    if (0.0..=1.0).contains(&rho) { Ok(rho) } else { Err(SchemeError::RhoInfinity(rho)) }
 }
 
 /// Newmark's forms with equilibrium of weighted ends:
@@ -227,20 +211,12 @@ fn alpha_family(alpha_m: f64, alpha_f: f64, beta: f64, gamma: f64) -> SchemeTabl
     );
     let mut stages = [Stage::default(); MAX_STAGES];
     stages[0] = stage;
-    SchemeTable {
-        n_stages: 1,
-        stages,
-        finish: [unit(STAGE), end_v, end_a],
-    }
+    SchemeTable { n_stages: 1, stages, finish: [unit(STAGE), end_v, end_a] }
 }
 
 /// Velocity and acceleration after a trapezoidal step of length `γ Δt` to the first stage.
 fn trapezoidal(gamma: f64) -> (Form, Form) {
-    let v = sum(&[
-        (2.0 / gamma, unit(STAGE)),
-        (-2.0 / gamma, unit(U)),
-        (-1.0, unit(V)),
-    ]);
+    let v = sum(&[(2.0 / gamma, unit(STAGE)), (-2.0 / gamma, unit(U)), (-1.0, unit(V))]);
     let a = sum(&[(2.0 / gamma, v), (-2.0 / gamma, unit(V)), (-1.0, unit(A))]);
     (v, a)
 }
@@ -251,22 +227,11 @@ fn two_stages(gamma: f64, mid: [Form; 2], end: [Form; 2]) -> SchemeTable {
     let mut stages = [Stage::default(); MAX_STAGES];
     stages[0] = equilibrium(0, gamma, load(0), mid[1], mid[0], unit(STAGE));
     stages[1] = equilibrium(1, 1.0, load(1), end[1], end[0], unit(STAGE + 1));
-    SchemeTable {
-        n_stages: 2,
-        stages,
-        finish: [unit(STAGE + 1), end[0], end[1]],
-    }
+    SchemeTable { n_stages: 2, stages, finish: [unit(STAGE + 1), end[0], end[1]] }
 }
 
 /// The stage that solves `M a + Δt C v + Δt² K u = Δt² Σ load_j F_j` for its own displacement.
-fn equilibrium(
-    stage: usize,
-    time: f64,
-    load: [f64; 1 + MAX_STAGES],
-    a: Form,
-    v: Form,
-    u: Form,
-) -> Stage {
+fn equilibrium(stage: usize, time: f64, load: [f64; 1 + MAX_STAGES], a: Form, v: Form, u: Form) -> Stage {
     let split = |form: Form| {
         let mut history = form.map(|x| 0.0 - x);
         history[STAGE + stage] = 0.0;
@@ -274,16 +239,7 @@ fn equilibrium(
     };
     let ((mass, mass_history), (damping, damping_history)) = (split(a), split(v));
     let (stiffness, stiffness_history) = split(u);
-    Stage {
-        mass,
-        damping,
-        stiffness,
-        time,
-        load,
-        mass_history,
-        damping_history,
-        stiffness_history,
-    }
+    Stage { mass, damping, stiffness, time, load, mass_history, damping_history, stiffness_history }
 }
 
 /// The form that reads one entry of the history.
@@ -314,15 +270,9 @@ pub fn inconsistency(table: &SchemeTable) -> f64 {
         return f64::INFINITY; // `max` would lose a NaN
     }
     for stage in &table.stages[..table.n_stages as usize] {
-        let histories = [
-            stage.mass_history,
-            stage.damping_history,
-            stage.stiffness_history,
-        ];
+        let histories = [stage.mass_history, stage.damping_history, stage.stiffness_history];
         let weights = [stage.mass, stage.damping, stage.stiffness];
-        if !(histories.iter().all(finite)
-            && weights.iter().chain(&stage.load).all(|x| x.is_finite()))
-        {
+        if !(histories.iter().all(finite) && weights.iter().chain(&stage.load).all(|x| x.is_finite())) {
             return f64::INFINITY;
         }
         let off = [
@@ -344,19 +294,11 @@ mod tests {
     use super::*;
 
     fn all() -> Vec<SchemeTable> {
-        let mut tables = vec![
-            bathe(),
-            newmark(0.25, 0.5).unwrap(),
-            newmark(0.4, 0.6).unwrap(),
-        ];
+        let mut tables = vec![bathe(), newmark(0.25, 0.5).unwrap(), newmark(0.4, 0.6).unwrap()];
         for rho in [0.0, 0.3, 0.8, 1.0] {
             tables.extend([rho_bathe(rho).unwrap(), generalized_alpha(rho).unwrap()]);
         }
-        tables.extend([
-            hht_alpha(0.0).unwrap(),
-            hht_alpha(-0.1).unwrap(),
-            hht_alpha(-1.0 / 3.0).unwrap(),
-        ]);
+        tables.extend([hht_alpha(0.0).unwrap(), hht_alpha(-0.1).unwrap(), hht_alpha(-1.0 / 3.0).unwrap()]);
         tables
     }
 
@@ -364,16 +306,10 @@ mod tests {
     fn bathe_is_the_printed_table() {
         let table = bathe();
         let [first, second] = [table.stages[0], table.stages[1]];
-        assert_eq!(
-            (first.mass, first.damping, first.stiffness, first.time),
-            (16.0, 4.0, 1.0, 0.5)
-        );
+        assert_eq!((first.mass, first.damping, first.stiffness, first.time), (16.0, 4.0, 1.0, 0.5));
         assert_eq!(first.mass_history, [16.0, 8.0, 1.0, 0.0, 0.0, 0.0]);
         assert_eq!(first.damping_history, [4.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(
-            (second.mass, second.damping, second.stiffness, second.time),
-            (9.0, 3.0, 1.0, 1.0)
-        );
+        assert_eq!((second.mass, second.damping, second.stiffness, second.time), (9.0, 3.0, 1.0, 1.0));
         assert_eq!(second.mass_history, [-19.0, -5.0, 0.0, 28.0, 0.0, 0.0]);
         assert_eq!(second.damping_history, [-1.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
         assert_eq!(table.finish[1], [1.0, 0.0, 0.0, -4.0, 3.0, 0.0]);
@@ -391,11 +327,7 @@ mod tests {
     fn stage_histories_only_look_back() {
         for table in all() {
             for (i, stage) in table.stages[..table.n_stages as usize].iter().enumerate() {
-                for history in [
-                    stage.mass_history,
-                    stage.damping_history,
-                    stage.stiffness_history,
-                ] {
+                for history in [stage.mass_history, stage.damping_history, stage.stiffness_history] {
                     assert!(history[STAGE + i..].iter().all(|&x| x == 0.0));
                 }
                 assert!(stage.load[i + 2..].iter().all(|&x| x == 0.0));
@@ -416,13 +348,7 @@ mod tests {
     fn parameters_outside_their_range_are_refused() {
         assert_eq!(rho_bathe(1.1), Err(SchemeError::RhoInfinity(1.1)));
         assert_eq!(hht_alpha(-0.5), Err(SchemeError::Alpha(-0.5)));
-        assert_eq!(
-            newmark(1.0 / 6.0, 0.5),
-            Err(SchemeError::Newmark {
-                beta: 1.0 / 6.0,
-                gamma: 0.5
-            })
-        );
+        assert_eq!(newmark(1.0 / 6.0, 0.5), Err(SchemeError::Newmark { beta: 1.0 / 6.0, gamma: 0.5 }));
         assert!(generalized_alpha(f64::NAN).is_err());
     }
 }

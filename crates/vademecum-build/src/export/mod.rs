@@ -10,10 +10,10 @@ pub use order::NodeOrder;
 
 use faer::{Mat, MatRef};
 use vademecum_format::FormatError;
+use vademecum_format::scheme::SchemeTable;
 use vademecum_format::{
     Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_PARAMETERS, MAX_REGIONS, Metadata, Parameter,
 };
-use vademecum_format::scheme::SchemeTable;
 use vademecum_format::{Codec, Element, SectionKind};
 use vademecum_format::{SectionInput, encode_into, encoded_len};
 
@@ -75,7 +75,11 @@ impl BlockTerms<'static> {
         let stages = responses.len();
         let points = (0..stages).map(|i| i as f64).collect();
         Self {
-            axes: vec![AxisTable { axis: stage_axis(stages as u32), points, factors: Mat::identity(stages, stages) }],
+            axes: vec![AxisTable {
+                axis: stage_axis(stages as u32),
+                points,
+                factors: Mat::identity(stages, stages),
+            }],
             states: responses.iter().map(|r| r.state.clone()).collect(),
             loads: responses.iter().map(|r| r.increment.clone()).collect(),
         }
@@ -245,7 +249,12 @@ fn basis_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     let stiffness = (0..r * r).map(|k| basis.stiffness[(k / r, k % r)]);
     let mut drafts = vec![
         Draft::f64s(SectionKind::ReducedStiffness, [r, r, 1], stiffness),
-        Draft::reals(SectionKind::SurfaceBasis, precision, [surface.len(), 3, r], node_rows(dofs, basis.vectors.as_ref(), surface)),
+        Draft::reals(
+            SectionKind::SurfaceBasis,
+            precision,
+            [surface.len(), 3, r],
+            node_rows(dofs, basis.vectors.as_ref(), surface),
+        ),
         Draft::f64s(SectionKind::ModeTable, [r, 6, 1], (0..6 * r).map(|k| parts.mode_table[(k / 6, k % 6)])),
     ];
     if let Some(values) = &basis.eigenvalues {
@@ -273,7 +282,8 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
     }
     if !body.probes.is_empty() {
         let row = |probe: &crate::body::Probe| -> Vec<f64> {
-            let rows: Vec<f64> = node_rows(body.model.dofs(), basis.vectors.as_ref(), &[probe.node]).collect();
+            let rows: Vec<f64> =
+                node_rows(body.model.dofs(), basis.vectors.as_ref(), &[probe.node]).collect();
             (0..r).map(|k| (0..3).map(|c| probe.direction[c] * rows[c * r + k]).sum()).collect()
         };
         let rows = body.probes.iter().flat_map(row);
@@ -287,9 +297,9 @@ fn block_sections(parts: &Parts<'_>, block: &BlockTerms<'_>, order: &NodeOrder) 
     let (r, terms, dofs) = (parts.basis.n_modes(), block.states.len(), parts.body.model.dofs());
     let state = block.states.iter().flat_map(|s| (0..r * r).map(|k| s[(k / r, k % r)]));
     let load_nodes = &order.nodes[..order.n_load];
-    let load = load_nodes
-        .iter()
-        .flat_map(|node| block.loads.iter().flat_map(move |l| node_rows(dofs, l.as_ref(), std::slice::from_ref(node))));
+    let load = load_nodes.iter().flat_map(|node| {
+        block.loads.iter().flat_map(move |l| node_rows(dofs, l.as_ref(), std::slice::from_ref(node)))
+    });
     let precision = parts.problem.output.precision;
     let points: Vec<f64> = block.axes.iter().flat_map(|table| table.points.iter().copied()).collect();
     let factors = block.axes.iter().flat_map(|table| {
@@ -337,7 +347,11 @@ fn region_sections(parts: &Parts<'_>) -> Vec<Draft> {
 }
 
 /// Rows of a matrix over the free dofs at the three dofs of each node, zero where held: shape (nodes, 3, r).
-fn node_rows<'a>(dofs: &'a DofMap, matrix: MatRef<'a, f64>, nodes: &'a [u32]) -> impl Iterator<Item = f64> + 'a {
+fn node_rows<'a>(
+    dofs: &'a DofMap,
+    matrix: MatRef<'a, f64>,
+    nodes: &'a [u32],
+) -> impl Iterator<Item = f64> + 'a {
     nodes.iter().flat_map(move |&node| {
         (0..3).flat_map(move |component| {
             let free = dofs.free(3 * node as usize + component);

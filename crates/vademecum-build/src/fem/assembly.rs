@@ -21,11 +21,7 @@ const WAVE: usize = 4096;
 ///
 /// # Errors
 /// An element that folds over, or more matrix entries than an index counts.
-pub(crate) fn assemble(
-    mesh: &Mesh,
-    materials: &[Material],
-    dofs: &DofMap,
-) -> Result<Pencil, ModelError> {
+pub(crate) fn assemble(mesh: &Mesh, materials: &[Material], dofs: &DofMap) -> Result<Pencil, ModelError> {
     let graph = NodeGraph::of(mesh);
     let pattern = Arc::new(dof_pattern(&graph, dofs)?);
     let kernel = ElementKernel::new(mesh.order);
@@ -58,9 +54,7 @@ impl NodeGraph {
         for node in 0..mesh.nodes.len() {
             row.clear();
             for &element in &incident[first[node]..first[node + 1]] {
-                row.extend_from_slice(
-                    &mesh.elements[element as usize * per_element..][..per_element],
-                );
+                row.extend_from_slice(&mesh.elements[element as usize * per_element..][..per_element]);
             }
             row.sort_unstable();
             row.dedup();
@@ -134,18 +128,13 @@ fn assemble_region(
         .filter(|&e| mesh.element_region[e as usize] == region)
         .collect();
     let pairs = graph.neighbours.len();
-    let mut blocks = NodeBlocks {
-        mass: vec![0.0; pairs],
-        stiffness: vec![[0.0; 9]; pairs],
-    };
+    let mut blocks = NodeBlocks { mass: vec![0.0; pairs], stiffness: vec![[0.0; 9]; pairs] };
     let mut buffer = vec![0.0; WAVE.min(elements.len()) * n * n * 10];
     for wave in elements.chunks(WAVE) {
         let folded: Vec<Option<ElementError>> = buffer
             .par_chunks_mut(n * n * 10)
             .zip(wave)
-            .map(|(matrices, &element)| {
-                element_matrices(mesh, kernel, element, material, matrices).err()
-            })
+            .map(|(matrices, &element)| element_matrices(mesh, kernel, element, material, matrices).err())
             .collect();
         for (error, &element) in folded.into_iter().zip(wave) {
             if let Some(source) = error {
@@ -179,10 +168,7 @@ fn element_matrices(
 pub(crate) fn element_nodes(mesh: &Mesh, element: u32) -> [[f64; 3]; super::element::MAX_NODES] {
     let n = mesh.order.nodes_per_element();
     let mut nodes = [[0.0; 3]; super::element::MAX_NODES];
-    for (place, &node) in nodes
-        .iter_mut()
-        .zip(&mesh.elements[element as usize * n..][..n])
-    {
+    for (place, &node) in nodes.iter_mut().zip(&mesh.elements[element as usize * n..][..n]) {
         *place = mesh.nodes[node as usize];
     }
     nodes
@@ -206,12 +192,7 @@ impl NodeBlocks {
     }
 
     /// Writes the sums to the free dofs, column by column of the pattern.
-    fn over_free_dofs(
-        &self,
-        graph: &NodeGraph,
-        dofs: &DofMap,
-        pattern: &Arc<Pattern>,
-    ) -> RegionMatrices {
+    fn over_free_dofs(&self, graph: &NodeGraph, dofs: &DofMap, pattern: &Arc<Pattern>) -> RegionMatrices {
         let mut mass = Vec::with_capacity(pattern.n_stored());
         let mut stiffness = Vec::with_capacity(pattern.n_stored());
         for &dof in dofs.dof_of_free() {

@@ -80,9 +80,7 @@ impl ElementKernel {
     /// Tabulates the shape functions.
     pub fn new(order: Order) -> ElementKernel {
         let tabulate = |rule: Vec<([f64; 4], f64)>| -> Vec<Point> {
-            rule.into_iter()
-                .map(|(l, weight)| tabulate_point(order, l, weight))
-                .collect()
+            rule.into_iter().map(|(l, weight)| tabulate_point(order, l, weight)).collect()
         };
         let straight = match order {
             Order::Linear => tabulate(vec![([0.25; 4], 1.0 / 6.0)]),
@@ -98,12 +96,7 @@ impl ElementKernel {
                 }
             }
         }
-        ElementKernel {
-            order,
-            straight,
-            curved,
-            reference_mass,
-        }
+        ElementKernel { order, straight, curved, reference_mass }
     }
 
     /// Nodes per element.
@@ -112,12 +105,7 @@ impl ElementKernel {
     }
 
     /// Mass `(N, N)` (one entry per pair of nodes, the same for each component), kg, row by row.
-    pub fn mass_into(
-        &self,
-        nodes: &[[f64; 3]],
-        density: f64,
-        mass: &mut [f64],
-    ) -> Result<(), ElementError> {
+    pub fn mass_into(&self, nodes: &[[f64; 3]], density: f64, mass: &mut [f64]) -> Result<(), ElementError> {
         let n = self.n_nodes();
         if self.is_straight(nodes) {
             let (_, determinant) = jacobian(n, &self.straight[0], nodes)?;
@@ -149,11 +137,7 @@ impl ElementKernel {
     ) -> Result<(), ElementError> {
         let n = self.n_nodes();
         let (lambda, mu) = material.lame();
-        let rule = if self.is_straight(nodes) {
-            &self.straight
-        } else {
-            &self.curved
-        };
+        let rule = if self.is_straight(nodes) { &self.straight } else { &self.curved };
         stiffness.fill(0.0);
         for point in rule {
             let (inverse, determinant) = jacobian(n, point, nodes)?;
@@ -184,9 +168,7 @@ impl ElementKernel {
         }
         EDGES.iter().enumerate().all(|(e, &[a, b])| {
             let (p, q, m) = (nodes[a], nodes[b], nodes[4 + e]);
-            let off = (0..3)
-                .map(|i| (m[i] - 0.5 * (p[i] + q[i])).powi(2))
-                .sum::<f64>();
+            let off = (0..3).map(|i| (m[i] - 0.5 * (p[i] + q[i])).powi(2)).sum::<f64>();
             let length = (0..3).map(|i| (q[i] - p[i]).powi(2)).sum::<f64>();
             off <= 1e-20 * length
         })
@@ -245,27 +227,14 @@ pub(super) fn jacobian(
 
 /// `a × b`.
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Shape functions and their reference derivatives at barycentric coordinates `l`.
 pub(super) fn tabulate_point(order: Order, l: [f64; 4], weight: f64) -> Point {
     // ∇L_0 … ∇L_3 along (ξ, η, ζ).
-    const D: [[f64; 3]; 4] = [
-        [-1.0, -1.0, -1.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-    ];
-    let mut point = Point {
-        weight,
-        values: [0.0; MAX_NODES],
-        gradients: [[0.0; 3]; MAX_NODES],
-    };
+    const D: [[f64; 3]; 4] = [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut point = Point { weight, values: [0.0; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
     for a in 0..4 {
         let (value, slope) = match order {
             Order::Linear => (l[a], 1.0),
@@ -277,8 +246,7 @@ pub(super) fn tabulate_point(order: Order, l: [f64; 4], weight: f64) -> Point {
     if order == Order::Quadratic {
         for (e, &[a, b]) in EDGES.iter().enumerate() {
             point.values[4 + e] = 4.0 * l[a] * l[b];
-            point.gradients[4 + e] =
-                std::array::from_fn(|r| 4.0 * (l[b] * D[a][r] + l[a] * D[b][r]));
+            point.gradients[4 + e] = std::array::from_fn(|r| 4.0 * (l[b] * D[a][r] + l[a] * D[b][r]));
         }
     }
     point
@@ -292,21 +260,9 @@ fn rule_degree_2() -> Vec<([f64; 4], f64)> {
 
 /// Twenty-four points, exact for degree 6, all weights positive (Keast 1986).
 pub(crate) fn rule_degree_6() -> Vec<([f64; 4], f64)> {
-    let mut rule = orbit_4(
-        0.3561913862225449,
-        0.2146028712591517,
-        0.006_653_791_709_694_582,
-    );
-    rule.extend(orbit_4(
-        0.877_978_124_396_166,
-        0.0406739585346113,
-        0.001_679_535_175_886_774,
-    ));
-    rule.extend(orbit_4(
-        0.0329863295731731,
-        0.3223378901422757,
-        0.009_226_196_923_942_453,
-    ));
+    let mut rule = orbit_4(0.3561913862225449, 0.2146028712591517, 0.006_653_791_709_694_582);
+    rule.extend(orbit_4(0.877_978_124_396_166, 0.0406739585346113, 0.001_679_535_175_886_774));
+    rule.extend(orbit_4(0.0329863295731731, 0.3223378901422757, 0.009_226_196_923_942_453));
     let (pair, c, d) = (0.0636610018750175, 0.2696723314583159, 0.6030056647916491);
     for i in 0..4 {
         for j in (0..4).filter(|&j| j != i) {
@@ -320,9 +276,7 @@ pub(crate) fn rule_degree_6() -> Vec<([f64; 4], f64)> {
 
 /// The four points with one coordinate `a` and three `b`.
 fn orbit_4(a: f64, b: f64, weight: f64) -> Vec<([f64; 4], f64)> {
-    (0..4)
-        .map(|i| (std::array::from_fn(|j| if i == j { a } else { b }), weight))
-        .collect()
+    (0..4).map(|i| (std::array::from_fn(|j| if i == j { a } else { b }), weight)).collect()
 }
 
 #[cfg(test)]
@@ -341,15 +295,10 @@ mod tests {
                 for s in 0..=degree - p - q {
                     let sum: f64 = rule
                         .iter()
-                        .map(|(l, w)| {
-                            w * l[1].powi(p as i32) * l[2].powi(q as i32) * l[3].powi(s as i32)
-                        })
+                        .map(|(l, w)| w * l[1].powi(p as i32) * l[2].powi(q as i32) * l[3].powi(s as i32))
                         .sum();
                     // The rule's constants carry 16 digits; 24 terms of at most the weight 1/100 each.
-                    assert!(
-                        (sum - exact_monomial(p, q, s)).abs() < 24.0 * 1e-2 * 1e-15,
-                        "{p} {q} {s}"
-                    );
+                    assert!((sum - exact_monomial(p, q, s)).abs() < 24.0 * 1e-2 * 1e-15, "{p} {q} {s}");
                 }
             }
         }
@@ -365,9 +314,7 @@ mod tests {
     fn linear_mass_is_the_textbook_matrix() {
         let nodes = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 5.0]];
         let mut mass = [0.0; 16];
-        ElementKernel::new(Order::Linear)
-            .mass_into(&nodes, 7.0, &mut mass)
-            .unwrap();
+        ElementKernel::new(Order::Linear).mass_into(&nodes, 7.0, &mut mass).unwrap();
         let volume = 5.0;
         for a in 0..4 {
             for b in 0..4 {
@@ -382,9 +329,7 @@ mod tests {
         // x → x + ε y² moves mid-side nodes off the middle but keeps the volume (unit Jacobian).
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let mut nodes = corners.to_vec();
-        nodes.extend(
-            EDGES.map(|[a, b]| std::array::from_fn(|i| 0.5 * (corners[a][i] + corners[b][i]))),
-        );
+        nodes.extend(EDGES.map(|[a, b]| std::array::from_fn(|i| 0.5 * (corners[a][i] + corners[b][i]))));
         for node in &mut nodes {
             node[0] += 0.3 * node[1] * node[1];
         }

@@ -13,8 +13,7 @@ use faer::perm::PermRef;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::FaerError;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::{Conj, Mat, MatMut, Par, Side, Spec};
 use rayon::prelude::*;
@@ -73,9 +72,7 @@ impl Symbolic {
     /// [`FactorError::TooLarge`] or [`FactorError::OutOfMemory`].
     pub fn analyze(pencil: &Pencil) -> Result<Symbolic, FactorError> {
         let pattern = pencil.mass().pattern().clone();
-        let order = pencil
-            .dof_nodes()
-            .and_then(|nodes| dissection_order(&pattern, nodes));
+        let order = pencil.dof_nodes().and_then(|nodes| dissection_order(&pattern, nodes));
         let cholesky = match order {
             Some((forward, inverse)) => {
                 let permutation = PermRef::new_checked(&forward, &inverse, pattern.n());
@@ -83,10 +80,7 @@ impl Symbolic {
             }
             None => symbolic_cholesky(&pattern, SymmetricOrdering::Amd)?,
         };
-        Ok(Symbolic {
-            pattern,
-            cholesky: Arc::new(cholesky),
-        })
+        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky) })
     }
 
     /// Number of rows.
@@ -107,14 +101,9 @@ impl Symbolic {
     /// # Panics
     /// If the matrix is on another pattern.
     pub fn factorize(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
-        assert!(
-            Arc::ptr_eq(&self.pattern, matrix.pattern()),
-            "one pattern per symbolic analysis"
-        );
+        assert!(Arc::ptr_eq(&self.pattern, matrix.pattern()), "one pattern per symbolic analysis");
         let mut values = vec![0.0; self.cholesky.len_val()];
-        let request = self
-            .cholesky
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+        let request = self.cholesky.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let mut memory = MemBuffer::try_new(request).map_err(|_| FactorError::OutOfMemory)?;
         let done = self.cholesky.factorize_numeric_llt(
             &mut values,
@@ -126,15 +115,10 @@ impl Symbolic {
             Spec::default(),
         );
         match done {
-            Ok(_) => Ok(Factor {
-                symbolic: self.clone(),
-                matrix,
-                values,
-            }),
-            Err(LltError::NonPositivePivot { index }) => Err(FactorError::NotPositiveDefinite {
-                pivot: index,
-                n: self.n(),
-            }),
+            Ok(_) => Ok(Factor { symbolic: self.clone(), matrix, values }),
+            Err(LltError::NonPositivePivot { index }) => {
+                Err(FactorError::NotPositiveDefinite { pivot: index, n: self.n() })
+            }
         }
     }
 
@@ -142,14 +126,8 @@ impl Symbolic {
     ///
     /// # Errors
     /// The error of the first matrix, in the given order, that has one.
-    pub fn factorize_all(
-        &self,
-        matrices: Vec<SymmetricMatrix>,
-    ) -> Result<Vec<Factor>, FactorError> {
-        let factors: Vec<_> = matrices
-            .into_par_iter()
-            .map(|matrix| self.factorize(matrix))
-            .collect();
+    pub fn factorize_all(&self, matrices: Vec<SymmetricMatrix>) -> Result<Vec<Factor>, FactorError> {
+        let factors: Vec<_> = matrices.into_par_iter().map(|matrix| self.factorize(matrix)).collect();
         factors.into_iter().collect()
     }
 }
@@ -191,9 +169,7 @@ impl Solve {
     /// Memory for `columns` right-hand sides of factors of one structure; `refine` asks for one step of iterative
     /// refinement in each solve (a product and a second solve; for slender bodies, whose `K` is ill-conditioned).
     pub fn new(symbolic: &Symbolic, columns: usize, refine: bool) -> Solve {
-        let request = symbolic
-            .cholesky
-            .solve_in_place_scratch::<f64>(SOLVE_GROUP.min(columns), Par::Seq);
+        let request = symbolic.cholesky.solve_in_place_scratch::<f64>(SOLVE_GROUP.min(columns), Par::Seq);
         let groups = columns.div_ceil(SOLVE_GROUP);
         let n = symbolic.n();
         Solve {
@@ -234,10 +210,7 @@ impl Solve {
 
 /// Solves group by group, each with its own memory.
 fn solve_groups(memories: &mut [MemBuffer], factor: &Factor, rhs: MatMut<'_, f64>) {
-    assert!(
-        rhs.ncols() <= memories.len() * SOLVE_GROUP,
-        "more columns than the memory was made for"
-    );
+    assert!(rhs.ncols() <= memories.len() * SOLVE_GROUP, "more columns than the memory was made for");
     if rhs.ncols() <= SOLVE_GROUP {
         if rhs.ncols() > 0 {
             factor.solve_group(rhs, &mut memories[0]);
@@ -256,12 +229,7 @@ fn symbolic_cholesky(
 ) -> Result<SymbolicCholesky<u32>, FactorError> {
     // Default parameters: faer chooses the supernodal form wherever it pays; forcing the simplicial one is 20 × slower.
     let params = CholeskySymbolicParams::default();
-    Ok(factorize_symbolic_cholesky(
-        pattern.as_faer(),
-        Side::Lower,
-        order,
-        params,
-    )?)
+    Ok(factorize_symbolic_cholesky(pattern.as_faer(), Side::Lower, order, params)?)
 }
 
 /// The dof order that dissects the node graph, as (old of new, new of old); `None` where it would not pay.
@@ -324,9 +292,7 @@ fn nested_dissection(mut starts: Vec<i32>, mut neighbours: Vec<i32>) -> Option<V
     }
     let mut order = vec![0; n as usize];
     let mut inverse = vec![0; n as usize];
-    let _guard = METIS_LOCK
-        .lock()
-        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let _guard = METIS_LOCK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     // SAFETY: METIS_NodeND reads `starts` (n + 1 ascending offsets, the last equal to the length of `neighbours`) and
     // `neighbours` (indices in 0..n, symmetric, no loops), takes null for "no weights" and "default options", and writes
     // n numbers to each of `order` and `inverse`. All outlive the call, none alias, and no pointer is kept.

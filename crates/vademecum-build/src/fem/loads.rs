@@ -78,9 +78,7 @@ fn element_facet(order: Order, element: &[u32], face: [usize; 3]) -> Facet {
         nodes[i] = element[face[i]];
         if order == Order::Quadratic {
             let ends = [face[i], face[(i + 1) % 3]];
-            let edge = EDGES
-                .iter()
-                .position(|e| *e == ends || *e == [ends[1], ends[0]]);
+            let edge = EDGES.iter().position(|e| *e == ends || *e == [ends[1], ends[0]]);
             nodes[3 + i] = element[4 + edge.expect("two corners of a tetrahedron make an edge")];
         }
     }
@@ -133,13 +131,7 @@ impl Model {
     ///
     /// # Panics
     /// If the two lists differ in length, a node does not exist, or `load` is not of length `n_free`.
-    pub fn add_point_force(
-        &self,
-        nodes: &[u32],
-        weights: &[f64],
-        force: [f64; 3],
-        load: &mut [f64],
-    ) {
+    pub fn add_point_force(&self, nodes: &[u32], weights: &[f64], force: [f64; 3], load: &mut [f64]) {
         assert!(nodes.len() == weights.len() && load.len() == self.dofs().n_free());
         for (&node, &weight) in nodes.iter().zip(weights) {
             self.add_nodal_force(node, force.map(|f| weight * f), load);

@@ -20,9 +20,7 @@ pub enum ModelError {
         expected: usize,
     },
     /// A constant that no solid has.
-    #[error(
-        "material of region \"{region}\" must have E > 0, -1 < nu < 0.5, rho > 0; found {material:?}"
-    )]
+    #[error("material of region \"{region}\" must have E > 0, -1 < nu < 0.5, rho > 0; found {material:?}")]
     UnsoundMaterial {
         /// Name of the region.
         region: String,
@@ -76,17 +74,13 @@ pub struct DofMap {
 impl DofMap {
     /// Numbers the free dofs in ascending order.
     pub(crate) fn new(constrained: &[bool]) -> DofMap {
-        let dof_of_free: Vec<u32> = (0..constrained.len() as u32)
-            .filter(|&d| !constrained[d as usize])
-            .collect();
+        let dof_of_free: Vec<u32> =
+            (0..constrained.len() as u32).filter(|&d| !constrained[d as usize]).collect();
         let mut free_of_dof = vec![CONSTRAINED; constrained.len()];
         for (free, &dof) in dof_of_free.iter().enumerate() {
             free_of_dof[dof as usize] = free as u32;
         }
-        DofMap {
-            free_of_dof,
-            dof_of_free,
-        }
+        DofMap { free_of_dof, dof_of_free }
     }
 
     /// Number of free dofs.
@@ -150,11 +144,7 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left free to move.
-    pub fn assemble(
-        mesh: Mesh,
-        materials: &[Material],
-        constrained: &[bool],
-    ) -> Result<Model, ModelError> {
+    pub fn assemble(mesh: Mesh, materials: &[Material], constrained: &[bool]) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
         check_supports(&mesh, constrained)?;
         let dofs = DofMap::new(constrained);
@@ -162,12 +152,7 @@ impl Model {
             return Err(ModelError::NothingFree);
         }
         let pencil = assemble(&mesh, materials, &dofs)?;
-        Ok(Model {
-            mesh,
-            materials: materials.to_vec(),
-            dofs,
-            pencil,
-        })
+        Ok(Model { mesh, materials: materials.to_vec(), dofs, pencil })
     }
 
     /// The mesh.
@@ -191,29 +176,16 @@ impl Model {
     }
 }
 
-fn check_counts(
-    mesh: &Mesh,
-    materials: &[Material],
-    constrained: &[bool],
-) -> Result<(), ModelError> {
+fn check_counts(mesh: &Mesh, materials: &[Material], constrained: &[bool]) -> Result<(), ModelError> {
     if materials.len() != mesh.regions.len() {
-        return Err(ModelError::MaterialCount {
-            found: materials.len(),
-            expected: mesh.regions.len(),
-        });
+        return Err(ModelError::MaterialCount { found: materials.len(), expected: mesh.regions.len() });
     }
     if constrained.len() != 3 * mesh.nodes.len() {
-        return Err(ModelError::SupportCount {
-            found: constrained.len(),
-            expected: 3 * mesh.nodes.len(),
-        });
+        return Err(ModelError::SupportCount { found: constrained.len(), expected: 3 * mesh.nodes.len() });
     }
     for (material, region) in materials.iter().zip(&mesh.regions) {
         if !material.is_sound() {
-            return Err(ModelError::UnsoundMaterial {
-                region: region.name.clone(),
-                material: *material,
-            });
+            return Err(ModelError::UnsoundMaterial { region: region.name.clone(), material: *material });
         }
     }
     Ok(())
@@ -224,16 +196,8 @@ fn check_supports(mesh: &Mesh, constrained: &[bool]) -> Result<(), ModelError> {
     for part in connected_parts(mesh) {
         let n_modes = 6 - held_modes(mesh, &part, constrained);
         if n_modes > 0 {
-            let node = mesh
-                .node_ids
-                .get(part[0] as usize)
-                .copied()
-                .unwrap_or(u64::from(part[0]));
-            return Err(ModelError::Unsupported {
-                node,
-                n_nodes: part.len(),
-                n_modes,
-            });
+            let node = mesh.node_ids.get(part[0] as usize).copied().unwrap_or(u64::from(part[0]));
+            return Err(ModelError::Unsupported { node, n_nodes: part.len(), n_modes });
         }
     }
     Ok(())
@@ -266,17 +230,10 @@ fn connected_parts(mesh: &Mesh) -> Vec<Vec<u32>> {
 /// Rank of the six rigid-body modes on the held dofs of a part.
 fn held_modes(mesh: &Mesh, part: &[u32], constrained: &[bool]) -> usize {
     let corner = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
-        std::array::from_fn(|i| {
-            part.iter()
-                .map(|&n| mesh.nodes[n as usize][i])
-                .reduce(pick)
-                .unwrap_or(0.0)
-        })
+        std::array::from_fn(|i| part.iter().map(|&n| mesh.nodes[n as usize][i]).reduce(pick).unwrap_or(0.0))
     };
     let (low, high) = (corner(f64::min), corner(f64::max));
-    let size = (0..3)
-        .map(|i| high[i] - low[i])
-        .fold(f64::MIN_POSITIVE, f64::max);
+    let size = (0..3).map(|i| high[i] - low[i]).fold(f64::MIN_POSITIVE, f64::max);
     let mut gram = [[0.0; 6]; 6];
     for &node in part {
         let p = mesh.nodes[node as usize];

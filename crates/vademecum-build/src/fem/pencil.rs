@@ -75,37 +75,23 @@ pub enum PencilError {
 
 impl Pencil {
     /// Joins matrices on one pattern; `regions` holds one pair per region.
-    pub(crate) fn from_regions(
-        mut regions: Vec<RegionMatrices>,
-        dof_nodes: Option<Vec<u32>>,
-    ) -> Pencil {
+    pub(crate) fn from_regions(mut regions: Vec<RegionMatrices>, dof_nodes: Option<Vec<u32>>) -> Pencil {
         let (mass, stiffness) = if regions.len() == 1 {
             let only = regions.remove(0);
             (only.mass, only.stiffness)
         } else {
             let masses: Vec<_> = regions.iter().map(|r| (1.0, &r.mass)).collect();
             let stiffnesses: Vec<_> = regions.iter().map(|r| (1.0, &r.stiffness)).collect();
-            (
-                SymmetricMatrix::combine(&masses),
-                SymmetricMatrix::combine(&stiffnesses),
-            )
+            (SymmetricMatrix::combine(&masses), SymmetricMatrix::combine(&stiffnesses))
         };
-        Pencil {
-            mass,
-            stiffness,
-            regions,
-            dof_nodes,
-        }
+        Pencil { mass, stiffness, regions, dof_nodes }
     }
 
     /// A pencil of two dense symmetric matrices `(n, n)`; zeros of both are not stored.
     ///
     /// # Errors
     /// [`PencilError`] for shapes, asymmetry (mirrored entries must be equal) or entries that are not finite.
-    pub fn from_matrices(
-        mass: MatRef<'_, f64>,
-        stiffness: MatRef<'_, f64>,
-    ) -> Result<Pencil, PencilError> {
+    pub fn from_matrices(mass: MatRef<'_, f64>, stiffness: MatRef<'_, f64>) -> Result<Pencil, PencilError> {
         let n = mass.nrows();
         if [mass.ncols(), stiffness.nrows(), stiffness.ncols()] != [n; 3] {
             return Err(PencilError::Shape {
@@ -115,9 +101,7 @@ impl Pencil {
         }
         let entries = |a: MatRef<'_, f64>| -> Vec<(u32, u32, f64)> {
             let all = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
-            all.map(|(i, j)| (i as u32, j as u32, a[(i, j)]))
-                .filter(|e| e.2 != 0.0)
-                .collect()
+            all.map(|(i, j)| (i as u32, j as u32, a[(i, j)])).filter(|e| e.2 != 0.0).collect()
         };
         Pencil::from_triplets(n, &entries(mass), &entries(stiffness))
     }
@@ -132,8 +116,7 @@ impl Pencil {
         stiffness: &[(u32, u32, f64)],
     ) -> Result<Pencil, PencilError> {
         // Keyed (column, row), the order of the pattern; the diagonal always has its place.
-        let mut entries: BTreeMap<(u32, u32), [f64; 2]> =
-            (0..n as u32).map(|j| ((j, j), [0.0; 2])).collect();
+        let mut entries: BTreeMap<(u32, u32), [f64; 2]> = (0..n as u32).map(|j| ((j, j), [0.0; 2])).collect();
         for (which, triplets) in [mass, stiffness].into_iter().enumerate() {
             for &(row, column, value) in triplets {
                 if row as usize >= n || column as usize >= n {
@@ -146,9 +129,7 @@ impl Pencil {
             }
         }
         if entries.len() > u32::MAX as usize {
-            return Err(PencilError::TooLarge {
-                entries: entries.len(),
-            });
+            return Err(PencilError::TooLarge { entries: entries.len() });
         }
         for (&(column, row), value) in &entries {
             if entries.get(&(row, column)) != Some(value) {
@@ -162,22 +143,11 @@ impl Pencil {
         for j in 0..n {
             starts[j + 1] += starts[j];
         }
-        let pattern = Arc::new(Pattern::new(
-            starts,
-            entries.keys().map(|key| key.1).collect(),
-        ));
+        let pattern = Arc::new(Pattern::new(starts, entries.keys().map(|key| key.1).collect()));
         let matrix = |which: usize| {
-            SymmetricMatrix::new(
-                pattern.clone(),
-                entries.values().map(|v| v[which]).collect(),
-            )
+            SymmetricMatrix::new(pattern.clone(), entries.values().map(|v| v[which]).collect())
         };
-        Ok(Pencil {
-            mass: matrix(0),
-            stiffness: matrix(1),
-            regions: Vec::new(),
-            dof_nodes: None,
-        })
+        Ok(Pencil { mass: matrix(0), stiffness: matrix(1), regions: Vec::new(), dof_nodes: None })
     }
 
     /// Number of free dofs `n`.
@@ -207,9 +177,7 @@ impl Pencil {
 
     /// Stiffness `K_q` of region `q`.
     pub fn region_stiffness(&self, q: usize) -> &SymmetricMatrix {
-        self.regions
-            .get(q)
-            .map_or(&self.stiffness, |r| &r.stiffness)
+        self.regions.get(q).map_or(&self.stiffness, |r| &r.stiffness)
     }
 
     /// `m M + k K`.
@@ -224,10 +192,7 @@ impl Pencil {
     pub fn combine_regions(&self, m: &[f64], k: &[f64]) -> SymmetricMatrix {
         assert!(m.len() == self.n_regions() && k.len() == self.n_regions());
         let masses = m.iter().enumerate().map(|(q, &w)| (w, self.region_mass(q)));
-        let stiffnesses = k
-            .iter()
-            .enumerate()
-            .map(|(q, &w)| (w, self.region_stiffness(q)));
+        let stiffnesses = k.iter().enumerate().map(|(q, &w)| (w, self.region_stiffness(q)));
         SymmetricMatrix::combine(&masses.chain(stiffnesses).collect::<Vec<_>>())
     }
 

@@ -30,10 +30,7 @@ impl Pattern {
     /// The caller guarantees symmetry, sorted rows and a place for every diagonal entry.
     pub(crate) fn new(column_starts: Vec<u32>, rows: Vec<u32>) -> Pattern {
         debug_assert_eq!(*column_starts.last().unwrap_or(&0) as usize, rows.len());
-        Pattern {
-            column_starts,
-            rows,
-        }
+        Pattern { column_starts, rows }
     }
 
     /// Number of rows and columns.
@@ -58,13 +55,7 @@ impl Pattern {
 
     /// The pattern as faer reads it; checked in one pass over the indices.
     pub(crate) fn as_faer(&self) -> SymbolicSparseColMatRef<'_, u32> {
-        SymbolicSparseColMatRef::new_checked(
-            self.n(),
-            self.n(),
-            &self.column_starts,
-            None,
-            &self.rows,
-        )
+        SymbolicSparseColMatRef::new_checked(self.n(), self.n(), &self.column_starts, None, &self.rows)
     }
 }
 
@@ -144,11 +135,7 @@ impl SymmetricMatrix {
         y: MatMut<'_, f64>,
     ) {
         assert!(Arc::ptr_eq(&self.pattern, &other.pattern));
-        mul_rows(
-            &self.pattern,
-            [(self.values.as_slice(), x), (other.values.as_slice(), z)],
-            y,
-        );
+        mul_rows(&self.pattern, [(self.values.as_slice(), x), (other.values.as_slice(), z)], y);
     }
 
     /// `xᵀ A y` of two columns, summed in row order.
@@ -157,9 +144,7 @@ impl SymmetricMatrix {
         (0..self.n())
             .map(|i| {
                 let range = self.pattern.range(i);
-                let row = self.pattern.rows[range.clone()]
-                    .iter()
-                    .zip(&self.values[range]);
+                let row = self.pattern.rows[range.clone()].iter().zip(&self.values[range]);
                 x[i] * row.map(|(&j, &a)| a * y[j as usize]).sum::<f64>()
             })
             .sum()
@@ -172,11 +157,7 @@ impl SymmetricMatrix {
 }
 
 /// Sum of `N` products on one pattern, split over rows.
-fn mul_rows<const N: usize>(
-    pattern: &Pattern,
-    parts: [(&[f64], MatRef<'_, f64>); N],
-    y: MatMut<'_, f64>,
-) {
+fn mul_rows<const N: usize>(pattern: &Pattern, parts: [(&[f64], MatRef<'_, f64>); N], y: MatMut<'_, f64>) {
     assert_eq!(y.nrows(), pattern.n());
     for (_, x) in &parts {
         assert!(x.nrows() == pattern.n() && x.ncols() == y.ncols());
@@ -243,16 +224,10 @@ fn mul_columns<const N: usize, const C: usize>(
 
 /// Column `c` as a slice.
 pub(crate) fn contiguous<'a>(x: MatRef<'a, f64>, c: usize) -> &'a [f64] {
-    x.col(c)
-        .try_as_col_major()
-        .expect("columns are contiguous")
-        .as_slice()
+    x.col(c).try_as_col_major().expect("columns are contiguous").as_slice()
 }
 
 /// Column `c` as a mutable slice.
 pub(crate) fn contiguous_mut<'a>(x: MatMut<'a, f64>, c: usize) -> &'a mut [f64] {
-    x.col_mut(c)
-        .try_as_col_major_mut()
-        .expect("columns are contiguous")
-        .as_slice_mut()
+    x.col_mut(c).try_as_col_major_mut().expect("columns are contiguous").as_slice_mut()
 }

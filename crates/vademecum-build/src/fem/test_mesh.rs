@@ -56,10 +56,7 @@ pub(crate) fn block(cells: [usize; 3], size: [f64; 3]) -> Mesh {
         order: Order::Linear,
         elements,
         element_region: vec![0; n],
-        regions: vec![Region {
-            tag: 1,
-            name: "body".into(),
-        }],
+        regions: vec![Region { tag: 1, name: "body".into() }],
         node_groups: BTreeMap::new(),
         facet_groups: BTreeMap::new(),
         notes: Vec::new(),

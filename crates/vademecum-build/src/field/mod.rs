@@ -97,10 +97,7 @@ pub enum FieldError {
 }
 
 fn io_error(file: &Path) -> impl Fn(std::io::Error) -> FieldError + '_ {
-    |source| FieldError::Io {
-        file: file.to_path_buf(),
-        source,
-    }
+    |source| FieldError::Io { file: file.to_path_buf(), source }
 }
 
 /// Writes a file under another name and gives it its own when it is whole, so that no half-written file is ever seen.
@@ -120,9 +117,6 @@ fn write_whole(
     attempt().map_err(|source| {
         // The first error is the one to tell; the leftover may not even exist.
         let _ = std::fs::remove_file(&part);
-        FieldError::Io {
-            file: path.to_path_buf(),
-            source,
-        }
+        FieldError::Io { file: path.to_path_buf(), source }
     })
 }

@@ -45,29 +45,15 @@ fn parse(bytes: &[u8]) -> Result<Matrix, Fault> {
     let (rows, columns) = shape(header)?;
     let count = rows.checked_mul(columns).and_then(|n| n.checked_mul(width));
     if count != Some(data.len()) {
-        let found = format!(
-            "{} bytes of data for {rows} × {columns} values of {width} bytes",
-            data.len()
-        );
+        let found = format!("{} bytes of data for {rows} × {columns} values of {width} bytes", data.len());
         return fault(found, "exactly as many bytes as the shape asks for");
     }
-    let values: Vec<f64> = data
-        .chunks_exact(width)
-        .map(|chunk| number(chunk, swap))
-        .collect();
+    let values: Vec<f64> = data.chunks_exact(width).map(|chunk| number(chunk, swap)).collect();
     if let Some(i) = values.iter().position(|x| !x.is_finite()) {
         return fault(format!("value {i} is {}", values[i]), "finite values");
     }
-    let data = if fortran {
-        values
-    } else {
-        column_major(&values, rows, columns)
-    };
-    Ok(Matrix {
-        rows,
-        columns,
-        data,
-    })
+    let data = if fortran { values } else { column_major(&values, rows, columns) };
+    Ok(Matrix { rows, columns, data })
 }
 
 /// Header text and data.
@@ -82,10 +68,7 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), Fault> {
         _ => return fault("another version", EXPECTED),
     };
     let Some((header, data)) = rest[start..].split_at_checked(length) else {
-        return fault(
-            format!("a header of {length} bytes"),
-            "a header inside the file",
-        );
+        return fault(format!("a header of {length} bytes"), "a header inside the file");
     };
     match std::str::from_utf8(header) {
         Ok(header) => Ok((header, data)),
@@ -96,9 +79,7 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), Fault> {
 /// What follows `'key':` in the header.
 fn value<'a>(header: &'a str, key: &str) -> Result<&'a str, Fault> {
     let quoted = [format!("'{key}'"), format!("\"{key}\"")];
-    let tail = quoted
-        .iter()
-        .find_map(|q| header.split_once(q.as_str()).map(|(_, tail)| tail));
+    let tail = quoted.iter().find_map(|q| header.split_once(q.as_str()).map(|(_, tail)| tail));
     match tail.and_then(|t| t.trim_start().strip_prefix(':')) {
         Some(tail) => Ok(tail.trim_start()),
         None => fault("a header", &format!("the key {key} in it")),
@@ -110,10 +91,7 @@ fn text_value<'a>(header: &'a str, key: &str) -> Result<&'a str, Fault> {
     let quote = tail.chars().next().filter(|c| matches!(c, '\'' | '"'));
     match quote.and_then(|q| tail[1..].split_once(q)) {
         Some((text, _)) => Ok(text),
-        None => fault(
-            format!("another {key}"),
-            "text in quotes (structured types are not supported)",
-        ),
+        None => fault(format!("another {key}"), "text in quotes (structured types are not supported)"),
     }
 }
 
@@ -146,9 +124,7 @@ fn number(chunk: &[u8], swap: bool) -> f64 {
 }
 
 fn column_major(values: &[f64], rows: usize, columns: usize) -> Vec<f64> {
-    (0..columns)
-        .flat_map(|j| (0..rows).map(move |i| values[i * columns + j]))
-        .collect()
+    (0..columns).flat_map(|j| (0..rows).map(move |i| values[i * columns + j])).collect()
 }
 
 /// Writes a matrix as `float64`, column-major, format version 1.
@@ -156,21 +132,12 @@ fn column_major(values: &[f64], rows: usize, columns: usize) -> Vec<f64> {
 /// # Errors
 /// [`FieldError::WrongLength`] if the data are not `rows × columns`, [`FieldError::Io`].
 pub fn write_npy(path: &Path, matrix: &Matrix) -> Result<(), FieldError> {
-    let Matrix {
-        rows,
-        columns,
-        data,
-    } = matrix;
+    let Matrix { rows, columns, data } = matrix;
     if rows.checked_mul(*columns) != Some(data.len()) {
         let expected = rows.saturating_mul(*columns);
-        return Err(FieldError::WrongLength {
-            what: "the matrix".into(),
-            found: data.len(),
-            expected,
-        });
+        return Err(FieldError::WrongLength { what: "the matrix".into(), found: data.len(), expected });
     }
-    let mut header =
-        format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({rows}, {columns}), }}");
+    let mut header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({rows}, {columns}), }}");
     // Data start at a multiple of 64 bytes; the header ends with a line break.
     let start = (MAGIC.len() + 4 + header.len() + 1).next_multiple_of(64);
     let padding = start - (MAGIC.len() + 4 + header.len() + 1);
@@ -181,8 +148,7 @@ pub fn write_npy(path: &Path, matrix: &Matrix) -> Result<(), FieldError> {
         out.write_all(&[1, 0])?;
         out.write_all(&(header.len() as u16).to_le_bytes())?;
         out.write_all(header.as_bytes())?;
-        data.iter()
-            .try_for_each(|x| out.write_all(&x.to_le_bytes()))
+        data.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
     })
 }
 
@@ -191,8 +157,7 @@ mod tests {
     use super::*;
 
     fn file(descr: &str, fortran: &str, shape: &str, data: &[u8]) -> Vec<u8> {
-        let header =
-            format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
+        let header = format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
         let mut bytes = MAGIC.to_vec();
         bytes.extend([1, 0]);
         bytes.extend((header.len() as u16).to_le_bytes());
@@ -210,28 +175,16 @@ mod tests {
         assert_eq!(matrix.data, [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
         let matrix = parse(&file(">f8", "True", "(2, 3)", &big)).unwrap();
         assert_eq!(matrix.data, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        assert_eq!(
-            parse(&file(">f8", "True", "(6,)", &big)).unwrap().columns,
-            1
-        );
+        assert_eq!(parse(&file(">f8", "True", "(6,)", &big)).unwrap().columns, 1);
     }
 
     #[test]
     fn wrong_files_are_refused_by_name() {
         let cases = [
-            (
-                file("<i8", "True", "(1, 1)", &[0; 8]),
-                "values of type `<i8`",
-            ),
-            (
-                file("<f8", "True", "(9, 9)", &[0; 8]),
-                "8 bytes of data for 9 × 9 values of 8 bytes",
-            ),
+            (file("<i8", "True", "(1, 1)", &[0; 8]), "values of type `<i8`"),
+            (file("<f8", "True", "(9, 9)", &[0; 8]), "8 bytes of data for 9 × 9 values of 8 bytes"),
             (file("<f8", "True", "(1, 1, 1)", &[0; 8]), "shape (1, 1, 1)"),
-            (
-                file("<f8", "True", "(1, 1)", &f64::NAN.to_le_bytes()),
-                "value 0 is NaN",
-            ),
+            (file("<f8", "True", "(1, 1)", &f64::NAN.to_le_bytes()), "value 0 is NaN"),
             (b"PK".to_vec(), "another kind of file"),
         ];
         for (bytes, found) in cases {
@@ -243,11 +196,7 @@ mod tests {
     fn a_written_matrix_reads_back_equal() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("m.npy");
-        let matrix = Matrix {
-            rows: 3,
-            columns: 2,
-            data: vec![1.0, -2.5, 1e-300, 4.0, 5.0, 6.0],
-        };
+        let matrix = Matrix { rows: 3, columns: 2, data: vec![1.0, -2.5, 1e-300, 4.0, 5.0, 6.0] };
         write_npy(&path, &matrix).unwrap();
         assert_eq!(read_npy(&path).unwrap(), matrix);
         // The layout NumPy asks for.

@@ -16,11 +16,7 @@ pub fn write_pvd(path: &Path, entries: &[(f64, String)]) -> Result<(), FieldErro
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>"
         )?;
         for (time, file) in entries {
-            writeln!(
-                out,
-                "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>",
-                escaped(file)
-            )?;
+            writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escaped(file))?;
         }
         writeln!(out, "</Collection>\n</VTKFile>")
     })
@@ -28,9 +24,7 @@ pub fn write_pvd(path: &Path, entries: &[(f64, String)]) -> Result<(), FieldErro
 
 /// Text as it may stand in an XML attribute.
 pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('"', "&quot;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
 /// Reads a collection in file order: times and paths (relative ones against the folder of the collection).
@@ -49,18 +43,11 @@ pub fn read_pvd(path: &Path) -> Result<Vec<(f64, PathBuf)>, FieldError> {
     let sets = document.descendants().filter(|n| n.has_tag_name("DataSet"));
     sets.map(|set| {
         let line = document.text_pos_at(set.range().start).row;
-        let time = set
-            .attribute("timestep")
-            .unwrap_or("0")
-            .trim()
-            .parse::<f64>()
-            .ok()
-            .filter(|t| t.is_finite());
         let time =
-            time.ok_or_else(|| fault(format!("a timestep on line {line}"), "a finite number"))?;
-        let file = set
-            .attribute("file")
-            .ok_or_else(|| fault(format!("no file on line {line}"), "file=\"…\""))?;
+            set.attribute("timestep").unwrap_or("0").trim().parse::<f64>().ok().filter(|t| t.is_finite());
+        let time = time.ok_or_else(|| fault(format!("a timestep on line {line}"), "a finite number"))?;
+        let file =
+            set.attribute("file").ok_or_else(|| fault(format!("no file on line {line}"), "file=\"…\""))?;
         Ok((time, folder.join(file)))
     })
     .collect()

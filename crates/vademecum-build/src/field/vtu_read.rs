@@ -39,17 +39,10 @@ pub fn read_vtu(path: &Path) -> Result<VtuFile, FieldError> {
     let piece = shell.piece(&document)?;
     let count = shell.count(piece, "NumberOfPoints")?;
     let fits = |components: usize| count.checked_mul(components);
-    let too_many = || {
-        shell
-            .at(piece, "Piece")
-            .malformed("a count beyond the file", "counts the file can hold")
-    };
+    let too_many =
+        || shell.at(piece, "Piece").malformed("a count beyond the file", "counts the file can hold");
     let points = arrays(piece, "Points").into_iter().next();
-    let points = points.ok_or_else(|| {
-        shell
-            .at(piece, "Points")
-            .malformed("no array", "one DataArray")
-    })?;
+    let points = points.ok_or_else(|| shell.at(piece, "Points").malformed("no array", "one DataArray"))?;
     let positions = decode(&shell, storage, points, Some(fits(3).ok_or_else(too_many)?))?.reals();
     let mut data = Vec::new();
     for node in arrays(piece, "PointData") {
@@ -57,24 +50,11 @@ pub fn read_vtu(path: &Path) -> Result<VtuFile, FieldError> {
             None => 1,
             Some(_) => shell.count(node, "NumberOfComponents")?,
         };
-        let values = decode(
-            &shell,
-            storage,
-            node,
-            Some(fits(components).ok_or_else(too_many)?),
-        )?
-        .reals();
+        let values = decode(&shell, storage, node, Some(fits(components).ok_or_else(too_many)?))?.reals();
         let name = node.attribute("Name").unwrap_or("").to_string();
-        data.push(PointArray {
-            name,
-            components,
-            values,
-        });
+        data.push(PointArray { name, components, values });
     }
-    let points = positions
-        .chunks_exact(3)
-        .map(|p| [p[0], p[1], p[2]])
-        .collect();
+    let points = positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
     Ok(VtuFile { points, data })
 }
 
@@ -86,18 +66,11 @@ pub fn read_vtu(path: &Path) -> Result<VtuFile, FieldError> {
 ///
 /// # Errors
 /// [`FieldError::NoSuchField`], [`FieldError::ForeignMesh`], and those of [`read_vtu`].
-pub fn read_displacements(
-    files: &[PathBuf],
-    name: &str,
-    mesh: &Mesh,
-) -> Result<Matrix, FieldError> {
+pub fn read_displacements(files: &[PathBuf], name: &str, mesh: &Mesh) -> Result<Matrix, FieldError> {
     let rows = 3 * mesh.nodes.len();
     let mut data = Vec::with_capacity(rows * files.len());
     for file in files {
-        let VtuFile {
-            points,
-            data: arrays,
-        } = read_vtu(file)?;
+        let VtuFile { points, data: arrays } = read_vtu(file)?;
         let Some(array) = arrays.iter().find(|a| a.name == name && a.components == 3) else {
             return Err(no_such_field(file, name, &arrays));
         };
@@ -105,29 +78,13 @@ pub fn read_displacements(
             data.extend_from_slice(&array.values[3 * point..3 * point + 3]);
         }
     }
-    Ok(Matrix {
-        rows,
-        columns: files.len(),
-        data,
-    })
+    Ok(Matrix { rows, columns: files.len(), data })
 }
 
 fn no_such_field(file: &Path, name: &str, arrays: &[PointArray]) -> FieldError {
-    let known: Vec<String> = arrays
-        .iter()
-        .map(|a| format!("`{}` ({})", a.name, a.components))
-        .collect();
-    let known = if known.is_empty() {
-        "none".into()
-    } else {
-        known.join(", ")
-    };
-    FieldError::NoSuchField {
-        file: file.to_path_buf(),
-        name: name.into(),
-        components: 3,
-        known,
-    }
+    let known: Vec<String> = arrays.iter().map(|a| format!("`{}` ({})", a.name, a.components)).collect();
+    let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+    FieldError::NoSuchField { file: file.to_path_buf(), name: name.into(), components: 3, known }
 }
 
 /// The point of the file that each node of the mesh is.
@@ -135,9 +92,7 @@ fn order_of(file: &Path, points: &[[f64; 3]], mesh: &Mesh) -> Result<Vec<usize>,
     let (low, high) = bounding_box(&mesh.nodes);
     let tolerance = 1e-6 * norm(sub(high, low));
     let same = |node: usize, point: usize| {
-        points
-            .get(point)
-            .is_some_and(|p| norm(sub(*p, mesh.nodes[node])) <= tolerance)
+        points.get(point).is_some_and(|p| norm(sub(*p, mesh.nodes[node])) <= tolerance)
     };
     let nodes = 0..mesh.nodes.len();
     if points.len() == mesh.nodes.len() && nodes.clone().all(|n| same(n, n)) {
@@ -158,8 +113,5 @@ fn order_of(file: &Path, points: &[[f64; 3]], mesh: &Mesh) -> Result<Vec<usize>,
         mesh.node_ids.get(first).copied().unwrap_or(0),
         mesh.nodes.get(first)
     );
-    Err(FieldError::ForeignMesh {
-        file: file.to_path_buf(),
-        detail,
-    })
+    Err(FieldError::ForeignMesh { file: file.to_path_buf(), detail })
 }

@@ -61,10 +61,7 @@ pub fn write_vtu(
             out,
             "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
         )?;
-        let piece = format!(
-            "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{count}\">",
-            points.len()
-        );
+        let piece = format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{count}\">", points.len());
         writeln!(out, "<UnstructuredGrid>\n{piece}\n<PointData>")?;
         for (name, values, components) in data {
             layout.array(out, "Float64", name, *components, 8 * values.len())?;
@@ -72,13 +69,7 @@ pub fn write_vtu(
         writeln!(out, "</PointData>\n<Points>")?;
         layout.array(out, "Float64", "Points", 3, 24 * points.len())?;
         writeln!(out, "</Points>\n<Cells>")?;
-        layout.array(
-            out,
-            "Int64",
-            "connectivity",
-            1,
-            8 * cells.connectivity().len(),
-        )?;
+        layout.array(out, "Int64", "connectivity", 1, 8 * cells.connectivity().len())?;
         layout.array(out, "Int64", "offsets", 1, 8 * count)?;
         layout.array(out, "UInt8", "types", 1, count)?;
         writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>")?;
@@ -87,16 +78,8 @@ pub fn write_vtu(
             reals(out, values)?;
         }
         reals(out, points.as_flattened())?;
-        integers(
-            out,
-            cells.connectivity().iter().map(|&n| i64::from(n)),
-            cells.connectivity().len(),
-        )?;
-        integers(
-            out,
-            (1..=count).map(|i| (i * cells.per_cell()) as i64),
-            count,
-        )?;
+        integers(out, cells.connectivity().iter().map(|&n| i64::from(n)), cells.connectivity().len())?;
+        integers(out, (1..=count).map(|i| (i * cells.per_cell()) as i64), count)?;
         size(out, count)?;
         out.write_all(&vec![cells.vtk_type(); count])?;
         writeln!(out, "\n</AppendedData>\n</VTKFile>")
@@ -109,26 +92,14 @@ fn check(
     count: usize,
     data: &[(&str, &[f64], usize)],
 ) -> Result<(), FieldError> {
-    let wrong = |what: String, found, expected| FieldError::WrongLength {
-        what,
-        found,
-        expected,
-    };
+    let wrong = |what: String, found, expected| FieldError::WrongLength { what, found, expected };
     let length = cells.connectivity().len();
     if length != count * cells.per_cell() {
-        return Err(wrong(
-            "the connectivity".into(),
-            length,
-            count * cells.per_cell(),
-        ));
+        return Err(wrong("the connectivity".into(), length, count * cells.per_cell()));
     }
     for (name, values, components) in data {
         if values.len() != components * points.len() {
-            return Err(wrong(
-                format!("point data `{name}`"),
-                values.len(),
-                components * points.len(),
-            ));
+            return Err(wrong(format!("point data `{name}`"), values.len(), components * points.len()));
         }
     }
     Ok(())
@@ -149,10 +120,7 @@ impl Layout {
         bytes: usize,
     ) -> std::io::Result<()> {
         let name = escaped(name);
-        write!(
-            out,
-            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{width}\" "
-        )?;
+        write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{width}\" ")?;
         writeln!(out, "format=\"appended\" offset=\"{}\"/>", self.offset)?;
         self.offset += 8 + bytes;
         Ok(())
@@ -165,9 +133,7 @@ fn size(out: &mut impl Write, bytes: usize) -> std::io::Result<()> {
 
 fn reals(out: &mut impl Write, values: &[f64]) -> std::io::Result<()> {
     size(out, 8 * values.len())?;
-    values
-        .iter()
-        .try_for_each(|x| out.write_all(&x.to_le_bytes()))
+    values.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
 }
 
 fn integers(

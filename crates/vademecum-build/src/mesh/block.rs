@@ -15,14 +15,8 @@ use super::{Mesh, Order, Region};
 /// # Panics
 /// If a division is zero, a length is not positive, or there are more than `u32::MAX` nodes.
 pub fn block(lengths: [f64; 3], divisions: [usize; 3], order: Order) -> Mesh {
-    assert!(
-        divisions.iter().all(|&n| n > 0),
-        "a block needs at least one cell per axis"
-    );
-    assert!(
-        lengths.iter().all(|&l| l > 0.0),
-        "a block needs positive lengths"
-    );
+    assert!(divisions.iter().all(|&n| n > 0), "a block needs at least one cell per axis");
+    assert!(lengths.iter().all(|&l| l > 0.0), "a block needs positive lengths");
     let mut nodes = corner_nodes(lengths, divisions);
     let linear = cell_tetrahedra(divisions);
     let elements = match order {
@@ -37,10 +31,7 @@ pub fn block(lengths: [f64; 3], divisions: [usize; 3], order: Order) -> Mesh {
         order,
         elements,
         element_region: vec![0; element_count],
-        regions: vec![Region {
-            tag: 1,
-            name: "body".into(),
-        }],
+        regions: vec![Region { tag: 1, name: "body".into() }],
         node_groups: BTreeMap::from([("body".into(), (0..count).collect())]),
         facet_groups: BTreeMap::new(),
         notes: Vec::new(),
@@ -82,11 +73,7 @@ fn cell_tetrahedra(n: [usize; 3]) -> Vec<u32> {
                     let b = a + stride[path[1]];
                     let high = b + stride[path[2]];
                     // An odd permutation of the axes is a left-handed path.
-                    let tetrahedron = if even {
-                        [low, a, b, high]
-                    } else {
-                        [low, b, a, high]
-                    };
+                    let tetrahedron = if even { [low, a, b, high] } else { [low, b, a, high] };
                     elements.extend(tetrahedron.map(|node| node as u32));
                 }
             }
@@ -121,10 +108,7 @@ fn name_sides(mesh: &mut Mesh, lengths: [f64; 3]) {
             let on = |n: &u32| mesh.nodes[*n as usize][axis] == at;
             let nodes = (0..mesh.nodes.len() as u32).filter(on).collect();
             let facets = surface.facets.chunks_exact(surface.nodes_per_facet());
-            let facets = facets
-                .filter(|f| f.iter().all(on))
-                .map(|f| [f[0], f[1], f[2]])
-                .collect();
+            let facets = facets.filter(|f| f.iter().all(on)).map(|f| [f[0], f[1], f[2]]).collect();
             mesh.node_groups.insert(name.clone(), nodes);
             mesh.facet_groups.insert(name, facets);
         }

@@ -6,9 +6,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::problem::Problem;
-use super::quality::{
-    FACES, corners, degree_2_points, degree_4_rule, flatness, jacobian_10, quality, ten,
-};
+use super::quality::{FACES, corners, degree_2_points, degree_4_rule, flatness, jacobian_10, quality, ten};
 use super::raw::{RawMesh, Tetrahedra};
 use super::{Mesh, Order, Region};
 
@@ -49,12 +47,7 @@ pub(crate) fn check(raw: &RawMesh) -> Checked {
         problems.extend(disconnected(&mesh));
         faces(&mut mesh, &mut problems);
     }
-    Checked {
-        mesh,
-        problems,
-        unused_nodes,
-        reoriented,
-    }
+    Checked { mesh, problems, unused_nodes, reoriented }
 }
 
 /// Keeps the nodes that elements use, in file order.
@@ -64,49 +57,28 @@ fn used_part(raw: &RawMesh, order: Order, tetrahedra: &Tetrahedra) -> Mesh {
         new_index[node as usize] = 0;
     }
     let (mut nodes, mut node_ids) = (Vec::new(), Vec::new());
-    for (i, index) in new_index
-        .iter_mut()
-        .enumerate()
-        .filter(|(_, index)| **index == 0)
-    {
+    for (i, index) in new_index.iter_mut().enumerate().filter(|(_, index)| **index == 0) {
         *index = nodes.len() as u32;
         nodes.push(raw.nodes[i]);
         node_ids.push(raw.node_ids[i]);
     }
     let tags: BTreeMap<i64, usize> = tetrahedra.region.iter().map(|&tag| (tag, 0)).collect();
     let position: BTreeMap<i64, u32> = tags.keys().zip(0..).map(|(&tag, i)| (tag, i)).collect();
-    let name = |tag| {
-        raw.region_names
-            .get(&tag)
-            .cloned()
-            .unwrap_or_else(|| format!("region {tag}"))
-    };
+    let name = |tag| raw.region_names.get(&tag).cloned().unwrap_or_else(|| format!("region {tag}"));
     let mut mesh = Mesh {
         nodes,
         node_ids,
         order,
-        elements: tetrahedra
-            .connectivity
-            .iter()
-            .map(|&node| new_index[node as usize])
-            .collect(),
+        elements: tetrahedra.connectivity.iter().map(|&node| new_index[node as usize]).collect(),
         element_region: tetrahedra.region.iter().map(|tag| position[tag]).collect(),
-        regions: position
-            .keys()
-            .map(|&tag| Region {
-                tag,
-                name: name(tag),
-            })
-            .collect(),
+        regions: position.keys().map(|&tag| Region { tag, name: name(tag) }).collect(),
         node_groups: BTreeMap::new(),
         facet_groups: BTreeMap::new(),
         notes: raw.notes.clone(),
     };
     let unused = raw.nodes.len() - mesh.nodes.len();
     if unused > 0 {
-        mesh.notes.push(format!(
-            "{unused} nodes that no tetrahedron uses were dropped"
-        ));
+        mesh.notes.push(format!("{unused} nodes that no tetrahedron uses were dropped"));
     }
     keep_groups(raw, &new_index, &mut mesh);
     mesh
@@ -120,9 +92,7 @@ fn keep_groups(raw: &RawMesh, new_index: &[u32], mesh: &mut Mesh) {
         kept.sort_unstable();
         kept.dedup();
         if kept.is_empty() {
-            mesh.notes.push(format!(
-                "group `{name}` holds no node of a tetrahedron and was left out"
-            ));
+            mesh.notes.push(format!("group `{name}` holds no node of a tetrahedron and was left out"));
         } else {
             mesh.node_groups.insert(name.clone(), kept);
         }
@@ -132,9 +102,8 @@ fn keep_groups(raw: &RawMesh, new_index: &[u32], mesh: &mut Mesh) {
         let kept: Vec<[u32; 3]> = facets.iter().filter_map(corners).collect();
         if kept.len() < facets.len() {
             let lost = facets.len() - kept.len();
-            mesh.notes.push(format!(
-                "{lost} facets of group `{name}` lie on no tetrahedron and were left out"
-            ));
+            mesh.notes
+                .push(format!("{lost} facets of group `{name}` lie on no tetrahedron and were left out"));
         }
         if !kept.is_empty() {
             mesh.facet_groups.insert(name.clone(), kept);
@@ -148,18 +117,13 @@ fn region_groups(raw: &RawMesh, mesh: &mut Mesh) {
     let per = mesh.order.nodes_per_element();
     for (index, region) in mesh.regions.iter().enumerate() {
         if raw.node_groups.contains_key(&region.name) {
-            let note = format!(
-                "`{}` names a region and a group: selecting it takes the group",
-                region.name
-            );
+            let note = format!("`{}` names a region and a group: selecting it takes the group", region.name);
             mesh.notes.push(note);
             continue;
         }
         let inside = mesh.elements.chunks_exact(per).zip(&mesh.element_region);
-        let mut nodes: Vec<u32> = inside
-            .filter(|(_, r)| **r == index as u32)
-            .flat_map(|(e, _)| e.iter().copied())
-            .collect();
+        let mut nodes: Vec<u32> =
+            inside.filter(|(_, r)| **r == index as u32).flat_map(|(e, _)| e.iter().copied()).collect();
         nodes.sort_unstable();
         nodes.dedup();
         mesh.node_groups.insert(region.name.clone(), nodes);
@@ -168,9 +132,8 @@ fn region_groups(raw: &RawMesh, mesh: &mut Mesh) {
 
 fn group_notes(raw: &RawMesh, mesh: &mut Mesh) {
     for (kind, count) in &raw.skipped {
-        mesh.notes.push(format!(
-            "{count} surface cells of kind {kind} were left out, their nodes kept in groups"
-        ));
+        mesh.notes
+            .push(format!("{count} surface cells of kind {kind} were left out, their nodes kept in groups"));
     }
 }
 
@@ -190,8 +153,7 @@ fn reorient(mesh: &mut Mesh) -> usize {
         }
     }
     if count > 0 {
-        mesh.notes
-            .push(format!("{count} inverted elements were reoriented"));
+        mesh.notes.push(format!("{count} inverted elements were reoriented"));
     }
     count
 }
@@ -209,9 +171,7 @@ fn sliver_note(mesh: &mut Mesh) {
     let qualities = elements.map(|e| quality(corners(&mesh.nodes, e)).abs());
     let (count, least) = qualities
         .filter(|q| *q < SLIVER)
-        .fold((0, f64::INFINITY), |(count, least), q| {
-            (count + 1, q.min(least))
-        });
+        .fold((0, f64::INFINITY), |(count, least), q| (count + 1, q.min(least)));
     if count > 0 {
         mesh.notes.push(format!(
             "{count} slivers (quality below {SLIVER}, the worst {least:.1e}) make the equations ill-conditioned"
@@ -226,38 +186,23 @@ fn degenerate(mesh: &Mesh) -> Option<Problem> {
         let q = quality(p).abs();
         q.is_nan() || q <= flatness(p)
     };
-    let flat: Vec<&[u32]> = mesh
-        .elements
-        .chunks_exact(mesh.order.nodes_per_element())
-        .filter(flat)
-        .collect();
+    let flat: Vec<&[u32]> = mesh.elements.chunks_exact(mesh.order.nodes_per_element()).filter(flat).collect();
     let first = flat.first()?;
     let p = corners(&mesh.nodes, first);
     let position = std::array::from_fn(|k| p.iter().map(|x| x[k]).sum::<f64>() / 4.0);
-    Some(Problem::DegenerateElements {
-        count: flat.len(),
-        first: ids(mesh, first),
-        position,
-    })
+    Some(Problem::DegenerateElements { count: flat.len(), first: ids(mesh, first), position })
 }
 
 fn folded(mesh: &Mesh) -> Option<Problem> {
     if mesh.order == Order::Linear {
         return None;
     }
-    let points: Vec<[f64; 3]> = degree_4_rule()
-        .iter()
-        .map(|&(x, _)| x)
-        .chain(degree_2_points())
-        .collect();
+    let points: Vec<[f64; 3]> = degree_4_rule().iter().map(|&(x, _)| x).chain(degree_2_points()).collect();
     let (mut count, mut first, mut worst) = (0, None, f64::INFINITY);
     for element in mesh.elements.chunks_exact(10) {
         let p = ten(&mesh.nodes, element);
         let straight = 6.0 * super::quality::corner_volume(corners(&mesh.nodes, element));
-        let least = points
-            .iter()
-            .map(|&x| jacobian_10(&p, x) / straight)
-            .fold(f64::INFINITY, f64::min);
+        let least = points.iter().map(|&x| jacobian_10(&p, x) / straight).fold(f64::INFINITY, f64::min);
         // A flat element is a problem of its own.
         if straight > 0.0 && least <= 0.0 {
             count += 1;
@@ -265,11 +210,7 @@ fn folded(mesh: &Mesh) -> Option<Problem> {
             first = first.or(Some(ids(mesh, element)));
         }
     }
-    first.map(|first| Problem::FoldedElements {
-        count,
-        first,
-        worst,
-    })
+    first.map(|first| Problem::FoldedElements { count, first, worst })
 }
 
 /// Nodes closer than 1e-12 of the bounding box diagonal, which is what writing 16 digits leaves of one position.
@@ -284,36 +225,23 @@ fn duplicates(mesh: &Mesh) -> Option<Problem> {
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(mesh.nodes.len());
     let (mut count, mut first) = (0, None);
     for (i, p) in mesh.nodes.iter().enumerate() {
-        let near =
-            |q: &&u32| (0..3).all(|k| (p[k] - mesh.nodes[**q as usize][k]).abs() <= tolerance);
+        let near = |q: &&u32| (0..3).all(|k| (p[k] - mesh.nodes[**q as usize][k]).abs() <= tolerance);
         let from: [i64; 3] = std::array::from_fn(|k| cell(p[k] - tolerance, k));
         let to: [i64; 3] = std::array::from_fn(|k| cell(p[k] + tolerance, k));
-        let neighbours = (from[0]..=to[0]).flat_map(|a| {
-            (from[1]..=to[1]).flat_map(move |b| (from[2]..=to[2]).map(move |c| [a, b, c]))
-        });
-        let twin = neighbours
-            .filter_map(|key| cells.get(&key))
-            .flatten()
-            .find(near)
-            .copied();
+        let neighbours = (from[0]..=to[0])
+            .flat_map(|a| (from[1]..=to[1]).flat_map(move |b| (from[2]..=to[2]).map(move |c| [a, b, c])));
+        let twin = neighbours.filter_map(|key| cells.get(&key)).flatten().find(near).copied();
         match twin {
             Some(twin) => {
                 count += 1;
                 first = first.or(Some((twin, i)));
             }
-            None => cells
-                .entry(std::array::from_fn(|k| cell(p[k], k)))
-                .or_default()
-                .push(i as u32),
+            None => cells.entry(std::array::from_fn(|k| cell(p[k], k))).or_default().push(i as u32),
         }
     }
     let (a, b) = first?;
     let first = [mesh.node_ids[a as usize], mesh.node_ids[b]];
-    Some(Problem::DuplicateNodes {
-        count,
-        first,
-        position: mesh.nodes[b],
-    })
+    Some(Problem::DuplicateNodes { count, first, position: mesh.nodes[b] })
 }
 
 /// Bodies by shared nodes: the label of each node's body, labels from 0 in node order.
@@ -335,9 +263,7 @@ fn bodies(mesh: &Mesh) -> Vec<u32> {
             parent[high as usize] = low;
         }
     }
-    (0..parent.len() as u32)
-        .map(|i| root(&mut parent, i))
-        .collect()
+    (0..parent.len() as u32).map(|i| root(&mut parent, i)).collect()
 }
 
 fn disconnected(mesh: &Mesh) -> Option<Problem> {
@@ -351,25 +277,15 @@ fn disconnected(mesh: &Mesh) -> Option<Problem> {
     }
     let mut sizes: Vec<(u32, usize)> = sizes.into_iter().collect();
     sizes.sort_by_key(|&(root, size)| (std::cmp::Reverse(size), root));
-    let nodes = sizes
-        .iter()
-        .map(|&(root, _)| mesh.node_ids[root as usize])
-        .collect();
-    Some(Problem::Disconnected {
-        elements: sizes.iter().map(|s| s.1).collect(),
-        nodes,
-    })
+    let nodes = sizes.iter().map(|&(root, _)| mesh.node_ids[root as usize]).collect();
+    Some(Problem::Disconnected { elements: sizes.iter().map(|s| s.1).collect(), nodes })
 }
 
 /// Looks at faces: more than two elements on one is a problem, two on the same side of it a fold worth a note.
 fn faces(mesh: &mut Mesh, problems: &mut Vec<Problem>) {
     let mut sides: Vec<([u32; 3], bool)> = Vec::with_capacity(mesh.element_region.len() * 4);
     for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
-        sides.extend(
-            FACES
-                .iter()
-                .map(|face| sorted_with_parity(face.map(|i| element[i]))),
-        );
+        sides.extend(FACES.iter().map(|face| sorted_with_parity(face.map(|i| element[i]))));
     }
     sides.sort_unstable();
     let (mut crowded, mut first, mut folds) = (0, None, 0);
@@ -382,10 +298,7 @@ fn faces(mesh: &mut Mesh, problems: &mut Vec<Problem>) {
         }
     }
     if let Some(first) = first {
-        problems.push(Problem::OverlappingElements {
-            count: crowded,
-            first,
-        });
+        problems.push(Problem::OverlappingElements { count: crowded, first });
     }
     if folds > 0 {
         mesh.notes.push(format!(
@@ -404,9 +317,7 @@ fn stray_facets(mesh: &mut Mesh, sides: &[([u32; 3], bool)]) {
         };
         let stray = facets.iter().filter(|f| !is_face(f)).count();
         if stray > 0 {
-            mesh.notes.push(format!(
-                "{stray} facets of group `{name}` are no face of any element"
-            ));
+            mesh.notes.push(format!("{stray} facets of group `{name}` are no face of any element"));
         }
     }
 }

@@ -24,10 +24,7 @@ pub(crate) fn sound(raw: &RawMesh) -> Result<Mesh, MeshError> {
     if checked.problems.is_empty() {
         return Ok(checked.mesh);
     }
-    Err(MeshError::Unsound {
-        file: raw.file.clone(),
-        problems: checked.problems,
-    })
+    Err(MeshError::Unsound { file: raw.file.clone(), problems: checked.problems })
 }
 
 /// Reads what a mesh file says, without judging the mesh.
@@ -40,10 +37,7 @@ pub fn parse(path: &Path) -> Result<RawMesh, MeshError> {
 }
 
 pub(crate) fn load(path: &Path) -> Result<Vec<u8>, MeshError> {
-    std::fs::read(path).map_err(|source| MeshError::Io {
-        file: path.to_path_buf(),
-        source,
-    })
+    std::fs::read(path).map_err(|source| MeshError::Io { file: path.to_path_buf(), source })
 }
 
 /// The same, for content at hand; `path` gives the extension, neighbours and the name in messages.
@@ -51,15 +45,9 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
     // A byte order mark of some editors.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let head = bytes.trim_ascii_start();
-    let starts = |word: &str| {
-        head.get(..word.len())
-            .is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()))
-    };
-    let extension = path
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or("")
-        .to_ascii_lowercase();
+    let starts =
+        |word: &str| head.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()));
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     if starts("$MeshFormat") || starts("$NOD") {
         gmsh::parse(path, bytes)
     } else if starts("# vtk DataFile") {
@@ -73,19 +61,13 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
     } else if matches!(extension.as_str(), "node" | "ele") {
         tetgen::parse(path)
     } else if extension == "inp"
-        || (starts("*")
-            && head
-                .get(1)
-                .is_some_and(|b| *b == b'*' || b.is_ascii_alphabetic()))
+        || (starts("*") && head.get(1).is_some_and(|b| *b == b'*' || b.is_ascii_alphabetic()))
     {
         inp::parse(path, bytes)
     } else if extension == "mesh" {
         medit::parse(path, bytes)
     } else {
         let first = head.split(|&b| b == b'\n').next().unwrap_or(b"");
-        Err(MeshError::UnknownFormat {
-            file: path.to_path_buf(),
-            found: shown(first),
-        })
+        Err(MeshError::UnknownFormat { file: path.to_path_buf(), found: shown(first) })
     }
 }

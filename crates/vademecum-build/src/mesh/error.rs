@@ -48,18 +48,8 @@ pub struct Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}, {}, in {}: ",
-            self.file.display(),
-            self.place,
-            self.section
-        )?;
-        write!(
-            f,
-            "found {}, expected {}; {}",
-            self.found, self.expected, self.remedy
-        )
+        write!(f, "{}, {}, in {}: ", self.file.display(), self.place, self.section)?;
+        write!(f, "found {}, expected {}; {}", self.found, self.expected, self.remedy)
     }
 }
 
@@ -133,11 +123,7 @@ const REWRITE: &str = "correct the file, or write it again with the mesher";
 
 impl At<'_> {
     pub fn malformed(&self, found: impl Into<String>, expected: impl Into<String>) -> MeshError {
-        MeshError::Malformed(Box::new(self.fault(
-            found.into(),
-            expected.into(),
-            REWRITE.into(),
-        )))
+        MeshError::Malformed(Box::new(self.fault(found.into(), expected.into(), REWRITE.into())))
     }
 
     pub fn unsupported(
@@ -146,23 +132,12 @@ impl At<'_> {
         expected: impl Into<String>,
         remedy: impl Into<String>,
     ) -> MeshError {
-        MeshError::Unsupported(Box::new(self.fault(
-            found.into(),
-            expected.into(),
-            remedy.into(),
-        )))
+        MeshError::Unsupported(Box::new(self.fault(found.into(), expected.into(), remedy.into())))
     }
 
     fn fault(&self, found: String, expected: String, remedy: String) -> Fault {
         let (file, section) = (self.file.to_path_buf(), self.section.to_string());
-        Fault {
-            file,
-            place: self.place,
-            section,
-            found,
-            expected,
-            remedy,
-        }
+        Fault { file, place: self.place, section, found, expected, remedy }
     }
 }
 
@@ -172,11 +147,7 @@ pub(crate) fn shown(bytes: &[u8]) -> String {
         return "nothing".into();
     }
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(240)]);
-    let mut text: String = head
-        .chars()
-        .take(60)
-        .map(|c| if c.is_control() { '.' } else { c })
-        .collect();
+    let mut text: String = head.chars().take(60).map(|c| if c.is_control() { '.' } else { c }).collect();
     if head.chars().count() > 60 {
         text.push('…');
     }

@@ -53,38 +53,27 @@ fn parse_sections(mut text: Text<'_>) -> Result<RawMesh, MeshError> {
             ("$Nodes", Version::Two) => gmsh2::nodes(&mut rows, &mut raw, &mut model.index)?,
             ("$Elements", Version::Two) => gmsh2::elements(&mut rows, &mut raw, &model.index)?,
             ("$Entities", Version::FourOne) => gmsh4::entities(&mut rows, &mut model)?,
-            ("$PartitionedEntities", Version::FourOne) => {
-                gmsh4::partitioned(&mut rows, &mut model)?
-            }
+            ("$PartitionedEntities", Version::FourOne) => gmsh4::partitioned(&mut rows, &mut model)?,
             ("$Nodes", Version::FourOne) => gmsh4::nodes(&mut rows, &mut raw, &mut model)?,
             ("$Elements", Version::FourOne) => gmsh4::elements(&mut rows, &mut raw, &model)?,
             ("$Periodic", _) => {
-                raw.notes
-                    .push("the periodicity of the mesh ($Periodic) is ignored".into());
+                raw.notes.push("the periodicity of the mesh ($Periodic) is ignored".into());
                 skip_section(&mut rows.text, &section)?;
             }
             (other, _) if other.starts_with('$') => skip_section(&mut rows.text, &section)?,
             _ => {
-                return Err(rows
-                    .text
-                    .malformed(line, "the name of a section, like `$Nodes`"));
+                return Err(rows.text.malformed(line, "the name of a section, like `$Nodes`"));
             }
         }
         has_nodes |= section == "$Nodes";
         has_elements |= section == "$Elements";
-        if matches!(
-            section.as_str(),
-            "$Nodes" | "$Elements" | "$Entities" | "$PartitionedEntities"
-        ) {
+        if matches!(section.as_str(), "$Nodes" | "$Elements" | "$Entities" | "$PartitionedEntities") {
             rows.text.literal(&end_of(&section))?;
         }
     }
     for (present, missing) in [(has_nodes, "$Nodes"), (has_elements, "$Elements")] {
         if !present {
-            return Err(rows
-                .text
-                .at()
-                .malformed("the end of the file", format!("a section {missing}")));
+            return Err(rows.text.at().malformed("the end of the file", format!("a section {missing}")));
         }
     }
     raw.name_regions();
@@ -98,8 +87,7 @@ fn end_of(section: &str) -> String {
 
 /// Version, its name, and the byte order of a binary file.
 fn format_header(text: &mut Text<'_>) -> Result<(Version, String, Option<Endian>), MeshError> {
-    const EXPECTED: &str =
-        "the version, 0 (text) or 1 (binary), and the size of a real, like `4.1 0 8`";
+    const EXPECTED: &str = "the version, 0 (text) or 1 (binary), and the size of a real, like `4.1 0 8`";
     let line = text.line(EXPECTED)?;
     let words: Vec<&[u8]> = tokens(line).collect();
     let [version, kind, size] = words[..] else {
@@ -111,19 +99,13 @@ fn format_header(text: &mut Text<'_>) -> Result<(Version, String, Option<Endian>
         _ => {
             let found = format!("MSH version {}", shown(version));
             let remedy = "write it again with `gmsh -save -format msh41`";
-            return Err(text
-                .at()
-                .unsupported(found, "version 1.0, 2.x or 4.1", remedy));
+            return Err(text.at().unsupported(found, "version 1.0, 2.x or 4.1", remedy));
         }
     };
     if size != b"8" || !matches!(kind, b"0" | b"1") {
         return Err(text.malformed(line, EXPECTED));
     }
-    let endian = if kind == b"1" {
-        Some(byte_order(text)?)
-    } else {
-        None
-    };
+    let endian = if kind == b"1" { Some(byte_order(text)?) } else { None };
     text.literal("$EndMeshFormat")?;
     let written = if endian.is_some() { "binary" } else { "ASCII" };
     let name = format!("Gmsh MSH {} {written}", String::from_utf8_lossy(version));
@@ -154,10 +136,7 @@ fn physical_names(text: &mut Text<'_>, raw: &mut RawMesh) -> Result<(), MeshErro
         let (Some(name), 0..=3) = (name, dimension) else {
             return Err(text.malformed(line, EXPECTED));
         };
-        raw.names.insert(
-            (dimension as usize, tag),
-            String::from_utf8_lossy(name).into_owned(),
-        );
+        raw.names.insert((dimension as usize, tag), String::from_utf8_lossy(name).into_owned());
     }
     text.literal("$EndPhysicalNames")
 }
@@ -171,9 +150,7 @@ fn skip_section(text: &mut Text<'_>, section: &str) -> Result<(), MeshError> {
             return Ok(());
         }
     }
-    Err(text
-        .at()
-        .malformed("the end of the file", format!("`{end}`")))
+    Err(text.at().malformed("the end of the file", format!("`{end}`")))
 }
 
 /// What Gmsh's element type numbers stand for.

@@ -50,19 +50,12 @@ fn element_version_1(
     let tag = rows.int(&expected)?;
     rows.int(&expected)?;
     if rows.size(&expected)? != kind.node_count() as u64 {
-        return Err(rows
-            .text
-            .at()
-            .malformed("another node count", format!("{} nodes", kind.node_count())));
+        return Err(rows.text.at().malformed("another node count", format!("{} nodes", kind.node_count())));
     }
     cell(rows, raw, index, kind, tag, &expected)
 }
 
-pub(crate) fn nodes(
-    rows: &mut Rows<'_>,
-    raw: &mut RawMesh,
-    index: &mut NodeIndex,
-) -> Result<(), MeshError> {
+pub(crate) fn nodes(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &mut NodeIndex) -> Result<(), MeshError> {
     let count = count(rows, "nodes")?;
     for _ in 0..count {
         rows.begin(NODE)?;
@@ -76,11 +69,7 @@ pub(crate) fn nodes(
     Ok(())
 }
 
-pub(crate) fn elements(
-    rows: &mut Rows<'_>,
-    raw: &mut RawMesh,
-    index: &NodeIndex,
-) -> Result<(), MeshError> {
+pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &NodeIndex) -> Result<(), MeshError> {
     let count = count(rows, "elements")?;
     if rows.is_binary() {
         return binary_elements(rows, raw, index, count);
@@ -109,15 +98,10 @@ fn binary_elements(
         let kind = kind_of(rows, EXPECTED)?;
         let run = rows.id(EXPECTED)?;
         let tags = rows.id(EXPECTED)?;
-        let run = rows
-            .text
-            .bounded(run, 4 * (1 + kind.node_count()), "elements")?;
+        let run = rows.text.bounded(run, 4 * (1 + kind.node_count()), "elements")?;
         if run == 0 || run > count - read {
             let found = format!("a run of {run} elements");
-            return Err(rows
-                .text
-                .at()
-                .malformed(found, format!("1 to {} elements", count - read)));
+            return Err(rows.text.at().malformed(found, format!("1 to {} elements", count - read)));
         }
         for _ in 0..run {
             rows.id("an element number")?;
@@ -132,11 +116,7 @@ fn kind_of(rows: &mut Rows<'_>, expected: &str) -> Result<CellKind, MeshError> {
     let code = rows.int(expected)?;
     cell_kind(code).ok_or_else(|| {
         let found = format!("element type {code}");
-        rows.text.at().unsupported(
-            found,
-            "a type of up to quadratic tetrahedra",
-            "mesh with tetrahedra",
-        )
+        rows.text.at().unsupported(found, "a type of up to quadratic tetrahedra", "mesh with tetrahedra")
     })
 }
 
@@ -173,11 +153,7 @@ fn cell(
     rows.end(expected)?;
     reorder(kind, &mut nodes);
     // A physical tag of zero means none; a negative one is a reversed orientation of the same group.
-    let tags = if physical == 0 {
-        &[][..]
-    } else {
-        &[physical.saturating_abs()][..]
-    };
+    let tags = if physical == 0 { &[][..] } else { &[physical.saturating_abs()][..] };
     raw.push(kind, &nodes, tags, rows.text.place());
     Ok(())
 }

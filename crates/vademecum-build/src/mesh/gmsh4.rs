@@ -26,8 +26,7 @@ const HEADER: &str = "four counts: points, curves, surfaces, volumes";
 pub(crate) fn entities(rows: &mut Rows<'_>, model: &mut Model) -> Result<(), MeshError> {
     for (dimension, count) in counts(rows)?.into_iter().enumerate() {
         for _ in 0..count {
-            const EXPECTED: &str =
-                "an entity: tag, position or bounds, physical tags, boundary tags";
+            const EXPECTED: &str = "an entity: tag, position or bounds, physical tags, boundary tags";
             rows.begin(EXPECTED)?;
             let tag = rows.int(EXPECTED)?;
             entity(rows, model, dimension, tag, EXPECTED)?;
@@ -86,16 +85,10 @@ fn entity(
     for _ in 0..if dimension == 0 { 3 } else { 6 } {
         rows.real(expected)?;
     }
-    let physical = integers(rows, expected)?
-        .iter()
-        .map(|t| t.saturating_abs())
-        .collect();
+    let physical = integers(rows, expected)?.iter().map(|t| t.saturating_abs()).collect();
     if dimension > 0 && !rows.line_is_empty() {
         // The sign of a bounding tag is its orientation.
-        let bounding = integers(rows, expected)?
-            .iter()
-            .map(|t| t.saturating_abs())
-            .collect();
+        let bounding = integers(rows, expected)?.iter().map(|t| t.saturating_abs()).collect();
         model.boundary.insert((dimension, tag), bounding);
     }
     rows.end(expected)?;
@@ -106,9 +99,7 @@ fn entity(
 /// A count and that many integers.
 fn integers(rows: &mut Rows<'_>, expected: &str) -> Result<Vec<i64>, MeshError> {
     let count = rows.size(expected)?;
-    let count = rows
-        .text
-        .bounded(count, if rows.is_binary() { 4 } else { 1 }, "tags")?;
+    let count = rows.text.bounded(count, if rows.is_binary() { 4 } else { 1 }, "tags")?;
     (0..count).map(|_| rows.int(expected)).collect()
 }
 
@@ -116,23 +107,14 @@ fn integers(rows: &mut Rows<'_>, expected: &str) -> Result<Vec<i64>, MeshError> 
 fn block_header(rows: &mut Rows<'_>, what: &str) -> Result<[u64; 4], MeshError> {
     let expected = format!("four numbers: blocks, {what}, least and largest {what} tag");
     rows.begin(&expected)?;
-    let header = [
-        rows.size(&expected)?,
-        rows.size(&expected)?,
-        rows.size(&expected)?,
-        rows.size(&expected)?,
-    ];
+    let header = [rows.size(&expected)?, rows.size(&expected)?, rows.size(&expected)?, rows.size(&expected)?];
     rows.end(&expected)?;
     rows.text.bounded(header[0], 8, "blocks")?;
     rows.text.bounded(header[1], 2, what)?;
     Ok(header)
 }
 
-pub(crate) fn nodes(
-    rows: &mut Rows<'_>,
-    raw: &mut RawMesh,
-    model: &mut Model,
-) -> Result<(), MeshError> {
+pub(crate) fn nodes(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Result<(), MeshError> {
     let [blocks, total, least, largest] = block_header(rows, "node")?;
     let header_place = rows.text.place();
     for _ in 0..blocks {
@@ -146,10 +128,7 @@ pub(crate) fn nodes(
             format!("{}, the blocks' sum", raw.nodes.len()),
         ));
     }
-    let range = (
-        raw.node_ids.iter().min().copied(),
-        raw.node_ids.iter().max().copied(),
-    );
+    let range = (raw.node_ids.iter().min().copied(), raw.node_ids.iter().max().copied());
     if let (Some(low), Some(high)) = range
         && (low, high) != (least, largest)
     {
@@ -169,10 +148,7 @@ fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Resu
     rows.end(BLOCK)?;
     if !(0..=3).contains(&dimension) || !(0..=1).contains(&parametric) {
         let found = format!("dimension {dimension}, parametric {parametric}");
-        return Err(rows
-            .text
-            .at()
-            .malformed(found, "dimension 0 to 3, parametric 0 or 1"));
+        return Err(rows.text.at().malformed(found, "dimension 0 to 3, parametric 0 or 1"));
     }
     let count = rows.text.bounded(count, 2, "nodes")?;
     let first = raw.nodes.len();
@@ -180,9 +156,7 @@ fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Resu
         rows.begin("a node tag")?;
         let id = rows.size("a node tag alone on its line")?;
         rows.end("a node tag alone on its line")?;
-        model
-            .index
-            .insert(id, raw.node_ids.len(), &rows.text.at())?;
+        model.index.insert(id, raw.node_ids.len(), &rows.text.at())?;
         model.node_entity.push((dimension as usize, entity));
         raw.node_ids.push(id);
     }
@@ -198,11 +172,7 @@ fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Resu
     Ok(())
 }
 
-pub(crate) fn elements(
-    rows: &mut Rows<'_>,
-    raw: &mut RawMesh,
-    model: &Model,
-) -> Result<(), MeshError> {
+pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) -> Result<(), MeshError> {
     let [blocks, total, ..] = block_header(rows, "element")?;
     let header_place = rows.text.place();
     let mut read = 0;
@@ -212,10 +182,7 @@ pub(crate) fn elements(
     if read != total {
         let mut at = rows.text.at();
         at.place = header_place;
-        return Err(at.malformed(
-            format!("a total of {total} elements"),
-            format!("{read}, the blocks' sum"),
-        ));
+        return Err(at.malformed(format!("a total of {total} elements"), format!("{read}, the blocks' sum")));
     }
     Ok(())
 }
@@ -230,27 +197,15 @@ fn element_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) -> Resul
     rows.end(BLOCK)?;
     let kind = cell_kind(code).ok_or_else(|| {
         let found = format!("{count} elements of type {code}");
-        rows.text.at().unsupported(
-            found,
-            "a type of up to quadratic tetrahedra",
-            "mesh with tetrahedra",
-        )
+        rows.text.at().unsupported(found, "a type of up to quadratic tetrahedra", "mesh with tetrahedra")
     })?;
     if dimension != kind.dimension() as i64 {
         let found = format!("element type {code} in dimension {dimension}");
-        return Err(rows
-            .text
-            .at()
-            .malformed(found, format!("dimension {}", kind.dimension())));
+        return Err(rows.text.at().malformed(found, format!("dimension {}", kind.dimension())));
     }
-    let count = rows
-        .text
-        .bounded(count, 2 * (1 + kind.node_count()), "elements")?;
+    let count = rows.text.bounded(count, 2 * (1 + kind.node_count()), "elements")?;
     let none = Vec::new();
-    let tags = model
-        .physical
-        .get(&(kind.dimension(), entity))
-        .unwrap_or(&none);
+    let tags = model.physical.get(&(kind.dimension(), entity)).unwrap_or(&none);
     for _ in 0..count {
         element(rows, raw, model, kind, tags)?;
     }
@@ -283,10 +238,7 @@ fn element(
 pub(crate) fn groups_without_elements(raw: &mut RawMesh, model: &Model) {
     let missing: Vec<(usize, i64, String)> = raw.missing_groups();
     for (dimension, tag, name) in missing {
-        let with_tag = model
-            .physical
-            .iter()
-            .filter(|(e, tags)| e.0 == dimension && tags.contains(&tag));
+        let with_tag = model.physical.iter().filter(|(e, tags)| e.0 == dimension && tags.contains(&tag));
         let mut open: Vec<(usize, i64)> = with_tag.map(|(entity, _)| *entity).collect();
         let mut closure = HashSet::new();
         while let Some(entity) = open.pop() {
@@ -296,21 +248,12 @@ pub(crate) fn groups_without_elements(raw: &mut RawMesh, model: &Model) {
             }
         }
         let on = |e: &(usize, i64)| closure.contains(e);
-        let nodes: Vec<u32> = model
-            .node_entity
-            .iter()
-            .zip(0..)
-            .filter(|(e, _)| on(e))
-            .map(|(_, node)| node)
-            .collect();
+        let nodes: Vec<u32> =
+            model.node_entity.iter().zip(0..).filter(|(e, _)| on(e)).map(|(_, node)| node).collect();
         if nodes.is_empty() {
-            raw.notes.push(format!(
-                "group `{name}` is named, but the file has no element of it"
-            ));
+            raw.notes.push(format!("group `{name}` is named, but the file has no element of it"));
         } else {
-            raw.notes.push(format!(
-                "group `{name}` has no elements, its nodes were taken from the geometry"
-            ));
+            raw.notes.push(format!("group `{name}` has no elements, its nodes were taken from the geometry"));
             raw.node_groups.entry(name).or_default().extend(nodes);
         }
     }

@@ -10,11 +10,7 @@ use super::Mesh;
 /// Groups, regions and file numbers are left out: they may be renamed without changing the physics of the mesh.
 pub fn hash(mesh: &Mesh) -> [u8; 16] {
     let mut state = Xxh3::new();
-    let counts = [
-        mesh.order.nodes_per_element(),
-        mesh.nodes.len(),
-        mesh.element_count(),
-    ];
+    let counts = [mesh.order.nodes_per_element(), mesh.nodes.len(), mesh.element_count()];
     for count in counts {
         state.update(&(count as u64).to_le_bytes());
     }

@@ -13,17 +13,8 @@ use super::raw::{CellKind, NodeIndex, RawMesh};
 use super::text::Number;
 
 /// Keywords that make or move nodes or elements in ways that are not supported.
-const REFUSED: [&str; 9] = [
-    "NGEN",
-    "NFILL",
-    "NCOPY",
-    "NMAP",
-    "ELGEN",
-    "ELCOPY",
-    "SYSTEM",
-    "IMPORT",
-    "SYMMETRIC MODEL GENERATION",
-];
+const REFUSED: [&str; 9] =
+    ["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "IMPORT", "SYMMETRIC MODEL GENERATION"];
 
 /// An element of a deck.
 pub(crate) struct Element {
@@ -114,23 +105,15 @@ impl Deck {
 
     fn instance(&mut self, card: &Card) -> Result<(), MeshError> {
         self.in_assembly = false;
-        self.instances
-            .push(card.parameter("NAME").unwrap_or("").to_string());
+        self.instances.push(card.parameter("NAME").unwrap_or("").to_string());
         self.part = card.parameter("PART").unwrap_or("").to_string();
         let remedy = "export one part, with its coordinates where they belong";
         if self.instances.len() > 1 {
             let found = format!("a second instance `{}`", self.instances[1]);
-            return Err(card
-                .place
-                .at("*INSTANCE")
-                .unsupported(found, "one instance", remedy));
+            return Err(card.place.at("*INSTANCE").unsupported(found, "one instance", remedy));
         }
         for line in &card.data {
-            if line
-                .fields()
-                .iter()
-                .any(|f| f64::parse(f.as_bytes()) != Some(0.0))
-            {
+            if line.fields().iter().any(|f| f64::parse(f.as_bytes()) != Some(0.0)) {
                 let found = format!("a translation or rotation ({})", line.text);
                 return Err(line.place.at("*INSTANCE").unsupported(
                     found,
@@ -144,10 +127,7 @@ impl Deck {
 
     fn nodes(&mut self, card: &Card) -> Result<(), MeshError> {
         const EXPECTED: &str = "a node: number, x, y, z";
-        if card
-            .parameter("SYSTEM")
-            .is_some_and(|s| !s.eq_ignore_ascii_case("R"))
-        {
+        if card.parameter("SYSTEM").is_some_and(|s| !s.eq_ignore_ascii_case("R")) {
             let remedy = "write rectangular coordinates";
             return Err(card.place.at("*NODE").unsupported(
                 "SYSTEM other than R",
@@ -155,16 +135,10 @@ impl Deck {
                 remedy,
             ));
         }
-        let owner = self
-            .part_with_nodes
-            .get_or_insert_with(|| self.part.clone());
+        let owner = self.part_with_nodes.get_or_insert_with(|| self.part.clone());
         if !owner.eq_ignore_ascii_case(&self.part) {
             let found = format!("nodes of a second part `{}` beside `{owner}`", self.part);
-            return Err(card.place.at("*NODE").unsupported(
-                found,
-                "one part with a mesh",
-                "export one part",
-            ));
+            return Err(card.place.at("*NODE").unsupported(found, "one part with a mesh", "export one part"));
         }
         let mut members = Vec::with_capacity(card.data.len());
         for line in &card.data {
@@ -177,11 +151,7 @@ impl Deck {
             }
             let id = u64::parse(fields[0].as_bytes()).ok_or_else(fault)?;
             let mut point = [0.0; 3];
-            for (x, field) in point
-                .iter_mut()
-                .zip(&fields[1..])
-                .filter(|(_, f)| !f.is_empty())
-            {
+            for (x, field) in point.iter_mut().zip(&fields[1..]).filter(|(_, f)| !f.is_empty()) {
                 *x = f64::parse(field.as_bytes()).ok_or_else(fault)?;
             }
             self.index.insert(id, self.raw.nodes.len(), &at)?;
@@ -190,8 +160,7 @@ impl Deck {
             self.raw.node_ids.push(id);
         }
         if let Some(name) = card.parameter("NSET") {
-            self.node_sets
-                .add(name, members, Family::Creation, self.in_assembly);
+            self.node_sets.add(name, members, Family::Creation, self.in_assembly);
         }
         Ok(())
     }
@@ -211,25 +180,19 @@ impl Deck {
             && !matches!(name.as_str(), "C3D4" | "C3D10")
         {
             let plain = kind.node_count();
-            self.raw.notes.push(format!(
-                "elements of type {name} are taken as plain {plain}-node tetrahedra"
-            ));
+            self.raw
+                .notes
+                .push(format!("elements of type {name} are taken as plain {plain}-node tetrahedra"));
         }
         let mut members = Vec::new();
         let mut numbers: Vec<u64> = Vec::new();
         for line in &card.data {
             let at = line.place.at("*ELEMENT");
-            let expected = format!(
-                "an element of type {name}: number and {} nodes",
-                kind.node_count()
-            );
+            let expected = format!("an element of type {name}: number and {} nodes", kind.node_count());
             for field in line.fields() {
                 let number = u64::parse(field.as_bytes());
-                numbers.push(
-                    number.ok_or_else(|| {
-                        at.malformed(shown(line.text.as_bytes()), expected.clone())
-                    })?,
-                );
+                numbers
+                    .push(number.ok_or_else(|| at.malformed(shown(line.text.as_bytes()), expected.clone()))?);
             }
             if numbers.len() > 1 + kind.node_count() {
                 return Err(at.malformed(format!("{} numbers", numbers.len()), expected));
@@ -242,62 +205,37 @@ impl Deck {
         }
         if let (false, Some(line)) = (numbers.is_empty(), card.data.last()) {
             let expected = format!("number and {} nodes", kind.node_count());
-            return Err(line
-                .place
-                .at("*ELEMENT")
-                .malformed(format!("{} numbers", numbers.len()), expected));
+            return Err(line.place.at("*ELEMENT").malformed(format!("{} numbers", numbers.len()), expected));
         }
         if let Some(name) = card.parameter("ELSET") {
-            self.element_sets
-                .add(name, members, Family::Creation, self.in_assembly);
+            self.element_sets.add(name, members, Family::Creation, self.in_assembly);
         }
         Ok(())
     }
 
-    fn element(
-        &mut self,
-        kind: CellKind,
-        numbers: &[u64],
-        place: &LinePlace,
-    ) -> Result<usize, MeshError> {
+    fn element(&mut self, kind: CellKind, numbers: &[u64], place: &LinePlace) -> Result<usize, MeshError> {
         let at = place.at("*ELEMENT");
-        let nodes: Result<Vec<u32>, MeshError> = numbers[1..]
-            .iter()
-            .map(|&id| self.index.find(id, &at))
-            .collect();
+        let nodes: Result<Vec<u32>, MeshError> =
+            numbers[1..].iter().map(|&id| self.index.find(id, &at)).collect();
         let index = self.elements.len();
         if self.element_index.insert(numbers[0], index).is_some() {
-            return Err(at.malformed(
-                format!("element {} a second time", numbers[0]),
-                "every number once",
-            ));
+            return Err(at.malformed(format!("element {} a second time", numbers[0]), "every number once"));
         }
-        self.elements.push(Element {
-            kind,
-            nodes: nodes?,
-            place: place.clone(),
-        });
+        self.elements.push(Element { kind, nodes: nodes?, place: place.clone() });
         Ok(index)
     }
 
     fn surface(&mut self, card: Card) -> Result<(), MeshError> {
-        let kind = card
-            .parameter("TYPE")
-            .unwrap_or("ELEMENT")
-            .to_ascii_uppercase();
+        let kind = card.parameter("TYPE").unwrap_or("ELEMENT").to_ascii_uppercase();
         let name = card.parameter("NAME").unwrap_or("").to_string();
         match kind.as_str() {
             "ELEMENT" => self.surfaces.push((name, card.data, card.place)),
             "NODE" => {
                 let members = self.node_members(&card.data, "*SURFACE")?;
-                self.node_sets
-                    .add(&name, members, Family::Explicit, self.in_assembly);
+                self.node_sets.add(&name, members, Family::Explicit, self.in_assembly);
             }
             // Analytical surfaces and the like have no nodes.
-            _ => self
-                .raw
-                .notes
-                .push(format!("surface `{name}` of type {kind} is ignored")),
+            _ => self.raw.notes.push(format!("surface `{name}` of type {kind} is ignored")),
         }
         Ok(())
     }
@@ -305,14 +243,7 @@ impl Deck {
     /// Removes the name of the instance in front of a set or number.
     pub fn strip_instance<'t>(&self, text: &'t str) -> &'t str {
         match text.split_once('.') {
-            Some((instance, rest))
-                if self
-                    .instances
-                    .iter()
-                    .any(|i| i.eq_ignore_ascii_case(instance)) =>
-            {
-                rest
-            }
+            Some((instance, rest)) if self.instances.iter().any(|i| i.eq_ignore_ascii_case(instance)) => rest,
             _ => text,
         }
     }
@@ -327,13 +258,8 @@ impl Deck {
                 let next = names.len() as i64 + 1;
                 tag = *names.entry(name.clone()).or_insert(next);
             }
-            let tags = if element.kind.dimension() == 3 {
-                &[tag][..]
-            } else {
-                &[][..]
-            };
-            self.raw
-                .push(element.kind, &element.nodes, tags, element.place.place());
+            let tags = if element.kind.dimension() == 3 { &[tag][..] } else { &[][..] };
+            self.raw.push(element.kind, &element.nodes, tags, element.place.place());
         }
         for (name, tag) in names {
             self.raw.region_names.insert(tag, name);
@@ -350,15 +276,10 @@ impl Deck {
 fn element_kind(name: &str) -> Option<CellKind> {
     const SURFACES: [(&[&str], CellKind); 4] = [
         (
-            &[
-                "S3", "S3R", "S3RS", "DS3", "STRI3", "M3D3", "SFM3D3", "R3D3", "CPS3", "CPE3",
-            ],
+            &["S3", "S3R", "S3RS", "DS3", "STRI3", "M3D3", "SFM3D3", "R3D3", "CPS3", "CPE3"],
             CellKind::Triangle3,
         ),
-        (
-            &["S6", "DS6", "STRI65", "M3D6", "SFM3D6", "CPS6", "CPE6"],
-            CellKind::Triangle6,
-        ),
+        (&["S6", "DS6", "STRI65", "M3D6", "SFM3D6", "CPS6", "CPE6"], CellKind::Triangle6),
         (
             &["S4", "S4R", "DS4", "M3D4", "SFM3D4", "R3D4", "CPS4", "CPE4"],
             CellKind::OtherSurface("4-node quadrangle", 4),
@@ -368,21 +289,13 @@ fn element_kind(name: &str) -> Option<CellKind> {
             CellKind::OtherSurface("8-node quadrangle", 8),
         ),
     ];
-    const LINES: [(&[&str], CellKind); 2] = [
-        (&["T3D2", "B31", "B33", "T2D2"], CellKind::Line(2)),
-        (&["T3D3", "B32", "T2D3"], CellKind::Line(3)),
-    ];
-    if let Some((_, kind)) = SURFACES
-        .iter()
-        .chain(&LINES)
-        .find(|(names, _)| names.contains(&name))
-    {
+    const LINES: [(&[&str], CellKind); 2] =
+        [(&["T3D2", "B31", "B33", "T2D2"], CellKind::Line(2)), (&["T3D3", "B32", "T2D3"], CellKind::Line(3))];
+    if let Some((_, kind)) = SURFACES.iter().chain(&LINES).find(|(names, _)| names.contains(&name)) {
         return Some(*kind);
     }
     // Letters after the node count choose a formulation, not another shape.
-    let solid = name
-        .trim_start_matches(['D', 'A', 'Q'])
-        .strip_prefix("C3D")?;
+    let solid = name.trim_start_matches(['D', 'A', 'Q']).strip_prefix("C3D")?;
     let digits = solid.len() - solid.trim_start_matches(|c: char| c.is_ascii_digit()).len();
     Some(match &solid[..digits] {
         "4" => CellKind::Tetrahedron4,

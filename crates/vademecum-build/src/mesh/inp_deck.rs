@@ -30,11 +30,7 @@ pub(crate) struct LinePlace {
 
 impl LinePlace {
     pub fn at<'a>(&'a self, section: &'a str) -> At<'a> {
-        At {
-            file: &self.file,
-            place: Place::Line(self.line),
-            section,
-        }
+        At { file: &self.file, place: Place::Line(self.line), section }
     }
 
     pub fn place(&self) -> Place {
@@ -45,10 +41,7 @@ impl LinePlace {
 impl Card {
     /// The value of a parameter, empty for a flag; none if it is absent.
     pub fn parameter(&self, name: &str) -> Option<&str> {
-        self.parameters
-            .iter()
-            .find(|(key, _)| key == name)
-            .map(|(_, value)| value.as_str())
+        self.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
     pub fn section(&self) -> String {
@@ -69,11 +62,7 @@ impl DataLine {
 
 /// Reads the cards of a deck, with all files it includes.
 pub(crate) fn cards(file: &Path, bytes: &[u8]) -> Result<Vec<Card>, MeshError> {
-    let mut reader = Reader {
-        cards: Vec::new(),
-        open: Vec::new(),
-        included: 0,
-    };
+    let mut reader = Reader { cards: Vec::new(), open: Vec::new(), included: 0 };
     reader.read(file, bytes)?;
     Ok(reader.cards)
 }
@@ -93,10 +82,7 @@ impl Reader {
         let mut lines = lossy.lines().zip(1..);
         while let Some((line, number)) = lines.next() {
             let line = line.trim();
-            let place = LinePlace {
-                file: name.clone(),
-                line: number,
-            };
+            let place = LinePlace { file: name.clone(), line: number };
             if line.is_empty() || line.starts_with("**") {
                 continue;
             }
@@ -118,15 +104,12 @@ impl Reader {
     fn data_line(&mut self, line: &str, place: LinePlace) -> Result<(), MeshError> {
         match self.cards.last_mut() {
             Some(card) => {
-                card.data.push(DataLine {
-                    text: line.to_string(),
-                    place,
-                });
+                card.data.push(DataLine { text: line.to_string(), place });
                 Ok(())
             }
-            None => Err(place
-                .at("the deck")
-                .malformed(shown(line.as_bytes()), "a keyword line, like `*NODE`")),
+            None => {
+                Err(place.at("the deck").malformed(shown(line.as_bytes()), "a keyword line, like `*NODE`"))
+            }
         }
     }
 
@@ -137,21 +120,10 @@ impl Reader {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             (one_space(key), value.trim().trim_matches('"').to_string())
         };
-        let parameters = parts
-            .filter(|p| !p.trim().is_empty())
-            .map(parameter)
-            .collect();
-        let card = Card {
-            keyword,
-            parameters,
-            place,
-            data: Vec::new(),
-        };
+        let parameters = parts.filter(|p| !p.trim().is_empty()).map(parameter).collect();
+        let card = Card { keyword, parameters, place, data: Vec::new() };
         let input = card.parameter("INPUT").map(str::to_string);
-        let mesh_card = matches!(
-            card.keyword.as_str(),
-            "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE"
-        );
+        let mesh_card = matches!(card.keyword.as_str(), "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE");
         let (include, place) = (card.keyword == "INCLUDE", card.place.clone());
         if !include {
             self.cards.push(card);
@@ -181,8 +153,5 @@ impl Reader {
 
 /// In capitals, with single spaces.
 fn one_space(text: &str) -> String {
-    text.split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
-        .to_ascii_uppercase()
+    text.split_whitespace().collect::<Vec<_>>().join(" ").to_ascii_uppercase()
 }

@@ -38,30 +38,20 @@ impl Sets {
     /// Adds members to a set. A set of the assembly that has the name of a set of the part gets `assembly.` before it.
     pub fn add(&mut self, name: &str, members: Vec<usize>, family: Family, in_assembly: bool) {
         let mut name = name.to_string();
-        if self
-            .get(&name)
-            .is_some_and(|set| set.in_assembly != in_assembly)
-        {
+        if self.get(&name).is_some_and(|set| set.in_assembly != in_assembly) {
             name = format!("assembly.{name}");
         }
         let next = self.all.len();
         let place = *self.index.entry(name.to_ascii_uppercase()).or_insert(next);
         if place == next {
-            self.all.push(Set {
-                name,
-                members,
-                family,
-                in_assembly,
-            });
+            self.all.push(Set { name, members, family, in_assembly });
         } else {
             self.all[place].members.extend(members);
         }
     }
 
     pub fn get(&self, name: &str) -> Option<&Set> {
-        self.index
-            .get(&name.to_ascii_uppercase())
-            .map(|&i| &self.all[i])
+        self.index.get(&name.to_ascii_uppercase()).map(|&i| &self.all[i])
     }
 }
 
@@ -75,29 +65,18 @@ impl Deck {
         let mut members = match card.parameter("GENERATE") {
             Some(_) => {
                 let known: Vec<(u64, usize)> = self.raw.node_ids.iter().copied().zip(0..).collect();
-                generated(card, "*NSET", &known, |id| {
-                    self.index.get(id).map(|i| i as usize)
-                })?
+                generated(card, "*NSET", &known, |id| self.index.get(id).map(|i| i as usize))?
             }
             None => self.node_members(&card.data, "*NSET")?,
         };
         if let Some(from) = card.parameter("ELSET") {
             let Some(set) = self.element_sets.get(self.strip_instance(from)) else {
                 let found = format!("element set `{from}`");
-                return Err(card
-                    .place
-                    .at("*NSET")
-                    .malformed(found, "an element set defined before"));
+                return Err(card.place.at("*NSET").malformed(found, "an element set defined before"));
             };
-            members.extend(
-                set.members
-                    .iter()
-                    .flat_map(|&e| &self.elements[e].nodes)
-                    .map(|&n| n as usize),
-            );
+            members.extend(set.members.iter().flat_map(|&e| &self.elements[e].nodes).map(|&n| n as usize));
         }
-        self.node_sets
-            .add(&name, members, family(card), self.in_assembly);
+        self.node_sets.add(&name, members, family(card), self.in_assembly);
         Ok(())
     }
 
@@ -108,24 +87,19 @@ impl Deck {
                 let mut known: Vec<(u64, usize)> =
                     self.element_index.iter().map(|(&id, &i)| (id, i)).collect();
                 known.sort_unstable();
-                generated(card, "*ELSET", &known, |id| {
-                    self.element_index.get(&id).copied()
-                })?
+                generated(card, "*ELSET", &known, |id| self.element_index.get(&id).copied())?
             }
             None => {
                 let find = |id| self.element_index.get(&id).copied();
                 self.members(&card.data, "*ELSET", &self.element_sets, find)?
             }
         };
-        self.element_sets
-            .add(&name, members, family(card), self.in_assembly);
+        self.element_sets.add(&name, members, family(card), self.in_assembly);
         Ok(())
     }
 
     pub fn node_members(&self, data: &[DataLine], section: &str) -> Result<Vec<usize>, MeshError> {
-        self.members(data, section, &self.node_sets, |id| {
-            self.index.get(id).map(|i| i as usize)
-        })
+        self.members(data, section, &self.node_sets, |id| self.index.get(id).map(|i| i as usize))
     }
 
     /// Numbers and names of sets defined before.
@@ -146,10 +120,7 @@ impl Deck {
                     (_, Some(set)) => members.extend_from_slice(&set.members),
                     _ => {
                         let expected = "a number or a set defined before";
-                        return Err(line
-                            .place
-                            .at(section)
-                            .malformed(shown(field.as_bytes()), expected));
+                        return Err(line.place.at(section).malformed(shown(field.as_bytes()), expected));
                     }
                 }
                 // Sets that name each other can double at every line; no honest deck has more than this.
@@ -174,9 +145,7 @@ impl Deck {
         for (name, place) in &sections {
             let Some(set) = self.element_sets.get(self.strip_instance(name)) else {
                 let found = format!("element set `{name}`");
-                return Err(place
-                    .at("*SOLID SECTION")
-                    .malformed(found, "an element set of this deck"));
+                return Err(place.at("*SOLID SECTION").malformed(found, "an element set of this deck"));
             };
             for &e in &set.members {
                 regions[e] = Some(set.name.clone());
@@ -185,16 +154,9 @@ impl Deck {
         if sections.is_empty() && !self.regions_from(Family::Explicit, &mut regions) {
             self.regions_from(Family::Creation, &mut regions);
         }
-        let missing = self
-            .elements
-            .iter()
-            .zip(&regions)
-            .filter(|(e, r)| is_volume(e) && r.is_none())
-            .count();
+        let missing = self.elements.iter().zip(&regions).filter(|(e, r)| is_volume(e) && r.is_none()).count();
         if !sections.is_empty() && missing > 0 {
-            self.raw.notes.push(format!(
-                "{missing} elements have no *SOLID SECTION, their region is `body`"
-            ));
+            self.raw.notes.push(format!("{missing} elements have no *SOLID SECTION, their region is `body`"));
         }
         Ok(regions)
     }
@@ -203,22 +165,14 @@ impl Deck {
     fn regions_from(&self, family: Family, regions: &mut [Option<String>]) -> bool {
         let mut found: Vec<Option<String>> = vec![None; regions.len()];
         for set in self.element_sets.all.iter().filter(|s| s.family == family) {
-            for &e in set
-                .members
-                .iter()
-                .filter(|&&e| is_volume(&self.elements[e]))
-            {
+            for &e in set.members.iter().filter(|&&e| is_volume(&self.elements[e])) {
                 if family == Family::Explicit && found[e].is_some() {
                     return false;
                 }
                 found[e] = Some(set.name.clone());
             }
         }
-        let covers = self
-            .elements
-            .iter()
-            .zip(&found)
-            .all(|(e, r)| !is_volume(e) || r.is_some());
+        let covers = self.elements.iter().zip(&found).all(|(e, r)| !is_volume(e) || r.is_some());
         if family == Family::Explicit && !covers {
             return false;
         }
@@ -234,19 +188,11 @@ impl Deck {
             self.raw.node_groups.insert(set.name.clone(), nodes);
         }
         let regions: Vec<String> = self.raw.region_names.values().cloned().collect();
-        for set in self
-            .element_sets
-            .all
-            .iter()
-            .filter(|s| s.family != Family::Internal)
-        {
+        for set in self.element_sets.all.iter().filter(|s| s.family != Family::Internal) {
             let members = || set.members.iter().map(|&e| &self.elements[e]);
-            let triangle =
-                |e: &&Element| matches!(e.kind, CellKind::Triangle3 | CellKind::Triangle6);
-            let facets: Vec<[u32; 3]> = members()
-                .filter(triangle)
-                .map(|e| [e.nodes[0], e.nodes[1], e.nodes[2]])
-                .collect();
+            let triangle = |e: &&Element| matches!(e.kind, CellKind::Triangle3 | CellKind::Triangle6);
+            let facets: Vec<[u32; 3]> =
+                members().filter(triangle).map(|e| [e.nodes[0], e.nodes[1], e.nodes[2]]).collect();
             if !facets.is_empty() {
                 self.raw.facet_groups.insert(set.name.clone(), facets);
             }
@@ -262,19 +208,12 @@ impl Deck {
 fn set_name(card: &Card, key: &str) -> Result<String, MeshError> {
     match card.parameter(key) {
         Some(name) if !name.is_empty() => Ok(name.to_string()),
-        _ => Err(card
-            .place
-            .at(&card.section())
-            .malformed("no name", format!("{key}=name"))),
+        _ => Err(card.place.at(&card.section()).malformed("no name", format!("{key}=name"))),
     }
 }
 
 fn family(card: &Card) -> Family {
-    if card.parameter("INTERNAL").is_some() {
-        Family::Internal
-    } else {
-        Family::Explicit
-    }
+    if card.parameter("INTERNAL").is_some() { Family::Internal } else { Family::Explicit }
 }
 
 /// Members of `first, last, step` lines; numbers that do not exist are skipped, as both programs do.
@@ -289,30 +228,16 @@ fn generated(
     const EXPECTED: &str = "first, last, step";
     let mut members = Vec::new();
     for line in &card.data {
-        let fault = || {
-            line.place
-                .at(section)
-                .malformed(shown(line.text.as_bytes()), EXPECTED)
-        };
-        let numbers: Option<Vec<u64>> = line
-            .fields()
-            .iter()
-            .map(|f| u64::parse(f.as_bytes()))
-            .collect();
+        let fault = || line.place.at(section).malformed(shown(line.text.as_bytes()), EXPECTED);
+        let numbers: Option<Vec<u64>> = line.fields().iter().map(|f| u64::parse(f.as_bytes())).collect();
         let (first, last, step) = match numbers.ok_or_else(fault)?[..] {
             [first, last] => (first, last, 1),
             [first, last, step] if step > 0 => (first, last, step),
             _ => return Err(fault()),
         };
         if last.saturating_sub(first) / step > known.len() as u64 {
-            let inside =
-                |id: u64| (first..=last).contains(&id) && (id - first).is_multiple_of(step);
-            members.extend(
-                known
-                    .iter()
-                    .filter(|(id, _)| inside(*id))
-                    .map(|(_, index)| index),
-            );
+            let inside = |id: u64| (first..=last).contains(&id) && (id - first).is_multiple_of(step);
+            members.extend(known.iter().filter(|(id, _)| inside(*id)).map(|(_, index)| index));
         } else {
             let mut id = first;
             while id <= last {

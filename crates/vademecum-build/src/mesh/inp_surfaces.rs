@@ -27,9 +27,7 @@ impl Deck {
                 self.surface_line(line, &free, &mut facets, &mut nodes)?;
             }
             if facets.is_empty() {
-                return Err(place
-                    .at("*SURFACE")
-                    .malformed("no face", "at least one face of a tetrahedron"));
+                return Err(place.at("*SURFACE").malformed("no face", "at least one face of a tetrahedron"));
             }
             self.raw.facet_groups.insert(name.clone(), facets);
             self.raw.node_groups.insert(name.clone(), nodes);
@@ -46,9 +44,7 @@ impl Deck {
     ) -> Result<(), MeshError> {
         let at = line.place.at("*SURFACE");
         let fields = line.fields();
-        let label = fields
-            .get(1)
-            .map_or(String::new(), |l| l.to_ascii_uppercase());
+        let label = fields.get(1).map_or(String::new(), |l| l.to_ascii_uppercase());
         let face = ["S1", "S2", "S3", "S4"].iter().position(|l| *l == label);
         let whole_surface = matches!(label.as_str(), "" | "SPOS" | "SNEG");
         if face.is_none() && !whole_surface {
@@ -65,10 +61,7 @@ impl Deck {
                 nodes.extend_from_slice(&element.nodes);
                 continue;
             }
-            if !matches!(
-                element.kind,
-                CellKind::Tetrahedron4 | CellKind::Tetrahedron10
-            ) {
+            if !matches!(element.kind, CellKind::Tetrahedron4 | CellKind::Tetrahedron10) {
                 continue;
             }
             for (f, corners) in ABAQUS_FACES.iter().enumerate() {
@@ -83,31 +76,17 @@ impl Deck {
     }
 
     fn members_of_field(&self, line: &DataLine, field: &str) -> Result<Vec<usize>, MeshError> {
-        let field = DataLine {
-            text: field.to_string(),
-            place: line.place.clone(),
-        };
+        let field = DataLine { text: field.to_string(), place: line.place.clone() };
         let find = |id| self.element_index.get(&id).copied();
-        self.members(
-            std::slice::from_ref(&field),
-            "*SURFACE",
-            &self.element_sets,
-            find,
-        )
+        self.members(std::slice::from_ref(&field), "*SURFACE", &self.element_sets, find)
     }
 
     /// How many tetrahedra each face belongs to.
     fn free_faces(&self) -> HashMap<[u32; 3], u32> {
         let mut count = HashMap::new();
-        for element in self
-            .elements
-            .iter()
-            .filter(|e| is_volume(e) && matches!(e.nodes.len(), 4 | 10))
-        {
+        for element in self.elements.iter().filter(|e| is_volume(e) && matches!(e.nodes.len(), 4 | 10)) {
             for face in ABAQUS_FACES {
-                *count
-                    .entry(sorted_with_parity(face.map(|i| element.nodes[i])).0)
-                    .or_default() += 1;
+                *count.entry(sorted_with_parity(face.map(|i| element.nodes[i])).0).or_default() += 1;
             }
         }
         count
@@ -119,13 +98,8 @@ fn face_nodes(element: &Element, corners: [usize; 3]) -> Vec<u32> {
     let mut nodes = corners.map(|i| element.nodes[i]).to_vec();
     if element.nodes.len() == 10 {
         let on_face = |edge: &[usize; 2]| edge.iter().all(|i| corners.contains(i));
-        nodes.extend(
-            EDGES
-                .iter()
-                .zip(&element.nodes[4..])
-                .filter(|(edge, _)| on_face(edge))
-                .map(|(_, &n)| n),
-        );
+        nodes
+            .extend(EDGES.iter().zip(&element.nodes[4..]).filter(|(edge, _)| on_face(edge)).map(|(_, &n)| n));
     }
     nodes
 }

@@ -38,9 +38,7 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         }
     }
     if !has_nodes {
-        return Err(text
-            .at()
-            .malformed("the end of the file", "a section Vertices"));
+        return Err(text.at().malformed("the end of the file", "a section Vertices"));
     }
     raw.name_regions();
     Ok(raw)
@@ -48,19 +46,13 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
 
 fn keyword(text: &mut Text<'_>, word: &str) -> Result<(), MeshError> {
     let token = text.token(word)?;
-    if token == word.as_bytes() {
-        Ok(())
-    } else {
-        Err(text.malformed(token, format!("`{word}`")))
-    }
+    if token == word.as_bytes() { Ok(()) } else { Err(text.malformed(token, format!("`{word}`"))) }
 }
 
 fn dimension(text: &mut Text<'_>) -> Result<(), MeshError> {
     match text.number::<u64>("the dimension")? {
         3 => Ok(()),
-        other => Err(text
-            .at()
-            .unsupported(format!("dimension {other}"), "3", "mesh a solid")),
+        other => Err(text.at().unsupported(format!("dimension {other}"), "3", "mesh a solid")),
     }
 }
 
@@ -68,17 +60,10 @@ fn vertices(text: &mut Text<'_>, raw: &mut RawMesh) -> Result<(), MeshError> {
     let count = text.number::<u64>("the number of vertices")?;
     for id in 1..=text.bounded(count, 8, "vertices")? {
         let expected = "a vertex: x, y, z, reference";
-        let point = [
-            text.number(expected)?,
-            text.number(expected)?,
-            text.number(expected)?,
-        ];
+        let point = [text.number(expected)?, text.number(expected)?, text.number(expected)?];
         let reference = text.number::<i64>(expected)?;
         if reference != 0 {
-            raw.node_groups
-                .entry(format!("vertices {reference}"))
-                .or_default()
-                .push(id as u32 - 1);
+            raw.node_groups.entry(format!("vertices {reference}")).or_default().push(id as u32 - 1);
         }
         raw.nodes.push(point);
         raw.node_ids.push(id as u64);
@@ -125,10 +110,7 @@ fn cells(text: &mut Text<'_>, raw: &mut RawMesh, kind: CellKind) -> Result<(), M
 
 /// Passes over the rows of a section that says nothing about the mesh.
 fn skip_numbers(text: &mut Text<'_>) {
-    while text
-        .peek_token()
-        .is_some_and(|token| !token[0].is_ascii_alphabetic())
-    {
+    while text.peek_token().is_some_and(|token| !token[0].is_ascii_alphabetic()) {
         text.next_token();
     }
 }

@@ -13,9 +13,7 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let line = text.line("MFEM mesh v1.0")?;
     if line != b"MFEM mesh v1.0" {
         let remedy = "save the mesh as `MFEM mesh v1.0`";
-        return Err(text
-            .at()
-            .unsupported(super::shown(line), "`MFEM mesh v1.0`", remedy));
+        return Err(text.at().unsupported(super::shown(line), "`MFEM mesh v1.0`", remedy));
     }
     // Cells come before the vertices they name.
     let mut cells = Vec::new();
@@ -31,26 +29,19 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
             }
             b"nodes" => {
                 let remedy = "save the mesh without `nodes` (straight elements)";
-                return Err(text
-                    .at()
-                    .unsupported("curved elements", "a list of vertices", remedy));
+                return Err(text.at().unsupported("curved elements", "a list of vertices", remedy));
             }
             other => return Err(text.malformed(other, "dimension, elements, boundary or vertices")),
         }
     }
     if !has_nodes {
-        return Err(text
-            .at()
-            .malformed("the end of the file", "a section vertices"));
+        return Err(text.at().malformed("the end of the file", "a section vertices"));
     }
     for (kind, attribute, nodes, place) in cells {
         if let Some(bad) = nodes.iter().find(|&&n| n as usize >= raw.nodes.len()) {
             let mut at = text.at();
             at.place = place;
-            return Err(at.malformed(
-                format!("vertex {bad}"),
-                format!("less than {}", raw.nodes.len()),
-            ));
+            return Err(at.malformed(format!("vertex {bad}"), format!("less than {}", raw.nodes.len())));
         }
         raw.push(kind, &nodes, &[attribute], place);
     }
@@ -78,9 +69,7 @@ fn dimension(text: &mut Text<'_>) -> Result<(), MeshError> {
     let line = row(text, "the dimension")?;
     match text.exactly::<u64, 1>(line, "the dimension")? {
         [3] => Ok(()),
-        [other] => Err(text
-            .at()
-            .unsupported(format!("dimension {other}"), "3", "mesh a solid")),
+        [other] => Err(text.at().unsupported(format!("dimension {other}"), "3", "mesh a solid")),
     }
 }
 
@@ -110,18 +99,12 @@ fn read_cells(text: &mut Text<'_>, cells: &mut Vec<Cell>) -> Result<(), MeshErro
     for _ in 0..count(text)? {
         let line = row(text, EXPECTED)?;
         let numbers: Option<Vec<u64>> = tokens(line).map(super::text::Number::parse).collect();
-        let numbers = numbers
-            .filter(|n| n.len() > 2)
-            .ok_or_else(|| text.malformed(line, EXPECTED))?;
-        let kind = cell_kind(numbers[1])
-            .ok_or_else(|| text.malformed(line, "a geometry type from 0 to 7"))?;
-        let nodes: Option<Vec<u32>> = numbers[2..]
-            .iter()
-            .map(|&n| u32::try_from(n).ok())
-            .collect();
+        let numbers = numbers.filter(|n| n.len() > 2).ok_or_else(|| text.malformed(line, EXPECTED))?;
+        let kind =
+            cell_kind(numbers[1]).ok_or_else(|| text.malformed(line, "a geometry type from 0 to 7"))?;
+        let nodes: Option<Vec<u32>> = numbers[2..].iter().map(|&n| u32::try_from(n).ok()).collect();
         let nodes = nodes.filter(|n| n.len() == kind.node_count());
-        let nodes =
-            nodes.ok_or_else(|| text.malformed(line, format!("{} vertices", kind.node_count())))?;
+        let nodes = nodes.ok_or_else(|| text.malformed(line, format!("{} vertices", kind.node_count())))?;
         let attribute = i64::try_from(numbers[0]).map_err(|_| text.malformed(line, EXPECTED))?;
         cells.push((kind, attribute, nodes, text.place()));
     }
@@ -139,8 +122,7 @@ fn vertices(text: &mut Text<'_>, raw: &mut RawMesh) -> Result<(), MeshError> {
     }
     for id in 0..count {
         let line = row(text, "a vertex: x y z")?;
-        raw.nodes
-            .push(text.exactly::<f64, 3>(line, "a vertex: x y z")?);
+        raw.nodes.push(text.exactly::<f64, 3>(line, "a vertex: x y z")?);
         raw.node_ids.push(id as u64);
     }
     Ok(())

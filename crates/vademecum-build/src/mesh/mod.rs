@@ -121,9 +121,7 @@ impl Mesh {
     /// Volume of all elements (of the curved ones if quadratic), in the mesh's unit cubed.
     pub fn volume(&self) -> f64 {
         let elements = self.elements.chunks_exact(self.order.nodes_per_element());
-        elements
-            .map(|e| quality::element_volume(self.order, &self.nodes, e))
-            .sum()
+        elements.map(|e| quality::element_volume(self.order, &self.nodes, e)).sum()
     }
 }
 
@@ -133,9 +131,6 @@ pub(crate) fn bounding_box(points: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
         return ([0.0; 3], [0.0; 3]);
     };
     points.iter().fold((first, first), |(low, high), p| {
-        (
-            std::array::from_fn(|k| low[k].min(p[k])),
-            std::array::from_fn(|k| high[k].max(p[k])),
-        )
+        (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
     })
 }

@@ -66,49 +66,27 @@ impl fmt::Display for Problem {
         match self {
             Problem::UnsupportedElements(cells) => {
                 for cell in cells {
-                    write!(
-                        f,
-                        "{} × {} (first at {}), ",
-                        cell.count, cell.kind, cell.first
-                    )?;
+                    write!(f, "{} × {} (first at {}), ", cell.count, cell.kind, cell.first)?;
                 }
-                write!(
-                    f,
-                    "but only 4-node and 10-node tetrahedra are supported: mesh the volume with those"
-                )
+                write!(f, "but only 4-node and 10-node tetrahedra are supported: mesh the volume with those")
             }
             Problem::NoTetrahedra => {
-                write!(
-                    f,
-                    "no tetrahedra: mesh the volume, not only its surface, and save all elements"
-                )
+                write!(f, "no tetrahedra: mesh the volume, not only its surface, and save all elements")
             }
             Problem::MixedOrders { linear, quadratic } => write!(
                 f,
                 "{linear} 4-node and {quadratic} 10-node tetrahedra in one mesh: mesh all of it with one order"
             ),
-            Problem::DegenerateElements {
-                count,
-                first,
-                position,
-            } => write!(
+            Problem::DegenerateElements { count, first, position } => write!(
                 f,
                 "{count} elements without volume, the first on nodes {first:?} near {position:?}: remesh there"
             ),
-            Problem::FoldedElements {
-                count,
-                first,
-                worst,
-            } => write!(
+            Problem::FoldedElements { count, first, worst } => write!(
                 f,
                 "{count} quadratic elements folded by their mid-side nodes (Jacobian down to {worst:.2e} of the straight \
                  element), the first on corner nodes {first:?}: optimise the high-order mesh or refine the curved surface"
             ),
-            Problem::DuplicateNodes {
-                count,
-                first,
-                position,
-            } => write!(
+            Problem::DuplicateNodes { count, first, position } => write!(
                 f,
                 "{count} nodes lie on top of another one, the first pair is {} and {} at {position:?}: merge coincident \
                  nodes before saving",
@@ -134,10 +112,6 @@ impl fmt::Display for Problem {
 /// A list that stays readable.
 fn listed<T: fmt::Display>(items: &[T]) -> String {
     let shown: Vec<String> = items.iter().take(8).map(|i| i.to_string()).collect();
-    let more = if items.len() > 8 {
-        format!(" and {} more", items.len() - 8)
-    } else {
-        String::new()
-    };
+    let more = if items.len() > 8 { format!(" and {} more", items.len() - 8) } else { String::new() };
     shown.join(", ") + &more
 }

@@ -16,11 +16,7 @@ pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -38,21 +34,14 @@ pub fn corner_volume(p: [[f64; 3]; 4]) -> f64 {
 
 /// Longest edge between four corners.
 pub(crate) fn longest_edge(p: [[f64; 3]; 4]) -> f64 {
-    EDGES
-        .iter()
-        .map(|&[a, b]| norm(sub(p[a], p[b])))
-        .fold(0.0, f64::max)
+    EDGES.iter().map(|&[a, b]| norm(sub(p[a], p[b]))).fold(0.0, f64::max)
 }
 
 /// Shape quality q = 6√2 V / L³ with the longest edge L: 1 for the regular tetrahedron, 0 for a flat one, negative
 /// for an inverted one.
 pub fn quality(p: [[f64; 3]; 4]) -> f64 {
     let edge = longest_edge(p);
-    if edge == 0.0 {
-        0.0
-    } else {
-        6.0 * std::f64::consts::SQRT_2 * corner_volume(p) / (edge * edge * edge)
-    }
+    if edge == 0.0 { 0.0 } else { 6.0 * std::f64::consts::SQRT_2 * corner_volume(p) / (edge * edge * edge) }
 }
 
 /// The |q| below which the sign of a volume is rounding.
@@ -95,12 +84,7 @@ pub(crate) fn degree_2_points() -> [[f64; 3]; 4] {
 /// Determinant of the Jacobian of a 10-node tetrahedron at reference coordinates `x`.
 pub fn jacobian_10(p: &[[f64; 3]; 10], x: [f64; 3]) -> f64 {
     let barycentric = [1.0 - x[0] - x[1] - x[2], x[0], x[1], x[2]];
-    let slope = [
-        [-1.0, -1.0, -1.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-    ];
+    let slope = [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut columns = [[0.0; 3]; 3];
     for (direction, column) in columns.iter_mut().enumerate() {
         let mut add = |node: usize, factor: f64| {
@@ -109,14 +93,10 @@ pub fn jacobian_10(p: &[[f64; 3]; 10], x: [f64; 3]) -> f64 {
             }
         };
         for corner in 0..4 {
-            add(
-                corner,
-                (4.0 * barycentric[corner] - 1.0) * slope[corner][direction],
-            );
+            add(corner, (4.0 * barycentric[corner] - 1.0) * slope[corner][direction]);
         }
         for (edge, &[i, j]) in EDGES.iter().enumerate() {
-            let factor =
-                slope[i][direction] * barycentric[j] + barycentric[i] * slope[j][direction];
+            let factor = slope[i][direction] * barycentric[j] + barycentric[i] * slope[j][direction];
             add(4 + edge, 4.0 * factor);
         }
     }
@@ -129,10 +109,7 @@ pub(crate) fn element_volume(order: Order, nodes: &[[f64; 3]], element: &[u32]) 
         Order::Linear => corner_volume(corners(nodes, element)),
         Order::Quadratic => {
             let p = ten(nodes, element);
-            degree_4_rule()
-                .iter()
-                .map(|&(x, w)| w * jacobian_10(&p, x))
-                .sum()
+            degree_4_rule().iter().map(|&(x, w)| w * jacobian_10(&p, x)).sum()
         }
     }
 }
@@ -151,21 +128,11 @@ pub(crate) fn ten(nodes: &[[f64; 3]], element: &[u32]) -> [[f64; 3]; 10] {
 mod tests {
     use super::*;
 
-    const UNIT: [[f64; 3]; 4] = [
-        [0.0, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-    ];
+    const UNIT: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
     #[test]
     fn the_regular_tetrahedron_has_quality_one() {
-        let regular = [
-            [1.0, 1.0, 1.0],
-            [-1.0, 1.0, -1.0],
-            [1.0, -1.0, -1.0],
-            [-1.0, -1.0, 1.0],
-        ];
+        let regular = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]];
         // A dozen operations on numbers of size one.
         assert!((quality(regular).abs() - 1.0).abs() < 16.0 * f64::EPSILON);
     }

@@ -98,11 +98,7 @@ pub struct RawMesh {
 
 impl RawMesh {
     pub(crate) fn new(file: &std::path::Path, format: &str) -> Self {
-        RawMesh {
-            file: file.to_path_buf(),
-            format: format.into(),
-            ..RawMesh::default()
-        }
+        RawMesh { file: file.to_path_buf(), format: format.into(), ..RawMesh::default() }
     }
 
     /// The name of the cells of this dimension and tag: the file's, else the tag in words.
@@ -129,15 +125,9 @@ impl RawMesh {
             let name = self.group_name(dimension, tag);
             if matches!(kind, CellKind::Triangle3 | CellKind::Triangle6) {
                 let facet = [nodes[0], nodes[1], nodes[2]];
-                self.facet_groups
-                    .entry(name.clone())
-                    .or_default()
-                    .push(facet);
+                self.facet_groups.entry(name.clone()).or_default().push(facet);
             }
-            self.node_groups
-                .entry(name)
-                .or_default()
-                .extend_from_slice(nodes);
+            self.node_groups.entry(name).or_default().extend_from_slice(nodes);
         }
     }
 
@@ -145,11 +135,7 @@ impl RawMesh {
     pub(crate) fn refuse(&mut self, kind: &str, place: Place) {
         match self.unsupported.iter_mut().find(|u| u.kind == kind) {
             Some(known) => known.count += 1,
-            None => self.unsupported.push(UnsupportedCells {
-                kind: kind.into(),
-                count: 1,
-                first: place,
-            }),
+            None => self.unsupported.push(UnsupportedCells { kind: kind.into(), count: 1, first: place }),
         }
     }
 
@@ -159,24 +145,13 @@ impl RawMesh {
             3 => self.region_names.contains_key(&tag) || self.node_groups.contains_key(name),
             _ => self.node_groups.contains_key(name),
         };
-        let missing = self
-            .names
-            .iter()
-            .filter(|((d, tag), name)| !used(*d, *tag, name));
-        missing
-            .map(|((dimension, tag), name)| (*dimension, *tag, name.clone()))
-            .collect()
+        let missing = self.names.iter().filter(|((d, tag), name)| !used(*d, *tag, name));
+        missing.map(|((dimension, tag), name)| (*dimension, *tag, name.clone())).collect()
     }
 
     /// Takes over the names of the regions in use, once all cells are in.
     pub(crate) fn name_regions(&mut self) {
-        let tags: Vec<i64> = self
-            .linear
-            .region
-            .iter()
-            .chain(&self.quadratic.region)
-            .copied()
-            .collect();
+        let tags: Vec<i64> = self.linear.region.iter().chain(&self.quadratic.region).copied().collect();
         for tag in tags {
             if !self.region_names.contains_key(&tag) {
                 self.region_names.insert(tag, self.group_name(3, tag));
@@ -199,9 +174,7 @@ impl NodeIndex {
     pub fn insert(&mut self, id: u64, index: usize, at: &At<'_>) -> Result<(), MeshError> {
         match self.0.insert(id, index as u32) {
             None => Ok(()),
-            Some(_) => {
-                Err(at.malformed(format!("node {id} a second time"), "every node number once"))
-            }
+            Some(_) => Err(at.malformed(format!("node {id} a second time"), "every node number once")),
         }
     }
 
@@ -210,8 +183,6 @@ impl NodeIndex {
     }
 
     pub fn find(&self, id: u64, at: &At<'_>) -> Result<u32, MeshError> {
-        self.get(id).ok_or_else(|| {
-            at.malformed(format!("node {id}"), "a node number that the file defines")
-        })
+        self.get(id).ok_or_else(|| at.malformed(format!("node {id}"), "a node number that the file defines"))
     }
 }

@@ -81,12 +81,7 @@ pub struct QualityReport {
 
 /// Looks at a mesh without refusing it.
 pub fn inspect(raw: &RawMesh) -> MeshReport {
-    let Checked {
-        mesh,
-        problems,
-        unused_nodes,
-        reoriented,
-    } = check(raw);
+    let Checked { mesh, problems, unused_nodes, reoriented } = check(raw);
     let (low, high) = bounding_box(&mesh.nodes);
     let regions = regions(&mesh);
     MeshReport {
@@ -108,12 +103,8 @@ pub fn inspect(raw: &RawMesh) -> MeshReport {
 }
 
 fn regions(mesh: &Mesh) -> Vec<RegionReport> {
-    let empty = |r: &super::Region| RegionReport {
-        tag: r.tag,
-        name: r.name.clone(),
-        elements: 0,
-        volume: 0.0,
-    };
+    let empty =
+        |r: &super::Region| RegionReport { tag: r.tag, name: r.name.clone(), elements: 0, volume: 0.0 };
     let mut out: Vec<RegionReport> = mesh.regions.iter().map(empty).collect();
     let elements = mesh.elements.chunks_exact(mesh.order.nodes_per_element());
     for (element, &region) in elements.zip(&mesh.element_region) {
@@ -134,12 +125,7 @@ fn groups(mesh: &Mesh) -> Vec<GroupReport> {
 }
 
 fn qualities(mesh: &Mesh) -> QualityReport {
-    let mut out = QualityReport {
-        min: f64::INFINITY,
-        mean: 0.0,
-        histogram: [0; 10],
-        worst: None,
-    };
+    let mut out = QualityReport { min: f64::INFINITY, mean: 0.0, histogram: [0; 10], worst: None };
     for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
         let q = quality(corners(&mesh.nodes, element));
         out.histogram[((q * 10.0).max(0.0) as usize).min(9)] += 1;
@@ -158,25 +144,14 @@ fn qualities(mesh: &Mesh) -> QualityReport {
 
 impl fmt::Display for MeshReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = if self.nodes_per_element == Order::Linear.nodes_per_element() {
-            "linear"
-        } else {
-            "quadratic"
-        };
+        let kind =
+            if self.nodes_per_element == Order::Linear.nodes_per_element() { "linear" } else { "quadratic" };
         let [low, high] = self.bounding_box;
         writeln!(f, "file          {}", self.file)?;
         writeln!(f, "format        {}", self.format)?;
-        writeln!(
-            f,
-            "nodes         {} ({} unused)",
-            self.nodes, self.unused_nodes
-        )?;
+        writeln!(f, "nodes         {} ({} unused)", self.nodes, self.unused_nodes)?;
         let turned = self.reoriented_elements;
-        writeln!(
-            f,
-            "elements      {} {kind} tetrahedra ({turned} reoriented)",
-            self.elements
-        )?;
+        writeln!(f, "elements      {} {kind} tetrahedra ({turned} reoriented)", self.elements)?;
         for (axis, k) in ["x", "y", "z"].into_iter().zip(0..) {
             writeln!(f, "{axis}             {:.6e} to {:.6e}", low[k], high[k])?;
         }
@@ -189,11 +164,7 @@ impl fmt::Display for MeshReport {
             )?;
         }
         for g in &self.groups {
-            writeln!(
-                f,
-                "group         {}: {} nodes, {} facets",
-                g.name, g.nodes, g.facets
-            )?;
+            writeln!(f, "group         {}: {} nodes, {} facets", g.name, g.nodes, g.facets)?;
         }
         self.fmt_quality(f)?;
         for note in &self.notes {
@@ -208,19 +179,8 @@ impl fmt::Display for MeshReport {
 
 impl MeshReport {
     fn fmt_quality(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "quality       min {:.2e}, mean {:.3}",
-            self.quality.min, self.quality.mean
-        )?;
-        let most = self
-            .quality
-            .histogram
-            .iter()
-            .copied()
-            .max()
-            .unwrap_or(0)
-            .max(1);
+        writeln!(f, "quality       min {:.2e}, mean {:.3}", self.quality.min, self.quality.mean)?;
+        let most = self.quality.histogram.iter().copied().max().unwrap_or(0).max(1);
         for (bin, &count) in self.quality.histogram.iter().enumerate() {
             let bar = "#".repeat((count * 40).div_ceil(most));
             let low = bin as f64 / 10.0;

@@ -13,12 +13,7 @@ pub(crate) struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     pub fn new(text: Text<'a>, endian: Option<Endian>) -> Self {
-        Rows {
-            text,
-            endian,
-            line: b"",
-            rest: b"",
-        }
+        Rows { text, endian, line: b"", rest: b"" }
     }
 
     pub fn is_binary(&self) -> bool {
@@ -36,11 +31,7 @@ impl<'a> Rows<'a> {
 
     /// Goes to the next line of a text file where a row may be broken over lines.
     pub fn begin_if_line_ended(&mut self, expected: &str) -> Result<(), MeshError> {
-        if self.line_is_empty() {
-            self.begin(expected)
-        } else {
-            Ok(())
-        }
+        if self.line_is_empty() { self.begin(expected) } else { Ok(()) }
     }
 
     /// Ends a row; in text nothing may be left on the line.
@@ -56,10 +47,7 @@ impl<'a> Rows<'a> {
             return self.text.value(endian, expected);
         }
         let rest = self.rest.trim_ascii_start();
-        let length = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len());
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         self.rest = &rest[length..];
         T::parse(&rest[..length]).ok_or_else(|| self.text.malformed(self.line, expected))
     }
@@ -83,19 +71,12 @@ impl<'a> Rows<'a> {
         if value.is_finite() {
             return Ok(value);
         }
-        Err(self
-            .text
-            .at()
-            .malformed(format!("{value}"), format!("{expected}, finite")))
+        Err(self.text.at().malformed(format!("{value}"), format!("{expected}, finite")))
     }
 
     /// Three finite reals.
     pub fn point(&mut self, expected: &str) -> Result<[f64; 3], MeshError> {
-        Ok([
-            self.real(expected)?,
-            self.real(expected)?,
-            self.real(expected)?,
-        ])
+        Ok([self.real(expected)?, self.real(expected)?, self.real(expected)?])
     }
 
     /// A node or element number: a positive 32-bit integer of a binary file.

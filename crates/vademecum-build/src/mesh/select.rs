@@ -159,12 +159,7 @@ impl Selection {
         if nodes.is_empty() {
             let (low, high) = bounding_box(&mesh.nodes);
             let selection = format!("{self:?}");
-            return Err(SelectError::Empty {
-                selection,
-                low,
-                high,
-                known: known_groups(mesh),
-            });
+            return Err(SelectError::Empty { selection, low, high, known: known_groups(mesh) });
         }
         Ok(nodes)
     }
@@ -173,10 +168,7 @@ impl Selection {
         match self {
             Selection::Group(name) => match mesh.node_groups.get(name) {
                 Some(nodes) => Ok(nodes.clone()),
-                None => Err(SelectError::UnknownGroup {
-                    name: name.clone(),
-                    known: known_groups(mesh),
-                }),
+                None => Err(SelectError::UnknownGroup { name: name.clone(), known: known_groups(mesh) }),
             },
             Selection::Nodes(ids) => by_id(ids, mesh),
             Selection::Plane(plane) => on_plane(plane, mesh),
@@ -193,22 +185,12 @@ impl Selection {
 fn known_groups(mesh: &Mesh) -> String {
     match mesh.node_groups.is_empty() {
         true => "none".into(),
-        false => mesh
-            .node_groups
-            .keys()
-            .map(|k| format!("`{k}`"))
-            .collect::<Vec<_>>()
-            .join(", "),
+        false => mesh.node_groups.keys().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", "),
     }
 }
 
 fn filtered(mesh: &Mesh, keep: impl Fn([f64; 3]) -> bool) -> Vec<u32> {
-    mesh.nodes
-        .iter()
-        .zip(0..)
-        .filter(|(p, _)| keep(**p))
-        .map(|(_, i)| i)
-        .collect()
+    mesh.nodes.iter().zip(0..).filter(|(p, _)| keep(**p)).map(|(_, i)| i).collect()
 }
 
 fn by_id(ids: &[u64], mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
@@ -222,10 +204,7 @@ fn by_id(ids: &[u64], mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
             Err(SelectError::UnknownNode { id, least, largest })
         }
     };
-    let mut nodes = ids
-        .iter()
-        .map(find)
-        .collect::<Result<Vec<u32>, SelectError>>()?;
+    let mut nodes = ids.iter().map(find).collect::<Result<Vec<u32>, SelectError>>()?;
     nodes.sort_unstable();
     nodes.dedup();
     Ok(nodes)
@@ -245,34 +224,23 @@ fn on_plane(plane: &Plane, mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
     };
     let length = norm(normal);
     if !(length > 0.0 && length.is_finite()) {
-        return Err(SelectError::BadPredicate(format!(
-            "a plane cannot have the normal {normal:?}"
-        )));
+        return Err(SelectError::BadPredicate(format!("a plane cannot have the normal {normal:?}")));
     }
     let (low, high) = bounding_box(&mesh.nodes);
     let tolerance = plane.tolerance.unwrap_or(1e-6 * norm(sub(high, low)));
     if tolerance.is_nan() || tolerance < 0.0 {
-        return Err(SelectError::BadPredicate(format!(
-            "a plane cannot have the tolerance {tolerance}"
-        )));
+        return Err(SelectError::BadPredicate(format!("a plane cannot have the tolerance {tolerance}")));
     }
-    Ok(filtered(mesh, |p| {
-        (dot(sub(p, point), normal) / length).abs() <= tolerance
-    }))
+    Ok(filtered(mesh, |p| (dot(sub(p, point), normal) / length).abs() <= tolerance))
 }
 
 fn in_box(cuboid: &Cuboid, mesh: &Mesh) -> Vec<u32> {
-    filtered(mesh, |p| {
-        (0..3).all(|k| cuboid.min[k] <= p[k] && p[k] <= cuboid.max[k])
-    })
+    filtered(mesh, |p| (0..3).all(|k| cuboid.min[k] <= p[k] && p[k] <= cuboid.max[k]))
 }
 
 fn in_ball(ball: &Ball, mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
     if ball.radius.is_nan() || ball.radius < 0.0 {
-        return Err(SelectError::BadPredicate(format!(
-            "a sphere cannot have the radius {}",
-            ball.radius
-        )));
+        return Err(SelectError::BadPredicate(format!("a sphere cannot have the radius {}", ball.radius)));
     }
     Ok(filtered(mesh, |p| norm(sub(p, ball.center)) <= ball.radius))
 }
@@ -281,10 +249,7 @@ fn check_share(share: &Share) -> Result<(), SelectError> {
     if (0.0..=1.0).contains(&share.fraction) {
         return Ok(());
     }
-    Err(SelectError::BadPredicate(format!(
-        "a fraction lies between 0 and 1, not at {}",
-        share.fraction
-    )))
+    Err(SelectError::BadPredicate(format!("a fraction lies between 0 and 1, not at {}", share.fraction)))
 }
 
 fn in_fraction(share: &Share, mesh: &Mesh) -> Result<Vec<u32>, SelectError> {

@@ -46,15 +46,7 @@ impl Surface {
         nodes.sort_unstable();
         nodes.dedup();
         let normals = normals(mesh, &triangles, &nodes);
-        Surface {
-            order: mesh.order,
-            facets,
-            facet_element,
-            triangles,
-            triangle_facet,
-            nodes,
-            normals,
-        }
+        Surface { order: mesh.order, facets, facet_element, triangles, triangle_facet, nodes, normals }
     }
 
     /// Nodes of one facet, 3 or 6.
@@ -87,10 +79,7 @@ impl Surface {
         let key = |f: &[u32]| sorted_with_parity([f[0], f[1], f[2]]).0;
         let facets = self.facets.chunks_exact(self.nodes_per_facet());
         let index: HashMap<[u32; 3], u32> = facets.map(key).zip(0..).collect();
-        let mut found: Vec<u32> = group
-            .iter()
-            .filter_map(|f| index.get(&key(f)).copied())
-            .collect();
+        let mut found: Vec<u32> = group.iter().filter_map(|f| index.get(&key(f)).copied()).collect();
         found.sort_unstable();
         found.dedup();
         found
@@ -100,10 +89,7 @@ impl Surface {
     pub fn facets_within(&self, nodes: &[u32]) -> Vec<u32> {
         let facets = self.facets.chunks_exact(self.nodes_per_facet()).zip(0..);
         let inside = |f: &[u32]| f.iter().all(|n| nodes.binary_search(n).is_ok());
-        facets
-            .filter(|(f, _)| inside(f))
-            .map(|(_, index)| index)
-            .collect()
+        facets.filter(|(f, _)| inside(f)).map(|(_, index)| index).collect()
     }
 }
 
@@ -119,18 +105,12 @@ fn boundary(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
     let mut faces: Vec<([u32; 3], u64)> = Vec::with_capacity(mesh.elements.len() / per * 4);
     for (e, element) in mesh.elements.chunks_exact(per).enumerate() {
         for (f, face) in FACES.iter().enumerate() {
-            faces.push((
-                sorted_with_parity(face.map(|i| element[i])).0,
-                (4 * e + f) as u64,
-            ));
+            faces.push((sorted_with_parity(face.map(|i| element[i])).0, (4 * e + f) as u64));
         }
     }
     faces.sort_unstable();
     let single = |run: &[([u32; 3], u64)]| (run.len() == 1).then(|| run[0].1);
-    let mut open: Vec<u64> = faces
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter_map(single)
-        .collect();
+    let mut open: Vec<u64> = faces.chunk_by(|a, b| a.0 == b.0).filter_map(single).collect();
     open.sort_unstable();
     let mut facets = Vec::with_capacity(open.len() * facet_len(mesh.order));
     for &code in &open {
@@ -158,11 +138,7 @@ fn normals(mesh: &Mesh, triangles: &[[u32; 3]], nodes: &[u32]) -> Vec<[f64; 3]> 
     let unit = |v: [f64; 3]| {
         let length = norm(v);
         // A node where opposite sides meet (an edge of a crack) has no normal of its own.
-        if length > 0.0 {
-            v.map(|x| x / length)
-        } else {
-            [0.0; 3]
-        }
+        if length > 0.0 { v.map(|x| x / length) } else { [0.0; 3] }
     };
     nodes.iter().map(|&n| unit(sums[n as usize])).collect()
 }

@@ -34,21 +34,13 @@ pub fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<RawMesh, 
 }
 
 /// The values of a line, or none for a comment.
-fn values<T: Number>(
-    text: &Text<'_>,
-    line: &[u8],
-    expected: &str,
-) -> Result<Option<Vec<T>>, MeshError> {
+fn values<T: Number>(text: &Text<'_>, line: &[u8], expected: &str) -> Result<Option<Vec<T>>, MeshError> {
     if matches!(line.first(), Some(b'#' | b'%')) {
         return Ok(None);
     }
-    let words = line
-        .split(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';'))
-        .filter(|w| !w.is_empty());
+    let words = line.split(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';')).filter(|w| !w.is_empty());
     let values: Option<Vec<T>> = words.map(T::parse).collect();
-    values
-        .map(Some)
-        .ok_or_else(|| text.malformed(line, expected))
+    values.map(Some).ok_or_else(|| text.malformed(line, expected))
 }
 
 fn points_of(file: &Path, bytes: &[u8]) -> Result<Vec<[f64; 3]>, MeshError> {
@@ -84,9 +76,7 @@ fn cells_of(file: &Path, bytes: &[u8], raw: &mut RawMesh) -> Result<(), MeshErro
     }
     let base = u64::from(!rows.iter().any(|(row, _)| row.contains(&0)));
     raw.node_ids = (base..base + raw.nodes.len() as u64).collect();
-    raw.notes.push(format!(
-        "node numbers of the connectivity table count from {base}"
-    ));
+    raw.notes.push(format!("node numbers of the connectivity table count from {base}"));
     for (row, place) in rows {
         let mut nodes = Vec::with_capacity(row.len());
         for id in row {
@@ -95,18 +85,11 @@ fn cells_of(file: &Path, bytes: &[u8], raw: &mut RawMesh) -> Result<(), MeshErro
                 let mut at = text.at();
                 at.place = place;
                 let last = (raw.nodes.len() as u64 + base).saturating_sub(1);
-                return Err(at.malformed(
-                    format!("node {id}"),
-                    format!("node numbers from {base} to {last}"),
-                ));
+                return Err(at.malformed(format!("node {id}"), format!("node numbers from {base} to {last}")));
             }
             nodes.push(index as u32);
         }
-        let kind = if nodes.len() == 4 {
-            CellKind::Tetrahedron4
-        } else {
-            CellKind::Tetrahedron10
-        };
+        let kind = if nodes.len() == 4 { CellKind::Tetrahedron4 } else { CellKind::Tetrahedron10 };
         raw.push(kind, &nodes, &[], place);
     }
     Ok(())

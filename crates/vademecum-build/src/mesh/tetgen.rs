@@ -26,11 +26,7 @@ pub(crate) fn parse_pair(
     let mut raw = RawMesh::new(node_path, "TetGen .node and .ele");
     let mut index = NodeIndex::default();
     nodes(&mut Text::new(node_path, node_bytes), &mut raw, &mut index)?;
-    elements(
-        &mut Text::new(element_path, element_bytes),
-        &mut raw,
-        &index,
-    )?;
+    elements(&mut Text::new(element_path, element_bytes), &mut raw, &index)?;
     raw.name_regions();
     Ok(raw)
 }
@@ -39,11 +35,7 @@ pub(crate) fn parse_pair(
 fn row<'a>(text: &mut Text<'a>, expected: &str) -> Result<&'a [u8], MeshError> {
     loop {
         let line = text.line(expected)?;
-        let content = line
-            .split(|&b| b == b'#')
-            .next()
-            .unwrap_or(b"")
-            .trim_ascii();
+        let content = line.split(|&b| b == b'#').next().unwrap_or(b"").trim_ascii();
         if !content.is_empty() {
             return Ok(content);
         }
@@ -74,10 +66,7 @@ fn nodes(text: &mut Text<'_>, raw: &mut RawMesh, index: &mut NodeIndex) -> Resul
         if marked == 1 {
             let marker = i64::parse(words[words.len() - 1]).ok_or_else(fault)?;
             if marker != 0 {
-                let group = raw
-                    .node_groups
-                    .entry(format!("marker {marker}"))
-                    .or_default();
+                let group = raw.node_groups.entry(format!("marker {marker}")).or_default();
                 group.push(raw.nodes.len() as u32);
             }
         }
@@ -113,17 +102,11 @@ fn elements(text: &mut Text<'_>, raw: &mut RawMesh, index: &NodeIndex) -> Result
             Some(word) => f64::parse(word).ok_or_else(|| text.malformed(line, EXPECTED))? as i64,
             None => 0,
         };
-        let kind = if per == 4 {
-            CellKind::Tetrahedron4
-        } else {
-            CellKind::Tetrahedron10
-        };
+        let kind = if per == 4 { CellKind::Tetrahedron4 } else { CellKind::Tetrahedron10 };
         if per == 10 && !sort_mid_nodes(&raw.nodes, &mut nodes) {
             let remedy = "TetGen places them on straight edges: write the file again";
             let expected = "mid-side nodes in the middles of the six edges";
-            return Err(text
-                .at()
-                .unsupported("a mid-side node elsewhere", expected, remedy));
+            return Err(text.at().unsupported("a mid-side node elsewhere", expected, remedy));
         }
         raw.push(kind, &nodes, &[region], text.place());
     }
@@ -140,11 +123,7 @@ fn sort_mid_nodes(points: &[[f64; 3]], nodes: &mut [u32]) -> bool {
             let d = sub(points[n as usize], middle);
             dot(d, d)
         };
-        let Some(nearest) = given
-            .iter()
-            .copied()
-            .min_by(|&m, &n| distance(m).total_cmp(&distance(n)))
-        else {
+        let Some(nearest) = given.iter().copied().min_by(|&m, &n| distance(m).total_cmp(&distance(n))) else {
             return false;
         };
         nodes[4 + edge] = nearest;

@@ -27,14 +27,7 @@ pub(crate) enum Endian {
 
 impl<'a> Text<'a> {
     pub fn new(file: &'a Path, bytes: &'a [u8]) -> Self {
-        Text {
-            file,
-            bytes,
-            pos: 0,
-            line: 0,
-            binary: false,
-            section: "the file".into(),
-        }
+        Text { file, bytes, pos: 0, line: 0, binary: false, section: "the file".into() }
     }
 
     /// Bytes not read yet.
@@ -48,19 +41,11 @@ impl<'a> Text<'a> {
 
     /// The place of what was read last.
     pub fn place(&self) -> Place {
-        if self.binary {
-            Place::Byte(self.pos)
-        } else {
-            Place::Line(self.line.max(1))
-        }
+        if self.binary { Place::Byte(self.pos) } else { Place::Line(self.line.max(1)) }
     }
 
     pub fn at(&self) -> At<'_> {
-        At {
-            file: self.file,
-            place: self.place(),
-            section: &self.section,
-        }
+        At { file: self.file, place: self.place(), section: &self.section }
     }
 
     pub fn malformed(&self, found: &[u8], expected: impl Into<String>) -> MeshError {
@@ -100,21 +85,14 @@ impl<'a> Text<'a> {
     /// The next line must be `word`.
     pub fn literal(&mut self, word: &str) -> Result<(), MeshError> {
         let line = self.line(word)?;
-        if line == word.as_bytes() {
-            Ok(())
-        } else {
-            Err(self.malformed(line, format!("`{word}`")))
-        }
+        if line == word.as_bytes() { Ok(()) } else { Err(self.malformed(line, format!("`{word}`"))) }
     }
 
     /// The next token separated by white space, over line ends; none at the end of the file.
     pub fn next_token(&mut self) -> Option<&'a [u8]> {
         self.skip_white();
         let rest = &self.bytes[self.pos..];
-        let end = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len());
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         self.pos += end;
         if end == 0 { None } else { Some(&rest[..end]) }
     }
@@ -157,16 +135,9 @@ impl<'a> Text<'a> {
         let mut out = [T::default(); N];
         let mut tokens = tokens(line);
         for value in &mut out {
-            *value = tokens
-                .next()
-                .and_then(T::parse)
-                .ok_or_else(|| self.malformed(line, expected))?;
+            *value = tokens.next().and_then(T::parse).ok_or_else(|| self.malformed(line, expected))?;
         }
-        if tokens.next().is_some() {
-            Err(self.malformed(line, expected))
-        } else {
-            Ok(out)
-        }
+        if tokens.next().is_some() { Err(self.malformed(line, expected)) } else { Ok(out) }
     }
 
     /// A declared count, believed only if the rest of the file can hold that many items of `least` bytes.
@@ -177,10 +148,7 @@ impl<'a> Text<'a> {
             _ => {
                 let found = format!("a count of {count} {what}");
                 let left = self.left();
-                Err(self.at().malformed(
-                    found,
-                    format!("no more than the remaining {left} bytes can hold"),
-                ))
+                Err(self.at().malformed(found, format!("no more than the remaining {left} bytes can hold")))
             }
         }
     }
@@ -209,8 +177,7 @@ impl<'a> Text<'a> {
 
 /// Tokens of a line.
 pub(crate) fn tokens(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(|b| b.is_ascii_whitespace())
-        .filter(|t| !t.is_empty())
+    line.split(|b| b.is_ascii_whitespace()).filter(|t| !t.is_empty())
 }
 
 /// A number written in text: finite if real.

@@ -29,10 +29,9 @@ impl Values {
     pub fn integers(self) -> Option<Vec<i64>> {
         match self {
             Values::Int(v) => Some(v),
-            Values::Real(v) => v
-                .into_iter()
-                .map(|x| (x.fract() == 0.0 && x.abs() < 1e15).then_some(x as i64))
-                .collect(),
+            Values::Real(v) => {
+                v.into_iter().map(|x| (x.fract() == 0.0 && x.abs() < 1e15).then_some(x as i64)).collect()
+            }
         }
     }
 
@@ -51,21 +50,13 @@ pub(crate) fn decode(
     node: Node<'_, '_>,
     expected: Option<usize>,
 ) -> Result<Values, MeshError> {
-    let section = format!(
-        "DataArray {}",
-        node.attribute("Name").unwrap_or("without name")
-    );
+    let section = format!("DataArray {}", node.attribute("Name").unwrap_or("without name"));
     let at = shell.at(node, &section);
     let kind = node.attribute("type").unwrap_or("Float32");
     let text = node.text().unwrap_or("").as_bytes();
     let values = match node.attribute("format").unwrap_or("ascii") {
         "ascii" => from_text(kind, text, &at)?,
-        "binary" => from_bytes(
-            kind,
-            &block(Source::base64(text), storage, &at)?,
-            storage.endian,
-            &at,
-        )?,
+        "binary" => from_bytes(kind, &block(Source::base64(text), storage, &at)?, storage.endian, &at)?,
         "appended" => {
             let source = appended(storage, node.attribute("offset"), &at)?;
             from_bytes(kind, &block(source, storage, &at)?, storage.endian, &at)?
@@ -80,18 +71,13 @@ pub(crate) fn decode(
     }
 }
 
-fn appended<'a>(
-    storage: Storage<'a>,
-    offset: Option<&str>,
-    at: &At<'_>,
-) -> Result<Source<'a>, MeshError> {
+fn appended<'a>(storage: Storage<'a>, offset: Option<&str>, at: &At<'_>) -> Result<Source<'a>, MeshError> {
     let offset: usize = offset
         .and_then(|o| o.trim().parse().ok())
         .ok_or_else(|| at.malformed("no offset", "an offset into the appended data"))?;
     let tail = |data: &'a [u8]| {
         let found = format!("offset {offset}");
-        data.get(offset..)
-            .ok_or_else(|| at.malformed(found, format!("at most {} bytes", data.len())))
+        data.get(offset..).ok_or_else(|| at.malformed(found, format!("at most {} bytes", data.len())))
     };
     match storage.appended {
         Appended::None => Err(at.malformed("appended format", "an AppendedData element")),
@@ -103,12 +89,11 @@ fn appended<'a>(
 fn from_text(kind: &str, text: &[u8], at: &At<'_>) -> Result<Values, MeshError> {
     let words = || super::text::tokens(text);
     if kind.starts_with("Float") {
-        let values = words()
-            .map(|w| f64::parse(w).ok_or_else(|| at.malformed(super::shown(w), "a finite number")));
+        let values =
+            words().map(|w| f64::parse(w).ok_or_else(|| at.malformed(super::shown(w), "a finite number")));
         return Ok(Values::Real(values.collect::<Result<_, _>>()?));
     }
-    let values =
-        words().map(|w| i64::parse(w).ok_or_else(|| at.malformed(super::shown(w), "an integer")));
+    let values = words().map(|w| i64::parse(w).ok_or_else(|| at.malformed(super::shown(w), "an integer")));
     Ok(Values::Int(values.collect::<Result<_, _>>()?))
 }
 
@@ -125,19 +110,13 @@ fn from_bytes(kind: &str, bytes: &[u8], endian: Endian, at: &At<'_>) -> Result<V
         "Float64" => finite(all::<f64>(bytes, endian).collect(), at)?,
         other => {
             let remedy = "write the array as Float64 or Int64";
-            return Err(at.unsupported(
-                format!("type {other}"),
-                "an Int, UInt or Float type",
-                remedy,
-            ));
+            return Err(at.unsupported(format!("type {other}"), "an Int, UInt or Float type", remedy));
         }
     })
 }
 
 fn all<T: Binary>(bytes: &[u8], endian: Endian) -> impl Iterator<Item = T> {
-    bytes
-        .chunks_exact(T::SIZE)
-        .map(move |chunk| T::from_bytes(chunk, endian))
+    bytes.chunks_exact(T::SIZE).map(move |chunk| T::from_bytes(chunk, endian))
 }
 
 fn finite(values: Vec<f64>, at: &At<'_>) -> Result<Values, MeshError> {
@@ -159,10 +138,7 @@ enum Source<'a> {
 
 impl<'a> Source<'a> {
     fn base64(text: &'a [u8]) -> Self {
-        Source::Base64 {
-            text,
-            pending: Vec::new(),
-        }
+        Source::Base64 { text, pending: Vec::new() }
     }
 
     /// The next `n` bytes, or none if there are fewer.
@@ -225,23 +201,14 @@ fn block(mut source: Source<'_>, storage: Storage<'_>, at: &At<'_>) -> Result<Ve
     }
     let mut out = Vec::new();
     for (i, packed) in sizes.iter().enumerate() {
-        let length = if i + 1 == first && last_size > 0 {
-            last_size
-        } else {
-            block_size
-        };
+        let length = if i + 1 == first && last_size > 0 { last_size } else { block_size };
         let bytes = source.take(*packed).ok_or_else(short)?;
         let before = out.len();
         // One byte more than announced is enough to notice a block that is too long.
         let limit = (length as u64).saturating_add(1);
-        let inflated = flate2::read::ZlibDecoder::new(bytes.as_slice())
-            .take(limit)
-            .read_to_end(&mut out);
+        let inflated = flate2::read::ZlibDecoder::new(bytes.as_slice()).take(limit).read_to_end(&mut out);
         if inflated.is_err() || out.len() - before != length {
-            return Err(at.malformed(
-                format!("compressed block {i}"),
-                format!("zlib data of {length} bytes"),
-            ));
+            return Err(at.malformed(format!("compressed block {i}"), format!("zlib data of {length} bytes")));
         }
     }
     Ok(out)

@@ -73,21 +73,16 @@ fn cell_kind(code: i64, nodes: usize) -> Option<CellKind> {
 pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &At<'_>) -> Result<RawMesh, MeshError> {
     if grid.types.len() != grid.offsets.len() {
         let found = format!("{} cell types", grid.types.len());
-        return Err(at.malformed(
-            found,
-            format!("one for each of {} cells", grid.offsets.len()),
-        ));
+        return Err(at.malformed(found, format!("one for each of {} cells", grid.offsets.len())));
     }
     raw.nodes.clone_from(&grid.points);
     raw.node_ids = (0..grid.points.len() as u64).collect();
     node_groups(&mut raw, grid);
     let region = grid.cell_data.iter().find(|(name, values)| {
-        REGION_NAMES.contains(&name.to_ascii_lowercase().as_str())
-            && values.len() == grid.types.len()
+        REGION_NAMES.contains(&name.to_ascii_lowercase().as_str()) && values.len() == grid.types.len()
     });
     if let Some((name, _)) = region {
-        raw.notes
-            .push(format!("regions were taken from the cell data `{name}`"));
+        raw.notes.push(format!("regions were taken from the cell data `{name}`"));
     }
     let mut start = 0;
     for (cell, (&end, &code)) in grid.offsets.iter().zip(&grid.types).enumerate() {
@@ -106,40 +101,20 @@ pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &At<'_>) -> Result<RawMes
         let value = region.map_or(0, |(_, values)| values[cell]);
         let grouped = region.is_some() && (kind.dimension() == 3 || value != 0);
         let tags = [value];
-        raw.push(
-            kind,
-            &nodes,
-            if grouped { &tags } else { &[] },
-            Place::Cell(cell),
-        );
+        raw.push(kind, &nodes, if grouped { &tags } else { &[] }, Place::Cell(cell));
         start = end;
     }
     raw.name_regions();
     Ok(raw)
 }
 
-fn cell_nodes(
-    grid: &Grid,
-    start: i64,
-    end: i64,
-    cell: usize,
-    at: &At<'_>,
-) -> Result<Vec<u32>, MeshError> {
+fn cell_nodes(grid: &Grid, start: i64, end: i64, cell: usize, at: &At<'_>) -> Result<Vec<u32>, MeshError> {
     let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
-    let nodes = range
-        .and_then(|(a, b)| grid.connectivity.get(a..b))
-        .ok_or_else(|| {
-            let found = format!("cell {cell} from {start} to {end}");
-            at.malformed(
-                found,
-                format!("ascending offsets up to {}", grid.connectivity.len()),
-            )
-        })?;
-    let valid = |n: &i64| {
-        u32::try_from(*n)
-            .ok()
-            .filter(|n| (*n as usize) < grid.points.len())
-    };
+    let nodes = range.and_then(|(a, b)| grid.connectivity.get(a..b)).ok_or_else(|| {
+        let found = format!("cell {cell} from {start} to {end}");
+        at.malformed(found, format!("ascending offsets up to {}", grid.connectivity.len()))
+    })?;
+    let valid = |n: &i64| u32::try_from(*n).ok().filter(|n| (*n as usize) < grid.points.len());
     nodes
         .iter()
         .map(|n| {
@@ -161,10 +136,7 @@ fn node_groups(raw: &mut RawMesh, grid: &Grid) {
         }
         for (&value, node) in values.iter().zip(0..) {
             if value != 0 {
-                raw.node_groups
-                    .entry(format!("vertices {value}"))
-                    .or_default()
-                    .push(node);
+                raw.node_groups.entry(format!("vertices {value}")).or_default().push(node);
             }
         }
     }

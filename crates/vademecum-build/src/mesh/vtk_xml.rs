@@ -39,11 +39,7 @@ pub(crate) struct Storage<'a> {
 impl<'a> Shell<'a> {
     /// Splits a file into document and appended data.
     pub fn new(file: &Path, bytes: &'a [u8]) -> Result<Self, MeshError> {
-        let at = At {
-            file,
-            place: Place::Whole,
-            section: "the XML document",
-        };
+        let at = At { file, place: Place::Whole, section: "the XML document" };
         const TAG: &[u8] = b"<AppendedData";
         let (document, appended) = match find(bytes, TAG) {
             None => (bytes.to_vec(), Appended::None),
@@ -53,19 +49,11 @@ impl<'a> Shell<'a> {
                 let tag = &bytes[start..end];
                 let body = &bytes[end..];
                 let mark = body.iter().position(|&b| b == b'_');
-                let mark =
-                    mark.ok_or_else(|| at.malformed("no `_`", "`_` before the appended data"))?;
+                let mark = mark.ok_or_else(|| at.malformed("no `_`", "`_` before the appended data"))?;
                 let data = &body[mark + 1..];
-                let appended = if find(tag, b"raw").is_some() {
-                    Appended::Raw(data)
-                } else {
-                    Appended::Base64(data)
-                };
-                let closing = if tag.ends_with(b"/>") {
-                    ""
-                } else {
-                    "</AppendedData>"
-                };
+                let appended =
+                    if find(tag, b"raw").is_some() { Appended::Raw(data) } else { Appended::Base64(data) };
+                let closing = if tag.ends_with(b"/>") { "" } else { "</AppendedData>" };
                 let mut document = bytes[..end].to_vec();
                 document.extend_from_slice(closing.as_bytes());
                 document.extend_from_slice(b"</VTKFile>");
@@ -74,22 +62,14 @@ impl<'a> Shell<'a> {
         };
         let text = String::from_utf8(document)
             .map_err(|e| at.malformed(shown(e.as_bytes()), "UTF-8 text outside appended data"))?;
-        Ok(Shell {
-            file: file.to_path_buf(),
-            text,
-            appended,
-        })
+        Ok(Shell { file: file.to_path_buf(), text, appended })
     }
 
     /// Parses the document.
     pub fn document(&self) -> Result<Document<'_>, MeshError> {
         Document::parse(&self.text).map_err(|e| {
             let place = Place::Line(e.pos().row as usize);
-            let at = At {
-                file: &self.file,
-                place,
-                section: "the XML document",
-            };
+            let at = At { file: &self.file, place, section: "the XML document" };
             at.malformed(e.to_string(), "well-formed XML")
         })
     }
@@ -103,11 +83,7 @@ impl<'a> Shell<'a> {
         }
         let found = root.attribute("type").unwrap_or("no type");
         if found != kind {
-            return Err(at.unsupported(
-                format!("a VTK file of {found}"),
-                kind,
-                "save the volume mesh",
-            ));
+            return Err(at.unsupported(format!("a VTK file of {found}"), kind, "save the volume mesh"));
         }
         let endian = match root.attribute("byte_order") {
             Some("BigEndian") => Endian::Big,
@@ -118,30 +94,17 @@ impl<'a> Shell<'a> {
             Some("vtkZLibDataCompressor") => true,
             Some(other) => {
                 let remedy = "save with zlib or without compression";
-                return Err(at.unsupported(
-                    format!("compressor {other}"),
-                    "vtkZLibDataCompressor",
-                    remedy,
-                ));
+                return Err(at.unsupported(format!("compressor {other}"), "vtkZLibDataCompressor", remedy));
             }
         };
         let wide = root.attribute("header_type") == Some("UInt64");
-        Ok(Storage {
-            endian,
-            wide,
-            compressed,
-            appended: self.appended,
-        })
+        Ok(Storage { endian, wide, compressed, appended: self.appended })
     }
 
     /// A place in the document, for messages.
     pub fn at<'s>(&'s self, node: Node<'_, '_>, section: &'s str) -> At<'s> {
         let row = node.document().text_pos_at(node.range().start).row;
-        At {
-            file: &self.file,
-            place: Place::Line(row as usize),
-            section,
-        }
+        At { file: &self.file, place: Place::Line(row as usize), section }
     }
 
     /// The only piece of the grid.
@@ -150,19 +113,13 @@ impl<'a> Shell<'a> {
         let mut pieces = document.descendants().filter(is_piece);
         let root = document.root_element();
         let Some(piece) = pieces.next() else {
-            return Err(self
-                .at(root, "UnstructuredGrid")
-                .malformed("no Piece", "one Piece"));
+            return Err(self.at(root, "UnstructuredGrid").malformed("no Piece", "one Piece"));
         };
         match pieces.next() {
             None => Ok(piece),
             Some(second) => {
                 let remedy = "merge the pieces into one before saving";
-                Err(self.at(second, "UnstructuredGrid").unsupported(
-                    "a second Piece",
-                    "one Piece",
-                    remedy,
-                ))
+                Err(self.at(second, "UnstructuredGrid").unsupported("a second Piece", "one Piece", remedy))
             }
         }
     }
@@ -171,8 +128,7 @@ impl<'a> Shell<'a> {
     pub fn count(&self, node: Node<'_, '_>, name: &str) -> Result<usize, MeshError> {
         let value = node.attribute(name).unwrap_or("");
         value.trim().parse().map_err(|_| {
-            self.at(node, "Piece")
-                .malformed(format!("{name}={}", shown(value.as_bytes())), "a count")
+            self.at(node, "Piece").malformed(format!("{name}={}", shown(value.as_bytes())), "a count")
         })
     }
 }

@@ -206,7 +206,10 @@ impl ParameterSpace {
         }
         if !regional.is_empty() {
             let names: Vec<String> = regional.into_iter().map(name).collect();
-            lines.push(format!("{} change the ratio between regions and keep axes of their own", names.join(", ")));
+            lines.push(format!(
+                "{} change the ratio between regions and keep axes of their own",
+                names.join(", ")
+            ));
         }
         lines
     }
@@ -215,8 +218,10 @@ impl ParameterSpace {
 impl Setting {
     /// The pencil at this setting, uniform factors included.
     pub fn pencil(&self, nominal: &Pencil) -> Pencil {
-        let scaled = |uniform: f64, regions: &[f64]| regions.iter().map(|r| uniform * r).collect::<Vec<f64>>();
-        nominal.scaled(&scaled(self.step.density, &self.density), &scaled(self.step.stiffness, &self.stiffness))
+        let scaled =
+            |uniform: f64, regions: &[f64]| regions.iter().map(|r| uniform * r).collect::<Vec<f64>>();
+        nominal
+            .scaled(&scaled(self.step.density, &self.density), &scaled(self.step.stiffness, &self.stiffness))
     }
 
     /// Rayleigh damping at this setting.
@@ -225,7 +230,12 @@ impl Setting {
     }
 }
 
-fn role(problem: &Problem, index: usize, entry: &ParameterEntry, mesh: &Mesh) -> Result<ParameterRole, BodyError> {
+fn role(
+    problem: &Problem,
+    index: usize,
+    entry: &ParameterEntry,
+    mesh: &Mesh,
+) -> Result<ParameterRole, BodyError> {
     let uniform = match entry.kind {
         ParameterKind::Stiffness => ParameterRole::Stiffness,
         ParameterKind::Density => ParameterRole::Density,

@@ -19,13 +19,13 @@ use vademecum_format::{Axis as FileAxis, AxisKind as FileAxisKind, AxisRole, MAX
 
 use super::{ParameterSpace, Setting};
 use crate::export::{AxisTable, BlockTerms};
+use crate::fem::{Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::pod::Basis;
-use crate::fem::{Pencil, Solve, SymmetricMatrix, Symbolic};
 use crate::progress::{Cancelled, Listener};
 use crate::response::StageResponse;
 use crate::separated::{
-    Axis, AxisKind, DenseSpace, Energy, EnrichmentOptions, EnrichmentReport, Random, RegionAxes, SampledBlocks, Separated,
-    SeparatedError, Space, chebyshev_points, compress, fit,
+    Axis, AxisKind, DenseSpace, Energy, EnrichmentOptions, EnrichmentReport, Random, RegionAxes,
+    SampledBlocks, Separated, SeparatedError, Space, chebyshev_points, compress, fit,
 };
 
 /// Parameter points at which the small problem is solved for the fit: few samples overfit many axes.
@@ -112,11 +112,11 @@ impl Space for PencilSpace<'_> {
     }
 
     fn solve(&self, weights: &[f64], rhs: MatRef<'_, f64>) -> Result<Mat<f64>, SeparatedError> {
-        let parts: Vec<(f64, &SymmetricMatrix)> = weights.iter().copied().zip(self.matrices.iter().copied()).collect();
-        let factor = self
-            .symbolic
-            .factorize(SymmetricMatrix::combine(&parts))
-            .map_err(|_| SeparatedError::NotPositiveDefinite { what: "stage matrix at a parameter sample" })?;
+        let parts: Vec<(f64, &SymmetricMatrix)> =
+            weights.iter().copied().zip(self.matrices.iter().copied()).collect();
+        let factor = self.symbolic.factorize(SymmetricMatrix::combine(&parts)).map_err(|_| {
+            SeparatedError::NotPositiveDefinite { what: "stage matrix at a parameter sample" }
+        })?;
         let mut x = rhs.to_owned();
         Solve::new(self.symbolic, x.ncols(), true).solve_in_place(&factor, x.as_mut());
         Ok(x)
@@ -297,7 +297,10 @@ fn normalised(mut block: Mat<f64>) -> Mat<f64> {
 /// Operators of all regions over the free dofs.
 fn full_space<'a>(pencil: &'a Pencil, symbolic: &'a Symbolic, regions: usize) -> PencilSpace<'a> {
     let masses = (0..regions).map(|q| pencil.region_mass(q));
-    PencilSpace { matrices: masses.chain((0..regions).map(|q| pencil.region_stiffness(q))).collect(), symbolic }
+    PencilSpace {
+        matrices: masses.chain((0..regions).map(|q| pencil.region_stiffness(q))).collect(),
+        symbolic,
+    }
 }
 
 /// Separates the stage responses over the box.
@@ -349,15 +352,18 @@ pub fn separate_responses(
         spread(errors).map_or(f64::INFINITY, |(rms, worst)| rms.max(0.1 * worst))
     };
     let samples = grid_samples(&small, rows, fit_samples(map.axes.len()))?;
-    let options = EnrichmentOptions { tolerance: 0.8 * tolerance, max_terms, ..Default::default() };
+    let options =
+        EnrichmentOptions { tolerance: 0.8 * tolerance, max_terms, update_sweeps: 15, ..Default::default() };
     let (solution, enrichment) = fit(&samples, &options, Some(&measure))?;
     listener.checkpoint(1, 1)?;
 
     let n_modes = basis.n_modes();
     let block = |t: usize| solution.block(t);
-    let loads: Vec<Mat<f64>> = (0..solution.n_terms()).map(|t| &vectors * block(t).subrows(0, rows)).collect();
+    let loads: Vec<Mat<f64>> =
+        (0..solution.n_terms()).map(|t| &vectors * block(t).subrows(0, rows)).collect();
     let scales = &full.scales;
-    let state = |t: usize| Mat::from_fn(n_modes, n_modes, |i, j| scales[i] * scales[j] * block(t)[(rows + i, j)]);
+    let state =
+        |t: usize| Mat::from_fn(n_modes, n_modes, |i, j| scales[i] * scales[j] * block(t)[(rows + i, j)]);
     let states = (0..solution.n_terms()).map(state).collect();
     let mut parametric = Parametric {
         states,
@@ -436,7 +442,11 @@ fn compressed<'a>(
 }
 
 /// Responses at grid points of the axes, loads above states: all points if there are at most `most`, else random ones.
-fn grid_samples(small: &Responses<'_, DenseSpace>, rows: usize, most: usize) -> Result<SampledBlocks, SeparatedError> {
+fn grid_samples(
+    small: &Responses<'_, DenseSpace>,
+    rows: usize,
+    most: usize,
+) -> Result<SampledBlocks, SeparatedError> {
     let lengths: Vec<usize> = small.map.axes.iter().map(Axis::len).collect();
     let total = lengths.iter().fold(1usize, |n, l| n.saturating_mul(*l));
     let digits = |mut k: usize| -> Vec<usize> { lengths.iter().map(|l| (k % l, k /= l).0).collect() };
@@ -446,11 +456,13 @@ fn grid_samples(small: &Responses<'_, DenseSpace>, rows: usize, most: usize) -> 
     } else {
         (0..most).map(|_| lengths.iter().map(|l| random.below(*l)).collect()).collect()
     };
-    let point = |i: &Vec<usize>| -> Vec<f64> { i.iter().zip(&small.map.axes).map(|(&j, a)| a.nodes()[j]).collect() };
+    let point =
+        |i: &Vec<usize>| -> Vec<f64> { i.iter().zip(&small.map.axes).map(|(&j, a)| a.nodes()[j]).collect() };
     let responses = index.par_iter().map(|i| small.at(&point(i))).collect::<Result<Vec<_>, _>>()?;
     let r = small.basis.ncols();
     let height = rows + r;
-    let values = Mat::from_fn(height * r, index.len(), |k, p| stacked(&responses[p], rows, k % height, k / height));
+    let values =
+        Mat::from_fn(height * r, index.len(), |k, p| stacked(&responses[p], rows, k % height, k / height));
     Ok(SampledBlocks { axes: small.map.axes.clone(), index, values, n_rows: height })
 }
 
@@ -540,7 +552,11 @@ impl Parametric {
     ///
     /// # Errors
     /// If the setting lies outside the box.
-    pub fn responses(&self, scheme: &SchemeTable, setting: &Setting) -> Result<Vec<StageResponse>, ParametricError> {
+    pub fn responses(
+        &self,
+        scheme: &SchemeTable,
+        setting: &Setting,
+    ) -> Result<Vec<StageResponse>, ParametricError> {
         let response = |stage: usize| {
             let theta = theta(scheme, &setting.step, stage)?;
             let (increment, state) = self.combine(&self.solution.weights(&self.map.point(theta, setting)?)?);

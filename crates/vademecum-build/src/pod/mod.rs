@@ -60,7 +60,8 @@ impl<'a> StreamingPod<'a> {
     ///
     /// Memory: `n × (2 max_rank + batch)` numbers, with a batch as large as `max_rank` and at least 64.
     pub fn new(inner_product: Apply<'a>, n: usize, max_rank: usize) -> Self {
-        let pod = Pod { vectors: Mat::zeros(n, 0), singular_values: vec![], total_energy: 0.0, n_snapshots: 0 };
+        let pod =
+            Pod { vectors: Mat::zeros(n, 0), singular_values: vec![], total_energy: 0.0, n_snapshots: 0 };
         let buffer = Mat::zeros(n, max_rank.max(64));
         Self { inner_product, max_rank, pod, buffer, filled: 0 }
     }

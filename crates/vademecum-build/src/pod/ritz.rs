@@ -153,7 +153,8 @@ fn most_energetic(energy: &[f64], count: usize) -> Vec<usize> {
 fn fix_signs(mut vectors: Mat<f64>) -> Mat<f64> {
     for column in vectors.col_iter_mut() {
         let mut column = column;
-        let largest = column.as_ref().iter().copied().fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
+        let largest =
+            column.as_ref().iter().copied().fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
         if largest < 0.0 {
             column.as_mut().iter_mut().for_each(|v| *v = -*v);
         }

@@ -22,7 +22,8 @@ fn noise(seed: usize) -> f64 {
 /// `count` snapshots of a space of dimension `rank`, with entries of size `scale`.
 fn snapshots(n: usize, rank: usize, count: usize, scale: f64) -> Mat<f64> {
     let space = Mat::from_fn(n, rank, |i, j| noise(1 + i * rank + j));
-    let weights = Mat::from_fn(rank, count, |i, j| scale * noise(7_777 + i * count + j) * 0.3_f64.powi(i as i32));
+    let weights =
+        Mat::from_fn(rank, count, |i, j| scale * noise(7_777 + i * count + j) * 0.3_f64.powi(i as i32));
     space * weights
 }
 
@@ -112,6 +113,7 @@ fn a_pod_basis_in_the_euclidean_product_keeps_its_span_when_made_mass_orthonorma
     let pod = stream.finish();
     let basis = pod_basis(&mass, &identity, &pod, 6);
     assert!(identity_error(&gram(&mass, basis.vectors.as_ref(), basis.vectors.as_ref())) < 1e-12);
-    let inside = &pod.vectors.subcols(0, 6) * gram(&identity, pod.vectors.subcols(0, 6), basis.vectors.as_ref());
+    let inside =
+        &pod.vectors.subcols(0, 6) * gram(&identity, pod.vectors.subcols(0, 6), basis.vectors.as_ref());
     assert!((inside - &basis.vectors).norm_max() < 1e-12);
 }

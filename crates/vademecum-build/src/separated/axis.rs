@@ -64,21 +64,11 @@ impl Axis {
         {
             return Err(SeparatedError::TooFewPoints { axis, points });
         }
-        if let Some(value) = [lower, upper]
-            .into_iter()
-            .find(|v| kind == AxisKind::Index && v.fract() != 0.0)
+        if let Some(value) = [lower, upper].into_iter().find(|v| kind == AxisKind::Index && v.fract() != 0.0)
         {
             return Err(SeparatedError::NotAPosition { axis, value });
         }
-        let mut made = Axis {
-            name: axis,
-            unit: unit.to_owned(),
-            lower,
-            upper,
-            kind,
-            log,
-            nodes: Vec::new(),
-        };
+        let mut made = Axis { name: axis, unit: unit.to_owned(), lower, upper, kind, log, nodes: Vec::new() };
         made.nodes = made.place_nodes();
         Ok(made)
     }
@@ -128,9 +118,7 @@ impl Axis {
     pub fn at_fraction(&self, t: f64) -> f64 {
         match self.kind {
             AxisKind::Index => self.nodes[((t * self.len() as f64) as usize).min(self.len() - 1)],
-            _ => self.value_at(
-                self.coordinate(self.lower) * (1.0 - t) + self.coordinate(self.upper) * t,
-            ),
+            _ => self.value_at(self.coordinate(self.lower) * (1.0 - t) + self.coordinate(self.upper) * t),
         }
     }
 
@@ -143,19 +131,11 @@ impl Axis {
         super::error::check_len("basis values", self.len(), values.len())?;
         if !(self.lower <= point && point <= self.upper) {
             let (lower, upper) = (self.lower, self.upper);
-            return Err(SeparatedError::OutsideAxis {
-                axis: self.name.clone(),
-                value: point,
-                lower,
-                upper,
-            });
+            return Err(SeparatedError::OutsideAxis { axis: self.name.clone(), value: point, lower, upper });
         }
         match self.kind {
             AxisKind::Index if point.fract() != 0.0 => {
-                return Err(SeparatedError::NotAPosition {
-                    axis: self.name.clone(),
-                    value: point,
-                });
+                return Err(SeparatedError::NotAPosition { axis: self.name.clone(), value: point });
             }
             AxisKind::Index => {
                 values.fill(0.0);
@@ -187,11 +167,7 @@ impl Axis {
                 let mut diagonal = vec![2.0 * h / 3.0; points];
                 diagonal[0] = h / 3.0;
                 diagonal[points - 1] = h / 3.0;
-                AxisOperator::tridiagonal(
-                    vec![h / 6.0; points - 1],
-                    diagonal,
-                    vec![h / 6.0; points - 1],
-                )
+                AxisOperator::tridiagonal(vec![h / 6.0; points - 1], diagonal, vec![h / 6.0; points - 1])
             }
             _ => AxisOperator::diagonal(self.weights()),
         }
@@ -207,11 +183,7 @@ impl Axis {
         let mut diagonal = vec![2.0 / h; points];
         diagonal[0] = 1.0 / h;
         diagonal[points - 1] = 1.0 / h;
-        Some(AxisOperator::tridiagonal(
-            vec![-1.0 / h; points - 1],
-            diagonal,
-            vec![-1.0 / h; points - 1],
-        ))
+        Some(AxisOperator::tridiagonal(vec![-1.0 / h; points - 1], diagonal, vec![-1.0 / h; points - 1]))
     }
 
     /// Quadrature weights at the points: trapezoidal, Clenshaw–Curtis, or one per position.
@@ -225,10 +197,9 @@ impl Axis {
                 w[points - 1] = h / 2.0;
                 w
             }
-            AxisKind::Chebyshev { points } => clenshaw_curtis(points)
-                .into_iter()
-                .map(|w| w * self.width() / 2.0)
-                .collect(),
+            AxisKind::Chebyshev { points } => {
+                clenshaw_curtis(points).into_iter().map(|w| w * self.width() / 2.0).collect()
+            }
         }
     }
 
@@ -260,13 +231,11 @@ impl Axis {
             nodes
         };
         match self.kind {
-            AxisKind::Index => (0..=(self.upper - self.lower) as usize)
-                .map(|j| self.lower + j as f64)
-                .collect(),
-            AxisKind::Hat { points } => placed(points, &|j| j as f64 / (points - 1) as f64),
-            AxisKind::Chebyshev { points } => {
-                placed(points, &|j| 0.5 - 0.5 * chebyshev_cosine(j, points))
+            AxisKind::Index => {
+                (0..=(self.upper - self.lower) as usize).map(|j| self.lower + j as f64).collect()
             }
+            AxisKind::Hat { points } => placed(points, &|j| j as f64 / (points - 1) as f64),
+            AxisKind::Chebyshev { points } => placed(points, &|j| 0.5 - 0.5 * chebyshev_cosine(j, points)),
         }
     }
 }
@@ -344,10 +313,7 @@ mod tests {
 
     #[test]
     fn refuses_points_outside_and_between_positions() {
-        for kind in [
-            AxisKind::Hat { points: 5 },
-            AxisKind::Chebyshev { points: 5 },
-        ] {
+        for kind in [AxisKind::Hat { points: 5 }, AxisKind::Chebyshev { points: 5 }] {
             for log in [false, true] {
                 let axis = axis(kind, 0.5, 2.0, log);
                 let mut values = vec![7.0; 5];
@@ -367,44 +333,23 @@ mod tests {
         }
         let index = axis(AxisKind::Index, 3.0, 6.0, false);
         assert_eq!(index.evaluate(&[1.0, 2.0, 3.0, 4.0], 5.0), Ok(3.0));
-        assert!(matches!(
-            index.evaluate(&[0.0; 4], 4.5),
-            Err(SeparatedError::NotAPosition { .. })
-        ));
-        assert!(matches!(
-            index.evaluate(&[0.0; 4], 7.0),
-            Err(SeparatedError::OutsideAxis { .. })
-        ));
+        assert!(matches!(index.evaluate(&[0.0; 4], 4.5), Err(SeparatedError::NotAPosition { .. })));
+        assert!(matches!(index.evaluate(&[0.0; 4], 7.0), Err(SeparatedError::OutsideAxis { .. })));
     }
 
     #[test]
     fn refuses_bad_ranges_by_name() {
         let make = |l, u, kind, log| Axis::new("E", "Pa", l, u, kind, log).unwrap_err();
         let hat = AxisKind::Hat { points: 3 };
-        assert!(matches!(
-            make(2.0, 1.0, hat, false),
-            SeparatedError::BadRange { .. }
-        ));
-        assert!(matches!(
-            make(1.0, 1.0, hat, false),
-            SeparatedError::BadRange { .. }
-        ));
-        assert!(matches!(
-            make(f64::NAN, 1.0, hat, false),
-            SeparatedError::BadRange { .. }
-        ));
-        assert!(matches!(
-            make(0.0, 1.0, hat, true),
-            SeparatedError::LogOfNonPositive { .. }
-        ));
+        assert!(matches!(make(2.0, 1.0, hat, false), SeparatedError::BadRange { .. }));
+        assert!(matches!(make(1.0, 1.0, hat, false), SeparatedError::BadRange { .. }));
+        assert!(matches!(make(f64::NAN, 1.0, hat, false), SeparatedError::BadRange { .. }));
+        assert!(matches!(make(0.0, 1.0, hat, true), SeparatedError::LogOfNonPositive { .. }));
         assert!(matches!(
             make(0.0, 1.0, AxisKind::Hat { points: 1 }, false),
             SeparatedError::TooFewPoints { .. }
         ));
-        assert!(matches!(
-            make(0.5, 3.0, AxisKind::Index, false),
-            SeparatedError::NotAPosition { .. }
-        ));
+        assert!(matches!(make(0.5, 3.0, AxisKind::Index, false), SeparatedError::NotAPosition { .. }));
     }
 
     #[test]
@@ -416,9 +361,7 @@ mod tests {
         for k in 0..50 {
             let x = axis.at_fraction(k as f64 / 49.0);
             // seven products of rounded numbers; the Lebesgue constant of 7 points is below 3
-            assert!(
-                (axis.evaluate(&values, x).unwrap() - p(x)).abs() < 100.0 * f64::EPSILON * largest
-            );
+            assert!((axis.evaluate(&values, x).unwrap() - p(x)).abs() < 100.0 * f64::EPSILON * largest);
         }
         let integral: f64 = axis.weights().iter().zip(&values).map(|(w, v)| w * v).sum();
         let exact = 4.0 - 4.0 + 0.125 * (81.0 - 1.0) - 0.1 / 7.0 * (2187.0 + 1.0);
@@ -438,17 +381,12 @@ mod tests {
                         let values: Vec<f64> = axis.nodes().iter().map(|t| x(*t)).collect();
                         for k in 0..=100 {
                             let t = axis.at_fraction(f64::from(k) / 100.0);
-                            worst =
-                                worst.max((axis.evaluate(&values, t).unwrap() / x(t) - 1.0).abs());
+                            worst = worst.max((axis.evaluate(&values, t).unwrap() / x(t) - 1.0).abs());
                         }
                     }
                     worst
                 };
-                assert!(
-                    worst(points) <= tolerance,
-                    "{ratio} {tolerance} {points}: {}",
-                    worst(points)
-                );
+                assert!(worst(points) <= tolerance, "{ratio} {tolerance} {points}: {}", worst(points));
                 assert!(
                     worst(points / 2) > tolerance,
                     "half of the points are not enough: the bound is not wasteful"
@@ -464,10 +402,7 @@ mod tests {
         let mx = axis.gram().apply(x);
         let energy = axis.stiffness().unwrap().apply(x);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(p, q)| p * q).sum::<f64>();
-        assert!(
-            (dot(x, &mx) - 26.0 / 3.0).abs() < 1e-14,
-            "∫x² over [1,3]; 6 terms of size 1, rounded"
-        );
+        assert!((dot(x, &mx) - 26.0 / 3.0).abs() < 1e-14, "∫x² over [1,3]; 6 terms of size 1, rounded");
         assert!(
             (dot(x, &energy) - 2.0).abs() < 1e-13,
             "∫1 over [1,3]; entries 1/h amplify rounding fivefold"

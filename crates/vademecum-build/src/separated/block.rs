@@ -44,26 +44,15 @@ impl<S: Space> BlockProblem<S> {
         space: S,
         sources: Vec<BlockSource>,
     ) -> Result<BlockProblem<S>, SeparatedError> {
-        check_len(
-            "exponents, one list per space operator",
-            space.n_operators(),
-            powers.len(),
-        )?;
-        powers
-            .iter()
-            .try_for_each(|p| check_len("exponents, one per axis", axes.len(), p.len()))?;
+        check_len("exponents, one list per space operator", space.n_operators(), powers.len())?;
+        powers.iter().try_for_each(|p| check_len("exponents, one per axis", axes.len(), p.len()))?;
         let columns = sources.first().map_or(0, |s| s.block.ncols());
         for s in &sources {
             check_len("exponents, one per axis", axes.len(), s.powers.len())?;
             check_len("rows of a source block", space.n_rows(), s.block.nrows())?;
             check_len("columns of a source block", columns, s.block.ncols())?;
         }
-        Ok(BlockProblem {
-            axes,
-            powers,
-            space,
-            sources,
-        })
+        Ok(BlockProblem { axes, powers, space, sources })
     }
 
     /// The increment problem of method.md §4, `(Σ_p ρ_p M_p + Σ_q θ_q K_q) X = −Σ_q θ_q K_q B`: `space` holds the mass
@@ -80,20 +69,12 @@ impl<S: Space> BlockProblem<S> {
         basis: MatRef<'_, f64>,
     ) -> Result<BlockProblem<S>, SeparatedError> {
         let powers = [mass_powers, stiffness_powers].concat();
-        check_len(
-            "exponents, one list per space operator",
-            space.n_operators(),
-            powers.len(),
-        )?;
+        check_len("exponents, one list per space operator", space.n_operators(), powers.len())?;
         check_len("rows of the basis", space.n_rows(), basis.nrows())?;
         let source = |(q, p): (usize, &Vec<f64>)| {
             let mut block = space.apply(mass_powers.len() + q, basis);
-            (0..block.ncols())
-                .for_each(|j| block.col_as_slice_mut(j).iter_mut().for_each(|v| *v = -*v));
-            BlockSource {
-                powers: p.clone(),
-                block,
-            }
+            (0..block.ncols()).for_each(|j| block.col_as_slice_mut(j).iter_mut().for_each(|v| *v = -*v));
+            BlockSource { powers: p.clone(), block }
         };
         let sources = stiffness_powers.iter().enumerate().map(source).collect();
         BlockProblem::new(axes, powers, space, sources)
@@ -143,19 +124,14 @@ impl<S: Space> BlockProblem<S> {
     /// # Errors
     /// [`SeparatedError::NotPositiveDefinite`].
     pub fn solve(&self, point: &[f64]) -> Result<Mat<f64>, SeparatedError> {
-        self.space
-            .solve(&self.coefficients(point), self.load(point).as_ref())
+        self.space.solve(&self.coefficients(point), self.load(point).as_ref())
     }
 
     /// `load − operator · x` at `point`: `(n_rows, n_columns)`.
     pub fn residual(&self, point: &[f64], x: &Mat<f64>) -> Mat<f64> {
         let mut residual = self.load(point);
         for (t, c) in self.coefficients(point).into_iter().enumerate() {
-            axpy(
-                residual.as_mut(),
-                -c,
-                self.space.apply(t, x.as_ref()).as_ref(),
-            );
+            axpy(residual.as_mut(), -c, self.space.apply(t, x.as_ref()).as_ref());
         }
         residual
     }
@@ -169,35 +145,18 @@ impl<S: Space> BlockProblem<S> {
         let lengths: Vec<usize> = self.axes.iter().map(Axis::len).collect();
         let total = lengths.iter().fold(1usize, |n, l| n.saturating_mul(*l));
         let mut random = Random::new(seed);
-        let digits =
-            |mut k: usize| -> Vec<usize> { lengths.iter().map(|l| (k % l, k /= l).0).collect() };
+        let digits = |mut k: usize| -> Vec<usize> { lengths.iter().map(|l| (k % l, k /= l).0).collect() };
         let index: Vec<Vec<usize>> = if total <= most {
             (0..total).map(digits).collect()
         } else {
-            (0..most)
-                .map(|_| lengths.iter().map(|l| random.below(*l)).collect())
-                .collect()
+            (0..most).map(|_| lengths.iter().map(|l| random.below(*l)).collect()).collect()
         };
-        let at = |i: &Vec<usize>| -> Vec<f64> {
-            i.iter()
-                .zip(&self.axes)
-                .map(|(&j, a)| a.nodes()[j])
-                .collect()
-        };
-        let solved: Vec<Mat<f64>> = index
-            .par_iter()
-            .map(|i| self.solve(&at(i)))
-            .collect::<Result<_, _>>()?;
+        let at =
+            |i: &Vec<usize>| -> Vec<f64> { i.iter().zip(&self.axes).map(|(&j, a)| a.nodes()[j]).collect() };
+        let solved: Vec<Mat<f64>> = index.par_iter().map(|i| self.solve(&at(i))).collect::<Result<_, _>>()?;
         let n = self.space.n_rows();
-        let values = Mat::from_fn(n * self.n_columns(), index.len(), |j, p| {
-            solved[p][(j % n, j / n)]
-        });
-        Ok(SampledBlocks {
-            axes: self.axes.clone(),
-            index,
-            values,
-            n_rows: n,
-        })
+        let values = Mat::from_fn(n * self.n_columns(), index.len(), |j, p| solved[p][(j % n, j / n)]);
+        Ok(SampledBlocks { axes: self.axes.clone(), index, values, n_rows: n })
     }
 
     /// Separates the solution from samples at up to `most` grid points, see [`fit()`].
@@ -221,28 +180,17 @@ impl BlockProblem<DenseSpace> {
     /// [`SeparatedError::Shape`].
     pub fn galerkin(&self) -> Result<Problem<DenseSpace>, SeparatedError> {
         let on_axis = |power: f64, axis: &Axis| -> Vec<f64> {
-            axis.weights()
-                .iter()
-                .zip(axis.nodes())
-                .map(|(w, x)| w * x.powf(power))
-                .collect()
+            axis.weights().iter().zip(axis.nodes()).map(|(w, x)| w * x.powf(power)).collect()
         };
         let on_axes = |powers: &[f64]| -> Vec<Vec<f64>> {
-            powers
-                .iter()
-                .zip(&self.axes)
-                .map(|(p, a)| on_axis(*p, a))
-                .collect()
+            powers.iter().zip(&self.axes).map(|(p, a)| on_axis(*p, a)).collect()
         };
         let operators = self
             .powers
             .iter()
             .map(|p| on_axes(p).into_iter().map(AxisOperator::diagonal).collect())
             .collect();
-        let source = |s: &BlockSource| Source {
-            vectors: on_axes(&s.powers),
-            block: s.block.clone(),
-        };
+        let source = |s: &BlockSource| Source { vectors: on_axes(&s.powers), block: s.block.clone() };
         let sources = self.sources.iter().map(source).collect();
         Problem::new(self.axes.clone(), operators, self.space.clone(), sources)
     }
@@ -250,11 +198,7 @@ impl BlockProblem<DenseSpace> {
 
 /// `Π_a μ_a^{p_a}`.
 fn monomial(powers: &[f64], point: &[f64]) -> f64 {
-    powers
-        .iter()
-        .zip(point)
-        .map(|(p, x)| if *p == 0.0 { 1.0 } else { x.powf(*p) })
-        .product()
+    powers.iter().zip(point).map(|(p, x)| if *p == 0.0 { 1.0 } else { x.powf(*p) }).product()
 }
 
 /// Exact solutions at random points that no fit has seen.
@@ -273,10 +217,7 @@ impl FreshPoints {
         problem: &BlockProblem<S>,
         points: Vec<Vec<f64>>,
     ) -> Result<FreshPoints, SeparatedError> {
-        let exact = points
-            .par_iter()
-            .map(|p| problem.solve(p))
-            .collect::<Result<_, _>>()?;
+        let exact = points.par_iter().map(|p| problem.solve(p)).collect::<Result<_, _>>()?;
         Ok(FreshPoints { points, exact })
     }
 
@@ -290,13 +231,7 @@ impl FreshPoints {
         seed: u64,
     ) -> Result<FreshPoints, SeparatedError> {
         let mut random = Random::new(seed);
-        let point = |_| {
-            problem
-                .axes
-                .iter()
-                .map(|a| a.at_fraction(random.uniform()))
-                .collect()
-        };
+        let point = |_| problem.axes.iter().map(|a| a.at_fraction(random.uniform())).collect();
         let points = (0..count).map(point).collect();
         FreshPoints::at(problem, points)
     }

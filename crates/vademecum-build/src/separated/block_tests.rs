@@ -27,15 +27,7 @@ fn increment(beam: &Pencil, span: f64, tolerance: f64) -> (RegionAxes, BlockProb
 }
 
 fn chebyshev(name: &str, lower: f64, upper: f64, points: usize) -> Axis {
-    Axis::new(
-        name,
-        "1",
-        lower,
-        upper,
-        AxisKind::Chebyshev { points },
-        true,
-    )
-    .unwrap()
+    Axis::new(name, "1", lower, upper, AxisKind::Chebyshev { points }, true).unwrap()
 }
 
 fn theta_top(beam: &Pencil) -> f64 {
@@ -62,13 +54,9 @@ fn fresh_points(
 
 fn reduced(beam: &Pencil, problem: &BlockProblem<SparseSpace>, tolerance: f64) -> Reduction {
     let energy = |x: MatRef<'_, f64>| problem.space().apply(0, x);
-    let weights: Vec<f64> = (0..beam.mass.nrows())
-        .map(|i| 1.0 / beam.mass.as_ref().get(i, i).unwrap())
-        .collect();
-    let options = ReductionOptions {
-        tolerance,
-        ..Default::default()
-    };
+    let weights: Vec<f64> =
+        (0..beam.mass.nrows()).map(|i| 1.0 / beam.mass.as_ref().get(i, i).unwrap()).collect();
+    let options = ReductionOptions { tolerance, ..Default::default() };
     reduce(problem, &energy, &weights, &options).unwrap()
 }
 
@@ -103,10 +91,7 @@ fn row(
         sci(&every_tenth)
     );
     // Rounding of the final scaling, on an error that is itself a small difference of terms of size one.
-    assert!(
-        (report.error - rms).abs() < 1e-12,
-        "the report speaks of the solution returned"
-    );
+    assert!((report.error - rms).abs() < 1e-12, "the report speaks of the solution returned");
     assert!(u.n_terms() <= options.max_terms);
     (u, (rms, worst))
 }
@@ -125,16 +110,10 @@ fn true_error(
     let error = |k: u32| {
         let scales: Vec<f64> = (0..pencil.stiffness.len())
             .map(|q| {
-                if pencil.stiffness.len() == 1 {
-                    1.0
-                } else {
-                    0.6 + 0.3 * f64::from((k + 2 * q as u32) % 5)
-                }
+                if pencil.stiffness.len() == 1 { 1.0 } else { 0.6 + 0.3 * f64::from((k + 2 * q as u32) % 5) }
             })
             .collect();
-        let point = map
-            .point(theta_top(pencil) / f64::from(1 + 4 * k), &scales)
-            .unwrap();
+        let point = map.point(theta_top(pencil) / f64::from(1 + 4 * k), &scales).unwrap();
         let exact = problem.solve(&point).unwrap();
         size(&(&exact - full.evaluate(&point).unwrap())) / size(&exact)
     };
@@ -143,24 +122,13 @@ fn true_error(
 
 #[test]
 fn one_region_over_a_factor_of_100_takes_at_most_20_terms_for_1e_8() {
-    for (name, pencil) in [
-        ("beam", Pencil::beam(160, 1, 8)),
-        ("lattice", Pencil::lattice(6, 6, 30, 1, 8)),
-    ] {
+    for (name, pencil) in [("beam", Pencil::beam(160, 1, 8)), ("lattice", Pencil::lattice(6, 6, 30, 1, 8))] {
         let (map, problem) = increment(&pencil, 100.0, 1e-9);
         let reduction = reduced(&pencil, &problem, 1e-9);
         let fresh = fresh_points(&pencil, 100.0, &map, &reduction.problem);
-        let options = EnrichmentOptions {
-            tolerance: 1e-8,
-            max_terms: 20,
-            ..Default::default()
-        };
+        let options = EnrichmentOptions { tolerance: 1e-8, max_terms: 20, ..Default::default() };
         let (u, (rms, worst)) = row(name, &reduction, &fresh, 100, &options);
-        assert!(
-            u.n_terms() <= 20 && rms <= 1e-8 && worst <= 1e-7,
-            "{} terms, {rms}, {worst}",
-            u.n_terms()
-        );
+        assert!(u.n_terms() <= 20 && rms <= 1e-8 && worst <= 1e-7, "{} terms, {rms}, {worst}", u.n_terms());
         // reduction 1e-9, separation 1e-8 rms, and six points instead of two hundred: a factor of 10 covers the worst
         assert!(true_error(&pencil, &problem, &reduction, &u, &map) <= 1e-7);
     }
@@ -168,34 +136,16 @@ fn one_region_over_a_factor_of_100_takes_at_most_20_terms_for_1e_8() {
 
 #[test]
 fn two_regions_take_at_most_60_terms_for_1e_6_and_updates_are_why() {
-    for (name, pencil) in [
-        ("beam", Pencil::beam(160, 2, 8)),
-        ("lattice", Pencil::lattice(5, 5, 30, 2, 8)),
-    ] {
+    for (name, pencil) in [("beam", Pencil::beam(160, 2, 8)), ("lattice", Pencil::lattice(5, 5, 30, 2, 8))] {
         let (map, problem) = increment(&pencil, 30.0, 1e-7);
         let reduction = reduced(&pencil, &problem, 1e-7);
         let k = reduction.basis.ncols();
-        println!(
-            "{name}: {k} vectors from {} samples, {}",
-            reduction.points.len(),
-            sci(&reduction.history)
-        );
+        println!("{name}: {k} vectors from {} samples, {}", reduction.points.len(), sci(&reduction.history));
         let fresh = fresh_points(&pencil, 30.0, &map, &reduction.problem);
-        let updated = EnrichmentOptions {
-            tolerance: 1e-6,
-            max_terms: 60,
-            ..Default::default()
-        };
-        let greedy = EnrichmentOptions {
-            update_sweeps: 0,
-            ..updated.clone()
-        };
+        let updated = EnrichmentOptions { tolerance: 1e-6, max_terms: 60, ..Default::default() };
+        let greedy = EnrichmentOptions { update_sweeps: 0, ..updated.clone() };
         let (u, (rms, worst)) = row(name, &reduction, &fresh, 4000, &updated);
-        assert!(
-            u.n_terms() <= 60 && rms <= 1e-6 && worst <= 1e-5,
-            "{} terms, {rms}, {worst}",
-            u.n_terms()
-        );
+        assert!(u.n_terms() <= 60 && rms <= 1e-6 && worst <= 1e-5, "{} terms, {rms}, {worst}", u.n_terms());
         let (_, (plain, _)) = row(name, &reduction, &fresh, 4000, &greedy);
         assert!(
             plain > 10.0 * rms,
@@ -206,20 +156,14 @@ fn two_regions_take_at_most_60_terms_for_1e_6_and_updates_are_why() {
             &reduction,
             &fresh,
             0,
-            &EnrichmentOptions {
-                max_terms: 30,
-                ..updated
-            },
+            &EnrichmentOptions { max_terms: 30, ..updated },
         );
         let (_, (plain, _)) = row(
             &format!("{name}, Galerkin"),
             &reduction,
             &fresh,
             0,
-            &EnrichmentOptions {
-                max_terms: 30,
-                ..greedy
-            },
+            &EnrichmentOptions { max_terms: 30, ..greedy },
         );
         assert!(plain > 5.0 * galerkin, "{plain} {galerkin}");
         // The worst of 1e-5 asked for, reduction included, against solves that know of no reduction.
@@ -234,18 +178,10 @@ fn four_regions_and_a_common_axis_converge_to_1e_5() {
     let (map, problem) = increment(&pencil, 30.0, 1e-6);
     let reduction = reduced(&pencil, &problem, 1e-6);
     let fresh = fresh_points(&pencil, 30.0, &map, &reduction.problem);
-    let options = EnrichmentOptions {
-        tolerance: 1e-5,
-        max_terms: 400,
-        update_sweeps: 2,
-        ..Default::default()
-    };
+    let options =
+        EnrichmentOptions { tolerance: 1e-5, max_terms: 400, update_sweeps: 2, ..Default::default() };
     let (u, (rms, worst)) = row("four regions", &reduction, &fresh, 10000, &options);
-    assert!(
-        rms <= 1e-5 && worst <= 1e-4,
-        "{} terms, {rms}, {worst}",
-        u.n_terms()
-    );
+    assert!(rms <= 1e-5 && worst <= 1e-4, "{} terms, {rms}, {worst}", u.n_terms());
 }
 
 #[test]
@@ -257,17 +193,10 @@ fn cost_grows_with_the_number_of_parameters() {
         let (map, problem) = increment(&pencil, 30.0, 1e-6);
         let reduction = reduced(&pencil, &problem, 1e-5);
         let fresh = fresh_points(&pencil, 30.0, &map, &reduction.problem);
-        let options = EnrichmentOptions {
-            tolerance: 1e-4,
-            max_terms: 300,
-            update_sweeps: 2,
-            ..Default::default()
-        };
-        let name = format!(
-            "{regions} regions, {} axes, {} vectors",
-            map.axes().len(),
-            reduction.basis.ncols()
-        );
+        let options =
+            EnrichmentOptions { tolerance: 1e-4, max_terms: 300, update_sweeps: 2, ..Default::default() };
+        let name =
+            format!("{regions} regions, {} axes, {} vectors", map.axes().len(), reduction.basis.ncols());
         let (u, (rms, _)) = row(&name, &reduction, &fresh, 6000, &options);
         assert!(rms <= 1e-4);
         terms.push(u.n_terms());
@@ -281,18 +210,10 @@ fn four_regions_converge_at_the_same_rate_from_the_start() {
     let (map, problem) = increment(&pencil, 30.0, 1e-4);
     let reduction = reduced(&pencil, &problem, 1e-5);
     let fresh = fresh_points(&pencil, 30.0, &map, &reduction.problem);
-    let options = EnrichmentOptions {
-        tolerance: 1e-3,
-        max_terms: 60,
-        update_sweeps: 1,
-        ..Default::default()
-    };
+    let options =
+        EnrichmentOptions { tolerance: 1e-3, max_terms: 60, update_sweeps: 1, ..Default::default() };
     let (u, (rms, worst)) = row("four regions to 1e-3", &reduction, &fresh, 2000, &options);
-    assert!(
-        rms <= 1e-3 && worst <= 1e-2,
-        "{} terms, {rms}, {worst}",
-        u.n_terms()
-    );
+    assert!(rms <= 1e-3 && worst <= 1e-2, "{} terms, {rms}, {worst}", u.n_terms());
 }
 
 #[test]
@@ -301,21 +222,11 @@ fn separation_gives_the_same_bits_whatever_the_threads() {
     let run = || {
         let (_, problem) = increment(&pencil, 10.0, 1e-5);
         let reduction = reduced(&pencil, &problem, 1e-5);
-        let options = EnrichmentOptions {
-            tolerance: 1e-4,
-            max_terms: 12,
-            ..Default::default()
-        };
-        (
-            reduction.problem.separate(40, &options, None).unwrap(),
-            reduction.basis,
-        )
+        let options = EnrichmentOptions { tolerance: 1e-4, max_terms: 12, ..Default::default() };
+        (reduction.problem.separate(40, &options, None).unwrap(), reduction.basis)
     };
     let ((u, report), basis) = run();
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let ((v, again), same) = one.install(run);
     assert_eq!((report, u.blocks(), basis), (again, v.blocks(), same));
     (0..2).for_each(|a| assert_eq!(u.factors(a), v.factors(a)));
@@ -327,13 +238,8 @@ fn compression_is_orthonormal_in_the_energy_and_keeps_its_tolerance() {
     let energy = pencil.energy();
     let (_, problem) = increment(&pencil, 100.0, 1e-3);
     let axis = &problem.axes()[0];
-    let samples: Vec<_> = (0..15)
-        .map(|k| {
-            problem
-                .solve(&[axis.at_fraction(f64::from(k) / 14.0)])
-                .unwrap()
-        })
-        .collect();
+    let samples: Vec<_> =
+        (0..15).map(|k| problem.solve(&[axis.at_fraction(f64::from(k) / 14.0)]).unwrap()).collect();
     let size = |x: &faer::Mat<f64>| linalg::inner(x.as_ref(), energy(x.as_ref()).as_ref()).sqrt();
     let mut vectors = Vec::new();
     for tolerance in [1e-2, 1e-4, 1e-6, 1e-8] {
@@ -354,28 +260,19 @@ fn compression_is_orthonormal_in_the_energy_and_keeps_its_tolerance() {
         assert!((missed.sum::<f64>() / samples.len() as f64).sqrt() <= 1.02 * tolerance);
         vectors.push(basis.ncols());
     }
-    assert!(
-        vectors.is_sorted() && vectors[0] < vectors[3],
-        "{vectors:?}"
-    );
+    assert!(vectors.is_sorted() && vectors[0] < vectors[3], "{vectors:?}");
 }
 
 #[test]
 fn the_sparse_space_solves_what_the_dense_one_does() {
     let pencil = Pencil::lattice(3, 3, 4, 2, 3);
-    let matrices: Vec<_> = std::iter::once(&pencil.mass)
-        .chain(&pencil.stiffness)
-        .cloned()
-        .collect();
+    let matrices: Vec<_> = std::iter::once(&pencil.mass).chain(&pencil.stiffness).cloned().collect();
     let dense = DenseSpace::new(matrices.iter().map(|m| m.to_dense()).collect()).unwrap();
     let sparse = SparseSpace::new(matrices).unwrap();
     for weights in [[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [1.0, 0.1, 5.0]] {
         let x = sparse.solve(&weights, pencil.modes.as_ref()).unwrap();
         let y = dense.solve(&weights, pencil.modes.as_ref()).unwrap();
-        assert!(
-            (&x - &y).norm_max() < 1e-13 * y.norm_max(),
-            "condition below 100"
-        );
+        assert!((&x - &y).norm_max() < 1e-13 * y.norm_max(), "condition below 100");
     }
     assert!(matches!(
         sparse.solve(&[1.0, -90.0, -90.0], pencil.modes.as_ref()),
@@ -385,14 +282,8 @@ fn the_sparse_space_solves_what_the_dense_one_does() {
         dense.solve(&[1.0, -90.0, -90.0], pencil.modes.as_ref()),
         Err(SeparatedError::NotPositiveDefinite { .. })
     ));
-    let load = BlockProblem::increment(
-        vec![],
-        &[vec![]],
-        &[vec![], vec![]],
-        sparse,
-        pencil.modes.as_ref(),
-    )
-    .unwrap();
+    let load =
+        BlockProblem::increment(vec![], &[vec![]], &[vec![], vec![]], sparse, pencil.modes.as_ref()).unwrap();
     let x = load.solve(&[]).unwrap();
     assert!(load.residual(&[], &x).norm_max() < 1e-13 * load.load(&[]).norm_max());
 }
@@ -421,11 +312,7 @@ fn density_and_stiffness_of_regions_share_one_problem() {
     let problem = BlockProblem::increment(axes, &mass, &stiffness, space, basis).unwrap();
     let reduction = reduced(&pencil, &problem, 1e-5);
     let fresh = FreshPoints::random(&reduction.problem, 100, 5).unwrap();
-    let options = EnrichmentOptions {
-        tolerance: 1e-4,
-        max_terms: 40,
-        ..Default::default()
-    };
+    let options = EnrichmentOptions { tolerance: 1e-4, max_terms: 40, ..Default::default() };
     let (u, _) = row("density and stiffness", &reduction, &fresh, 500, &options);
     let full = u.expand(reduction.basis.as_ref()).unwrap();
     // H solves (M₁ + ρ M₂ + θ K₁ + θ κ K₂) H = (M₁ + ρ M₂) B, and u is H − B.

@@ -87,17 +87,8 @@ impl CanonicalOptions {
 
     /// All repairs.
     pub fn repaired(tolerance: f64, max_terms: usize) -> CanonicalOptions {
-        let enrichment = EnrichmentOptions {
-            tolerance,
-            max_terms,
-            ..EnrichmentOptions::default()
-        };
-        CanonicalOptions {
-            scaled_coordinates: true,
-            separate_blocks: true,
-            one_axis_start: true,
-            enrichment,
-        }
+        let enrichment = EnrichmentOptions { tolerance, max_terms, ..EnrichmentOptions::default() };
+        CanonicalOptions { scaled_coordinates: true, separate_blocks: true, one_axis_start: true, enrichment }
     }
 }
 
@@ -147,38 +138,23 @@ pub fn separate<S: Space>(
     let mut reports = Vec::new();
     for (number, part) in parts.iter().enumerate() {
         let others: usize = parts.iter().skip(number + 1).map(|p| p.sources.len()).sum();
-        let left = options
-            .enrichment
-            .max_terms
-            .saturating_sub(solution.n_terms());
-        let max_terms = left
-            .saturating_sub(others)
-            .max(left.min(part.sources.len()));
+        let left = options.enrichment.max_terms.saturating_sub(solution.n_terms());
+        let max_terms = left.saturating_sub(others).max(left.min(part.sources.len()));
         if max_terms == 0 || part.sources.is_empty() {
             continue;
         }
-        let engine = EnrichmentOptions {
-            max_terms,
-            ..options.enrichment.clone()
-        };
+        let engine = EnrichmentOptions { max_terms, ..options.enrichment.clone() };
         let problem = part.problem(&inputs, &span)?;
         let points = fresh.of_part(part);
         let measure = |u: &Separated| points.error(u, &span);
-        let start = if options.one_axis_start {
-            Some(part.one_axis_terms(&inputs, &span, max_terms)?)
-        } else {
-            None
-        };
+        let start =
+            if options.one_axis_start { Some(part.one_axis_terms(&inputs, &span, max_terms)?) } else { None };
         let (found, report) = enrich(&problem, &engine, start.as_ref(), Some(&measure))?;
         solution = solution.concatenate(&part.embed(&inputs, &found)?)?;
         reports.push(report);
     }
     let error = fresh.stage_error(&inputs, &span, &solution);
-    Ok(Canonical {
-        solution: solution.expand(span.basis.as_ref())?,
-        error,
-        reports,
-    })
+    Ok(Canonical { solution: solution.expand(span.basis.as_ref())?, error, reports })
 }
 
 /// Ranges for the axes from coordinates seen in snapshots, `(n_coordinates, n_samples)`: the extreme values, widened by

@@ -24,24 +24,12 @@ impl Case {
         let n = self.beam.mass.nrows();
         let mut entries = Vec::new();
         for j in 0..n {
-            for (i, v) in self
-                .beam
-                .mass
-                .row_idx_of_col(j)
-                .zip(self.beam.mass.val_of_col(j))
-            {
-                let k = self.beam.stiffness[0]
-                    .as_ref()
-                    .get(i, j)
-                    .copied()
-                    .unwrap_or(0.0);
+            for (i, v) in self.beam.mass.row_idx_of_col(j).zip(self.beam.mass.val_of_col(j)) {
+                let k = self.beam.stiffness[0].as_ref().get(i, j).copied().unwrap_or(0.0);
                 entries.push(Triplet::new(i, j, m * v + self.dt.powi(2) * k));
             }
         }
-        SparseSpace::new(vec![
-            SparseColMat::try_new_from_triplets(n, n, &entries).unwrap(),
-        ])
-        .unwrap()
+        SparseSpace::new(vec![SparseColMat::try_new_from_triplets(n, n, &entries).unwrap()]).unwrap()
     }
 
     /// Ranges as free vibration from a tip load makes them: amplitude `a_j = φ_j(L)/λ_j`, velocity `ω a`, not centred.
@@ -54,33 +42,18 @@ impl Case {
             let size = |j: usize| amplitude(j) * self.beam.eigenvalues[j].sqrt().powi(power);
             (0..r).map(|j| (-1.1 * size(j), 0.9 * size(j))).collect()
         };
-        let weights = if second {
-            [-19.0, -5.0, 28.0]
-        } else {
-            [16.0, 8.0, 1.0]
-        };
-        let third = if second {
-            ("zeta_half_", 0, 1.0)
-        } else {
-            ("zeta_ddot_", 2, self.dt.powi(2))
-        };
+        let weights = if second { [-19.0, -5.0, 28.0] } else { [16.0, 8.0, 1.0] };
+        let third = if second { ("zeta_half_", 0, 1.0) } else { ("zeta_ddot_", 2, self.dt.powi(2)) };
         let families = [("zeta_", 0, 1.0), ("zeta_dot_", 1, self.dt), third];
-        let families = families
-            .iter()
-            .zip(weights)
-            .map(|((name, power, scale), w)| StateFamily {
-                name: name.to_string(),
-                unit: "1".into(),
-                ranges: range(*power),
-                scale: *scale,
-                columns: Mat::from_fn(n, r, |i, j| w * mb[(i, j)]),
-            });
+        let families = families.iter().zip(weights).map(|((name, power, scale), w)| StateFamily {
+            name: name.to_string(),
+            unit: "1".into(),
+            ranges: range(*power),
+            scale: *scale,
+            columns: Mat::from_fn(n, r, |i, j| w * mb[(i, j)]),
+        });
         let at = |s: usize| 2 * ((s + 1) * (n / 2) / positions - 1);
-        let loads = Mat::from_fn(
-            n,
-            positions,
-            |i, s| if i == at(s) { self.dt.powi(2) } else { 0.0 },
-        );
+        let loads = Mat::from_fn(n, positions, |i, s| if i == at(s) { self.dt.powi(2) } else { 0.0 });
         CanonicalStage {
             families: families.collect(),
             magnitude: (0.0, 1.0),
@@ -96,53 +69,23 @@ fn variants(rank: usize) -> Vec<(&'static str, CanonicalOptions)> {
     let chapter = CanonicalOptions::chapter(1e-7, rank);
     let all = CanonicalOptions::repaired(1e-7, rank);
     let updates = |o: &CanonicalOptions, update_sweeps: usize| CanonicalOptions {
-        enrichment: EnrichmentOptions {
-            update_sweeps,
-            ..o.enrichment.clone()
-        },
+        enrichment: EnrichmentOptions { update_sweeps, ..o.enrichment.clone() },
         ..o.clone()
     };
     vec![
         ("chapter", chapter.clone()),
-        (
-            "scaled coordinates",
-            CanonicalOptions {
-                scaled_coordinates: true,
-                ..chapter.clone()
-            },
-        ),
-        (
-            "separate blocks",
-            CanonicalOptions {
-                separate_blocks: true,
-                ..chapter.clone()
-            },
-        ),
-        (
-            "one-axis start",
-            CanonicalOptions {
-                one_axis_start: true,
-                ..chapter.clone()
-            },
-        ),
+        ("scaled coordinates", CanonicalOptions { scaled_coordinates: true, ..chapter.clone() }),
+        ("separate blocks", CanonicalOptions { separate_blocks: true, ..chapter.clone() }),
+        ("one-axis start", CanonicalOptions { one_axis_start: true, ..chapter.clone() }),
         ("updates", updates(&chapter, 3)),
-        (
-            "all but the start",
-            CanonicalOptions {
-                one_axis_start: false,
-                ..all.clone()
-            },
-        ),
+        ("all but the start", CanonicalOptions { one_axis_start: false, ..all.clone() }),
         ("all", all),
     ]
 }
 
 /// Runs all variants of both stages, prints the table, and gives the total, state and load errors by variant.
 fn table(case: &Case, positions: usize, second: bool) -> Vec<(usize, StageError)> {
-    let (stage, space) = (
-        case.stage(second, positions),
-        case.space(if second { 9.0 } else { 16.0 }),
-    );
+    let (stage, space) = (case.stage(second, positions), case.space(if second { 9.0 } else { 16.0 }));
     let energy = case.beam.energy();
     let modes = case.beam.modes.ncols();
     let share = load_share(&stage, &space, &energy).unwrap();
@@ -162,33 +105,20 @@ fn table(case: &Case, positions: usize, second: bool) -> Vec<(usize, StageError)
         );
         (terms, e)
     };
-    variants(3 * modes + positions)
-        .into_iter()
-        .map(run)
-        .collect()
+    variants(3 * modes + positions).into_iter().map(run).collect()
 }
 
 /// What the chapter and its repairs are expected to do on any body.
 fn check(rows: &[(usize, StageError)], rank: usize) {
-    let [chapter, scaled, separate, start, updates, _, all] = rows else {
-        panic!("seven variants")
-    };
-    assert!(
-        chapter.1.total > 1e-5 && chapter.1.total < 5e-2,
-        "a baseline, neither broken nor good enough"
-    );
+    let [chapter, scaled, separate, start, updates, _, all] = rows else { panic!("seven variants") };
+    assert!(chapter.1.total > 1e-5 && chapter.1.total < 5e-2, "a baseline, neither broken nor good enough");
     assert!(chapter.1.load > 1e-2, "a global tolerance drops the load");
     // A change of units is none of the terms' business; rounding, amplified along the greedy path, is.
     assert!((scaled.1.total / chapter.1.total).log2().abs() < 1.0);
     assert!(separate.1.load < chapter.1.load);
     assert!(updates.1.load < 0.5 * chapter.1.load);
     for exact in [start, all] {
-        assert!(
-            exact.0 <= rank
-                && exact.1.total <= 1e-6
-                && exact.1.state <= 1e-6
-                && exact.1.load <= 1e-6
-        );
+        assert!(exact.0 <= rank && exact.1.total <= 1e-6 && exact.1.state <= 1e-6 && exact.1.load <= 1e-6);
     }
 }
 
@@ -221,21 +151,12 @@ fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
         stage.components = vec![(-1.0, 1.0), (-0.5, 1.0), (0.0, 1.0)];
         stage.loads = Mat::from_fn(192, 12, |i, s| if i == 3 * s + 150 { 2.0 } else { 0.0 });
         let space = case.space(if second { 9.0 } else { 16.0 });
-        let found = separate(
-            &stage,
-            &space,
-            &energy,
-            &CanonicalOptions::repaired(1e-8, 18 + 12),
-        )
-        .unwrap();
+        let found = separate(&stage, &space, &energy, &CanonicalOptions::repaired(1e-8, 18 + 12)).unwrap();
         assert!(found.solution.n_terms() <= 18 + 12);
         let axes = found.solution.axes();
         assert_eq!(axes.len(), 18 + 1 + 3 + 1);
-        let point: Vec<f64> = axes
-            .iter()
-            .enumerate()
-            .map(|(a, axis)| axis.at_fraction((0.37 * a as f64).fract()))
-            .collect();
+        let point: Vec<f64> =
+            axes.iter().enumerate().map(|(a, axis)| axis.at_fraction((0.37 * a as f64).fract())).collect();
         let mut load = Mat::<f64>::zeros(192, 1);
         for (family, values) in stage.families.iter().zip(point.chunks(6)) {
             // scaled coordinates, so the columns apply as they are
@@ -248,10 +169,7 @@ fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
         }
         let exact = space.solve(&[1.0], load.as_ref()).unwrap();
         let gap = &exact - found.solution.evaluate(&point).unwrap();
-        assert!(
-            gap.norm_max() < 1e-8 * exact.norm_max(),
-            "the tolerance asked for; in fact rounding"
-        );
+        assert!(gap.norm_max() < 1e-8 * exact.norm_max(), "the tolerance asked for; in fact rounding");
         // leaving any range is an error that names the axis, not a clamp
         for a in 0..axes.len() {
             let mut outside = point.clone();
@@ -269,37 +187,21 @@ fn fewer_terms_than_sources_keep_the_largest_and_say_so() {
     let case = Case::new(Pencil::beam(60, 1, 4));
     let (stage, space, energy) = (case.stage(false, 6), case.space(16.0), case.beam.energy());
     let error = |terms: usize| {
-        let found = separate(
-            &stage,
-            &space,
-            &energy,
-            &CanonicalOptions::repaired(1e-9, terms),
-        )
-        .unwrap();
+        let found = separate(&stage, &space, &energy, &CanonicalOptions::repaired(1e-9, terms)).unwrap();
         assert!(found.solution.n_terms() <= terms);
         found.error.total
     };
     let errors: Vec<f64> = [6, 9, 12, 18].into_iter().map(error).collect();
-    assert!(
-        errors.is_sorted_by(|a, b| a >= b) && errors[0] > 1e-6 && errors[3] < 1e-9,
-        "{errors:?}"
-    );
+    assert!(errors.is_sorted_by(|a, b| a >= b) && errors[0] > 1e-6 && errors[3] < 1e-9, "{errors:?}");
 }
 
 #[test]
 fn ranges_hold_all_samples_and_rest() {
-    let seen = Mat::from_fn(
-        2,
-        3,
-        |i, j| if i == 0 { 1.0 + j as f64 } else { -(j as f64) },
-    );
+    let seen = Mat::from_fn(2, 3, |i, j| if i == 0 { 1.0 + j as f64 } else { -(j as f64) });
     let found = ranges(seen.as_ref(), 0.1);
     // [0, 3] and [−2, 0], widened by a tenth of their length
     let expected = [(-0.3, 3.3), (-2.2, 0.2)];
     for (f, e) in found.iter().zip(expected) {
-        assert!(
-            (f.0 - e.0).abs() < 1e-15 && (f.1 - e.1).abs() < 1e-15,
-            "{found:?}"
-        );
+        assert!((f.0 - e.0).abs() < 1e-15 && (f.1 - e.1).abs() < 1e-15, "{found:?}");
     }
 }

@@ -79,12 +79,7 @@ pub(crate) struct Progress {
 
 impl Progress {
     pub(crate) fn new(start: Separated, error: f64) -> Progress {
-        Progress {
-            best: start,
-            error,
-            history: Vec::new(),
-            milestone: (f64::INFINITY, 0),
-        }
+        Progress { best: start, error, history: Vec::new(), milestone: (f64::INFINITY, 0) }
     }
 
     /// Records a candidate; says whether, and why, to stop.
@@ -114,14 +109,7 @@ impl Progress {
     }
 
     pub(crate) fn finish(self, stop: StopReason) -> (Separated, EnrichmentReport) {
-        (
-            self.best.normalised(),
-            EnrichmentReport {
-                history: self.history,
-                error: self.error,
-                stop,
-            },
-        )
+        (self.best.normalised(), EnrichmentReport { history: self.history, error: self.error, stop })
     }
 }
 
@@ -177,33 +165,22 @@ impl Stack {
     fn residual<S: Space>(problem: &Problem<S>, u: &Separated) -> Stack {
         let (given, terms) = (problem.sources.len(), u.n_terms());
         let total = given + problem.operators.len() * terms;
-        let lifted: Vec<Mat<f64>> = (0..problem.operators.len())
-            .map(|t| apply_to_blocks(&problem.space, t, u))
-            .collect();
+        let lifted: Vec<Mat<f64>> =
+            (0..problem.operators.len()).map(|t| apply_to_blocks(&problem.space, t, u)).collect();
         let n = u.n_rows();
-        let blocks = Mat::from_fn(u.blocks().nrows(), total, |j, s| {
-            match s.checked_sub(given) {
-                None => problem.sources[s].block[(j % n, j / n)],
-                Some(k) => -lifted[k / terms][(j, k % terms)],
-            }
+        let blocks = Mat::from_fn(u.blocks().nrows(), total, |j, s| match s.checked_sub(given) {
+            None => problem.sources[s].block[(j % n, j / n)],
+            Some(k) => -lifted[k / terms][(j, k % terms)],
         });
         let vectors = (0..problem.axes.len()).map(|a| {
-            let applied: Vec<Mat<f64>> = problem
-                .operators
-                .iter()
-                .map(|o| o[a].apply_all(u.factors(a)))
-                .collect();
-            Mat::from_fn(problem.axes[a].len(), total, |j, s| {
-                match s.checked_sub(given) {
-                    None => problem.sources[s].vectors[a][j],
-                    Some(k) => applied[k / terms][(j, k % terms)],
-                }
+            let applied: Vec<Mat<f64>> =
+                problem.operators.iter().map(|o| o[a].apply_all(u.factors(a))).collect();
+            Mat::from_fn(problem.axes[a].len(), total, |j, s| match s.checked_sub(given) {
+                None => problem.sources[s].vectors[a][j],
+                Some(k) => applied[k / terms][(j, k % terms)],
             })
         });
-        Stack {
-            vectors: vectors.collect(),
-            blocks,
-        }
+        Stack { vectors: vectors.collect(), blocks }
     }
 
     fn n_sources(&self) -> usize {
@@ -214,9 +191,7 @@ impl Stack {
 /// `S_t F_i` of all terms, `(n_rows · n_columns, n_terms)`.
 pub(crate) fn apply_to_blocks<S: Space>(space: &S, t: usize, u: &Separated) -> Mat<f64> {
     let (n, c) = (u.n_rows(), u.n_columns());
-    let wide = Mat::from_fn(n, c * u.n_terms(), |i, j| {
-        u.blocks()[(i + (j % c) * n, j / c)]
-    });
+    let wide = Mat::from_fn(n, c * u.n_terms(), |i, j| u.blocks()[(i + (j % c) * n, j / c)]);
     let applied = space.apply(t, wide.as_ref());
     Mat::from_fn(n * c, u.n_terms(), |j, i| applied[(j % n, i * c + j / n)])
 }
@@ -229,9 +204,7 @@ fn rank_one<S: Space>(
     max_sweeps: usize,
 ) -> Result<Option<Separated>, SeparatedError> {
     let axes = problem.axes.len();
-    let mut seen: Vec<Vec<f64>> = (0..axes)
-        .map(|a| against(&sources.vectors[a], &g[a]))
-        .collect();
+    let mut seen: Vec<Vec<f64>> = (0..axes).map(|a| against(&sources.vectors[a], &g[a])).collect();
     let mut energy: Vec<Vec<f64>> = (0..axes).map(|a| problem.energies(a, &g[a])).collect();
     let mut block = solve_block(problem, sources, &seen, &energy)?;
     for _ in 0..max_sweeps {
@@ -240,18 +213,12 @@ fn rank_one<S: Space>(
         }
         let on_block = against_block(&sources.blocks, &block);
         let block_energy: Vec<f64> = (0..problem.operators.len())
-            .map(|t| {
-                inner(
-                    block.as_ref(),
-                    problem.space.apply(t, block.as_ref()).as_ref(),
-                )
-            })
+            .map(|t| inner(block.as_ref(), problem.space.apply(t, block.as_ref()).as_ref()))
             .collect();
         let mut change = 0.0f64;
         for a in 0..axes {
-            let weights: Vec<f64> = (0..sources.n_sources())
-                .map(|s| on_block[s] * without(&seen, a, s))
-                .collect();
+            let weights: Vec<f64> =
+                (0..sources.n_sources()).map(|s| on_block[s] * without(&seen, a, s)).collect();
             let rhs = combination(&sources.vectors[a], &weights);
             let mut operator = AxisOperator::diagonal(vec![0.0; rhs.len()]);
             for (t, o) in problem.operators.iter().enumerate() {
@@ -272,13 +239,9 @@ fn rank_one<S: Space>(
             break;
         }
     }
-    let factors = g
-        .iter()
-        .map(|g| Mat::from_fn(g.len(), 1, |j, _| g[j]))
-        .collect();
-    let flat = Mat::from_fn(block.nrows() * block.ncols(), 1, |j, _| {
-        block[(j % block.nrows(), j / block.nrows())]
-    });
+    let factors = g.iter().map(|g| Mat::from_fn(g.len(), 1, |j, _| g[j])).collect();
+    let flat =
+        Mat::from_fn(block.nrows() * block.ncols(), 1, |j, _| block[(j % block.nrows(), j / block.nrows())]);
     Separated::new(problem.axes.clone(), factors, flat, block.nrows()).map(Some)
 }
 
@@ -289,27 +252,17 @@ fn solve_block<S: Space>(
     seen: &[Vec<f64>],
     energy: &[Vec<f64>],
 ) -> Result<Mat<f64>, SeparatedError> {
-    let weights: Vec<f64> = (0..sources.n_sources())
-        .map(|s| without(seen, usize::MAX, s))
-        .collect();
+    let weights: Vec<f64> = (0..sources.n_sources()).map(|s| without(seen, usize::MAX, s)).collect();
     let rhs = combination(&sources.blocks, &weights);
-    let operator: Vec<f64> = (0..problem.operators.len())
-        .map(|t| without(energy, usize::MAX, t))
-        .collect();
-    problem.space.solve(
-        &operator,
-        MatRef::from_column_major_slice(&rhs, problem.space.n_rows(), problem.n_columns),
-    )
+    let operator: Vec<f64> = (0..problem.operators.len()).map(|t| without(energy, usize::MAX, t)).collect();
+    problem
+        .space
+        .solve(&operator, MatRef::from_column_major_slice(&rhs, problem.space.n_rows(), problem.n_columns))
 }
 
 /// `Π_{b≠a} values[b][s]`.
 fn without(values: &[Vec<f64>], a: usize, s: usize) -> f64 {
-    values
-        .iter()
-        .enumerate()
-        .filter(|(b, _)| *b != a)
-        .map(|(_, v)| v[s])
-        .product()
+    values.iter().enumerate().filter(|(b, _)| *b != a).map(|(_, v)| v[s]).product()
 }
 
 /// `Vᵀ g`.
@@ -320,9 +273,7 @@ fn against(v: &Mat<f64>, g: &[f64]) -> Vec<f64> {
 
 fn against_block(blocks: &Mat<f64>, block: &Mat<f64>) -> Vec<f64> {
     let n = block.nrows();
-    let flat: Vec<f64> = (0..n * block.ncols())
-        .map(|j| block[(j % n, j / n)])
-        .collect();
+    let flat: Vec<f64> = (0..n * block.ncols()).map(|j| block[(j % n, j / n)]).collect();
     against(blocks, &flat)
 }
 
@@ -336,10 +287,7 @@ fn combination(v: &Mat<f64>, w: &[f64]) -> Vec<f64> {
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let largest = a.iter().chain(b).fold(0.0f64, |m, v| m.max(v.abs()));
     let sign = if dot(a, b) < 0.0 { -1.0 } else { 1.0 };
-    a.iter()
-        .zip(b)
-        .fold(0.0f64, |m, (x, y)| m.max((x - sign * y).abs()))
-        / largest
+    a.iter().zip(b).fold(0.0f64, |m, (x, y)| m.max((x - sign * y).abs())) / largest
 }
 
 impl<S: Space> Problem<S> {
@@ -360,12 +308,9 @@ impl<S: Space> Problem<S> {
         let on_axis = |a: usize| {
             let mut g: Vec<f64> = if at_source && !self.sources.is_empty() {
                 // The first operator stands in for the Gram matrix (it is one in the canonical problem).
-                self.operators[0][a]
-                    .solve(self.sources[term % self.sources.len()].vectors[a].clone())
+                self.operators[0][a].solve(self.sources[term % self.sources.len()].vectors[a].clone())
             } else {
-                (0..self.axes[a].len())
-                    .map(|_| 0.5 + random.uniform())
-                    .collect()
+                (0..self.axes[a].len()).map(|_| 0.5 + random.uniform()).collect()
             };
             if !self.normalise(a, &mut g) {
                 g = vec![1.0; self.axes[a].len()];
@@ -377,9 +322,7 @@ impl<S: Space> Problem<S> {
 
     /// `count` random grid points, one point number per axis each.
     pub(crate) fn random_indices(&self, count: usize, random: &mut Random) -> Vec<Vec<usize>> {
-        (0..count)
-            .map(|_| self.axes.iter().map(|a| random.below(a.len())).collect())
-            .collect()
+        (0..count).map(|_| self.axes.iter().map(|a| random.below(a.len())).collect()).collect()
     }
 
     /// Relative residual `‖b − A u‖ / ‖b‖` over the given grid points: the true one, formed entry by entry, so that it is
@@ -389,28 +332,16 @@ impl<S: Space> Problem<S> {
         let given = self.sources.len();
         let (mut left, mut load) = (0.0, 0.0);
         for index in points {
-            let weight = |s: usize| {
-                index
-                    .iter()
-                    .zip(&stack.vectors)
-                    .map(|(&j, v)| v[(j, s)])
-                    .product::<f64>()
-            };
+            let weight =
+                |s: usize| index.iter().zip(&stack.vectors).map(|(&j, v)| v[(j, s)]).product::<f64>();
             let weights: Vec<f64> = (0..stack.n_sources()).map(weight).collect();
             let total = combination(&stack.blocks, &weights);
-            let only: Vec<f64> = weights
-                .iter()
-                .enumerate()
-                .map(|(s, w)| if s < given { *w } else { 0.0 })
-                .collect();
+            let only: Vec<f64> =
+                weights.iter().enumerate().map(|(s, w)| if s < given { *w } else { 0.0 }).collect();
             let b = combination(&stack.blocks, &only);
             left += dot(&total, &total);
             load += dot(&b, &b);
         }
-        if load > 0.0 {
-            (left / load).sqrt()
-        } else {
-            left.sqrt()
-        }
+        if load > 0.0 { (left / load).sqrt() } else { left.sqrt() }
     }
 }

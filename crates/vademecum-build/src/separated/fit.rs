@@ -40,34 +40,20 @@ pub fn fit(
     options: &EnrichmentOptions,
     measure: Option<&dyn Fn(&Separated) -> f64>,
 ) -> Result<(Separated, EnrichmentReport), SeparatedError> {
-    check_len(
-        "sampled blocks",
-        samples.index.len(),
-        samples.values.ncols(),
-    )?;
+    check_len("sampled blocks", samples.index.len(), samples.values.ncols())?;
     samples
         .index
         .iter()
         .try_for_each(|i| check_len("point numbers of a sample", samples.axes.len(), i.len()))?;
     let (span, fitter) = Fitter::new(samples, options)?;
     let mut state = fitter.empty();
-    let mut progress = Progress::new(
-        Separated::zero(&samples.axes, samples.n_rows, span.nrows() / samples.n_rows),
-        1.0,
-    );
+    let mut progress =
+        Progress::new(Separated::zero(&samples.axes, samples.n_rows, span.nrows() / samples.n_rows), 1.0);
     loop {
         // Late terms are small and many: a few at a time share one update, which also makes up for a short search.
         let updated = options.update_sweeps > 0;
-        let batch = if updated {
-            1 + state.blocks.ncols().saturating_sub(48) / 16
-        } else {
-            1
-        };
-        let sweeps = if updated {
-            options.max_sweeps.min(6)
-        } else {
-            options.max_sweeps
-        };
+        let batch = if updated { 1 + state.blocks.ncols().saturating_sub(48) / 16 } else { 1 };
+        let sweeps = if updated { options.max_sweeps.min(6) } else { options.max_sweeps };
         for _ in 0..batch.min(options.max_terms - state.blocks.ncols()) {
             if !fitter.add_term(&mut state, sweeps) {
                 return Ok(progress.finish(StopReason::Stagnation));
@@ -79,14 +65,8 @@ pub fn fit(
             fitter.sweep(&mut state);
         }
         let blocks = product(span.as_ref(), state.blocks.as_ref());
-        let now = Separated::new(
-            samples.axes.clone(),
-            state.factors.clone(),
-            blocks,
-            samples.n_rows,
-        )?;
-        let error =
-            measure.map_or_else(|| norm(state.residual.as_ref()) / fitter.size, |m| m(&now));
+        let now = Separated::new(samples.axes.clone(), state.factors.clone(), blocks, samples.n_rows)?;
+        let error = measure.map_or_else(|| norm(state.residual.as_ref()) / fitter.size, |m| m(&now));
         if let Some(stop) = progress.record(&now, error, options) {
             return Ok(progress.finish(stop));
         }
@@ -119,38 +99,15 @@ impl Fitter {
         options: &EnrichmentOptions,
     ) -> Result<(Mat<f64>, Fitter), SeparatedError> {
         let count = samples.index.len();
-        let sizes: Vec<f64> = (0..count)
-            .map(|p| norm(samples.values.as_ref().subcols(p, 1)))
-            .collect();
-        let weight: Vec<f64> = sizes
-            .iter()
-            .map(|s| if *s > 0.0 { s.recip() } else { 0.0 })
-            .collect();
-        let weighted = Mat::from_fn(samples.values.nrows(), count, |j, p| {
-            samples.values[(j, p)] * weight[p]
-        });
-        let span = shared_span(
-            weighted.as_ref(),
-            1e-2 * options.tolerance,
-            &mut Random::new(options.seed),
-        )?;
+        let sizes: Vec<f64> = (0..count).map(|p| norm(samples.values.as_ref().subcols(p, 1))).collect();
+        let weight: Vec<f64> = sizes.iter().map(|s| if *s > 0.0 { s.recip() } else { 0.0 }).collect();
+        let weighted = Mat::from_fn(samples.values.nrows(), count, |j, p| samples.values[(j, p)] * weight[p]);
+        let span = shared_span(weighted.as_ref(), 1e-2 * options.tolerance, &mut Random::new(options.seed))?;
         let values = transposed_product(weighted.as_ref(), span.as_ref());
         let lengths: Vec<usize> = samples.axes.iter().map(Axis::len).collect();
-        let groups = (0..lengths.len())
-            .map(|a| group(&samples.index, a, lengths[a]))
-            .collect();
+        let groups = (0..lengths.len()).map(|a| group(&samples.index, a, lengths[a])).collect();
         let size = norm(values.as_ref());
-        Ok((
-            span,
-            Fitter {
-                lengths,
-                index: samples.index.clone(),
-                groups,
-                weight,
-                values,
-                size,
-            },
-        ))
+        Ok((span, Fitter { lengths, index: samples.index.clone(), groups, weight, values, size }))
     }
 
     fn empty(&self) -> State {
@@ -170,10 +127,7 @@ impl Fitter {
             for i in 0..terms {
                 let g = column(g, i);
                 let column = out.col_as_slice_mut(i);
-                column
-                    .iter_mut()
-                    .zip(&self.index)
-                    .for_each(|(v, index)| *v *= g[index[a]]);
+                column.iter_mut().zip(&self.index).for_each(|(v, index)| *v *= g[index[a]]);
             }
         }
         out
@@ -186,11 +140,8 @@ impl Fitter {
             return false;
         };
         let mut block = Mat::from_fn(self.values.ncols(), 1, |k, _| state.residual[(worst, k)]);
-        let mut factors: Vec<Mat<f64>> = self
-            .lengths
-            .iter()
-            .map(|l| Mat::from_fn(*l, 1, |_, _| 1.0))
-            .collect();
+        let mut factors: Vec<Mat<f64>> =
+            self.lengths.iter().map(|l| Mat::from_fn(*l, 1, |_, _| 1.0)).collect();
         for _ in 0..max_sweeps {
             let mut change = 0.0f64;
             for a in 0..self.lengths.len() {
@@ -212,29 +163,17 @@ impl Fitter {
             }
         }
         let join = |a: &Mat<f64>, b: &Mat<f64>| {
-            Mat::from_fn(a.nrows(), a.ncols() + 1, |i, j| {
-                if j < a.ncols() { a[(i, j)] } else { b[(i, 0)] }
-            })
+            Mat::from_fn(a.nrows(), a.ncols() + 1, |i, j| if j < a.ncols() { a[(i, j)] } else { b[(i, 0)] })
         };
         let k = self.weighted(self.products(&factors, None));
         add_product(state.residual.as_mut(), -1.0, k.as_ref(), block.transpose());
-        state
-            .factors
-            .iter_mut()
-            .zip(&factors)
-            .for_each(|(g, new)| *g = join(g, new));
+        state.factors.iter_mut().zip(&factors).for_each(|(g, new)| *g = join(g, new));
         state.blocks = join(&state.blocks, &block);
         true
     }
 
     /// `g_j = Σ_{p∈j} k_p ⟨e_p, f⟩ / (‖f‖² Σ_{p∈j} k_p²)` for one term.
-    fn best_factor(
-        &self,
-        residual: &Mat<f64>,
-        block: &Mat<f64>,
-        factors: &[Mat<f64>],
-        a: usize,
-    ) -> Mat<f64> {
+    fn best_factor(&self, residual: &Mat<f64>, block: &Mat<f64>, factors: &[Mat<f64>], a: usize) -> Mat<f64> {
         let k = self.weighted(self.products(factors, Some(a)));
         let seen = product(residual.as_ref(), block.as_ref());
         let energy = norm(block.as_ref()).powi(2);
@@ -243,21 +182,12 @@ impl Fitter {
             above[index[a]] += k[(p, 0)] * seen[(p, 0)];
             below[index[a]] += k[(p, 0)] * k[(p, 0)] * energy;
         }
-        Mat::from_fn(self.lengths[a], 1, |j, _| {
-            if below[j] > 0.0 {
-                above[j] / below[j]
-            } else {
-                0.0
-            }
-        })
+        Mat::from_fn(self.lengths[a], 1, |j, _| if below[j] > 0.0 { above[j] / below[j] } else { 0.0 })
     }
 
     fn weighted(&self, mut k: Mat<f64>) -> Mat<f64> {
         for i in 0..k.ncols() {
-            k.col_as_slice_mut(i)
-                .iter_mut()
-                .zip(&self.weight)
-                .for_each(|(v, w)| *v *= w);
+            k.col_as_slice_mut(i).iter_mut().zip(&self.weight).for_each(|(v, w)| *v *= w);
         }
         k
     }
@@ -277,12 +207,7 @@ impl Fitter {
         let pull = transposed_product(k.as_ref(), state.residual.as_ref());
         let correction = solve_semidefinite(gram.as_ref(), pull);
         state.blocks = &state.blocks + correction.transpose();
-        add_product(
-            state.residual.as_mut(),
-            -1.0,
-            k.as_ref(),
-            correction.as_ref(),
-        );
+        add_product(state.residual.as_mut(), -1.0, k.as_ref(), correction.as_ref());
     }
 
     fn update_axis(&self, state: &mut State, a: usize) {
@@ -298,15 +223,10 @@ impl Fitter {
             let own = Mat::from_fn(members.len(), terms, |q, i| k[(members[q], i)]);
             let gram = transposed_product(own.as_ref(), own.as_ref());
             let gram = Mat::from_fn(terms, terms, |i, l| gram[(i, l)] * blocks[(i, l)]);
-            let pull = |i: usize| {
-                (0..members.len())
-                    .map(|q| own[(q, i)] * seen[(members[q], i)])
-                    .sum()
-            };
+            let pull = |i: usize| (0..members.len()).map(|q| own[(q, i)] * seen[(members[q], i)]).sum();
             solve_semidefinite(gram.as_ref(), Mat::from_fn(terms, 1, |i, _| pull(i)))
         };
-        let corrections: Vec<Mat<f64>> =
-            (0..self.lengths[a]).into_par_iter().map(solve_at).collect();
+        let corrections: Vec<Mat<f64>> = (0..self.lengths[a]).into_par_iter().map(solve_at).collect();
         for (j, correction) in corrections.iter().enumerate() {
             for i in 0..terms {
                 state.factors[a][(j, i)] += correction[(i, 0)];
@@ -315,12 +235,7 @@ impl Fitter {
                     .for_each(|&p| step[(p, i)] = k[(p, i)] * correction[(i, 0)]);
             }
         }
-        add_product(
-            state.residual.as_mut(),
-            -1.0,
-            step.as_ref(),
-            state.blocks.transpose(),
-        );
+        add_product(state.residual.as_mut(), -1.0, step.as_ref(), state.blocks.transpose());
     }
 }
 
@@ -330,10 +245,7 @@ fn balance(g: &mut Mat<f64>, blocks: &mut Mat<f64>) {
         let size = column(g, i).iter().fold(0.0f64, |m, v| m.max(v.abs()));
         if size > 0.0 {
             g.col_as_slice_mut(i).iter_mut().for_each(|v| *v /= size);
-            blocks
-                .col_as_slice_mut(i)
-                .iter_mut()
-                .for_each(|v| *v *= size);
+            blocks.col_as_slice_mut(i).iter_mut().for_each(|v| *v *= size);
         }
     }
 }
@@ -342,19 +254,13 @@ fn balance(g: &mut Mat<f64>, blocks: &mut Mat<f64>) {
 fn group(index: &[Vec<usize>], a: usize, length: usize) -> (Vec<usize>, Vec<usize>) {
     let mut order: Vec<usize> = (0..index.len()).collect();
     order.sort_by_key(|&p| index[p][a]);
-    let starts = (0..=length)
-        .map(|j| order.partition_point(|&p| index[p][a] < j))
-        .collect();
+    let starts = (0..=length).map(|j| order.partition_point(|&p| index[p][a] < j)).collect();
     (order, starts)
 }
 
 /// Orthonormal basis of what the columns of `a` share, to a relative `tolerance` in the Frobenius norm: a decomposition
 /// of random mixtures of the columns, doubled until nothing is missed; exact when there are few columns.
-fn shared_span(
-    a: MatRef<'_, f64>,
-    tolerance: f64,
-    random: &mut Random,
-) -> Result<Mat<f64>, SeparatedError> {
+fn shared_span(a: MatRef<'_, f64>, tolerance: f64, random: &mut Random) -> Result<Mat<f64>, SeparatedError> {
     let mut sketch = 128;
     loop {
         let direct = 2 * sketch >= a.ncols().min(a.nrows());

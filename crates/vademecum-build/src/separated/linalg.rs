@@ -97,28 +97,18 @@ impl Cholesky {
     /// Factorises; `None` when a pivot is not positive.
     pub(crate) fn new(mut a: Mat<f64>) -> Option<Cholesky> {
         let n = a.nrows();
-        let scratch =
-            llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
+        let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
         let mut buffer = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut buffer);
-        llt::factor::cholesky_in_place(
-            a.as_mut(),
-            Default::default(),
-            Par::Seq,
-            stack,
-            Default::default(),
-        )
-        .ok()?;
+        llt::factor::cholesky_in_place(a.as_mut(), Default::default(), Par::Seq, stack, Default::default())
+            .ok()?;
         (0..n).all(|i| a[(i, i)].is_finite()).then_some(Cholesky(a))
     }
 
     /// Overwrites `rhs` with `A⁻¹ rhs`.
     pub(crate) fn solve_in_place(&self, rhs: MatMut<'_, f64>) {
-        let mut buffer = MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(
-            self.0.nrows(),
-            rhs.ncols(),
-            Par::Seq,
-        ));
+        let mut buffer =
+            MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(self.0.nrows(), rhs.ncols(), Par::Seq));
         llt::solve::solve_in_place(self.0.as_ref(), rhs, Par::Seq, MemStack::new(&mut buffer));
     }
 }
@@ -128,15 +118,8 @@ impl Cholesky {
 /// in W) upwards. Directions below the ridge are left where they are, so `R` should be a residual, not a total.
 pub(crate) fn solve_semidefinite(w: MatRef<'_, f64>, mut rhs: Mat<f64>) -> Mat<f64> {
     let n = w.nrows();
-    let scale: Vec<f64> = (0..n)
-        .map(|i| {
-            if w[(i, i)] > 0.0 {
-                w[(i, i)].sqrt().recip()
-            } else {
-                0.0
-            }
-        })
-        .collect();
+    let scale: Vec<f64> =
+        (0..n).map(|i| if w[(i, i)] > 0.0 { w[(i, i)].sqrt().recip() } else { 0.0 }).collect();
     let scaled = Mat::from_fn(n, n, |i, j| w[(i, j)] * scale[i] * scale[j]);
     let mut ridge = 1e-14 * n as f64;
     let factor = loop {
@@ -172,23 +155,14 @@ pub(crate) fn thin_svd(a: MatRef<'_, f64>) -> Result<ThinSvd, SeparatedError> {
     let size = m.min(n);
     let largest = a.norm_max();
     if !largest.is_finite() {
-        return Err(SeparatedError::NoConvergence {
-            what: "singular value decomposition",
-        });
+        return Err(SeparatedError::NoConvergence { what: "singular value decomposition" });
     }
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let scaled = Mat::from_fn(m, n, |i, j| a[(i, j)] / scale);
     let (mut u, mut v) = (Mat::zeros(m, size), Mat::zeros(n, size));
     let mut s = faer::diag::Diag::<f64>::zeros(size);
     let thin = svd::ComputeSvdVectors::Thin;
-    let mut buffer = MemBuffer::new(svd::svd_scratch::<f64>(
-        m,
-        n,
-        thin,
-        thin,
-        Par::Seq,
-        Default::default(),
-    ));
+    let mut buffer = MemBuffer::new(svd::svd_scratch::<f64>(m, n, thin, thin, Par::Seq, Default::default()));
     let stack = MemStack::new(&mut buffer);
     svd::svd(
         scaled.as_ref(),
@@ -199,9 +173,7 @@ pub(crate) fn thin_svd(a: MatRef<'_, f64>) -> Result<ThinSvd, SeparatedError> {
         stack,
         Default::default(),
     )
-    .map_err(|_| SeparatedError::NoConvergence {
-        what: "singular value decomposition",
-    })?;
+    .map_err(|_| SeparatedError::NoConvergence { what: "singular value decomposition" })?;
     let values = (0..size).map(|i| s.column_vector()[i] * scale).collect();
     Ok((u, values, v))
 }
@@ -232,17 +204,9 @@ mod tests {
                 0.0
             }
         });
-        let x = solve_semidefinite(
-            w.as_ref(),
-            Mat::from_fn(3, 1, |i, _| if i < 2 { 8.0 } else { 3.0 }),
-        );
+        let x = solve_semidefinite(w.as_ref(), Mat::from_fn(3, 1, |i, _| if i < 2 { 8.0 } else { 3.0 }));
         // the ridge of 3e-14 moves the solution by that much, amplified by nothing in the range of W
-        assert!(
-            (4.0 * (x[(0, 0)] + x[(1, 0)]) - 8.0).abs() < 1e-11 && (x[(2, 0)] - 3.0).abs() < 1e-11
-        );
-        assert!(
-            (x[(0, 0)] - x[(1, 0)]).abs() < 1e-1,
-            "the null direction (1,−1,0) is not excited"
-        );
+        assert!((4.0 * (x[(0, 0)] + x[(1, 0)]) - 8.0).abs() < 1e-11 && (x[(2, 0)] - 3.0).abs() < 1e-11);
+        assert!((x[(0, 0)] - x[(1, 0)]).abs() < 1e-1, "the null direction (1,−1,0) is not excited");
     }
 }

@@ -23,11 +23,7 @@ pub struct AxisOperator {
 impl AxisOperator {
     /// `diag(d)`.
     pub fn diagonal(diagonal: Vec<f64>) -> AxisOperator {
-        AxisOperator {
-            lower: Vec::new(),
-            diagonal,
-            upper: Vec::new(),
-        }
+        AxisOperator { lower: Vec::new(), diagonal, upper: Vec::new() }
     }
 
     /// With `lower[j]` at `(j+1, j)` and `upper[j]` at `(j, j+1)`, each one shorter than the diagonal.
@@ -36,11 +32,7 @@ impl AxisOperator {
             lower.len() + 1 == diagonal.len() && upper.len() + 1 == diagonal.len(),
             "lengths of the diagonals"
         );
-        AxisOperator {
-            lower,
-            diagonal,
-            upper,
-        }
+        AxisOperator { lower, diagonal, upper }
     }
 
     /// Number of points.
@@ -73,10 +65,7 @@ impl AxisOperator {
         let mut out = Mat::zeros(g.nrows(), g.ncols());
         for i in 0..g.ncols() {
             let column: Vec<f64> = (0..g.nrows()).map(|j| g[(j, i)]).collect();
-            self.apply(&column)
-                .into_iter()
-                .enumerate()
-                .for_each(|(j, v)| out[(j, i)] = v);
+            self.apply(&column).into_iter().enumerate().for_each(|(j, v)| out[(j, i)] = v);
         }
         out
     }
@@ -92,8 +81,7 @@ impl AxisOperator {
             self.lower = vec![0.0; other.lower.len()];
             self.upper = self.lower.clone();
         }
-        let add =
-            |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(t, f)| *t += w * f);
+        let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(t, f)| *t += w * f);
         add(&mut self.diagonal, &other.diagonal);
         add(&mut self.lower, &other.lower);
         add(&mut self.upper, &other.upper);
@@ -174,9 +162,8 @@ impl Space for DenseSpace {
         for (w, m) in weights.iter().zip(&self.matrices) {
             axpy(sum.as_mut(), *w, m.as_ref());
         }
-        let factor = Cholesky::new(sum).ok_or(SeparatedError::NotPositiveDefinite {
-            what: "weighted space operator",
-        })?;
+        let factor = Cholesky::new(sum)
+            .ok_or(SeparatedError::NotPositiveDefinite { what: "weighted space operator" })?;
         let mut x = rhs.to_owned();
         factor.solve_in_place(x.as_mut());
         Ok(x)
@@ -201,11 +188,7 @@ impl SparseSpace {
     /// [`SeparatedError::Shape`] when the sizes or patterns differ or there is no matrix.
     pub fn new(matrices: Vec<SparseColMat<usize, f64>>) -> Result<SparseSpace, SeparatedError> {
         let Some(first) = matrices.first() else {
-            return Err(SeparatedError::Shape {
-                what: "space matrices",
-                expected: 1,
-                found: 0,
-            });
+            return Err(SeparatedError::Shape { what: "space matrices", expected: 1, found: 0 });
         };
         for m in &matrices {
             check_len("rows of a space matrix", first.nrows(), m.nrows())?;
@@ -217,32 +200,19 @@ impl SparseSpace {
                 if same { m.compute_nnz() } else { 0 },
             )?;
         }
-        let symbolic = SymbolicLlt::try_new(first.symbolic(), Side::Lower).map_err(|_| {
-            SeparatedError::NoConvergence {
-                what: "symbolic factorisation",
-            }
-        })?;
-        Ok(SparseSpace {
-            matrices,
-            symbolic,
-            latest: Mutex::new(None),
-        })
+        let symbolic = SymbolicLlt::try_new(first.symbolic(), Side::Lower)
+            .map_err(|_| SeparatedError::NoConvergence { what: "symbolic factorisation" })?;
+        Ok(SparseSpace { matrices, symbolic, latest: Mutex::new(None) })
     }
 
     fn factorize(&self, weights: &[f64]) -> Result<Llt<usize, f64>, SeparatedError> {
         let mut sum = self.matrices[0].clone();
         sum.val_mut().fill(0.0);
         for (w, m) in weights.iter().zip(&self.matrices) {
-            sum.val_mut()
-                .iter_mut()
-                .zip(m.val())
-                .for_each(|(s, v)| *s += w * v);
+            sum.val_mut().iter_mut().zip(m.val()).for_each(|(s, v)| *s += w * v);
         }
-        Llt::try_new_with_symbolic(self.symbolic.clone(), sum.as_ref(), Side::Lower).map_err(|_| {
-            SeparatedError::NotPositiveDefinite {
-                what: "weighted space operator",
-            }
-        })
+        Llt::try_new_with_symbolic(self.symbolic.clone(), sum.as_ref(), Side::Lower)
+            .map_err(|_| SeparatedError::NotPositiveDefinite { what: "weighted space operator" })
     }
 }
 
@@ -272,16 +242,12 @@ impl Space for SparseSpace {
     fn solve(&self, weights: &[f64], rhs: MatRef<'_, f64>) -> Result<Mat<f64>, SeparatedError> {
         let scale = weights.iter().fold(0.0f64, |m, w| m.max(w.abs()));
         let ratio: Vec<f64> = weights.iter().map(|w| w / scale).collect();
-        let mut latest = self
-            .latest
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut latest = self.latest.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if latest.as_ref().is_none_or(|(r, _)| *r != ratio) {
             *latest = Some((ratio.clone(), self.factorize(&ratio)?));
         }
-        let (_, factor) = latest.as_ref().ok_or(SeparatedError::NotPositiveDefinite {
-            what: "space operator",
-        })?;
+        let (_, factor) =
+            latest.as_ref().ok_or(SeparatedError::NotPositiveDefinite { what: "space operator" })?;
         let x = factor.solve(rhs);
         Ok(Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)] / scale))
     }
@@ -316,11 +282,7 @@ impl<S: Space> Problem<S> {
         space: S,
         sources: Vec<Source>,
     ) -> Result<Problem<S>, SeparatedError> {
-        check_len(
-            "operators, one list per space operator",
-            space.n_operators(),
-            operators.len(),
-        )?;
+        check_len("operators, one list per space operator", space.n_operators(), operators.len())?;
         for list in &operators {
             check_len("operators, one per axis", axes.len(), list.len())?;
             axes.iter()
@@ -329,28 +291,14 @@ impl<S: Space> Problem<S> {
         }
         let n_columns = sources.first().map_or(1, |s| s.block.ncols());
         for source in &sources {
-            check_len(
-                "vectors of a source, one per axis",
-                axes.len(),
-                source.vectors.len(),
-            )?;
+            check_len("vectors of a source, one per axis", axes.len(), source.vectors.len())?;
             axes.iter()
                 .zip(&source.vectors)
                 .try_for_each(|(a, v)| check_len("source on an axis", a.len(), v.len()))?;
-            check_len(
-                "rows of a source block",
-                space.n_rows(),
-                source.block.nrows(),
-            )?;
+            check_len("rows of a source block", space.n_rows(), source.block.nrows())?;
             check_len("columns of a source block", n_columns, source.block.ncols())?;
         }
-        Ok(Problem {
-            axes,
-            operators,
-            space,
-            sources,
-            n_columns,
-        })
+        Ok(Problem { axes, operators, space, sources, n_columns })
     }
 
     /// The parameter axes.

@@ -18,10 +18,7 @@ use faer::Mat;
 pub fn recompress(u: &Separated, tolerance: f64) -> Result<Separated, SeparatedError> {
     let (space, s, v) = thin_svd(u.blocks())?;
     // Directions below a hundredth of the tolerance cannot matter.
-    let kept = s
-        .iter()
-        .take_while(|x| **x > 1e-2 * tolerance * s[0] / (s.len() as f64).sqrt())
-        .count();
+    let kept = s.iter().take_while(|x| **x > 1e-2 * tolerance * s[0] / (s.len() as f64).sqrt()).count();
     let core = Mat::from_fn(kept, u.n_terms(), |i, j| s[i] * v[(j, i)]);
     let compact = match u.axes().len() {
         _ if kept == 0 => return Ok(Separated::zero(u.axes(), u.n_rows(), u.n_columns())),
@@ -32,18 +29,12 @@ pub fn recompress(u: &Separated, tolerance: f64) -> Result<Separated, SeparatedE
         return Ok(u.clone());
     };
     let blocks = product(space.as_ref().subcols(0, kept), compact.blocks());
-    let factors = (0..u.axes().len())
-        .map(|a| compact.factors(a).to_owned())
-        .collect();
+    let factors = (0..u.axes().len()).map(|a| compact.factors(a).to_owned()).collect();
     Separated::new(u.axes().to_vec(), factors, blocks, u.n_rows())
 }
 
 /// Truncated decomposition of `√w ∘ (G coreᵀ)`, a matrix `(n_points, kept)`, with quadrature weights `w`.
-fn one_axis(
-    u: &Separated,
-    core: &Mat<f64>,
-    tolerance: f64,
-) -> Result<Option<Separated>, SeparatedError> {
+fn one_axis(u: &Separated, core: &Mat<f64>, tolerance: f64) -> Result<Option<Separated>, SeparatedError> {
     let axis = &u.axes()[0];
     let root: Vec<f64> = axis.weights().iter().map(|w| w.sqrt()).collect();
     let values = product(u.factors(0), core.transpose());
@@ -64,11 +55,7 @@ fn one_axis(
     Separated::new(u.axes().to_vec(), vec![factor], blocks, core.nrows()).map(Some)
 }
 
-fn greedy(
-    u: &Separated,
-    core: &Mat<f64>,
-    tolerance: f64,
-) -> Result<Option<Separated>, SeparatedError> {
+fn greedy(u: &Separated, core: &Mat<f64>, tolerance: f64) -> Result<Option<Separated>, SeparatedError> {
     let grams: Vec<_> = u.axes().iter().map(|a| a.gram()).collect();
     let source = |i: usize| Source {
         vectors: grams
@@ -81,19 +68,11 @@ fn greedy(
     let sources = (0..u.n_terms()).map(source).collect();
     let space = DenseSpace::new(vec![Mat::identity(core.nrows(), core.nrows())])?;
     let problem = Problem::new(u.axes().to_vec(), vec![grams.clone()], space, sources)?;
-    let factors = (0..u.axes().len())
-        .map(|a| u.factors(a).to_owned())
-        .collect();
+    let factors = (0..u.axes().len()).map(|a| u.factors(a).to_owned()).collect();
     let target = Separated::new(u.axes().to_vec(), factors, core.clone(), core.nrows())?;
     let points = grid_points(u, 2000);
-    let exact: Vec<Mat<f64>> = points
-        .iter()
-        .map(|p| target.combine(&target.weights_at(p)))
-        .collect();
-    let size: f64 = exact
-        .iter()
-        .map(|e| transposed_product(e.as_ref(), e.as_ref())[(0, 0)])
-        .sum();
+    let exact: Vec<Mat<f64>> = points.iter().map(|p| target.combine(&target.weights_at(p))).collect();
+    let size: f64 = exact.iter().map(|e| transposed_product(e.as_ref(), e.as_ref())[(0, 0)]).sum();
     let measure = |v: &Separated| {
         let gap = |(p, e): (&Vec<usize>, &Mat<f64>)| {
             let d = e - v.combine(&v.weights_at(p));
@@ -121,9 +100,7 @@ fn grid_points(u: &Separated, most: usize) -> Vec<Vec<usize>> {
     let total = lengths.iter().fold(1usize, |n, l| n.saturating_mul(*l));
     if total > most {
         let mut random = Random::new(2);
-        return (0..most)
-            .map(|_| lengths.iter().map(|l| random.below(*l)).collect())
-            .collect();
+        return (0..most).map(|_| lengths.iter().map(|l| random.below(*l)).collect()).collect();
     }
     let digits = |mut k: usize| lengths.iter().map(|l| (k % l, k /= l).0).collect();
     (0..total).map(digits).collect()

@@ -31,12 +31,7 @@ pub struct ReductionOptions {
 
 impl Default for ReductionOptions {
     fn default() -> Self {
-        ReductionOptions {
-            tolerance: 1e-8,
-            max_samples: 40,
-            candidates: 32,
-            seed: 1,
-        }
+        ReductionOptions { tolerance: 1e-8, max_samples: 40, candidates: 32, seed: 1 }
     }
 }
 
@@ -86,18 +81,11 @@ pub fn reduce<S: Space>(
     check_len("row weights", problem.space().n_rows(), row_weights.len())?;
     let mut random = Random::new(options.seed);
     let mut basis = EnergyBasis::new(row_weights.len());
-    let mut points = vec![
-        corner(problem.axes(), 0),
-        corner(problem.axes(), usize::MAX),
-        middle(problem.axes()),
-    ];
+    let mut points =
+        vec![corner(problem.axes(), 0), corner(problem.axes(), usize::MAX), middle(problem.axes())];
     points.truncate(options.max_samples);
     for point in &points {
-        basis.append(
-            problem.solve(point)?.as_ref(),
-            energy,
-            1e-2 * options.tolerance,
-        );
+        basis.append(problem.solve(point)?.as_ref(), energy, 1e-2 * options.tolerance);
     }
     let mut history: Vec<f64> = Vec::new();
     while points.len() < options.max_samples {
@@ -118,25 +106,14 @@ pub fn reduce<S: Space>(
         basis.append(exact.as_ref(), energy, 1e-2 * options.tolerance);
         points.push(point);
         // A sample that adds no direction means that rounding, not the basis, is what is left.
-        let met = history
-            .iter()
-            .rev()
-            .take(2)
-            .filter(|e| **e <= options.tolerance)
-            .count()
-            == 2;
+        let met = history.iter().rev().take(2).filter(|e| **e <= options.tolerance).count() == 2;
         if met || basis.vectors.ncols() == size {
             break;
         }
     }
     let basis = basis.truncated(0.1 * options.tolerance)?;
     let problem = Reduced::new(problem, basis.clone())?.small;
-    Ok(Reduction {
-        basis,
-        problem,
-        points,
-        history,
-    })
+    Ok(Reduction { basis, problem, points, history })
 }
 
 /// An orthonormal basis that grows, and the coordinates of everything it was grown from.
@@ -151,11 +128,7 @@ pub(crate) struct EnergyBasis {
 
 impl EnergyBasis {
     pub(crate) fn new(n: usize) -> EnergyBasis {
-        EnergyBasis {
-            vectors: Mat::zeros(n, 0),
-            images: Mat::zeros(n, 0),
-            coordinates: Vec::new(),
-        }
+        EnergyBasis { vectors: Mat::zeros(n, 0), images: Mat::zeros(n, 0), coordinates: Vec::new() }
     }
 
     /// Adds what a block has outside the basis, leaving out columns whose remainder is below `drop` of the block.
@@ -228,13 +201,9 @@ struct Reduced {
 }
 
 impl Reduced {
-    fn new<S: Space>(
-        problem: &BlockProblem<S>,
-        basis: Mat<f64>,
-    ) -> Result<Reduced, SeparatedError> {
-        let images: Vec<_> = (0..problem.space().n_operators())
-            .map(|t| problem.space().apply(t, basis.as_ref()))
-            .collect();
+    fn new<S: Space>(problem: &BlockProblem<S>, basis: Mat<f64>) -> Result<Reduced, SeparatedError> {
+        let images: Vec<_> =
+            (0..problem.space().n_operators()).map(|t| problem.space().apply(t, basis.as_ref())).collect();
         let symmetric = |image: &Mat<f64>| {
             let m = transposed_product(basis.as_ref(), image.as_ref());
             Mat::from_fn(m.nrows(), m.ncols(), |i, j| 0.5 * (m[(i, j)] + m[(j, i)]))
@@ -246,17 +215,8 @@ impl Reduced {
         };
         let sources = problem.sources().iter().map(source).collect();
         let space = DenseSpace::new(matrices)?;
-        let small = BlockProblem::new(
-            problem.axes().to_vec(),
-            problem.powers().to_vec(),
-            space,
-            sources,
-        )?;
-        Ok(Reduced {
-            basis,
-            images,
-            small,
-        })
+        let small = BlockProblem::new(problem.axes().to_vec(), problem.powers().to_vec(), space, sources)?;
+        Ok(Reduced { basis, images, small })
     }
 
     /// Weighted residual of the reduced solution over its size.
@@ -274,38 +234,24 @@ impl Reduced {
         let mass = problem.coefficients(point)[0].abs().max(f64::MIN_POSITIVE);
         let mut sum = 0.0;
         for j in 0..residual.ncols() {
-            sum += (0..residual.nrows())
-                .map(|i| row_weights[i] * residual[(i, j)].powi(2))
-                .sum::<f64>();
+            sum += (0..residual.nrows()).map(|i| row_weights[i] * residual[(i, j)].powi(2)).sum::<f64>();
         }
         Ok(sum.sqrt() / (mass * norm(x.as_ref())))
     }
 
     /// Error in the energy norm, relative.
-    fn error(
-        &self,
-        point: &[f64],
-        exact: &Mat<f64>,
-        energy: &Energy<'_>,
-    ) -> Result<f64, SeparatedError> {
+    fn error(&self, point: &[f64], exact: &Mat<f64>, energy: &Energy<'_>) -> Result<f64, SeparatedError> {
         let x = self.small.solve(point)?;
         let mut gap = exact.clone();
         add_product(gap.as_mut(), -1.0, self.basis.as_ref(), x.as_ref());
-        let size = |v: &Mat<f64>| {
-            inner(v.as_ref(), energy(v.as_ref()).as_ref())
-                .max(0.0)
-                .sqrt()
-        };
+        let size = |v: &Mat<f64>| inner(v.as_ref(), energy(v.as_ref()).as_ref()).max(0.0).sqrt();
         Ok(size(&gap) / size(exact))
     }
 }
 
 /// Corner of the box: bit `a` of `which` picks the upper end of axis `a`.
 fn corner(axes: &[Axis], which: usize) -> Vec<f64> {
-    axes.iter()
-        .enumerate()
-        .map(|(a, axis)| axis.at_fraction(((which >> a) & 1) as f64))
-        .collect()
+    axes.iter().enumerate().map(|(a, axis)| axis.at_fraction(((which >> a) & 1) as f64)).collect()
 }
 
 fn middle(axes: &[Axis]) -> Vec<f64> {
@@ -315,10 +261,6 @@ fn middle(axes: &[Axis]) -> Vec<f64> {
 fn candidates(axes: &[Axis], count: usize, random: &mut Random) -> Vec<Vec<f64>> {
     let corners = if axes.len() <= 5 { 1 << axes.len() } else { 0 };
     let mut points: Vec<Vec<f64>> = (0..corners).map(|which| corner(axes, which)).collect();
-    points.extend((0..count).map(|_| {
-        axes.iter()
-            .map(|a| a.at_fraction(random.uniform()))
-            .collect()
-    }));
+    points.extend((0..count).map(|_| axes.iter().map(|a| a.at_fraction(random.uniform())).collect()));
     points
 }

@@ -34,62 +34,33 @@ impl RegionAxes {
         let with_strip = |name: &str, (lower, upper): (f64, f64), strip: f64| {
             // a range that Axis::new will refuse still needs some number of points to be refused with
             let valid = lower > 0.0 && lower < upper && upper.is_finite();
-            let points = if valid {
-                chebyshev_points(upper / lower, strip, tolerance)
-            } else {
-                2
-            };
-            Axis::new(
-                name,
-                "1",
-                lower,
-                upper,
-                AxisKind::Chebyshev { points },
-                true,
-            )
+            let points = if valid { chebyshev_points(upper / lower, strip, tolerance) } else { 2 };
+            Axis::new(name, "1", lower, upper, AxisKind::Chebyshev { points }, true)
         };
         let axis = |name: &str, range: (f64, f64)| with_strip(name, range, PI);
         let live: Vec<bool> = scales.iter().map(Option::is_some).collect();
         let (axes, powers) = match scales {
             [] => {
-                return Err(SeparatedError::Shape {
-                    what: "regions",
-                    expected: 1,
-                    found: 0,
-                });
+                return Err(SeparatedError::Shape { what: "regions", expected: 1, found: 0 });
             }
             [only] => {
                 let (low, high) = only.unwrap_or((1.0, 1.0));
-                (
-                    vec![axis("theta", (theta.0 * low, theta.1 * high))?],
-                    vec![vec![1.0]],
-                )
+                (vec![axis("theta", (theta.0 * low, theta.1 * high))?], vec![vec![1.0]])
             }
             [Some(p), Some(q)] => {
                 let mean = (theta.0 * (p.0 * q.0).sqrt(), theta.1 * (p.1 * q.1).sqrt());
                 let contrast = ((p.0 / q.1).sqrt(), (p.1 / q.0).sqrt());
-                let axes = vec![
-                    axis("theta", mean)?,
-                    with_strip("contrast", contrast, FRAC_PI_2)?,
-                ];
+                let axes = vec![axis("theta", mean)?, with_strip("contrast", contrast, FRAC_PI_2)?];
                 (axes, vec![vec![1.0, 1.0], vec![1.0, -1.0]])
             }
             _ => {
                 let mut axes = vec![axis("theta", theta)?];
                 let mut own = vec![0; scales.len()];
-                for (q, range) in scales
-                    .iter()
-                    .enumerate()
-                    .filter_map(|(q, s)| s.map(|range| (q, range)))
-                {
+                for (q, range) in scales.iter().enumerate().filter_map(|(q, s)| s.map(|range| (q, range))) {
                     own[q] = axes.len();
                     axes.push(axis(&format!("kappa{}", q + 1), range)?);
                 }
-                let power = |own: usize| {
-                    (0..axes.len())
-                        .map(|a| f64::from(a == 0 || a == own))
-                        .collect()
-                };
+                let power = |own: usize| (0..axes.len()).map(|a| f64::from(a == 0 || a == own)).collect();
                 let powers = own.into_iter().map(power).collect();
                 (axes, powers)
             }
@@ -112,11 +83,7 @@ impl RegionAxes {
     /// # Errors
     /// [`SeparatedError::Shape`]. Whether the point is on the axes is for the axes to say.
     pub fn point(&self, theta: f64, scales: &[f64]) -> Result<Vec<f64>, SeparatedError> {
-        check_len(
-            "stiffness scales, one per region",
-            self.live.len(),
-            scales.len(),
-        )?;
+        check_len("stiffness scales, one per region", self.live.len(), scales.len())?;
         let mut point = match (scales, self.axes.len()) {
             ([only], _) => vec![theta * only],
             ([p, q], 2) if self.live == [true, true] => {
@@ -124,9 +91,7 @@ impl RegionAxes {
             }
             _ => {
                 let live = scales.iter().zip(&self.live).filter(|(_, live)| **live);
-                std::iter::once(theta)
-                    .chain(live.map(|(s, _)| *s))
-                    .collect()
+                std::iter::once(theta).chain(live.map(|(s, _)| *s)).collect()
             }
         };
         // The very end of a range may be left by a rounding of the products above; only that is undone.
@@ -155,9 +120,7 @@ mod tests {
             // every choice of live regions with its corners and a random point
             for which in 0..1u32 << regions {
                 let range = |q: usize| (0.5 / (1.0 + q as f64), 2.0);
-                let scales: Vec<_> = (0..regions)
-                    .map(|q| (which >> q & 1 == 1).then(|| range(q)))
-                    .collect();
+                let scales: Vec<_> = (0..regions).map(|q| (which >> q & 1 == 1).then(|| range(q))).collect();
                 let map = RegionAxes::new(common, &scales, 1e-3).unwrap();
                 for corner in 0..=1u32 << (regions + 1) {
                     let mut at = |bit: usize, (low, high): (f64, f64)| match corner {
@@ -166,22 +129,14 @@ mod tests {
                         _ => low,
                     };
                     let theta = at(regions, common);
-                    let kappa: Vec<f64> = (0..regions)
-                        .map(|q| scales[q].map_or(1.0, |s| at(q, s)))
-                        .collect();
+                    let kappa: Vec<f64> = (0..regions).map(|q| scales[q].map_or(1.0, |s| at(q, s))).collect();
                     let point = map.point(theta, &kappa).unwrap();
                     for (x, axis) in point.iter().zip(map.axes()) {
-                        assert!(
-                            axis.evaluate(&vec![1.0; axis.len()], *x).is_ok(),
-                            "{x} on {axis:?}"
-                        );
+                        assert!(axis.evaluate(&vec![1.0; axis.len()], *x).is_ok(), "{x} on {axis:?}");
                     }
                     for (power, k) in map.powers().iter().zip(&kappa) {
                         let back: f64 = power.iter().zip(&point).map(|(p, x)| x.powf(*p)).product();
-                        assert!(
-                            (back / (theta * k) - 1.0).abs() < 16.0 * f64::EPSILON,
-                            "a few roundings"
-                        );
+                        assert!((back / (theta * k) - 1.0).abs() < 16.0 * f64::EPSILON, "a few roundings");
                     }
                 }
             }
@@ -190,10 +145,7 @@ mod tests {
 
     #[test]
     fn what_is_outside_stays_outside() {
-        assert!(matches!(
-            RegionAxes::new((1.0, 2.0), &[], 1e-3),
-            Err(SeparatedError::Shape { .. })
-        ));
+        assert!(matches!(RegionAxes::new((1.0, 2.0), &[], 1e-3), Err(SeparatedError::Shape { .. })));
         let map = RegionAxes::new((1e-4, 1e-2), &[Some((0.5, 2.0)); 2], 1e-3).unwrap();
         for (theta, scales) in [(3e-2, [2.0, 2.0]), (1e-2 * (1.0 + 1e-12), [2.0, 2.0])] {
             let point = map.point(theta, &scales).unwrap();

@@ -18,12 +18,7 @@ impl Separated {
     /// The solution without terms: zero everywhere.
     pub fn zero(axes: &[Axis], n_rows: usize, n_columns: usize) -> Separated {
         let factors = axes.iter().map(|a| Mat::zeros(a.len(), 0)).collect();
-        Separated {
-            axes: axes.to_vec(),
-            factors,
-            blocks: Mat::zeros(n_rows * n_columns, 0),
-            n_rows,
-        }
+        Separated { axes: axes.to_vec(), factors, blocks: Mat::zeros(n_rows * n_columns, 0), n_rows }
     }
 
     /// From its parts: `factors[a]` is `(axes[a].len(), n_terms)`; `blocks` is `(n_rows · n_columns, n_terms)`, each
@@ -42,17 +37,8 @@ impl Separated {
             check_len("rows of a factor matrix", axis.len(), g.nrows())?;
             check_len("terms of a factor matrix", blocks.ncols(), g.ncols())?;
         }
-        check_len(
-            "rows of the blocks, modulo rows of space",
-            0,
-            blocks.nrows() % n_rows.max(1),
-        )?;
-        Ok(Separated {
-            axes,
-            factors,
-            blocks,
-            n_rows,
-        })
+        check_len("rows of the blocks, modulo rows of space", 0, blocks.nrows() % n_rows.max(1))?;
+        Ok(Separated { axes, factors, blocks, n_rows })
     }
 
     /// The parameter axes, in the order of a point's coordinates.
@@ -100,23 +86,14 @@ impl Separated {
         for ((axis, g), &x) in self.axes.iter().zip(&self.factors).zip(point) {
             let mut basis = vec![0.0; axis.len()];
             axis.basis_into(x, &mut basis)?;
-            weights
-                .iter_mut()
-                .enumerate()
-                .for_each(|(i, w)| *w *= dot(column(g, i), &basis));
+            weights.iter_mut().enumerate().for_each(|(i, w)| *w *= dot(column(g, i), &basis));
         }
         Ok(weights)
     }
 
     /// `Π_a g_ia` of every term at the grid point `index`, one point number per axis.
     pub fn weights_at(&self, index: &[usize]) -> Vec<f64> {
-        let at = |i: usize| {
-            self.factors
-                .iter()
-                .zip(index)
-                .map(|(g, &j)| g[(j, i)])
-                .product()
-        };
+        let at = |i: usize| self.factors.iter().zip(index).map(|(g, &j)| g[(j, i)]).product();
         (0..self.n_terms()).map(at).collect()
     }
 
@@ -124,9 +101,7 @@ impl Separated {
     pub fn combine(&self, weights: &[f64]) -> Mat<f64> {
         let w = MatRef::from_column_major_slice(weights, weights.len(), 1);
         let sum = product(self.blocks.as_ref(), w);
-        Mat::from_fn(self.n_rows, self.n_columns(), |i, j| {
-            sum[(i + j * self.n_rows, 0)]
-        })
+        Mat::from_fn(self.n_rows, self.n_columns(), |i, j| sum[(i + j * self.n_rows, 0)])
     }
 
     /// The field at `point`: `(n_rows, n_columns)`. Costs one pass over the blocks; no system is solved.
@@ -145,14 +120,9 @@ impl Separated {
             let mass = axis.gram();
             let mh = mass.apply_all(h.as_ref());
             let on_axis = transposed_product(g.as_ref(), mh.as_ref());
-            gram = Mat::from_fn(gram.nrows(), gram.ncols(), |i, j| {
-                gram[(i, j)] * on_axis[(i, j)]
-            });
+            gram = Mat::from_fn(gram.nrows(), gram.ncols(), |i, j| gram[(i, j)] * on_axis[(i, j)]);
         }
-        inner(
-            gram.as_ref(),
-            Mat::from_fn(gram.nrows(), gram.ncols(), |_, _| 1.0).as_ref(),
-        )
+        inner(gram.as_ref(), Mat::from_fn(gram.nrows(), gram.ncols(), |_, _| 1.0).as_ref())
     }
 
     /// `(∫ ‖u‖² dμ)^½`, see [`Separated::inner`].
@@ -164,12 +134,7 @@ impl Separated {
     pub fn truncated(&self, terms: usize) -> Separated {
         let first = |m: &Mat<f64>| m.as_ref().subcols(0, terms.min(m.ncols())).to_owned();
         let factors = self.factors.iter().map(first).collect();
-        Separated {
-            axes: self.axes.clone(),
-            factors,
-            blocks: first(&self.blocks),
-            n_rows: self.n_rows,
-        }
+        Separated { axes: self.axes.clone(), factors, blocks: first(&self.blocks), n_rows: self.n_rows }
     }
 
     /// All terms of `self`, then all of `other`, over the same axes.
@@ -177,33 +142,15 @@ impl Separated {
     /// # Errors
     /// [`SeparatedError::Shape`].
     pub fn concatenate(&self, other: &Separated) -> Result<Separated, SeparatedError> {
-        check_len(
-            "rows of the blocks",
-            self.blocks.nrows(),
-            other.blocks.nrows(),
-        )?;
+        check_len("rows of the blocks", self.blocks.nrows(), other.blocks.nrows())?;
         check_len("axes", self.axes.len(), other.axes.len())?;
         let join = |a: &Mat<f64>, b: &Mat<f64>| {
             Mat::from_fn(a.nrows(), a.ncols() + b.ncols(), |i, j| {
-                if j < a.ncols() {
-                    a[(i, j)]
-                } else {
-                    b[(i, j - a.ncols())]
-                }
+                if j < a.ncols() { a[(i, j)] } else { b[(i, j - a.ncols())] }
             })
         };
-        let factors = self
-            .factors
-            .iter()
-            .zip(&other.factors)
-            .map(|(a, b)| join(a, b))
-            .collect();
-        Separated::new(
-            self.axes.clone(),
-            factors,
-            join(&self.blocks, &other.blocks),
-            self.n_rows,
-        )
+        let factors = self.factors.iter().zip(&other.factors).map(|(a, b)| join(a, b)).collect();
+        Separated::new(self.axes.clone(), factors, join(&self.blocks, &other.blocks), self.n_rows)
     }
 
     /// The same solution with every block multiplied from the left: `F_i ← basis · F_i`, `basis` of shape
@@ -215,13 +162,10 @@ impl Separated {
         check_len("columns of the basis", self.n_rows, basis.ncols())?;
         let (columns, terms, n) = (self.n_columns(), self.n_terms(), basis.nrows());
         let rows = self.n_rows;
-        let wide = Mat::from_fn(rows, columns * terms, |i, j| {
-            self.blocks[(i + (j % columns) * rows, j / columns)]
-        });
+        let wide =
+            Mat::from_fn(rows, columns * terms, |i, j| self.blocks[(i + (j % columns) * rows, j / columns)]);
         let expanded = product(basis, wide.as_ref());
-        let blocks = Mat::from_fn(n * columns, terms, |i, j| {
-            expanded[(i % n, j * columns + i / n)]
-        });
+        let blocks = Mat::from_fn(n * columns, terms, |i, j| expanded[(i % n, j * columns + i / n)]);
         Separated::new(self.axes.clone(), self.factors.clone(), blocks, n)
     }
 
@@ -238,27 +182,18 @@ impl Separated {
                 (0..blocks.nrows()).for_each(|j| blocks[(j, i)] *= scale);
             }
         }
-        let size: Vec<f64> = (0..blocks.ncols())
-            .map(|i| norm(blocks.as_ref().subcols(i, 1)))
-            .collect();
+        let size: Vec<f64> = (0..blocks.ncols()).map(|i| norm(blocks.as_ref().subcols(i, 1))).collect();
         let mut order: Vec<usize> = (0..size.len()).filter(|&i| size[i] > 0.0).collect();
         order.sort_by(|&i, &j| size[j].total_cmp(&size[i]));
         let pick = |m: &Mat<f64>| Mat::from_fn(m.nrows(), order.len(), |i, j| m[(i, order[j])]);
         let factors = factors.iter().map(pick).collect();
-        Separated {
-            axes: self.axes.clone(),
-            factors,
-            blocks: pick(&blocks),
-            n_rows: self.n_rows,
-        }
+        Separated { axes: self.axes.clone(), factors, blocks: pick(&blocks), n_rows: self.n_rows }
     }
 }
 
 /// Gram norm of a factor, with the sign of its largest entry.
 fn signed_norm(mass_times: &[f64], factor: &[f64]) -> f64 {
-    let largest = factor
-        .iter()
-        .fold(0.0f64, |m, &v| if v.abs() > m.abs() { v } else { m });
+    let largest = factor.iter().fold(0.0f64, |m, &v| if v.abs() > m.abs() { v } else { m });
     dot(mass_times, factor).max(0.0).sqrt().copysign(largest)
 }
 
@@ -270,23 +205,12 @@ mod tests {
     /// sin(x + y) = sin x cos y + cos x sin y on hats fine enough to be seen as the interpolant.
     fn sine_of_sum() -> Separated {
         let kind = AxisKind::Chebyshev { points: 20 };
-        let axes: Vec<Axis> = ["x", "y"]
-            .iter()
-            .map(|n| Axis::new(n, "1", 0.0, 2.0, kind, false).unwrap())
-            .collect();
+        let axes: Vec<Axis> =
+            ["x", "y"].iter().map(|n| Axis::new(n, "1", 0.0, 2.0, kind, false).unwrap()).collect();
         let pair = |f: fn(f64) -> f64, g: fn(f64) -> f64, axis: &Axis| {
-            Mat::from_fn(20, 2, |j, i| {
-                if i == 0 {
-                    f(axis.nodes()[j])
-                } else {
-                    g(axis.nodes()[j])
-                }
-            })
+            Mat::from_fn(20, 2, |j, i| if i == 0 { f(axis.nodes()[j]) } else { g(axis.nodes()[j]) })
         };
-        let factors = vec![
-            pair(f64::sin, f64::cos, &axes[0]),
-            pair(f64::cos, f64::sin, &axes[1]),
-        ];
+        let factors = vec![pair(f64::sin, f64::cos, &axes[0]), pair(f64::cos, f64::sin, &axes[1])];
         Separated::new(axes, factors, Mat::from_fn(1, 2, |_, _| 1.0), 1).unwrap()
     }
 
@@ -298,14 +222,8 @@ mod tests {
             // 20 points on a length of 2 interpolate sine to rounding (next coefficient 1/20!)
             assert!((u.evaluate(&[x, y]).unwrap()[(0, 0)] - (x + y).sin()).abs() < 1e-13);
         }
-        assert!(matches!(
-            u.evaluate(&[1.0, 2.1]),
-            Err(SeparatedError::OutsideAxis { .. })
-        ));
-        assert!(matches!(
-            u.evaluate(&[1.0]),
-            Err(SeparatedError::Shape { .. })
-        ));
+        assert!(matches!(u.evaluate(&[1.0, 2.1]), Err(SeparatedError::OutsideAxis { .. })));
+        assert!(matches!(u.evaluate(&[1.0]), Err(SeparatedError::Shape { .. })));
     }
 
     #[test]
@@ -324,14 +242,9 @@ mod tests {
     fn the_canonical_form_is_the_same_function() {
         let u = sine_of_sum();
         let v = u.normalised();
-        let difference = u
-            .concatenate(&v.expand(Mat::from_fn(1, 1, |_, _| -1.0).as_ref()).unwrap())
-            .unwrap();
+        let difference = u.concatenate(&v.expand(Mat::from_fn(1, 1, |_, _| -1.0).as_ref()).unwrap()).unwrap();
         let gap = difference.evaluate(&[0.3, 1.1]).unwrap()[(0, 0)];
-        assert!(
-            gap.abs() < 1e-14,
-            "four products of numbers below 1, rounded: {gap}"
-        );
+        assert!(gap.abs() < 1e-14, "four products of numbers below 1, rounded: {gap}");
         for a in 0..2 {
             for i in 0..2 {
                 let g = column(&v.factors[a], i);

@@ -23,22 +23,12 @@ impl Pencil {
     /// `elements` beam elements on unit length with unit bending stiffness and mass, split into equal regions.
     pub(crate) fn beam(elements: usize, regions: usize, n_modes: usize) -> Pencil {
         let h = 1.0 / elements as f64;
-        let bending = [
-            [12.0, 6.0 * h, -12.0, 6.0 * h],
-            [6.0 * h, 4.0 * h * h, -6.0 * h, 2.0 * h * h],
-        ];
-        let inertia = [
-            [156.0, 22.0 * h, 54.0, -13.0 * h],
-            [22.0 * h, 4.0 * h * h, 13.0 * h, -3.0 * h * h],
-        ];
+        let bending = [[12.0, 6.0 * h, -12.0, 6.0 * h], [6.0 * h, 4.0 * h * h, -6.0 * h, 2.0 * h * h]];
+        let inertia = [[156.0, 22.0 * h, 54.0, -13.0 * h], [22.0 * h, 4.0 * h * h, 13.0 * h, -3.0 * h * h]];
         let entry = |rows: &[[f64; 4]; 2], i: usize, j: usize| {
             // The lower half of an element is the upper one seen from the other end, rotations reversed.
             let sign = |k: usize| if k % 2 == 1 { -1.0 } else { 1.0 };
-            if i < 2 {
-                rows[i][j]
-            } else {
-                rows[i - 2][(j + 2) % 4] * sign(i) * sign(j)
-            }
+            if i < 2 { rows[i][j] } else { rows[i - 2][(j + 2) % 4] * sign(i) * sign(j) }
         };
         let assemble = |scale: f64, rows: &[[f64; 4]; 2], region: Option<usize>| {
             let mut entries = Vec::new();
@@ -48,11 +38,7 @@ impl Pencil {
                     for j in 0..4 {
                         let (row, col) = ((2 * e + i).checked_sub(2), (2 * e + j).checked_sub(2));
                         if let (Some(row), Some(col)) = (row, col) {
-                            let value = if inside {
-                                scale * entry(rows, i, j)
-                            } else {
-                                0.0
-                            };
+                            let value = if inside { scale * entry(rows, i, j) } else { 0.0 };
                             entries.push(Triplet::new(row, col, value));
                         }
                     }
@@ -61,20 +47,12 @@ impl Pencil {
             SparseColMat::try_new_from_triplets(2 * elements, 2 * elements, &entries).unwrap()
         };
         let mass = assemble(h / 420.0, &inertia, None);
-        let stiffness: Vec<_> = (0..regions)
-            .map(|q| assemble(h.powi(-3), &bending, Some(q)))
-            .collect();
+        let stiffness: Vec<_> = (0..regions).map(|q| assemble(h.powi(-3), &bending, Some(q))).collect();
         Pencil::new(mass, stiffness, n_modes)
     }
 
     /// A scalar lattice of `nx × ny × nz` nodes, clamped at one end, cut in regions along z.
-    pub(crate) fn lattice(
-        nx: usize,
-        ny: usize,
-        nz: usize,
-        regions: usize,
-        n_modes: usize,
-    ) -> Pencil {
+    pub(crate) fn lattice(nx: usize, ny: usize, nz: usize, regions: usize, n_modes: usize) -> Pencil {
         let at = |x: usize, y: usize, z: usize| x + nx * (y + ny * z);
         let assemble = |own: f64, shared: f64, ground: f64, region: Option<usize>| {
             let mut entries = Vec::new();
@@ -97,9 +75,7 @@ impl Pencil {
             SparseColMat::try_new_from_triplets(nx * ny * nz, nx * ny * nz, &entries).unwrap()
         };
         let mass = assemble(2.0 / 6.0, 1.0 / 6.0, 2.0 / 6.0, None);
-        let stiffness: Vec<_> = (0..regions)
-            .map(|q| assemble(1.0, -1.0, 1.0, Some(q)))
-            .collect();
+        let stiffness: Vec<_> = (0..regions).map(|q| assemble(1.0, -1.0, 1.0, Some(q))).collect();
         Pencil::new(mass, stiffness, n_modes)
     }
 
@@ -109,12 +85,7 @@ impl Pencil {
         n_modes: usize,
     ) -> Pencil {
         let (eigenvalues, modes) = ritz(&mass, &stiffness, n_modes);
-        Pencil {
-            mass,
-            stiffness,
-            eigenvalues,
-            modes,
-        }
+        Pencil { mass, stiffness, eigenvalues, modes }
     }
 
     /// `M X`.
@@ -137,17 +108,10 @@ fn ritz(
     let mut weights = vec![1.0; 1 + stiffness.len()];
     weights[0] = 0.0;
     let width = 3 * count;
-    let loads = Mat::from_fn(n, width, |i, j| {
-        f64::from(i == 2 * ((j + 1) * n / (2 * width) - 1))
-    });
+    let loads = Mat::from_fn(n, width, |i, j| f64::from(i == 2 * ((j + 1) * n / (2 * width) - 1)));
     let mut v = space.solve(&weights, loads.as_ref()).unwrap();
     let inverse = |v: &Mat<f64>| {
-        rayleigh_ritz(
-            &space,
-            &space
-                .solve(&weights, space.apply(0, v.as_ref()).as_ref())
-                .unwrap(),
-        )
+        rayleigh_ritz(&space, &space.solve(&weights, space.apply(0, v.as_ref()).as_ref()).unwrap())
     };
     v = inverse(&v).1;
     let basis = v.as_ref().subcols(0, count).to_owned();
@@ -166,11 +130,7 @@ fn rayleigh_ritz(space: &SparseSpace, w: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
     let gram = transposed_product(w.as_ref(), space.apply(0, w.as_ref()).as_ref());
     let l = gram.llt(Side::Lower).unwrap();
     let mut t = w.transpose().to_owned();
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-        l.L(),
-        t.as_mut(),
-        faer::Par::Seq,
-    );
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l.L(), t.as_mut(), faer::Par::Seq);
     let q = t.transpose().to_owned();
     let mut small = Mat::zeros(q.ncols(), q.ncols());
     for k in 1..space.n_operators() {
@@ -187,16 +147,9 @@ mod tests {
     fn the_surrogate_has_the_frequencies_of_a_cantilever() {
         let beam = super::Pencil::beam(40, 2, 4);
         // (βL)⁴ of a clamped-free beam; Hermite elements are of order 4 in the eigenvalue, (k h)⁴/720 here
-        for (value, root) in
-            beam.eigenvalues
-                .iter()
-                .zip([1.875104f64, 4.694091, 7.854757, 10.995541])
-        {
+        for (value, root) in beam.eigenvalues.iter().zip([1.875104f64, 4.694091, 7.854757, 10.995541]) {
             let exact = root.powi(4);
-            assert!(
-                (value / exact - 1.0).abs() < (root / 40.0).powi(4) / 100.0 + 2e-6,
-                "{value} {exact}"
-            );
+            assert!((value / exact - 1.0).abs() < (root / 40.0).powi(4) / 100.0 + 2e-6, "{value} {exact}");
         }
     }
 }

@@ -17,20 +17,12 @@ use faer::Mat;
 ///
 /// # Errors
 /// [`SeparatedError::NotPositiveDefinite`] from the space solves.
-pub(crate) fn update<S: Space>(
-    problem: &Problem<S>,
-    u: &Separated,
-) -> Result<Separated, SeparatedError> {
+pub(crate) fn update<S: Space>(problem: &Problem<S>, u: &Separated) -> Result<Separated, SeparatedError> {
     let mut grams = Grams::new(problem, u);
     let mut blocks = update_blocks(problem, u, &grams)?;
-    let mut factors: Vec<Mat<f64>> = (0..problem.axes.len())
-        .map(|a| u.factors(a).to_owned())
-        .collect();
+    let mut factors: Vec<Mat<f64>> = (0..problem.axes.len()).map(|a| u.factors(a).to_owned()).collect();
     let rows = u.n_rows();
-    grams.set_blocks(
-        problem,
-        &Separated::new(problem.axes.clone(), factors.clone(), blocks.clone(), rows)?,
-    );
+    grams.set_blocks(problem, &Separated::new(problem.axes.clone(), factors.clone(), blocks.clone(), rows)?);
     for a in 0..problem.axes.len() {
         let correction = axis_correction(problem, &grams, &factors[a], a);
         factors[a] = &factors[a] + &correction;
@@ -72,17 +64,13 @@ impl Grams {
             transposed_product(g.as_ref(), o[a].apply_all(g.as_ref()).as_ref())
         };
         self.axis[a] = problem.operators.iter().map(on).collect();
-        let vectors = Mat::from_fn(g.nrows(), problem.sources.len(), |j, s| {
-            problem.sources[s].vectors[a][j]
-        });
+        let vectors = Mat::from_fn(g.nrows(), problem.sources.len(), |j, s| problem.sources[s].vectors[a][j]);
         self.source_axis[a] = transposed_product(vectors.as_ref(), g.as_ref());
     }
 
     fn set_blocks<S: Space>(&mut self, problem: &Problem<S>, u: &Separated) {
         let lifted = (0..problem.operators.len()).map(|t| apply_to_blocks(&problem.space, t, u));
-        self.block = lifted
-            .map(|l| transposed_product(u.blocks(), l.as_ref()))
-            .collect();
+        self.block = lifted.map(|l| transposed_product(u.blocks(), l.as_ref())).collect();
         let n = u.n_rows();
         let sources = Mat::from_fn(u.blocks().nrows(), problem.sources.len(), |j, s| {
             problem.sources[s].block[(j % n, j / n)]
@@ -95,48 +83,27 @@ impl Grams {
         let n = self.source_block.ncols();
         let others = || self.axis.iter().enumerate().filter(|(b, _)| Some(*b) != a);
         Mat::from_fn(n, n, |i, j| {
-            let start = if a.is_some() {
-                self.block[t][(i, j)]
-            } else {
-                1.0
-            };
+            let start = if a.is_some() { self.block[t][(i, j)] } else { 1.0 };
             others().fold(start, |w, (_, g)| w * g[t][(i, j)])
         })
     }
 
     /// The same products for the sources, `(n_sources, n_terms)`.
     fn source_weight(&self, a: Option<usize>) -> Mat<f64> {
-        let others = || {
-            self.source_axis
-                .iter()
-                .enumerate()
-                .filter(|(b, _)| Some(*b) != a)
-        };
-        Mat::from_fn(
-            self.source_block.nrows(),
-            self.source_block.ncols(),
-            |s, i| {
-                let start = if a.is_some() {
-                    self.source_block[(s, i)]
-                } else {
-                    1.0
-                };
-                others().fold(start, |w, (_, g)| w * g[(s, i)])
-            },
-        )
+        let others = || self.source_axis.iter().enumerate().filter(|(b, _)| Some(*b) != a);
+        Mat::from_fn(self.source_block.nrows(), self.source_block.ncols(), |s, i| {
+            let start = if a.is_some() { self.source_block[(s, i)] } else { 1.0 };
+            others().fold(start, |w, (_, g)| w * g[(s, i)])
+        })
     }
 }
 
 /// Unit largest entry for every factor, its size moved into the block: the solves after it see balanced columns.
 fn rescale(g: &mut Mat<f64>, blocks: &mut Mat<f64>, grams: &mut Grams) {
     let terms = g.ncols();
-    let size: Vec<f64> = (0..terms)
-        .map(|i| column(g, i).iter().fold(0.0f64, |m, v| m.max(v.abs())))
-        .collect();
-    let size: Vec<f64> = size
-        .into_iter()
-        .map(|s| if s > 0.0 { s } else { 1.0 })
-        .collect();
+    let size: Vec<f64> =
+        (0..terms).map(|i| column(g, i).iter().fold(0.0f64, |m, v| m.max(v.abs()))).collect();
+    let size: Vec<f64> = size.into_iter().map(|s| if s > 0.0 { s } else { 1.0 }).collect();
     for i in 0..terms {
         (0..g.nrows()).for_each(|j| g[(j, i)] /= size[i]);
         (0..blocks.nrows()).for_each(|j| blocks[(j, i)] *= size[i]);
@@ -148,38 +115,20 @@ fn rescale(g: &mut Mat<f64>, blocks: &mut Mat<f64>, grams: &mut Grams) {
 }
 
 /// The correction of `G_a`, `(n_points, n_terms)`.
-fn axis_correction<S: Space>(
-    problem: &Problem<S>,
-    grams: &Grams,
-    g: &Mat<f64>,
-    a: usize,
-) -> Mat<f64> {
-    let weights: Vec<Mat<f64>> = (0..problem.operators.len())
-        .map(|t| grams.weight(t, Some(a)))
-        .collect();
-    let vectors = Mat::from_fn(g.nrows(), problem.sources.len(), |j, s| {
-        problem.sources[s].vectors[a][j]
-    });
+fn axis_correction<S: Space>(problem: &Problem<S>, grams: &Grams, g: &Mat<f64>, a: usize) -> Mat<f64> {
+    let weights: Vec<Mat<f64>> = (0..problem.operators.len()).map(|t| grams.weight(t, Some(a))).collect();
+    let vectors = Mat::from_fn(g.nrows(), problem.sources.len(), |j, s| problem.sources[s].vectors[a][j]);
     let mut residual = product(vectors.as_ref(), grams.source_weight(Some(a)).as_ref());
     for (o, w) in problem.operators.iter().zip(&weights) {
-        add_product(
-            residual.as_mut(),
-            -1.0,
-            o[a].apply_all(g.as_ref()).as_ref(),
-            w.as_ref(),
-        );
+        add_product(residual.as_mut(), -1.0, o[a].apply_all(g.as_ref()).as_ref(), w.as_ref());
     }
     if problem.operators.len() == 1 {
         let mut solved = Mat::zeros(g.nrows(), g.ncols());
         for i in 0..g.ncols() {
             let r = problem.operators[0][a].solve(column(&residual, i).to_vec());
-            r.into_iter()
-                .enumerate()
-                .for_each(|(j, v)| solved[(j, i)] = v);
+            r.into_iter().enumerate().for_each(|(j, v)| solved[(j, i)] = v);
         }
-        return solve_semidefinite(weights[0].as_ref(), solved.transpose().to_owned())
-            .transpose()
-            .to_owned();
+        return solve_semidefinite(weights[0].as_ref(), solved.transpose().to_owned()).transpose().to_owned();
     }
     block_elimination(problem, &weights, residual, a)
 }
@@ -197,18 +146,14 @@ fn block_elimination<S: Space>(
         let mut sum = Mat::<f64>::zeros(terms, terms);
         for (o, w) in problem.operators.iter().zip(weights) {
             let parts = o[a].parts();
-            let entry = [parts.0, parts.1, parts.2][which]
-                .get(j)
-                .copied()
-                .unwrap_or(0.0);
+            let entry = [parts.0, parts.1, parts.2][which].get(j).copied().unwrap_or(0.0);
             super::linalg::axpy(sum.as_mut(), entry, w.as_ref());
         }
         sum
     };
     let coupled = problem.operators.iter().any(|o| !o[a].parts().0.is_empty());
-    let mut right: Vec<Mat<f64>> = (0..points)
-        .map(|j| Mat::from_fn(terms, 1, |i, _| residual[(j, i)]))
-        .collect();
+    let mut right: Vec<Mat<f64>> =
+        (0..points).map(|j| Mat::from_fn(terms, 1, |i, _| residual[(j, i)])).collect();
     let mut above: Vec<Mat<f64>> = Vec::new();
     for j in 0..points {
         let mut pivot = sum(1, j);
@@ -240,41 +185,24 @@ fn update_blocks<S: Space>(
     grams: &Grams,
 ) -> Result<Mat<f64>, SeparatedError> {
     let (n, c, terms) = (u.n_rows(), u.n_columns(), u.n_terms());
-    let sources = Mat::from_fn(n * c, problem.sources.len(), |j, s| {
-        problem.sources[s].block[(j % n, j / n)]
-    });
+    let sources = Mat::from_fn(n * c, problem.sources.len(), |j, s| problem.sources[s].block[(j % n, j / n)]);
     let load = product(sources.as_ref(), grams.source_weight(None).as_ref());
-    let weights: Vec<Mat<f64>> = (0..problem.operators.len())
-        .map(|t| grams.weight(t, None))
-        .collect();
-    let mut lifted: Vec<Mat<f64>> = (0..problem.operators.len())
-        .map(|t| apply_to_blocks(&problem.space, t, u))
-        .collect();
+    let weights: Vec<Mat<f64>> = (0..problem.operators.len()).map(|t| grams.weight(t, None)).collect();
+    let mut lifted: Vec<Mat<f64>> =
+        (0..problem.operators.len()).map(|t| apply_to_blocks(&problem.space, t, u)).collect();
     let mut blocks = u.blocks().to_owned();
     if problem.operators.len() == 1 {
         let mut residual = load;
-        add_product(
-            residual.as_mut(),
-            -1.0,
-            lifted[0].as_ref(),
-            weights[0].as_ref(),
-        );
+        add_product(residual.as_mut(), -1.0, lifted[0].as_ref(), weights[0].as_ref());
         let z = solve_semidefinite(weights[0].as_ref(), residual.transpose().to_owned());
         let wide = Mat::from_fn(n, c * terms, |i, j| z[(j / c, i + (j % c) * n)]);
         let solved = problem.space.solve(&[1.0], wide.as_ref())?;
-        return Ok(Mat::from_fn(n * c, terms, |j, i| {
-            blocks[(j, i)] + solved[(j % n, i * c + j / n)]
-        }));
+        return Ok(Mat::from_fn(n * c, terms, |j, i| blocks[(j, i)] + solved[(j % n, i * c + j / n)]));
     }
     for i in 0..terms {
         let mut residual = Mat::from_fn(n * c, 1, |j, _| load[(j, i)]);
         for (l, w) in lifted.iter().zip(&weights) {
-            add_product(
-                residual.as_mut(),
-                -1.0,
-                l.as_ref(),
-                w.as_ref().subcols(i, 1),
-            );
+            add_product(residual.as_mut(), -1.0, l.as_ref(), w.as_ref().subcols(i, 1));
         }
         let own: Vec<f64> = weights.iter().map(|w| w[(i, i)]).collect();
         if own.iter().all(|w| *w == 0.0) {

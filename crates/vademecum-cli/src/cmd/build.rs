@@ -62,7 +62,12 @@ pub fn bytes(length: usize) -> String {
 pub fn print_report(report: &Report) {
     println!(
         "{} nodes, {} elements, {} free dofs; {} snapshots; {} modes; {:.1} steps per first period",
-        report.nodes, report.elements, report.dofs, report.snapshots, report.modes, report.steps_per_first_period
+        report.nodes,
+        report.elements,
+        report.dofs,
+        report.snapshots,
+        report.modes,
+        report.steps_per_first_period
     );
     println!("\nmode  frequency [Hz]  energy     damping: material  scheme     period");
     for (k, row) in report.mode_table.iter().enumerate() {
@@ -90,9 +95,15 @@ pub fn print_report(report: &Report) {
         );
         let block = report.certificate.block.as_ref();
         if let Some(c) = block {
-            println!("map error over fresh points {:.2e} rms, {:.2e} worst", c.map_error_rms, c.map_error_max);
+            println!(
+                "map error over fresh points {:.2e} rms, {:.2e} worst",
+                c.map_error_rms, c.map_error_max
+            );
         }
-        println!("worst trajectory at {:?}; largest spectral radius at {:?}", s.worst_trajectory_at, s.worst_radius_at);
+        println!(
+            "worst trajectory at {:?}; largest spectral radius at {:?}",
+            s.worst_trajectory_at, s.worst_radius_at
+        );
     }
     println!("\nstage                     seconds  peak memory");
     for timing in &report.timings {

@@ -68,7 +68,8 @@ impl Demo {
         let marks = marks(&prepared, &track);
         self.draw(&built.report, &verified, &nodes, &triangles, &marks)?;
         let report = DemoReport { verify: &verified.report, long_run: &long, build: &built.report };
-        let json = serde_json::to_string_pretty(&report).expect("a report has string keys and finite nesting");
+        let json =
+            serde_json::to_string_pretty(&report).expect("a report has string keys and finite nesting");
         write_text(&self.output.join("demo.json"), &json)?;
         self.print(&built.report, &verified, &long);
         Ok(())
@@ -84,18 +85,22 @@ impl Demo {
     ) -> Result<(), Failure> {
         let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
         let title = "mesh (blue: held nodes, red: contacts)";
-        outline(&self.output.join("mesh.svg"), &Outline { title, marks }, nodes, triangles).map_err(failed)?;
+        outline(&self.output.join("mesh.svg"), &Outline { title, marks }, nodes, triangles)
+            .map_err(failed)?;
 
         let values = report.singular_values.iter().enumerate();
         let first = report.singular_values.first().copied().unwrap_or(1.0);
-        let singular = Series { name: "", points: values.map(|(i, s)| ((i + 1) as f64, s / first)).collect() };
-        let chart = Chart { title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true };
+        let singular =
+            Series { name: "", points: values.map(|(i, s)| ((i + 1) as f64, s / first)).collect() };
+        let chart =
+            Chart { title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true };
         line_chart(&self.output.join("singular-values.svg"), &chart, &[singular]).map_err(failed)?;
 
         let [full, file] = &verified.probe_series;
         let tip = Chart { title: "tip displacement", x: "time [s]", y: "displacement [m]", log_y: false };
         let probes = verified.probes.len();
-        let lines = [over_time("full order", full, probes, verified), over_time("vademecum", file, probes, verified)];
+        let lines =
+            [over_time("full order", full, probes, verified), over_time("vademecum", file, probes, verified)];
         line_chart(&self.output.join("tip.svg"), &tip, &lines).map_err(failed)?;
 
         let [full, file] = &verified.energy_series;

@@ -146,22 +146,43 @@ impl Info {
 
 impl Report {
     fn print(&self) {
-        println!("vademecum file, format {}, written by {}; {} bytes", self.format, self.program, self.file_bytes);
+        println!(
+            "vademecum file, format {}, written by {}; {} bytes",
+            self.format, self.program, self.file_bytes
+        );
         println!("units {}; mesh {}", self.units, self.mesh_hash);
         println!(
             "{} nodes ({} on the surface, {} loadable), {} triangles, {} modes",
             self.nodes, self.surface_nodes, self.loadable_nodes, self.triangles, self.modes
         );
-        println!("scheme {}, time step {} s, alpha {} 1/s, beta {} s", self.scheme, self.time_step, self.alpha, self.beta);
-        println!("structures: {}; probes: {}; load patterns: {}", self.structures.join(", "), list(&self.probes), list(&self.load_patterns));
+        println!(
+            "scheme {}, time step {} s, alpha {} 1/s, beta {} s",
+            self.scheme, self.time_step, self.alpha, self.beta
+        );
+        println!(
+            "structures: {}; probes: {}; load patterns: {}",
+            self.structures.join(", "),
+            list(&self.probes),
+            list(&self.load_patterns)
+        );
         for axis in &self.axes {
-            println!("axis {}: {} to {} {}, {} points ({})", axis.name, axis.lower, axis.upper, axis.unit, axis.points, axis.kind);
+            println!(
+                "axis {}: {} to {} {}, {} points ({})",
+                axis.name, axis.lower, axis.upper, axis.unit, axis.points, axis.kind
+            );
         }
-        for (name, certificate) in [("diagonal", &self.certificate.diagonal), ("block", &self.certificate.block)] {
+        for (name, certificate) in
+            [("diagonal", &self.certificate.diagonal), ("block", &self.certificate.block)]
+        {
             if let Some(c) = certificate {
                 println!(
                     "certificate, {name}: error {:.3e}, floor {:.3e} (ratio {:.3}) over {} steps; spectral radius 1 {:+.1e}; energy ratio {:.9}",
-                    c.trajectory_error, c.projection_floor, c.floor_ratio, c.steps, c.spectral_radius - 1.0, c.energy_ratio
+                    c.trajectory_error,
+                    c.projection_floor,
+                    c.floor_ratio,
+                    c.steps,
+                    c.spectral_radius - 1.0,
+                    c.energy_ratio
                 );
             }
         }

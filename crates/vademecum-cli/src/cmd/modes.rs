@@ -47,14 +47,19 @@ impl Modes {
         let modes = lowest_modes(pencil, &prepared.symbolic, self.count).map_err(BuildError::from)?;
         console.clear();
         let frequencies_hz = modes.frequencies_hz();
-        let material_damping: Vec<f64> = frequencies_hz.iter().map(|&f| prepared.rayleigh().ratio(f)).collect();
+        let material_damping: Vec<f64> =
+            frequencies_hz.iter().map(|&f| prepared.rayleigh().ratio(f)).collect();
         let scheme = |(&value, &ratio): (&f64, &f64)| {
             numerical_damping(&prepared.scheme, value.sqrt() * problem.time.step, ratio)
         };
         let numerical: Vec<_> = modes.eigenvalues.iter().zip(&material_damping).map(scheme).collect();
         let report = Report {
             dofs: pencil.n_dof(),
-            scheme_damping: numerical.iter().zip(&material_damping).map(|(n, m)| n.ratio.map(|r| r - m)).collect(),
+            scheme_damping: numerical
+                .iter()
+                .zip(&material_damping)
+                .map(|(n, m)| n.ratio.map(|r| r - m))
+                .collect(),
             period_elongation: numerical.iter().map(|n| n.period_elongation).collect(),
             frequencies_hz,
             residuals: modes.residuals,
@@ -71,7 +76,10 @@ impl Modes {
 
 impl Report {
     fn print(&self) {
-        println!("{} free dofs\n\nmode  frequency [Hz]  damping: material  scheme     period     residual", self.dofs);
+        println!(
+            "{} free dofs\n\nmode  frequency [Hz]  damping: material  scheme     period     residual",
+            self.dofs
+        );
         for (k, frequency) in self.frequencies_hz.iter().enumerate() {
             let scheme = self.scheme_damping[k].map_or("over".into(), |d| format!("{d:.2e}"));
             let period = self.period_elongation[k].map_or("-".into(), |p| format!("{p:+.2e}"));

@@ -62,8 +62,11 @@ impl Run {
         let scenario = Scenario::read(&self.scenario)?;
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
         let file = whole_file(&self.file, &mapped)?;
-        let options =
-            SceneOptions { structure: self.structure.into(), time_step: self.time_step, ..SceneOptions::default() };
+        let options = SceneOptions {
+            structure: self.structure.into(),
+            time_step: self.time_step,
+            ..SceneOptions::default()
+        };
         let track = Track::bind(&self.file, &file, &scenario)?;
         for (i, (_, point, _)) in track.contacts.iter().enumerate() {
             console.note(&format!("contact[{i}] lies {:.3e} from the point given", point.distance));
@@ -112,7 +115,13 @@ impl ProbeTable {
         Self { count: names.len(), text }
     }
 
-    fn add(&mut self, path: &Path, time: f64, scene: &Scene<'_, f64>, state: &State<'_, f64>) -> Result<(), Failure> {
+    fn add(
+        &mut self,
+        path: &Path,
+        time: f64,
+        scene: &Scene<'_, f64>,
+        state: &State<'_, f64>,
+    ) -> Result<(), Failure> {
         let failed = |error| Failure::file(path, error);
         let energy = scene.energy(state).map_err(failed)?;
         write!(self.text, "{time:.9e},{energy:.9e}").expect("writing to a string cannot fail");
@@ -171,7 +180,8 @@ impl FieldSeries {
         let name = format!("field-{:06}.vtu", self.entries.len());
         let data = [("displacement", &self.displacement[..], 3), ("velocity", &self.velocity[..], 3)];
         let cells = Cells::Triangles(&self.triangles);
-        write_vtu(&folder.join(&name), &self.nodes, cells, &data).map_err(|error| Failure::new(Cause::Machine, error))?;
+        write_vtu(&folder.join(&name), &self.nodes, cells, &data)
+            .map_err(|error| Failure::new(Cause::Machine, error))?;
         self.entries.push((time, name));
         Ok(())
     }
@@ -180,11 +190,13 @@ impl FieldSeries {
 /// Node coordinates and surface triangles in file order.
 pub fn geometry(path: &Path, file: &File<'_>) -> Result<(Vec<[f64; 3]>, Vec<[u32; 3]>), Failure> {
     let section = |kind: SectionKind| {
-        let missing = || Failure::new(Cause::File, format!("{}: the file has no section {kind:?}", path.display()));
+        let missing =
+            || Failure::new(Cause::File, format!("{}: the file has no section {kind:?}", path.display()));
         file.section(kind).ok_or_else(missing)
     };
     let failed = |error| Failure::file(path, error);
-    let numbers: Vec<f64> = section(SectionKind::NodeCoordinates)?.numbers().map_err(failed)?.iter().collect();
+    let numbers: Vec<f64> =
+        section(SectionKind::NodeCoordinates)?.numbers().map_err(failed)?.iter().collect();
     let indices = section(SectionKind::Triangles)?.u32s().map_err(failed)?;
     let nodes = numbers.as_chunks().0.to_vec();
     let triangles = indices.as_chunks::<3>().0.iter().map(|t| t.map(u32::from_le_bytes)).collect();

@@ -14,8 +14,8 @@ use vademecum_build::scenario::Scenario;
 use vademecum_eval::{Field, Loads, Mapped, Scene, SceneOptions, State, Structure};
 use vademecum_format::{File, SectionKind};
 
-use super::{print_json, whole_file};
 use super::run::StructureArgument;
+use super::{print_json, whole_file};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::player::{Track, long_run, names, play};
@@ -135,7 +135,9 @@ pub fn verify(
         coordinates.extend_from_slice(state.zeta());
         energy.push(scene.energy(state).map_err(|error| Failure::file(path, error))?);
         for probe in 0..n_probes {
-            probes.push(scene.probe(state, probe, Field::Displacement).map_err(|error| Failure::file(path, error))?);
+            probes.push(
+                scene.probe(state, probe, Field::Displacement).map_err(|error| Failure::file(path, error))?,
+            );
         }
         Ok(())
     })?;
@@ -146,8 +148,9 @@ pub fn verify(
     let basis = free_basis(path, file, body, &file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &coordinates);
     let pencil = body.model.pencil();
-    let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, metadata.time_step, prepared.rayleigh())
-        .map_err(BuildError::from)?;
+    let full =
+        FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, metadata.time_step, prepared.rayleigh())
+            .map_err(BuildError::from)?;
     let loads = full_order_loads(&track, body, &file_nodes, path, file)?;
     let rows = probe_rows(body);
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
@@ -190,7 +193,8 @@ fn file_nodes(path: &Path, file: &File<'_>, body: &vademecum_build::body::Body) 
     let ids = section.u64s().map_err(|error| Failure::file(path, error))?;
     let node = |id: &[u8; 8]| {
         let id = u64::from_le_bytes(*id);
-        let foreign = || Failure::new(Cause::File, format!("{}: node {id} is not in the mesh", path.display()));
+        let foreign =
+            || Failure::new(Cause::File, format!("{}: node {id} is not in the mesh", path.display()));
         by_id.get(&id).copied().ok_or_else(foreign)
     };
     ids.iter().map(node).collect()
@@ -211,7 +215,9 @@ fn free_basis(
     let mut rows = vec![];
     for kind in [SectionKind::SurfaceBasis, SectionKind::InteriorBasis] {
         match file.section(kind) {
-            Some(section) => rows.extend(section.numbers().map_err(|error| Failure::file(path, error))?.iter()),
+            Some(section) => {
+                rows.extend(section.numbers().map_err(|error| Failure::file(path, error))?.iter())
+            }
             None if rows.len() == 3 * r * file_nodes.len() => {}
             None => return Err(missing(path, kind)),
         }
@@ -292,9 +298,18 @@ fn step_radius(path: &Path, file: &File<'_>, options: &SceneOptions) -> Result<f
 impl Report {
     /// Prints the figures for people.
     pub fn print(&self) {
-        println!("{} steps, {} free dofs, {} modes, {} structure", self.steps, self.dofs, self.modes, self.structure);
-        println!("trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)", self.trajectory_error);
-        println!("projection floor       {:.3e}  (error ÷ floor {:.4})", self.projection_floor, self.floor_ratio);
+        println!(
+            "{} steps, {} free dofs, {} modes, {} structure",
+            self.steps, self.dofs, self.modes, self.structure
+        );
+        println!(
+            "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
+            self.trajectory_error
+        );
+        println!(
+            "projection floor       {:.3e}  (error ÷ floor {:.4})",
+            self.projection_floor, self.floor_ratio
+        );
         println!("spectral radius        1 {:+.2e}", self.spectral_radius - 1.0);
         println!(
             "energy after release   {:+.3e}  (full order {:+.3e}); largest ÷ at release {:.9}",

@@ -17,48 +17,22 @@ pub(super) struct Fresh {
 impl Fresh {
     pub(super) fn new(inputs: &Inputs, span: &Span, seed: u64) -> Fresh {
         let mut random = Random::new(seed ^ 0x5eed_f00d);
-        let mut point = || {
-            inputs
-                .axes
-                .iter()
-                .map(|a| a.at_fraction(random.uniform()))
-                .collect()
-        };
+        let mut point = || inputs.axes.iter().map(|a| a.at_fraction(random.uniform())).collect();
         Fresh::at((0..200).map(|_| point()).collect(), inputs, span)
     }
 
     pub(super) fn at(points: Vec<Vec<f64>>, inputs: &Inputs, span: &Span) -> Fresh {
         let weights: Vec<Vec<f64>> = points.iter().map(|p| inputs.weights(p)).collect();
         let weights = Mat::from_fn(inputs.functions.len(), points.len(), |s, p| weights[p][s]);
-        Fresh {
-            points,
-            weights,
-            sources: span.sources.clone(),
-        }
+        Fresh { points, weights, sources: span.sources.clone() }
     }
 
     /// The same points seen by one part: its coordinates, its sources.
     pub(super) fn of_part(&self, part: &Part) -> Fresh {
-        let points = self
-            .points
-            .iter()
-            .map(|p| p[part.axes.clone()].to_vec())
-            .collect();
-        let sources = self
-            .sources
-            .as_ref()
-            .subcols(part.sources.start, part.sources.len())
-            .to_owned();
-        let weights = self
-            .weights
-            .as_ref()
-            .subrows(part.sources.start, part.sources.len())
-            .to_owned();
-        Fresh {
-            points,
-            weights,
-            sources,
-        }
+        let points = self.points.iter().map(|p| p[part.axes.clone()].to_vec()).collect();
+        let sources = self.sources.as_ref().subcols(part.sources.start, part.sources.len()).to_owned();
+        let weights = self.weights.as_ref().subrows(part.sources.start, part.sources.len()).to_owned();
+        Fresh { points, weights, sources }
     }
 
     /// Error over size, each a root mean square in the energy norm.
@@ -79,24 +53,17 @@ impl Fresh {
     /// Energy of the exact answers, summed over the points.
     pub(super) fn exact_energy(&self, span: &Span) -> f64 {
         let exact = product(self.sources.as_ref(), self.weights.as_ref());
-        (0..exact.ncols())
-            .map(|p| span.size(&exact.as_ref().subcols(p, 1).to_owned()))
-            .sum()
+        (0..exact.ncols()).map(|p| span.size(&exact.as_ref().subcols(p, 1).to_owned())).sum()
     }
 
     /// State and load, together and apart.
     pub(super) fn stage_error(&self, inputs: &Inputs, span: &Span, u: &Separated) -> StageError {
         let with_zero = |axes: std::ops::Range<usize>| {
-            let holds_zero = axes
-                .clone()
-                .all(|a| inputs.axes[a].range().0 <= 0.0 && inputs.axes[a].range().1 >= 0.0);
+            let holds_zero =
+                axes.clone().all(|a| inputs.axes[a].range().0 <= 0.0 && inputs.axes[a].range().1 >= 0.0);
             let mut points = self.points.clone();
             points.iter_mut().for_each(|p| p[axes.clone()].fill(0.0));
-            if holds_zero {
-                Fresh::at(points, inputs, span).error(u, span)
-            } else {
-                f64::NAN
-            }
+            if holds_zero { Fresh::at(points, inputs, span).error(u, span) } else { f64::NAN }
         };
         StageError {
             total: self.error(u, span),
