@@ -22,7 +22,7 @@ pub enum BodyError {
         /// Path of the key.
         key: String,
         /// What the mesh has instead.
-        source: SelectError,
+        source: Box<SelectError>,
     },
     /// A region of the mesh has no material, or a material no region.
     #[error("{path}: `material`: {found}; the mesh has the regions {regions}")]
@@ -299,6 +299,7 @@ fn select(
     mesh: &Mesh,
     key: impl Fn() -> String,
 ) -> Result<Vec<u32>, BodyError> {
-    let located = |source| BodyError::Selection { path: problem.place(&key()), key: key(), source };
+    let located =
+        |source| BodyError::Selection { path: problem.place(&key()), key: key(), source: Box::new(source) };
     selection.nodes(mesh).map_err(located)
 }

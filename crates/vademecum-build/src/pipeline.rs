@@ -19,7 +19,7 @@ use crate::parametric::{
     ParameterSpace, Parametric, ParametricError, SeparationOptions, carrier_basis, certify_box,
     separate_responses,
 };
-use crate::pod::{Apply, Basis, Pod, modes_basis, pod_basis, ritz_basis};
+use crate::pod::{Apply, Basis, Pod, apply, modes_basis, pod_basis, ritz_basis};
 use crate::problem::{BasisKind, InnerProduct, Problem};
 use crate::progress::{Cancelled, Listener, StageTiming, Stopwatch};
 use crate::reduced::{BlockStep, DiagonalStep, FusedStep};
@@ -474,7 +474,7 @@ fn make_pod(
         return Ok(None);
     }
     let pencil = body.model.pencil();
-    let (mass, stiffness) = operators(pencil);
+    let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
     let identity = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| y.copy_from(x);
     let inner_product: Apply<'_> = match problem.basis.inner_product {
         InnerProduct::Mass => &mass,
@@ -499,16 +499,6 @@ fn max_rank(problem: &Problem) -> usize {
 
 fn oversampling(problem: &Problem) -> usize {
     if problem.basis.kind == BasisKind::Ritz { problem.basis.oversampling } else { 1 }
-}
-
-/// The operators of a pencil as the POD takes them.
-fn operators(
-    pencil: &crate::fem::Pencil,
-) -> (
-    impl Fn(faer::MatRef<'_, f64>, faer::MatMut<'_, f64>),
-    impl Fn(faer::MatRef<'_, f64>, faer::MatMut<'_, f64>),
-) {
-    (|x, y| pencil.mass().mul_into(x, y), |x, y| pencil.stiffness().mul_into(x, y))
 }
 
 /// Snapshots and the basis of the kind asked for, with the number of snapshots.
@@ -540,7 +530,7 @@ fn make_basis(
     if count > found {
         return Err(BuildError::TooManyModes { asked: count, found });
     }
-    let (mass, stiffness) = operators(pencil);
+    let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
     let basis = if problem.basis.kind == BasisKind::Pod {
         pod_basis(&mass, &stiffness, &pod, count)
     } else {

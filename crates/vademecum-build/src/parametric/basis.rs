@@ -7,7 +7,7 @@ use super::{ParameterSpace, Setting};
 use crate::dynamics::FullOrder;
 use crate::fem::{Pencil, Solve};
 use crate::pipeline::{BuildError, Prepared};
-use crate::pod::{Basis, StreamingPod, pod_basis, ritz_basis, ritz_coordinates};
+use crate::pod::{Basis, StreamingPod, apply, pod_basis, ritz_basis, ritz_coordinates};
 use crate::problem::Problem;
 use crate::progress::Listener;
 use crate::snapshots::{self, Runs};
@@ -113,8 +113,4 @@ fn ritz_at(
     };
     let count = count.min(pod.singular_values.len());
     Ok((ritz_basis(&mass, &stiffness, &static_response, &pod, count, oversampling), pod.n_snapshots))
-}
-
-fn apply(matrix: &crate::fem::SymmetricMatrix) -> impl Fn(MatRef<'_, f64>, MatMut<'_, f64>) + '_ {
-    |x, y| matrix.mul_into(x, y)
 }

@@ -18,6 +18,13 @@ use faer::{Mat, MatRef};
 /// A symmetric positive (semi)definite operator `W`, applied to all columns at once: `(x, y)` sets `y = W x`.
 pub type Apply<'a> = &'a dyn Fn(MatRef<'_, f64>, faer::MatMut<'_, f64>);
 
+/// A symmetric matrix as an operator.
+pub(crate) fn apply(
+    matrix: &crate::fem::SymmetricMatrix,
+) -> impl Fn(MatRef<'_, f64>, faer::MatMut<'_, f64>) + '_ {
+    |x, y| matrix.mul_into(x, y)
+}
+
 /// Singular values below this fraction of the largest are rounding, not information: the merge keeps ε·√n at best.
 const RANK_TOLERANCE: f64 = 1e-12;
 

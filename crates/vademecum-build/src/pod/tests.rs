@@ -114,6 +114,6 @@ fn a_pod_basis_in_the_euclidean_product_keeps_its_span_when_made_mass_orthonorma
     let basis = pod_basis(&mass, &identity, &pod, 6);
     assert!(identity_error(&gram(&mass, basis.vectors.as_ref(), basis.vectors.as_ref())) < 1e-12);
     let inside =
-        &pod.vectors.subcols(0, 6) * gram(&identity, pod.vectors.subcols(0, 6), basis.vectors.as_ref());
+        pod.vectors.subcols(0, 6) * gram(&identity, pod.vectors.subcols(0, 6), basis.vectors.as_ref());
     assert!((inside - &basis.vectors).norm_max() < 1e-12);
 }

@@ -187,8 +187,11 @@ impl FieldSeries {
     }
 }
 
+/// Node coordinates and surface triangles.
+pub type Geometry = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+
 /// Node coordinates and surface triangles in file order.
-pub fn geometry(path: &Path, file: &File<'_>) -> Result<(Vec<[f64; 3]>, Vec<[u32; 3]>), Failure> {
+pub fn geometry(path: &Path, file: &File<'_>) -> Result<Geometry, Failure> {
     let section = |kind: SectionKind| {
         let missing =
             || Failure::new(Cause::File, format!("{}: the file has no section {kind:?}", path.display()));
