@@ -43,6 +43,7 @@ struct Report {
     structures: Vec<&'static str>,
     terms: u32,
     axes: Vec<AxisReport>,
+    parameters: Vec<ParameterReport>,
     load_patterns: Vec<String>,
     probes: Vec<String>,
     certificate: Certificates,
@@ -63,7 +64,26 @@ struct AxisReport {
 }
 
 #[derive(Serialize)]
+struct ParameterReport {
+    name: String,
+    unit: String,
+    role: String,
+    log: bool,
+    lower: f64,
+    upper: f64,
+    nominal: f64,
+}
+
+#[derive(Serialize)]
 struct Certificates {
+    /// Worst values over the box of the parameters, of the block structure where there is one.
+    terms: u32,
+    map_error_rms: f64,
+    map_error_max: f64,
+    spectral_radius_max: f64,
+    trajectory_error_max: f64,
+    trajectory_floor_max: f64,
+    energy_ratio_max: f64,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
 }
@@ -94,6 +114,7 @@ impl Info {
     fn report(&self, file_bytes: usize, file: &File<'_>) -> Result<Report, Failure> {
         let m = file.metadata();
         let certificate = &m.certificate;
+        let worst = if m.block { &certificate.block } else { &certificate.diagonal };
         let axis = |a: &vademecum_format::Axis<'_>| AxisReport {
             name: a.name.into(),
             unit: a.unit.into(),
@@ -103,6 +124,15 @@ impl Info {
             lower: a.lower,
             upper: a.upper,
             points: a.n_points,
+        };
+        let parameter = |p: &vademecum_format::Parameter<'_>| ParameterReport {
+            name: p.name.into(),
+            unit: p.unit.into(),
+            role: format!("{:?}", p.role),
+            log: p.log,
+            lower: p.lower,
+            upper: p.upper,
+            nominal: p.nominal,
         };
         let section = |s: vademecum_format::Section<'_>| SectionReport {
             kind: format!("{:?}", s.kind()),
@@ -132,9 +162,17 @@ impl Info {
             structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
             terms: m.n_terms,
             axes: m.active_axes().iter().map(axis).collect(),
+            parameters: m.active_parameters().iter().map(parameter).collect(),
             load_patterns: names(&self.file, file, SectionKind::PatternNames)?,
             probes: names(&self.file, file, SectionKind::ProbeNames)?,
             certificate: Certificates {
+                terms: m.n_terms,
+                map_error_rms: worst.map_error_rms,
+                map_error_max: worst.map_error_max,
+                spectral_radius_max: worst.spectral_radius,
+                trajectory_error_max: worst.trajectory_error,
+                trajectory_floor_max: worst.projection_floor,
+                energy_ratio_max: worst.energy_ratio,
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
             },
@@ -165,6 +203,9 @@ impl Report {
             list(&self.probes),
             list(&self.load_patterns)
         );
+        for p in &self.parameters {
+            println!("parameter {}: {} to {} {}, nominal {} ({})", p.name, p.lower, p.upper, p.unit, p.nominal, p.role);
+        }
         for axis in &self.axes {
             println!(
                 "axis {}: {} to {} {}, {} points ({})",
