@@ -119,7 +119,10 @@ impl DenseGalerkin {
 
     /// Loads over the free dofs, reduced.
     pub fn reduce(&self, loads: &[TimedLoad]) -> Vec<Load> {
-        let reduce = |load: &TimedLoad| Load { reduced: reduced_load(self.basis.as_ref(), &load.force), when: load.when };
+        let reduce = |load: &TimedLoad| Load {
+            reduced: reduced_load(self.basis.as_ref(), &load.force),
+            when: load.when,
+        };
         loads.iter().map(reduce).collect()
     }
 
@@ -241,8 +244,13 @@ mod tests {
         load: &TimedLoad,
         steps: usize,
     ) -> Mat<f64> {
-        let parameters =
-            StepParameters { time_step: dt, alpha: damping.alpha, beta: damping.beta, density: 1.0, stiffness: 1.0 };
+        let parameters = StepParameters {
+            time_step: dt,
+            alpha: damping.alpha,
+            beta: damping.beta,
+            density: 1.0,
+            stiffness: 1.0,
+        };
         let response = |i| {
             let theta = theta(table, &parameters, i).expect("sound");
             StageResponse::galerkin(basis.vectors.as_ref(), basis.stiffness.as_ref(), theta)

@@ -64,10 +64,13 @@ impl Study {
     pub fn new(problem: &Problem, max_modes: usize, listener: &dyn Listener) -> Result<Self, BuildError> {
         let mut problem = problem.clone();
         if !problem.parameters.is_empty() {
-            listener.note("live parameters are left out: everything is compared at the values of the problem file");
+            listener.note(
+                "live parameters are left out: everything is compared at the values of the problem file",
+            );
             problem.parameters.clear();
         }
-        (problem.basis.kind, problem.basis.modes, problem.basis.energy) = (BasisKind::Ritz, Some(max_modes), None);
+        (problem.basis.kind, problem.basis.modes, problem.basis.energy) =
+            (BasisKind::Ritz, Some(max_modes), None);
         let prepared = Timed::of(|| prepare(&problem, &mut Stopwatch::new(listener), listener))?;
         listener.stage("snapshots");
         let pod = Timed::of(|| decompose(&problem, &prepared.value, listener))?;
@@ -181,15 +184,20 @@ impl Study {
         listener: &dyn Listener,
     ) -> Result<Timed<Trajectory>, BuildError> {
         let (pencil, dt) = (self.prepared.body.model.pencil(), self.time_step() / split as f64);
-        let full =
-            Timed::of(|| FullOrder::new(pencil, &self.prepared.symbolic, scheme, dt, self.prepared.rayleigh()))?;
+        let full = Timed::of(|| {
+            FullOrder::new(pencil, &self.prepared.symbolic, scheme, dt, self.prepared.rayleigh())
+        })?;
         let value = Trajectory::march(&full.value, split, loads, steps, listener)?;
         Ok(Timed { value, seconds: full.seconds })
     }
 }
 
 /// Snapshots of the plan and the first natural period.
-fn decompose(problem: &Problem, prepared: &Prepared, listener: &dyn Listener) -> Result<(Pod, f64), BuildError> {
+fn decompose(
+    problem: &Problem,
+    prepared: &Prepared,
+    listener: &dyn Listener,
+) -> Result<(Pod, f64), BuildError> {
     let (body, dt) = (&prepared.body, problem.time.step);
     let pencil = body.model.pencil();
     let first_period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1)?.frequencies_hz()[0];

@@ -70,12 +70,17 @@ impl Bench {
         let scenario = self.scenario(&study)?;
         let steps = self.steps.unwrap_or(if self.quick { QUICK_STEPS } else { usize::MAX });
         let steps = steps.clamp(1, scenario.steps(study.time_step()));
-        let (modes, refused): (Vec<usize>, Vec<usize>) = asked.into_iter().partition(|&r| r <= study.max_modes());
+        let (modes, refused): (Vec<usize>, Vec<usize>) =
+            asked.into_iter().partition(|&r| r <= study.max_modes());
         if !refused.is_empty() {
-            console.note(&format!("left out, the snapshots span {} dimensions: {refused:?} modes", study.max_modes()));
+            console.note(&format!(
+                "left out, the snapshots span {} dimensions: {refused:?} modes",
+                study.max_modes()
+            ));
         }
         let groups = groups(&study, &modes, console)?;
-        let bench = Run { study: &study, scenario: &scenario, groups: &groups, steps, quick: self.quick, console };
+        let bench =
+            Run { study: &study, scenario: &scenario, groups: &groups, steps, quick: self.quick, console };
         let report = bench.report(problem.title.clone(), &problem.time.scheme)?;
         console.clear();
         report.write(&self.output)?;
@@ -134,8 +139,10 @@ struct Run<'a> {
 impl Run<'_> {
     fn report(&self, title: String, scheme: &SchemeKind) -> Result<Report, Failure> {
         let first = self.groups.iter().flat_map(Group::file).next();
-        let bytes = first.ok_or_else(|| Failure::new(Cause::Input, "no number of modes is left to compare"))?;
-        let name = self.output_name();
+        let bytes =
+            first.ok_or_else(|| Failure::new(Cause::Input, "no number of modes is left to compare"))?;
+        // What errors about a file in memory call it.
+        let name = PathBuf::from("the bench's file");
         let file = File::parse(bytes).map_err(|error| Failure::file(&name, error))?;
         let track = Track::bind(&name, &file, self.scenario)?;
         let body = &self.study.prepared().body;
@@ -172,11 +179,6 @@ impl Run<'_> {
         })
     }
 
-    /// What errors about a file in memory call it.
-    fn output_name(&self) -> PathBuf {
-        PathBuf::from("the bench's file")
-    }
-
     /// Marches full order: the problem's scheme, whose trajectory is the reference, and others beside it.
     fn full_order(
         &self,
@@ -203,7 +205,8 @@ impl Run<'_> {
             }
         }
         let (mut rows, mut errors) = (vec![], vec![]);
-        for (kind, found) in std::iter::once((*scheme, &reference)).chain(others.iter().map(|(k, t)| (*k, t))) {
+        for (kind, found) in std::iter::once((*scheme, &reference)).chain(others.iter().map(|(k, t)| (*k, t)))
+        {
             let u = found.value.displacement.as_ref();
             let apart = distance(mass, u, reference.value.displacement.as_ref());
             errors.push(SchemeError { scheme: kind.to_string(), error: distance(mass, u, fine.as_ref()) });

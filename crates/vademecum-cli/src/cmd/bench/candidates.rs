@@ -71,7 +71,8 @@ fn pod(study: &Study, modes: usize) -> Result<Group, Failure> {
         offline_seconds: shared + dense.seconds,
         stepper: Stepper::Dense(dense.value),
     };
-    let block = method("pod block f64", shared + file.seconds, &Rc::new(file.value), StructureChoice::Block, false);
+    let block =
+        method("pod block f64", shared + file.seconds, &Rc::new(file.value), StructureChoice::Block, false);
     Ok(Group { basis: basis.value, methods: vec![galerkin, block] })
 }
 
@@ -95,7 +96,8 @@ fn natural(study: &Study, modes: usize) -> Result<Group, Failure> {
     let file = study.file(&basis.value, false)?;
     let seconds = study.prepare_seconds() + basis.seconds + file.seconds;
     let bytes = Rc::new(file.value);
-    let methods = vec![method("natural modes, diagonal f64", seconds, &bytes, StructureChoice::Diagonal, false)];
+    let methods =
+        vec![method("natural modes, diagonal f64", seconds, &bytes, StructureChoice::Diagonal, false)];
     Ok(Group { basis: basis.value, methods })
 }
 
@@ -125,8 +127,12 @@ impl Group {
     ) -> Result<Vec<Matrix>, Failure> {
         let play = |method: &Method| match &method.stepper {
             Stepper::Dense(model) => Ok(model.play(loads, steps)),
-            Stepper::File { bytes, structure, single: false } => play_file::<f64>(name, bytes, *structure, track, steps),
-            Stepper::File { bytes, structure, single: true } => play_file::<f32>(name, bytes, *structure, track, steps),
+            Stepper::File { bytes, structure, single: false } => {
+                play_file::<f64>(name, bytes, *structure, track, steps)
+            }
+            Stepper::File { bytes, structure, single: true } => {
+                play_file::<f32>(name, bytes, *structure, track, steps)
+            }
         };
         self.methods.iter().map(play).collect()
     }

@@ -116,7 +116,8 @@ fn reconstruct<T: Scalar>(
     samples: &mut Samples,
 ) -> Result<(), Failure> {
     let metadata = file.metadata();
-    let surface_only = metadata.n_nodes > metadata.n_surface_nodes && file.section(SectionKind::InteriorBasis).is_none();
+    let surface_only =
+        metadata.n_nodes > metadata.n_surface_nodes && file.section(SectionKind::InteriorBasis).is_none();
     let nodes = if surface_only { metadata.n_surface_nodes } else { metadata.n_nodes };
     let mut field = vec![T::ZERO; 3 * nodes as usize];
     let mut failed = None;

@@ -169,7 +169,7 @@ impl Report {
             "{}: {} dofs, {} steps of {} s, {:.1} steps per first period.\n\
              Time scheme error (against Δt/4): {}.\n\
              Reduced steps timed in bursts of {}, {} rounds by turns; clock and loop {:.2} ns per step, not taken off; \
-             medians of the rounds {:.0} % apart.\n\n",
+             medians of the rounds {:.1} % apart.\n\n",
             self.title,
             self.dofs,
             self.steps,
@@ -202,8 +202,14 @@ impl Report {
             }
         }
         let reference = self.methods.first().map_or(f64::NAN, |row| row.step_ns_p50 / 1e6);
-        let title = format!("time against error, numbers of modes beside the points (full order: {reference:.2} ms)");
-        let chart = Chart { title: &title, x: "median time of a step [ns]", y: "relative trajectory error", log_y: true };
+        let title =
+            format!("time against error, numbers of modes beside the points (full order: {reference:.2} ms)");
+        let chart = Chart {
+            title: &title,
+            x: "median time of a step [ns]",
+            y: "relative trajectory error",
+            log_y: true,
+        };
         let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
         scatter(path, &chart, &clouds, &front(&clouds)).map_err(failed)
     }
@@ -211,7 +217,8 @@ impl Report {
 
 /// The points no other point beats in both time and error, fastest first.
 fn front(clouds: &[Cloud<'_>]) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> = clouds.iter().flat_map(|c| c.points.iter().map(|p| (p.0, p.1))).collect();
+    let mut points: Vec<(f64, f64)> =
+        clouds.iter().flat_map(|c| c.points.iter().map(|p| (p.0, p.1))).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut least = f64::INFINITY;
     points.retain(|p| {
@@ -230,8 +237,10 @@ mod tests {
     fn the_front_falls() {
         let points = [(3.0, 0.5), (1.0, 0.9), (2.0, 1.0), (4.0, 0.6), (5.0, 0.1)];
         let cloud = |p: &[(f64, f64)]| p.iter().map(|&(x, y)| (x, y, String::new())).collect();
-        let clouds =
-            [Cloud { name: "a", points: cloud(&points[..2]) }, Cloud { name: "b", points: cloud(&points[2..]) }];
+        let clouds = [
+            Cloud { name: "a", points: cloud(&points[..2]) },
+            Cloud { name: "b", points: cloud(&points[2..]) },
+        ];
         assert_eq!(front(&clouds), [(1.0, 0.9), (3.0, 0.5), (5.0, 0.1)]);
     }
 
