@@ -78,6 +78,15 @@ impl Bench {
                 study.max_modes()
             ));
         }
+        if modes.is_empty() {
+            let text = format!(
+                "no number of modes is left to compare: the snapshots span {} dimensions",
+                study.max_modes()
+            );
+            return Err(
+                Failure::new(Cause::Input, text).remedy("ask for fewer `--modes`, or add to `[snapshots]`")
+            );
+        }
         let groups = groups(&study, &modes, console)?;
         let bench =
             Run { study: &study, scenario: &scenario, groups: &groups, steps, quick: self.quick, console };
@@ -138,9 +147,8 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn report(&self, title: String, scheme: &SchemeKind) -> Result<Report, Failure> {
-        let first = self.groups.iter().flat_map(Group::file).next();
-        let bytes =
-            first.ok_or_else(|| Failure::new(Cause::Input, "no number of modes is left to compare"))?;
+        let mut files = self.groups.iter().flat_map(Group::file);
+        let bytes = files.next().expect("every group has a file");
         // What errors about a file in memory call it.
         let name = PathBuf::from("the bench's file");
         let file = File::parse(bytes).map_err(|error| Failure::file(&name, error))?;
