@@ -38,7 +38,7 @@ pub struct Method {
 /// How a method steps.
 pub enum Stepper {
     /// Dense solves, stage by stage.
-    Dense(DenseGalerkin),
+    Dense(Box<DenseGalerkin>),
     /// A file through the evaluator.
     File {
         /// The file.
@@ -69,7 +69,7 @@ fn pod(study: &Study, modes: usize) -> Result<Group, Failure> {
     let galerkin = Method {
         name: "pod-galerkin, dense solves f64",
         offline_seconds: shared + dense.seconds,
-        stepper: Stepper::Dense(dense.value),
+        stepper: Stepper::Dense(Box::new(dense.value)),
     };
     let block =
         method("pod block f64", shared + file.seconds, &Rc::new(file.value), StructureChoice::Block, false);
