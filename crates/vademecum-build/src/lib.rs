@@ -3,6 +3,7 @@
 //! Read [`pipeline`] first: it is the whole build on one page. Each folder is a stage and hands a whole, immutable
 //! value to the next; nothing flows back.
 
+pub mod bench;
 pub mod body;
 pub mod certificate;
 pub mod compare;

@@ -463,7 +463,7 @@ fn warn_about_step(steps: f64, scheme: &SchemeTable, dt: f64, period: f64, liste
     }
 }
 
-fn make_pod(
+pub(crate) fn make_pod(
     problem: &Problem,
     body: &Body,
     full: &FullOrder<'_>,
@@ -530,22 +530,33 @@ fn make_basis(
     if count > found {
         return Err(BuildError::TooManyModes { asked: count, found });
     }
+    Ok((basis_of_pod(problem, prepared, &pod, count)?, pod.n_snapshots))
+}
+
+/// The basis of the kind asked for, `pod` or `ritz`, from a decomposition of the snapshots.
+pub(crate) fn basis_of_pod(
+    problem: &Problem,
+    prepared: &Prepared,
+    pod: &Pod,
+    count: usize,
+) -> Result<Basis, FactorError> {
+    let pencil = prepared.body.model.pencil();
     let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
     let basis = if problem.basis.kind == BasisKind::Pod {
-        pod_basis(&mass, &stiffness, &pod, count)
+        pod_basis(&mass, &stiffness, pod, count)
     } else {
         let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
         let static_response = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| {
             pencil.mass().mul_into(x, y.rb_mut());
             Solve::new(&prepared.symbolic, y.ncols(), true).solve_in_place(&factor, y);
         };
-        ritz_basis(&mass, &stiffness, &static_response, &pod, count, problem.basis.oversampling)
+        ritz_basis(&mass, &stiffness, &static_response, pod, count, problem.basis.oversampling)
     };
-    Ok((basis, pod.n_snapshots))
+    Ok(basis)
 }
 
 /// One response per stage; stages that share θ share the solve.
-fn stage_responses(prepared: &Prepared, basis: &Basis) -> Result<Vec<StageResponse>, BuildError> {
+pub(crate) fn stage_responses(prepared: &Prepared, basis: &Basis) -> Result<Vec<StageResponse>, BuildError> {
     let Prepared { body, symbolic, scheme, step, .. } = prepared;
     let mut responses: Vec<StageResponse> = vec![];
     for i in 0..scheme.active().len() {
@@ -568,7 +579,7 @@ fn certificate_report(problem: &Problem, certificate: &Certificate, diagonal: bo
     }
 }
 
-fn mode_table(basis: &Basis, scheme: &SchemeTable, rayleigh: &Rayleigh, dt: f64) -> Vec<ModeRow> {
+pub(crate) fn mode_table(basis: &Basis, scheme: &SchemeTable, rayleigh: &Rayleigh, dt: f64) -> Vec<ModeRow> {
     let row = |k: usize| {
         let quotient = basis.stiffness[(k, k)];
         let frequency_hz = quotient.sqrt() / std::f64::consts::TAU;
@@ -586,7 +597,7 @@ fn mode_table(basis: &Basis, scheme: &SchemeTable, rayleigh: &Rayleigh, dt: f64)
     (0..basis.n_modes()).map(row).collect()
 }
 
-fn table_matrix(rows: &[ModeRow]) -> Mat<f64> {
+pub(crate) fn table_matrix(rows: &[ModeRow]) -> Mat<f64> {
     Mat::from_fn(rows.len(), 6, |i, j| {
         let row = &rows[i];
         [

@@ -37,6 +37,7 @@ Examples:
   vademecum verify body.vdm --problem problem.toml --scenario s.toml
   vademecum view body.vdm                           push it in the browser
   vademecum report body.vdm -o report.html          one page about a build, with figures
+  vademecum bench body.toml -o bench --quick        run time against error, method by method
 
 Exit codes: 0 done, 1 the machine failed, 2 wrong usage, 3 problem or scenario file, 4 mesh, 5 numerics,
 6 a tolerance is missed, 7 vademecum file, 130 stopped on request.";
@@ -52,6 +53,7 @@ enum Command {
     Demo(cmd::demo::Demo),
     View(cmd::view::View),
     Report(cmd::report::Report),
+    Bench(cmd::bench::Bench),
 }
 
 fn main() -> ExitCode {
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
         Command::Demo(command) => command.run(&console),
         Command::View(command) => command.run(&console),
         Command::Report(command) => command.run(&console),
+        Command::Bench(command) => command.run(&console),
     };
     console.clear();
     match result {

@@ -27,6 +27,14 @@ pub struct Chart<'a> {
     pub log_y: bool,
 }
 
+/// Points of one method in a [`scatter`].
+pub struct Cloud<'a> {
+    /// Shown in the legend.
+    pub name: &'a str,
+    /// Points (x, y), joined in this order, each with a word beside it.
+    pub points: Vec<(f64, f64, String)>,
+}
+
 /// Colours that stay apart in print and for colour-blind readers.
 const COLORS: [RGBColor; 5] = [
     RGBColor(0, 90, 181),
@@ -68,6 +76,63 @@ pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> Draw
         let margin = 0.05 * (y1 - y0);
         draw(path, chart, series, x0..x1, y0 - margin..y1 + margin)
     }
+}
+
+/// Writes points on two logarithmic axes, those of one cloud joined by a thin line, and `front` as a wide pale line behind
+/// them. Points that are not positive are left out.
+pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud<'_>], front: &[(f64, f64)]) -> DrawResult {
+    let usable = |p: &&(f64, f64, String)| p.0.is_finite() && p.1.is_finite() && p.0 > 0.0 && p.1 > 0.0;
+    let all: Vec<&(f64, f64, String)> = clouds.iter().flat_map(|c| c.points.iter().filter(usable)).collect();
+    if all.is_empty() {
+        return Err("nothing to draw".into());
+    }
+    let range = |value: fn(&(f64, f64, String)) -> f64| {
+        let (low, high) =
+            all.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(value(p)), b.max(value(p))));
+        low / 2.0..high * 2.0
+    };
+    let root = SVGBackend::new(path, (SIZE.0, SIZE.1 + 120)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut context = ChartBuilder::on(&root)
+        .caption(chart.title, ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(86)
+        .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
+    context
+        .configure_mesh()
+        .x_desc(chart.x)
+        .y_desc(chart.y)
+        .label_style(("sans-serif", 14))
+        .light_line_style(RGBColor(238, 238, 238))
+        .x_label_formatter(&|v: &f64| number(*v))
+        .y_label_formatter(&|v: &f64| number(*v))
+        .draw()?;
+    let pale = RGBColor(215, 215, 215);
+    context.draw_series(LineSeries::new(front.iter().copied(), pale.stroke_width(9)))?;
+    for (i, cloud) in clouds.iter().enumerate() {
+        // Colours repeat after five clouds; hollow marks tell the second five from the first.
+        let (color, solid) = (COLORS[i % COLORS.len()], i < COLORS.len());
+        let style = if solid { color.filled() } else { color.stroke_width(2) };
+        let points: Vec<&(f64, f64, String)> = cloud.points.iter().filter(usable).collect();
+        context.draw_series(LineSeries::new(points.iter().map(|p| (p.0, p.1)), color.stroke_width(1)))?;
+        context
+            .draw_series(points.iter().map(|p| Circle::new((p.0, p.1), 4, style)))?
+            .label(cloud.name)
+            .legend(move |(x, y)| Circle::new((x + 12, y), 4, style));
+        let word = |p: &&(f64, f64, String)| {
+            EmptyElement::at((p.0, p.1)) + Text::new(p.2.clone(), (6, -12), ("sans-serif", 12))
+        };
+        context.draw_series(points.iter().map(word))?;
+    }
+    context
+        .configure_series_labels()
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.4))
+        .label_font(("sans-serif", 14))
+        .draw()?;
+    root.present()?;
+    Ok(())
 }
 
 /// A label of at most four figures: whole numbers without a point, very small and very large ones with a power of ten.

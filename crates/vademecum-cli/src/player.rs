@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use vademecum_build::scenario::{Interval, Scenario};
-use vademecum_eval::{Contact, Loads, Scene, SceneOptions, State, Surface, SurfacePoint};
+use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State, Surface, SurfacePoint};
 use vademecum_format::{File, SectionKind};
 
 use crate::console::cancelled;
@@ -49,7 +49,7 @@ impl Track {
     }
 
     /// Factors of all loads at the given instants of a step.
-    fn factors(&self, instants: &[f64], time_step: f64, step: usize) -> Vec<[f64; 4]> {
+    pub fn factors(&self, instants: &[f64], time_step: f64, step: usize) -> Vec<[f64; 4]> {
         let at = |when: &Interval| -> [f64; 4] {
             std::array::from_fn(|j| when.factor((step as f64 + instants[j]) * time_step))
         };
@@ -57,11 +57,11 @@ impl Track {
     }
 
     /// Puts the loads of a step into `loads`.
-    fn apply(
+    pub fn apply<T: Scalar>(
         &self,
-        scene: &Scene<'_, f64>,
+        scene: &Scene<'_, T>,
         factors: &[[f64; 4]],
-        loads: &mut Loads<'_, f64>,
+        loads: &mut Loads<'_, T>,
     ) -> Result<(), Failure> {
         let failed = |error: vademecum_eval::LoadError| Failure::new(Cause::File, error);
         loads.clear();
@@ -92,6 +92,23 @@ fn no_surface(path: &Path) -> Failure {
     Failure::new(Cause::File, text)
 }
 
+/// Binds a scene in memory of its own and hands it over, at rest and unloaded.
+pub fn with_scene<T: Scalar, R>(
+    path: &Path,
+    file: &File<'_>,
+    options: &SceneOptions,
+    work: impl FnOnce(&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    let bind = |error| Failure::file(path, error);
+    let sizes = Scene::<T>::sizes(file, options).map_err(bind)?;
+    let (mut memory, mut bind_work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
+    let (mut state_memory, mut load_memory) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
+    let scene = Scene::bind(file, options, &mut memory, &mut bind_work).map_err(bind)?;
+    let mut state = State::new(&scene, &mut state_memory).map_err(bind)?;
+    let mut loads = Loads::new(&scene, &mut load_memory).map_err(bind)?;
+    work(&scene, &mut state, &mut loads)
+}
+
 /// Marches `steps` steps from rest and shows each state, the start included.
 pub fn play(
     path: &Path,
@@ -99,36 +116,42 @@ pub fn play(
     options: &SceneOptions,
     track: &Track,
     steps: usize,
-    mut observe: impl FnMut(usize, &Scene<'_, f64>, &State<'_, f64>) -> Result<(), Failure>,
+    observe: impl FnMut(usize, &Scene<'_, f64>, &State<'_, f64>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let bind = |error| Failure::file(path, error);
-    let sizes = Scene::<f64>::sizes(file, options).map_err(bind)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-    let scene = Scene::bind(file, options, &mut memory, &mut work).map_err(bind)?;
-    let mut state = State::new(&scene, &mut state_memory).map_err(bind)?;
-    let mut loads = Loads::new(&scene, &mut load_memory).map_err(bind)?;
-    let (instants, time_step) = (scene.instants(), scene.parameters().time_step);
-    let step_failed = |error| Failure::file(path, error);
+    play_in(path, file, options, track, steps, observe)
+}
 
-    let mut factors = track.factors(&instants, time_step, 0);
-    track.apply(&scene, &factors, &mut loads)?;
-    let zero = vec![0.0; scene.n_modes()];
-    scene.set(&mut state, &zero, &zero, &loads).map_err(step_failed)?;
-    observe(0, &scene, &state)?;
-    for step in 0..steps {
-        let next = track.factors(&instants, time_step, step);
-        if next != factors {
-            factors = next;
-            track.apply(&scene, &factors, &mut loads)?;
+/// [`play`] in the precision of the scene `observe` takes.
+pub fn play_in<T: Scalar>(
+    path: &Path,
+    file: &File<'_>,
+    options: &SceneOptions,
+    track: &Track,
+    steps: usize,
+    mut observe: impl FnMut(usize, &Scene<'_, T>, &State<'_, T>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    with_scene(path, file, options, |scene, state, loads| {
+        let (instants, time_step) = (scene.instants(), scene.parameters().time_step);
+        let step_failed = |error| Failure::file(path, error);
+        let mut factors = track.factors(&instants, time_step, 0);
+        track.apply(scene, &factors, loads)?;
+        let zero = vec![0.0; scene.n_modes()];
+        scene.set(state, &zero, &zero, loads).map_err(step_failed)?;
+        observe(0, scene, state)?;
+        for step in 0..steps {
+            let next = track.factors(&instants, time_step, step);
+            if next != factors {
+                factors = next;
+                track.apply(scene, &factors, loads)?;
+            }
+            scene.step(state, loads).map_err(step_failed)?;
+            observe(step + 1, scene, state)?;
+            if cancelled() {
+                return Err(Failure::new(Cause::Stopped, "stopped on request"));
+            }
         }
-        scene.step(&mut state, &loads).map_err(step_failed)?;
-        observe(step + 1, &scene, &state)?;
-        if cancelled() {
-            return Err(Failure::new(Cause::Stopped, "stopped on request"));
-        }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// A long march under one held contact and then free: what stepping costs, and whether it stays bounded.
@@ -152,45 +175,42 @@ pub fn long_run(
     track: &Track,
     steps: usize,
 ) -> Result<LongRun, Failure> {
-    let bind = |error| Failure::file(path, error);
-    let sizes = Scene::<f64>::sizes(file, options).map_err(bind)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-    let scene = Scene::bind(file, options, &mut memory, &mut work).map_err(bind)?;
-    let mut state = State::new(&scene, &mut state_memory).map_err(bind)?;
-    let mut loads = Loads::new(&scene, &mut load_memory).map_err(bind)?;
-    let factors = track.factors(&scene.instants(), scene.parameters().time_step, 0);
-    track.apply(&scene, &factors, &mut loads)?;
-    let step_failed = |error| Failure::file(path, error);
-    let energy_failed = |error| Failure::file(path, error);
+    with_scene(path, file, options, |scene: &Scene<'_, f64>, state, loads| {
+        let factors = track.factors(&scene.instants(), scene.parameters().time_step, 0);
+        track.apply(scene, &factors, loads)?;
+        let step_failed = |error| Failure::file(path, error);
+        let energy_failed = |error| Failure::file(path, error);
 
-    let held = steps / 100;
-    for _ in 0..held {
-        scene.step(&mut state, &loads).map_err(step_failed)?;
-    }
-    loads.clear();
-    let release = scene.energy(&state).map_err(energy_failed)?;
-    let (mut largest, mut seconds, mut done) = (release, 0.0, held);
-    // Energy is looked at between bursts, so that looking costs the timing nothing.
-    const BURST: usize = 1000;
-    while done < steps {
-        let burst = BURST.min(steps - done);
-        let start = Instant::now();
-        for _ in 0..burst {
-            scene.step(&mut state, &loads).map_err(step_failed)?;
+        let held = steps / 100;
+        for _ in 0..held {
+            scene.step(state, loads).map_err(step_failed)?;
         }
-        seconds += start.elapsed().as_secs_f64();
-        done += burst;
-        largest = largest.max(scene.energy(&state).map_err(energy_failed)?);
-        if cancelled() {
-            return Err(Failure::new(Cause::Stopped, "stopped on request"));
+        loads.clear();
+        // One free step first: the old acceleration still holds the force.
+        scene.step(state, loads).map_err(step_failed)?;
+        let release = scene.energy(state).map_err(energy_failed)?;
+        let (mut largest, mut seconds, mut done) = (release, 0.0, held);
+        // Energy is looked at between bursts, so that looking costs the timing nothing.
+        const BURST: usize = 1000;
+        while done < steps {
+            let burst = BURST.min(steps - done);
+            let start = Instant::now();
+            for _ in 0..burst {
+                scene.step(state, loads).map_err(step_failed)?;
+            }
+            seconds += start.elapsed().as_secs_f64();
+            done += burst;
+            largest = largest.max(scene.energy(state).map_err(energy_failed)?);
+            if cancelled() {
+                return Err(Failure::new(Cause::Stopped, "stopped on request"));
+            }
         }
-    }
-    let left = scene.energy(&state).map_err(energy_failed)?;
-    Ok(LongRun {
-        steps,
-        seconds_per_step: seconds / (steps - held) as f64,
-        energy_ratio: largest / release,
-        energy_left: left / release,
+        let left = scene.energy(state).map_err(energy_failed)?;
+        Ok(LongRun {
+            steps,
+            seconds_per_step: seconds / (steps - held) as f64,
+            energy_ratio: largest / release,
+            energy_left: left / release,
+        })
     })
 }

@@ -20,8 +20,8 @@ use crate::pictures::{Chart, Outline, Series, line_chart, outline};
 use crate::player::{LongRun, Track, long_run};
 
 /// The problem and scenario of the demo, inside the program.
-const PROBLEM: &str = include_str!("../../../../fixtures/problems/cantilever.toml");
-const SCENARIO: &str = include_str!("../../../../fixtures/scenarios/push.toml");
+pub const PROBLEM: &str = include_str!("../../../../fixtures/problems/cantilever.toml");
+pub const SCENARIO: &str = include_str!("../../../../fixtures/scenarios/push.toml");
 /// Steps of the long run.
 const MANY: usize = 1_000_000;
 

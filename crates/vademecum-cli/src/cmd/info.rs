@@ -204,7 +204,10 @@ impl Report {
             list(&self.load_patterns)
         );
         for p in &self.parameters {
-            println!("parameter {}: {} to {} {}, nominal {} ({})", p.name, p.lower, p.upper, p.unit, p.nominal, p.role);
+            println!(
+                "parameter {}: {} to {} {}, nominal {} ({})",
+                p.name, p.lower, p.upper, p.unit, p.nominal, p.role
+            );
         }
         for axis in &self.axes {
             println!(

@@ -185,7 +185,11 @@ pub fn verify(
 }
 
 /// Mesh node of each file node, by the ids in the file.
-fn file_nodes(path: &Path, file: &File<'_>, body: &vademecum_build::body::Body) -> Result<Vec<u32>, Failure> {
+pub fn file_nodes(
+    path: &Path,
+    file: &File<'_>,
+    body: &vademecum_build::body::Body,
+) -> Result<Vec<u32>, Failure> {
     let mesh = body.model.mesh();
     let by_id: std::collections::HashMap<u64, u32> =
         mesh.node_ids.iter().enumerate().map(|(i, &id)| (id, i as u32)).collect();
@@ -234,7 +238,7 @@ fn free_basis(
 }
 
 /// The loads of a track as forces over the free dofs.
-fn full_order_loads(
+pub fn full_order_loads(
     track: &Track,
     body: &vademecum_build::body::Body,
     file_nodes: &[u32],

@@ -1,0 +1,141 @@
+//! `vademecum bench` end to end: what its record holds, and the orderings no machine and no load may break.
+
+use std::path::Path;
+
+use serde_json::Value;
+use vademecum_tests::program::{repository, vademecum};
+
+const KEYS: [&str; 11] = [
+    "name",
+    "modes",
+    "offline_seconds",
+    "file_bytes",
+    "bind_us",
+    "step_ns_p50",
+    "step_ns_p99",
+    "step_ns_max",
+    "reconstruct_ms",
+    "trajectory_error",
+    "projection_floor",
+];
+
+fn number(row: &Value, key: &str) -> f64 {
+    row[key].as_f64().unwrap_or_else(|| panic!("`{key}` is no number in {row}"))
+}
+
+/// The row of a method with a number of modes.
+fn row<'a>(methods: &'a [Value], name: &str, modes: u64) -> &'a Value {
+    let found = methods.iter().find(|row| row["name"] == name && row["modes"] == modes);
+    found.unwrap_or_else(|| panic!("no row `{name}` with {modes} modes"))
+}
+
+/// Runs the bench on the short beam.
+fn bench(folder: &Path) -> Value {
+    let problem = repository().join("fixtures/problems/short-beam.toml");
+    let arguments = [
+        "bench".as_ref(),
+        problem.as_os_str(),
+        "-o".as_ref(),
+        folder.as_os_str(),
+        "--quick".as_ref(),
+        "--json".as_ref(),
+    ];
+    vademecum(&arguments).json()
+}
+
+#[test]
+fn the_record_is_whole_and_its_orderings_hold() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let report = bench(folder.path());
+    let methods = report["methods"].as_array().expect("a list");
+    // The full-order march and seven reduced methods with 8 and with 16 modes.
+    assert_eq!(methods.len(), 1 + 2 * 7);
+    methods.iter().for_each(check_row);
+    check_accuracy(methods);
+    check_costs(methods);
+    assert!(number(&report["time_scheme_error"][0], "error") > 0.0);
+    check_files(folder.path(), &report, methods.len());
+}
+
+fn check_row(row: &Value) {
+    let mut found: Vec<&str> = row.as_object().expect("a table").keys().map(String::as_str).collect();
+    let mut expected = KEYS;
+    found.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+    // error² = floor² + (distance of the coordinates)², summed apart: no rounding turns the order round.
+    assert!(number(row, "trajectory_error") >= number(row, "projection_floor"), "{row}");
+    assert!(number(row, "step_ns_p50") <= number(row, "step_ns_p99"), "{row}");
+    assert!(number(row, "step_ns_p99") <= number(row, "step_ns_max"), "{row}");
+    assert!(number(row, "offline_seconds") > 0.0, "{row}");
+    let through_file = !row["file_bytes"].is_null();
+    assert_eq!(through_file, !row["bind_us"].is_null(), "{row}");
+    assert_eq!(row["modes"].is_null(), row["reconstruct_ms"].is_null(), "{row}");
+}
+
+fn check_accuracy(methods: &[Value]) {
+    assert_eq!(number(&methods[0], "trajectory_error"), 0.0, "the reference is not its own reference");
+    for modes in [8, 16] {
+        let of = |name: &str, key: &str| number(row(methods, name, modes), key);
+        // One basis, one floor, whatever steps on it.
+        let galerkin_floor = of("pod-galerkin, dense solves f64", "projection_floor");
+        assert_eq!(galerkin_floor, of("pod block f64", "projection_floor"));
+        for structure in ["ritz diagonal", "ritz block"] {
+            let [double, single] =
+                ["f64", "f32"].map(|p| of(&format!("{structure} {p}"), "trajectory_error"));
+            // What the project promises for f32 against f64 over 2e5 steps; by the triangle inequality no more here.
+            assert!((double - single).abs() <= 2e-3, "{structure}: {double} {single}");
+            // The promise of the default basis.
+            let floor = of(&format!("{structure} f64"), "projection_floor");
+            assert!(double <= 1.1 * floor + 1e-6, "{structure}: {double} against {floor}");
+        }
+    }
+    // Bases that are nested by construction lose nothing with more modes.
+    for name in ["pod block f64", "natural modes, diagonal f64"] {
+        let [few, many] = [8, 16].map(|r| number(row(methods, name, r), "projection_floor"));
+        assert!(many <= few, "{name}: {many} above {few}");
+    }
+}
+
+fn check_costs(methods: &[Value]) {
+    let full_order = number(&methods[0], "step_ns_p50");
+    for modes in [8, 16] {
+        let of = |name: &str, key: &str| number(row(methods, name, modes), key);
+        // Two sparse solves with 324 dofs against at most 48² multiply-adds; measured 65 µs against 0.25 µs.
+        assert!(methods[1..].iter().all(|row| number(row, "step_ns_p50") < full_order));
+        // 18r² multiply-adds and two solves in sequence against 9r: measured 15 times and more.
+        assert!(of("ritz diagonal f64", "step_ns_p50") < of("pod-galerkin, dense solves f64", "step_ns_p50"));
+        // The block file holds what the diagonal one holds and the load columns.
+        assert!(of("ritz diagonal f64", "file_bytes") < of("ritz block f64", "file_bytes"));
+        assert_eq!(of("ritz diagonal f64", "file_bytes"), of("ritz diagonal f32", "file_bytes"));
+    }
+}
+
+fn check_files(folder: &Path, report: &Value, rows: usize) {
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect(name);
+    assert_eq!(&serde_json::from_str::<Value>(&read("bench.json")).expect("JSON"), report);
+    let table = read("bench.csv");
+    assert_eq!(table.lines().count(), 1 + rows);
+    assert_eq!(table.lines().next(), Some(KEYS.join(",").as_str()));
+    assert_eq!(read("bench.md").lines().filter(|line| line.starts_with('|')).count(), 2 + rows);
+    let picture = read("pareto.svg");
+    assert!(picture.starts_with("<svg") && picture.contains("ritz diagonal f32"), "no picture");
+}
+
+#[test]
+fn more_modes_than_the_snapshots_span_is_an_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let problem = repository().join("fixtures/problems/short-beam.toml");
+    let arguments = [
+        "bench".as_ref(),
+        problem.as_os_str(),
+        "-o".as_ref(),
+        folder.path().as_os_str(),
+        "--quick".as_ref(),
+        "--modes".as_ref(),
+        "256".as_ref(),
+    ];
+    let ran = vademecum(&arguments);
+    assert_eq!(ran.code, Some(3), "{}", ran.stderr);
+    assert!(ran.stderr.contains("the snapshots span"), "{}", ran.stderr);
+}
