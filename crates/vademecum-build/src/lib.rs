@@ -20,6 +20,7 @@ pub mod problem;
 pub mod progress;
 pub mod reduced;
 pub mod response;
+pub mod rewrite;
 pub mod scenario;
 pub mod separated;
 pub mod snapshots;

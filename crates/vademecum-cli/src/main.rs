@@ -38,6 +38,9 @@ Examples:
   vademecum view body.vdm                           push it in the browser
   vademecum report body.vdm -o report.html          one page about a build, with figures
   vademecum bench body.toml -o bench --quick        run time against error, method by method
+  vademecum strip body.vdm --keep probes -o p.vdm   only what stepping and probes need
+  vademecum pack body.vdm -o small.vdm              compress it for shipping; `unpack` gives it back
+  vademecum verify body.vdm --file-only             is the file whole and sound
 
 Exit codes: 0 done, 1 the machine failed, 2 wrong usage, 3 problem or scenario file, 4 mesh, 5 numerics,
 6 a tolerance is missed, 7 vademecum file, 130 stopped on request.";
@@ -54,6 +57,9 @@ enum Command {
     View(cmd::view::View),
     Report(cmd::report::Report),
     Bench(cmd::bench::Bench),
+    Strip(cmd::strip::Strip),
+    Pack(cmd::pack::Pack),
+    Unpack(cmd::unpack::Unpack),
 }
 
 fn main() -> ExitCode {
@@ -71,6 +77,9 @@ fn main() -> ExitCode {
         Command::View(command) => command.run(&console),
         Command::Report(command) => command.run(&console),
         Command::Bench(command) => command.run(&console),
+        Command::Strip(command) => command.run(),
+        Command::Pack(command) => command.run(),
+        Command::Unpack(command) => command.run(),
     };
     console.clear();
     match result {

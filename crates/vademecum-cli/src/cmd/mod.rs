@@ -6,17 +6,22 @@ pub mod demo;
 pub mod info;
 pub mod mesh;
 pub mod modes;
+pub mod pack;
 pub mod report;
 pub mod run;
+pub mod strip;
+pub mod unpack;
 pub mod verify;
 pub mod view;
 
 use std::path::Path;
 
+use vademecum_build::export::write_atomic;
+use vademecum_build::rewrite::RewriteError;
 use vademecum_eval::Mapped;
 use vademecum_format::File;
 
-use crate::failure::Failure;
+use crate::failure::{Cause, Failure};
 
 /// Prints a value as JSON on standard output.
 pub fn print_json(value: &impl serde::Serialize) {
@@ -42,4 +47,32 @@ pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped) -> Result<File<'a>, Failu
     let file = mapped.file().map_err(failed)?;
     file.verify_all().map_err(failed)?;
     Ok(file)
+}
+
+/// All bytes of a vademecum file, copied: the file itself may then be replaced.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|error| Failure::io(path, error))
+}
+
+/// Writes a vademecum file whole or not at all, and says how large it has become.
+pub fn write_file(path: &Path, bytes: &[u8], before: usize) -> Result<(), Failure> {
+    write_atomic(path, bytes).map_err(|error| Failure::io(path, error))?;
+    println!("{}: {} bytes, {before} before", path.display(), bytes.len());
+    Ok(())
+}
+
+/// A file that cannot be rewritten, or does not pass its check.
+pub fn rewrite_failed(path: &Path, error: RewriteError) -> Failure {
+    let remedy = match &error {
+        RewriteError::Unknown { .. } => "use the version of this program that wrote the file, or a later one",
+        RewriteError::Absent { .. } => {
+            "strip the file it was made from, or build it again with what is missing"
+        }
+        RewriteError::NothingToStrip { .. } => "use the file as it is",
+        RewriteError::TooLarge { .. } => "if you trust the file, `unpack --limit` allows more",
+        _ => {
+            "the file was damaged after it was written, or not written by this program: copy or build it again"
+        }
+    };
+    Failure::new(Cause::File, format!("{}: {error}", path.display())).remedy(remedy)
 }

@@ -10,29 +10,34 @@ use vademecum_build::pipeline::{BuildError, Prepared, prepare};
 use vademecum_build::problem::Problem;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::reduced::spectral_radius;
+use vademecum_build::rewrite::check;
 use vademecum_build::scenario::Scenario;
 use vademecum_eval::{Field, Loads, Mapped, Scene, SceneOptions, State, Structure};
 use vademecum_format::{File, SectionKind};
 
+use super::{print_json, read_file, rewrite_failed, whole_file};
 use super::run::StructureArgument;
-use super::{print_json, whole_file};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::player::{Track, long_run, names, play};
 
-/// Marches a scenario full order and through the file, and prints how far apart they are.
+/// Marches a scenario full order and through the file, and prints how far apart they are; or checks the file alone.
 #[derive(clap::Args)]
-#[command(after_help = "Example:
-  vademecum verify body.vdm --problem body.toml --scenario push.toml --json")]
+#[command(after_help = "Examples:
+  vademecum verify body.vdm --problem body.toml --scenario push.toml --json
+  vademecum verify body.vdm --file-only")]
 pub struct Verify {
     /// The vademecum file.
     file: PathBuf,
     /// The problem it was built from.
-    #[arg(long)]
-    problem: PathBuf,
+    #[arg(long, required_unless_present = "file_only")]
+    problem: Option<PathBuf>,
     /// The scenario file (TOML).
-    #[arg(long)]
-    scenario: PathBuf,
+    #[arg(long, required_unless_present = "file_only")]
+    scenario: Option<PathBuf>,
+    /// Check the file alone: checksums, finite numbers, names and indices.
+    #[arg(long, conflicts_with_all = ["problem", "scenario", "structure"])]
+    file_only: bool,
     /// Structure of the step.
     #[arg(long, value_enum, default_value_t = StructureArgument::Auto)]
     structure: StructureArgument,
@@ -88,8 +93,35 @@ pub struct Verified {
 
 impl Verify {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        let problem = Problem::read(&self.problem)?;
-        let scenario = Scenario::read(&self.scenario)?;
+        match (&self.problem, &self.scenario) {
+            (Some(problem), Some(scenario)) => self.march(problem, scenario, console),
+            _ => self.check_file(),
+        }
+    }
+
+    /// `--file-only`.
+    fn check_file(&self) -> Result<(), Failure> {
+        let checked = check(&read_file(&self.file)?).map_err(|error| rewrite_failed(&self.file, error))?;
+        if self.json {
+            print_json(&checked);
+            return Ok(());
+        }
+        println!(
+            "{}: sound; {} bytes, {} sections, {} numbers, all finite",
+            self.file.display(),
+            checked.bytes,
+            checked.sections,
+            checked.numbers
+        );
+        if checked.unknown_sections > 0 {
+            println!("{} section(s) of a kind this program does not know were skipped", checked.unknown_sections);
+        }
+        Ok(())
+    }
+
+    fn march(&self, problem: &Path, scenario: &Path, console: &Console) -> Result<(), Failure> {
+        let problem = Problem::read(problem)?;
+        let scenario = Scenario::read(scenario)?;
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
         let file = whole_file(&self.file, &mapped)?;
         let options = SceneOptions { structure: self.structure.into(), ..SceneOptions::default() };

@@ -1,0 +1,98 @@
+//! Why a file was not rewritten.
+
+use thiserror::Error;
+use vademecum_format::{FormatError, SectionKind};
+
+use super::Keep;
+
+/// Why a file was not rewritten or did not pass its check.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RewriteError {
+    /// The file is refused, or a section does not match its checksum.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// The file holds optional sections of a later version, which rewriting would lose.
+    #[error("{count} section(s) are of a kind this program does not know, and rewriting would lose them")]
+    Unknown {
+        /// How many.
+        count: usize,
+    },
+    /// What is to be kept is not in the file.
+    #[error("to keep {keep:?}, the file needs section {kind:?}, which it does not have")]
+    Absent {
+        /// The section.
+        kind: SectionKind,
+        /// What was to be kept.
+        keep: Keep,
+    },
+    /// The file holds no more than what is to be kept.
+    #[error("the file holds nothing beside {keep:?}: there is nothing to strip")]
+    NothingToStrip {
+        /// What was to be kept.
+        keep: Keep,
+    },
+    /// A compression level zstd does not have.
+    #[error("compression level {level} is not in 1 to 22")]
+    Level {
+        /// The level.
+        level: i32,
+    },
+    /// Sections would decode to more than the limit.
+    #[error("the sections decode to {declared} bytes, the limit is {limit}")]
+    TooLarge {
+        /// Bytes the directory declares.
+        declared: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// A section's stored bytes are not one zstd frame of the declared length.
+    #[error("section {kind:?} is not one zstd frame of {declared} bytes: {reason}")]
+    Frame {
+        /// The section.
+        kind: SectionKind,
+        /// Its decoded length.
+        declared: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The compressor failed.
+    #[error("zstd cannot compress a section")]
+    Compress(#[source] std::io::Error),
+    /// A number is infinite or not a number.
+    #[error("section {kind:?}: number {place} is {value}")]
+    NotFinite {
+        /// The section.
+        kind: SectionKind,
+        /// Where, counted from 0.
+        place: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// An index is past the end of what it counts.
+    #[error("section {kind:?}: index {index} at place {place} is past the {count} it counts")]
+    Index {
+        /// The section.
+        kind: SectionKind,
+        /// Where, counted from 0.
+        place: usize,
+        /// What it is.
+        index: u32,
+        /// How many there are.
+        count: u32,
+    },
+    /// Names are too few, too many, empty or the same.
+    #[error("section {kind:?}: {reason}")]
+    Names {
+        /// The section.
+        kind: SectionKind,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The points of an axis do not increase, or leave its range.
+    #[error("section AxisPoints: axis {axis} is not increasing within its range")]
+    Points {
+        /// The axis, counted from 0.
+        axis: usize,
+    },
+}

@@ -1,0 +1,163 @@
+//! A finished file made into another: compressed for shipping, raw for mapping, or without what a target does not need.
+//!
+//! Each function takes the bytes of a whole file and gives the bytes of a whole new one; nothing is changed in place. Metadata are
+//! taken over word for word, so a section that is gone is *absent*, never of another shape, and what needs it says so by name. The odd
+//! thing: sections this program does not know cannot be carried along (their meaning may be tied to what is dropped), so a file
+//! that has some is not rewritten at all.
+
+mod check;
+mod codec;
+mod error;
+
+pub use check::{Checked, check};
+pub use codec::{DECODED_LIMIT, decode};
+pub use error::RewriteError;
+
+use vademecum_format::{Codec, File, Section, SectionInput, SectionKind, encode_into, encoded_len};
+
+/// Bytes of the header, and of each entry of the directory.
+const BLOCK: usize = vademecum_format::BLOCK;
+
+/// What a stripped file can still do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Stepping under load patterns, probe values, energy, live parameters. No fields, no contacts, no geometry.
+    Probes,
+    /// That, and the surface: geometry, contacts, surface fields. No fields inside the body.
+    Surface,
+    /// Everything that is there.
+    All,
+}
+
+impl Keep {
+    /// Whether a section stays.
+    #[must_use]
+    pub fn keeps(self, kind: SectionKind) -> bool {
+        use SectionKind as S;
+        let inside = kind == S::InteriorBasis;
+        let for_people = matches!(kind, S::SingularValues | S::ModeTable);
+        let surface =
+            matches!(kind, S::NodeIds | S::NodeCoordinates | S::Triangles | S::SurfaceBasis | S::BlockLoad);
+        match self {
+            Self::Probes => !(inside || surface || for_people),
+            Self::Surface => !inside,
+            Self::All => true,
+        }
+    }
+
+    /// Sections without which the promise would be empty.
+    fn needs(self) -> &'static [SectionKind] {
+        match self {
+            Self::Probes => &[SectionKind::ProbeRows],
+            Self::Surface => {
+                &[SectionKind::SurfaceBasis, SectionKind::NodeCoordinates, SectionKind::Triangles]
+            }
+            Self::All => &[],
+        }
+    }
+}
+
+/// The file without the sections `keep` does not name. Codecs stay as they are.
+///
+/// # Errors
+/// [`RewriteError::Format`], [`RewriteError::Unknown`]; [`RewriteError::Absent`] if what is to be kept is not there;
+/// [`RewriteError::NothingToStrip`] if all of the file is to be kept.
+pub fn strip(bytes: &[u8], keep: Keep) -> Result<Vec<u8>, RewriteError> {
+    let file = whole(bytes)?;
+    if let Some(&kind) = keep.needs().iter().find(|&&kind| file.section(kind).is_none()) {
+        return Err(RewriteError::Absent { kind, keep });
+    }
+    let kept: Vec<SectionInput<'_>> = file
+        .sections()
+        .filter(|section| keep.keeps(section.kind()))
+        .map(|section| as_it_is(&section))
+        .collect();
+    if keep != Keep::All && kept.len() == file.sections().count() {
+        return Err(RewriteError::NothingToStrip { keep });
+    }
+    write(&file, &kept)
+}
+
+/// The file with each section as one zstd frame where that is smaller, raw where it is not. `level` is zstd's, 1 to 22.
+///
+/// The same input, level and version of zstd give the same bytes.
+///
+/// # Errors
+/// [`RewriteError::Level`], [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`],
+/// [`RewriteError::TooLarge`].
+pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
+    if !(1..=22).contains(&level) {
+        return Err(RewriteError::Level { level });
+    }
+    recoded(bytes, DECODED_LIMIT, |raw| {
+        let frame = codec::frame(raw, level)?;
+        Ok(if frame.len() < raw.len() { (Codec::Zstd, frame) } else { (Codec::Raw, raw.to_vec()) })
+    })
+}
+
+/// The file with every section raw, as it is mapped. `limit` bounds the bytes of all sections together.
+///
+/// `unpack(pack(f)) = f` for a file `f` whose sections are all raw.
+///
+/// # Errors
+/// [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`], [`RewriteError::TooLarge`].
+pub fn unpack(bytes: &[u8], limit: u64) -> Result<Vec<u8>, RewriteError> {
+    recoded(bytes, limit, |raw| Ok((Codec::Raw, raw.to_vec())))
+}
+
+/// Decodes every section and codes it anew.
+fn recoded(
+    bytes: &[u8],
+    limit: u64,
+    code: impl Fn(&[u8]) -> Result<(Codec, Vec<u8>), RewriteError>,
+) -> Result<Vec<u8>, RewriteError> {
+    let file = whole(bytes)?;
+    codec::check_total(&file, limit)?;
+    let mut coded = vec![];
+    for section in file.sections() {
+        let raw = decode(&section, limit)?;
+        coded.push((section, code(&raw)?));
+    }
+    let inputs: Vec<SectionInput<'_>> = coded
+        .iter()
+        .map(|(section, (codec, stored))| SectionInput { codec: *codec, stored, ..as_it_is(section) })
+        .collect();
+    write(&file, &inputs)
+}
+
+fn as_it_is<'a>(section: &Section<'a>) -> SectionInput<'a> {
+    SectionInput {
+        kind: section.kind(),
+        element: section.element(),
+        codec: section.codec(),
+        required: section.is_required(),
+        shape: section.shape(),
+        decoded_length: section.decoded_length(),
+        stored: section.stored(),
+    }
+}
+
+/// The file, undamaged, if every section of it is known.
+fn whole(bytes: &[u8]) -> Result<File<'_>, RewriteError> {
+    let file = File::parse(bytes)?;
+    file.verify_all()?;
+    match unknown_sections(&file) {
+        0 => Ok(file),
+        count => Err(RewriteError::Unknown { count }),
+    }
+}
+
+/// Sections of kinds this program does not know.
+fn unknown_sections(file: &File<'_>) -> usize {
+    let entries = file.bytes().as_chunks::<BLOCK>().0;
+    let count = entries
+        .first()
+        .map_or(0, |header| u32::from_le_bytes([header[12], header[13], header[14], header[15]]));
+    (count as usize).saturating_sub(file.sections().count())
+}
+
+fn write(file: &File<'_>, sections: &[SectionInput<'_>]) -> Result<Vec<u8>, RewriteError> {
+    let mut bytes = vec![0; encoded_len(file.metadata(), sections)?];
+    encode_into(file.metadata(), sections, &mut bytes)?;
+    Ok(bytes)
+}

@@ -1,0 +1,67 @@
+//! `vademecum strip`: a file without what its target does not need.
+
+use std::path::PathBuf;
+
+use vademecum_build::rewrite::{self, Keep};
+use vademecum_format::{File, SectionKind};
+
+use super::{read_file, rewrite_failed, write_file};
+use crate::failure::Failure;
+
+/// Drops the parts of a file a target does not need.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  vademecum strip body.vdm --keep probes -o probe.vdm
+What is dropped is named; a scene that asks for it is refused by name.")]
+pub struct Strip {
+    /// The vademecum file.
+    file: PathBuf,
+    /// What the new file can still do.
+    #[arg(long, value_enum)]
+    keep: KeepArgument,
+    /// The new file; may be the file itself.
+    #[arg(short, long)]
+    output: PathBuf,
+}
+
+/// What a stripped file can still do, as an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum KeepArgument {
+    /// Stepping under load patterns, and the probes.
+    Probes,
+    /// That, contacts, and fields on the surface.
+    Surface,
+    /// Everything.
+    All,
+}
+
+impl Strip {
+    pub fn run(&self) -> Result<(), Failure> {
+        let keep = match self.keep {
+            KeepArgument::Probes => Keep::Probes,
+            KeepArgument::Surface => Keep::Surface,
+            KeepArgument::All => Keep::All,
+        };
+        let bytes = read_file(&self.file)?;
+        let stripped = rewrite::strip(&bytes, keep).map_err(|error| rewrite_failed(&self.file, error))?;
+        let file = File::parse(&bytes).map_err(|error| Failure::file(&self.file, error))?;
+        write_file(&self.output, &stripped, bytes.len())?;
+        let dropped: Vec<SectionKind> =
+            file.sections().map(|s| s.kind()).filter(|&kind| !keep.keeps(kind)).collect();
+        for (kind, lost) in LOST.iter().filter(|(kind, _)| dropped.contains(kind)) {
+            println!("without {kind:?}: {lost}");
+        }
+        Ok(())
+    }
+}
+
+/// What nobody can do any more without a section.
+const LOST: [(SectionKind, &str); 7] = [
+    (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
+    (SectionKind::NodeCoordinates, "no geometry"),
+    (SectionKind::Triangles, "no surface to show"),
+    (SectionKind::SurfaceBasis, "no contacts and no fields on the surface"),
+    (SectionKind::InteriorBasis, "no fields inside the body"),
+    (SectionKind::SingularValues, "no singular values to report"),
+    (SectionKind::ModeTable, "no table of modes to report"),
+];

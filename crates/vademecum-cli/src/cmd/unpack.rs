@@ -1,0 +1,31 @@
+//! `vademecum unpack`: a file as it is mapped, every section raw and aligned.
+
+use std::path::PathBuf;
+
+use vademecum_build::rewrite;
+
+use super::{read_file, rewrite_failed, write_file};
+use crate::failure::Failure;
+
+/// Decompresses a file for use.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  vademecum unpack body.packed.vdm -o body.vdm")]
+pub struct Unpack {
+    /// The vademecum file.
+    file: PathBuf,
+    /// The raw file; may be the file itself.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Most bytes the sections may decode to.
+    #[arg(long, default_value_t = rewrite::DECODED_LIMIT)]
+    limit: u64,
+}
+
+impl Unpack {
+    pub fn run(&self) -> Result<(), Failure> {
+        let bytes = read_file(&self.file)?;
+        let raw = rewrite::unpack(&bytes, self.limit).map_err(|error| rewrite_failed(&self.file, error))?;
+        write_file(&self.output, &raw, bytes.len())
+    }
+}

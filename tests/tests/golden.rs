@@ -1,0 +1,76 @@
+//! Files of version 1.0 stay readable for ever, and the writer still writes them byte for byte.
+
+use vademecum_build::rewrite::check;
+use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice};
+use vademecum_format::{File, SectionKind};
+use vademecum_tests::golden;
+use vademecum_tests::program::{repository, vademecum};
+use vademecum_tests::stage::with_scene;
+
+/// Name and bytes of every file in the folder.
+fn on_disk() -> Vec<(String, Vec<u8>)> {
+    let folder = std::fs::read_dir(repository().join("fixtures/golden")).expect("the golden files");
+    let mut files: Vec<_> = folder
+        .map(|entry| {
+            let path = entry.expect("an entry").path();
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            (name, std::fs::read(path).expect("readable"))
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn the_writer_reproduces_every_golden_file() {
+    let (known, mut made) = (on_disk(), golden::all());
+    made.sort();
+    let names = |files: &[(String, Vec<u8>)]| files.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&known), made.iter().map(|f| f.0.to_string()).collect::<Vec<_>>());
+    for ((name, known), (_, made)) in known.iter().zip(&made) {
+        let first = known.iter().zip(made).position(|(a, b)| a != b);
+        assert!(known == made, "{name} differs, first at byte {first:?}: read fixtures/README.md");
+    }
+    // What a clone of the repository carries for ever.
+    assert!(known.iter().map(|f| f.1.len()).sum::<usize>() <= 200 * 1024);
+}
+
+#[test]
+fn every_golden_file_is_sound() {
+    for (name, bytes) in on_disk() {
+        let checked = check(&bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(checked.unknown_sections, 0);
+        let path = repository().join("fixtures/golden").join(name);
+        let ran =
+            vademecum(&["verify".as_ref(), path.as_os_str(), "--file-only".as_ref(), "--json".as_ref()]);
+        assert_eq!(ran.json()["numbers"], checked.numbers);
+    }
+}
+
+#[test]
+fn every_golden_file_steps_in_every_structure_it_has() {
+    for (name, bytes) in on_disk() {
+        let file = File::parse(&bytes).expect("a file");
+        let metadata = *file.metadata();
+        let surface = file.section(SectionKind::SurfaceBasis).is_some();
+        let present =
+            [(StructureChoice::Diagonal, metadata.diagonal), (StructureChoice::Block, metadata.block)];
+        for (structure, _) in present.into_iter().filter(|s| s.1) {
+            let options = SceneOptions { structure, ..SceneOptions::default() };
+            with_scene::<f64, _>(&bytes, &options, |scene, state, loads| {
+                loads.add_pattern(scene, 0, 1.0).expect("a pattern");
+                let contact = Contact { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+                assert_eq!(loads.add_contact(scene, &contact).is_ok(), surface, "{name}");
+                for _ in 0..100 {
+                    assert_eq!(scene.step(state, loads).expect("a step"), Status::Moving, "{name}");
+                }
+                let energy = scene.energy(state).expect("an energy");
+                assert!(energy.is_finite() && energy > 0.0, "{name}: {energy}");
+                for probe in 0..metadata.n_probes as usize {
+                    let value = scene.probe(state, probe, Field::Displacement).expect("a probe");
+                    assert!(value.is_finite() && value != 0.0, "{name}: {value}");
+                }
+            });
+        }
+    }
+}
