@@ -15,8 +15,8 @@ use vademecum_build::scenario::Scenario;
 use vademecum_eval::{Field, Loads, Mapped, Scene, SceneOptions, State, Structure};
 use vademecum_format::{File, SectionKind};
 
-use super::{print_json, read_file, rewrite_failed, whole_file};
 use super::run::StructureArgument;
+use super::{print_json, read_file, rewrite_failed, whole_file};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::player::{Track, long_run, names, play};
@@ -114,7 +114,10 @@ impl Verify {
             checked.numbers
         );
         if checked.unknown_sections > 0 {
-            println!("{} section(s) of a kind this program does not know were skipped", checked.unknown_sections);
+            println!(
+                "{} section(s) of a kind this program does not know were skipped",
+                checked.unknown_sections
+            );
         }
         Ok(())
     }
