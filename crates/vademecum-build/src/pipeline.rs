@@ -160,6 +160,8 @@ pub struct CertificateReport {
     pub floor_ratio: f64,
     /// See `floor_ratio`.
     pub absolute: f64,
+    /// Allowed error of the stage maps over live parameters, root mean square; ten times that at the worst point.
+    pub map: f64,
 }
 
 /// A structure's certificate as a report shows it.
@@ -198,8 +200,14 @@ impl StructureReport {
         }
     }
 
-    /// Whether it keeps a tolerance and is stable.
-    pub fn keeps(&self, floor_ratio: f64, absolute: f64) -> bool {
+    /// Whether the stage maps keep a tolerance, where their error was measured.
+    fn maps_keep(&self, tolerance: f64) -> bool {
+        let within = |error: f64, limit: f64| error.is_nan() || error <= limit;
+        within(self.map_error_rms, tolerance) && within(self.map_error_max, 10.0 * tolerance)
+    }
+
+    /// Whether the trajectories keep a tolerance and the step is stable.
+    fn keeps(&self, floor_ratio: f64, absolute: f64) -> bool {
         let accurate = self.trajectory_error <= floor_ratio * self.projection_floor + absolute;
         accurate && self.spectral_radius <= STABLE && self.energy_ratio <= BOUNDED
     }
@@ -214,7 +222,7 @@ const BOUNDED: f64 = 1.05;
 impl CertificateReport {
     /// Whether one of the structures keeps the tolerance.
     pub fn holds(&self) -> bool {
-        let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute);
+        let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute) && s.maps_keep(self.map);
         self.diagonal.iter().chain(&self.block).any(keeps)
     }
 }
@@ -223,20 +231,22 @@ impl Report {
     fn missed(&self) -> String {
         let line = |name: &str, s: &StructureReport| {
             format!(
-                "\n  {name}: error {:.3e}, floor {:.3e} (ratio {:.2}), spectral radius 1{:+.1e}, energy ratio {:.6}",
+                "\n  {name}: error {:.3e}, floor {:.3e} (ratio {:.2}), spectral radius 1{:+.1e}, energy ratio {:.6}, map error {:.1e} rms, {:.1e} worst",
                 s.trajectory_error,
                 s.projection_floor,
                 s.floor_ratio,
                 s.spectral_radius - 1.0,
-                s.energy_ratio
+                s.energy_ratio,
+                s.map_error_rms,
+                s.map_error_max
             )
         };
         let c = &self.certificate;
         let diagonal = c.diagonal.as_ref().map_or(String::new(), |s| line("diagonal", s));
         let block = c.block.as_ref().map_or(String::new(), |s| line("block", s));
         format!(
-            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12):{diagonal}{block}",
-            c.floor_ratio, c.absolute
+            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12, map error ≤ {:e}):{diagonal}{block}",
+            c.floor_ratio, c.absolute, c.map
         )
     }
 }
@@ -576,6 +586,7 @@ fn certificate_report(problem: &Problem, certificate: &Certificate, diagonal: bo
         block: Some(StructureReport::new(&certificate.block)),
         floor_ratio: problem.tolerance.floor_ratio,
         absolute: problem.tolerance.absolute,
+        map: problem.tolerance.map,
     }
 }
 
