@@ -40,7 +40,7 @@ pub enum Variant {
     RitzDiagonal,
     /// The project's basis, block structure (full-order stages projected with `BᵀM`).
     RitzBlock,
-    /// Ritz vectors of the oversampled POD itself, without its static response (method.md §2), diagonal structure.
+    /// Ritz vectors of the oversampled POD itself, without its static response (docs/theory/4-basis.md), diagonal structure.
     PlainRitzDiagonal,
     /// The same, block structure.
     PlainRitzBlock,

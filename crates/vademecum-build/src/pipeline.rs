@@ -213,7 +213,7 @@ impl StructureReport {
     }
 }
 
-/// Largest spectral radius of a step that may be written: rounding of eigenvalues at 1 (method.md §6).
+/// Largest spectral radius of a step that may be written: rounding of eigenvalues at 1 (docs/theory/5-vademecum.md).
 const STABLE: f64 = 1.0 + 1e-12;
 /// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of `Bζ` may swing a
 /// little where the full-order field is not quite `Bζ` (live regions).

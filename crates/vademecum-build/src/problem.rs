@@ -385,7 +385,7 @@ impl Default for BasisEntry {
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum BasisKind {
-    /// Ritz vectors of an oversampled POD (method.md §2).
+    /// Ritz vectors of an oversampled POD and of its static response (docs/theory/4-basis.md).
     #[default]
     Ritz,
     /// Plain POD, as the chapter has it.

@@ -5,7 +5,7 @@
 //! each dof. What is stored is `H − B` and `C − I`: the identity is exact and the small numbers keep all their digits.
 //!
 //! Source: chapter 5, eqs. (5.5), (5.6), with the state entering linearly and exactly instead of through axes
-//! (method.md §3).
+//! (docs/theory/5-vademecum.md).
 
 use faer::prelude::Solve as _;
 use faer::{Mat, MatRef};

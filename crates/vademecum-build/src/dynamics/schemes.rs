@@ -115,7 +115,7 @@ impl SchemeKind {
     }
 }
 
-/// Bathe's method (method.md §1; chapter eqs. 5.5 and 5.6 with damping).
+/// Bathe's method (docs/theory/3-schemes.md; chapter eqs. 5.5 and 5.6 with damping).
 ///
 /// ```text
 /// u̇½ = 4/Δt (u½ − u) − u̇,   ü½ = 4/Δt (u̇½ − u̇) − ü,   u̇¹ = (u − 4u½ + 3u¹)/Δt,   ü¹ = (u̇ − 4u̇½ + 3u̇¹)/Δt

@@ -1,5 +1,5 @@
 //! One basis for a box of region scales: the eigenvectors turn with the contrast between regions, so the basis is the POD
-//! of the energy-weighted Ritz vectors of several parameter samples (method.md §2).
+//! of the energy-weighted Ritz vectors of several parameter samples (docs/theory/4-basis.md).
 
 use faer::{Mat, MatMut, MatRef};
 

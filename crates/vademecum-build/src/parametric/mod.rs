@@ -1,6 +1,6 @@
 //! Live parameters: which of them are free, what they do to the model, and the separated responses over their box.
 //!
-//! Parameters that only move θ (method.md §3: uniform stiffness and density, Δt, α, β, both stages) collapse into one
+//! Parameters that only move θ (docs/theory/5-vademecum.md: uniform stiffness and density, Δt, α, β, both stages) collapse into one
 //! axis; scales of single regions take an axis each. The user's parameters and the axes of the solution are therefore
 //! two things, and [`ParameterSpace`] is the map between them.
 

@@ -1,6 +1,6 @@
 //! The block problem `(Σ_t c_t(μ) S_t) X(μ) = Σ_s c_s(μ) B_s` with `c(μ) = Π_a μ_a^{p_a}`.
 //!
-//! The family of method.md §3, `(M + Σ_q θ_q K_q) X = −Σ_q θ_q K_q B` with `X = H − B`, is one of these: `X` keeps the
+//! The family of docs/theory/5-vademecum.md, `(M + Σ_q θ_q K_q) X = −Σ_q θ_q K_q B` with `X = H − B`, is one of these: `X` keeps the
 //! state linear and exact, one column per mode, and only real parameters become axes. Coefficients are products of
 //! powers because that is what every choice of axes asks for: one `θ_q` per region, a common `θ` with contrasts
 //! (`θ_q = θ κ_q`), geometric contrasts (`θ_1 = θ c^½, θ_2 = θ c^−½`), density scales on parts of `M`.
@@ -55,7 +55,7 @@ impl<S: Space> BlockProblem<S> {
         Ok(BlockProblem { axes, powers, space, sources })
     }
 
-    /// The increment problem of method.md §4, `(Σ_p ρ_p M_p + Σ_q θ_q K_q) X = −Σ_q θ_q K_q B`: `space` holds the mass
+    /// The increment problem of docs/theory/5-vademecum.md, `(Σ_p ρ_p M_p + Σ_q θ_q K_q) X = −Σ_q θ_q K_q B`: `space` holds the mass
     /// matrices first, then the stiffness matrices; `mass_powers` and `stiffness_powers` are the exponents of `ρ_p` and
     /// `θ_q`, one list per matrix (`[[0, 0, …]]` for one mass without live density); `basis` is `B`, `(n_rows, n_modes)`.
     ///

@@ -149,7 +149,7 @@ fn two_regions_take_at_most_60_terms_for_1e_6_and_updates_are_why() {
         let (_, (plain, _)) = row(name, &reduction, &fresh, 4000, &greedy);
         assert!(
             plain > 10.0 * rms,
-            "the table of method.md §4 has a factor of 60 at 30 terms: {plain} {rms}"
+            "the table of docs/theory/5-vademecum.md has a factor of 60 at 30 terms: {plain} {rms}"
         );
         let (_, (galerkin, _)) = row(
             &format!("{name}, Galerkin"),

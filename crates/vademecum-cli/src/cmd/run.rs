@@ -69,7 +69,10 @@ impl Run {
         };
         let track = Track::bind(&self.file, &file, &scenario)?;
         for (i, (_, point, _)) in track.contacts.iter().enumerate() {
-            console.note(&format!("contact[{i}] lies {:.3e} from the point given", point.distance));
+            let size = point.position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+            if point.distance > 1e-6 * size {
+                console.note(&format!("contact[{i}] acts {:.3e} away from the point given", point.distance));
+            }
         }
         make_folder(&self.output)?;
         let mut probes = ProbeTable::new(names(&self.file, &file, SectionKind::ProbeNames)?);
