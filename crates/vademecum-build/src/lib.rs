@@ -19,6 +19,7 @@ pub mod pod;
 pub mod problem;
 pub mod progress;
 pub mod reduced;
+pub mod report;
 pub mod response;
 pub mod rewrite;
 pub mod scenario;

@@ -1,0 +1,228 @@
+//! What a build says about itself: figures for people and for JSON, and whether they keep the tolerance.
+
+use faer::Mat;
+use vademecum_format::scheme::SchemeTable;
+use vademecum_format::{Certificate, StructureCertificate};
+
+use crate::dynamics::{Rayleigh, numerical_damping};
+use crate::pod::Basis;
+use crate::problem::Problem;
+use crate::progress::StageTiming;
+
+/// What a build did and measured.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Report {
+    /// Title of the problem.
+    pub title: String,
+    /// Nodes of the mesh.
+    pub nodes: usize,
+    /// Elements of the mesh.
+    pub elements: usize,
+    /// Free dofs n.
+    pub dofs: usize,
+    /// Modes r.
+    pub modes: usize,
+    /// Steps in the first natural period.
+    pub steps_per_first_period: f64,
+    /// One entry per mode.
+    pub mode_table: Vec<ModeRow>,
+    /// Singular values of the snapshots.
+    pub singular_values: Vec<f64>,
+    /// Snapshots taken.
+    pub snapshots: usize,
+    /// What was measured, per structure.
+    pub certificate: CertificateReport,
+    /// What the separation over the parameters did; absent without parameters.
+    pub separation: Option<SeparationReport>,
+    /// Wall time and memory per stage.
+    pub timings: Vec<StageTiming>,
+    /// Length of the file \[bytes\].
+    pub file_bytes: usize,
+}
+
+/// What the separation over the parameters did.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct SeparationReport {
+    /// Terms.
+    pub terms: usize,
+    /// Points of each axis.
+    pub axis_points: Vec<usize>,
+    /// Relative error after each enrichment, at fresh points of the reduced problem.
+    pub history: Vec<f64>,
+    /// Why the enrichment ended.
+    pub stop: String,
+    /// Vectors of the compressed space.
+    pub reduced_size: usize,
+    /// Full-order solves behind it.
+    pub samples: usize,
+    /// Parameter values at the corner of the worst trajectory.
+    pub worst_trajectory_at: Vec<f64>,
+    /// Parameter values at the largest spectral radius.
+    pub worst_radius_at: Vec<f64>,
+}
+
+/// A mode as engineers ask for it.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct ModeRow {
+    /// √(Rayleigh quotient)/2π \[Hz\].
+    pub frequency_hz: f64,
+    /// φᵀKφ ÷ φᵀMφ \[rad²/s²\].
+    pub rayleigh_quotient: f64,
+    /// Fraction of the snapshot energy; NaN for natural modes without snapshots.
+    pub energy: f64,
+    /// Damping ratio the material gives it.
+    pub physical_damping: f64,
+    /// Damping ratio the scheme adds at this step.
+    pub numerical_damping: f64,
+    /// Relative lengthening of its period by the scheme.
+    pub period_elongation: f64,
+}
+
+/// The certificate as a report shows it.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct CertificateReport {
+    /// Of the diagonal structure, if the file has it.
+    pub diagonal: Option<StructureReport>,
+    /// Of the block structure, if the file has it.
+    pub block: Option<StructureReport>,
+    /// Allowed: floor_ratio × floor + absolute.
+    pub floor_ratio: f64,
+    /// See `floor_ratio`.
+    pub absolute: f64,
+    /// Allowed error of the stage maps over live parameters, root mean square; ten times that at the worst point.
+    pub map: f64,
+}
+
+/// A structure's certificate as a report shows it.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct StructureReport {
+    /// Relative L2 error over all dofs and steps, mass norm.
+    pub trajectory_error: f64,
+    /// The same of the projection of the full-order trajectory.
+    pub projection_floor: f64,
+    /// Error ÷ floor.
+    pub floor_ratio: f64,
+    /// Of the fused step.
+    pub spectral_radius: f64,
+    /// Largest energy of a free run over the energy at its start.
+    pub energy_ratio: f64,
+    /// Relative error of the stage maps at fresh points, root mean square (of the solve alone at fixed parameters).
+    pub map_error_rms: f64,
+    /// The same at the worst point.
+    pub map_error_max: f64,
+    /// Steps of the march behind the errors.
+    pub steps: f64,
+}
+
+impl StructureReport {
+    /// From what the file holds.
+    pub fn new(c: &StructureCertificate) -> Self {
+        Self {
+            trajectory_error: c.trajectory_error,
+            projection_floor: c.projection_floor,
+            floor_ratio: c.trajectory_error / c.projection_floor,
+            spectral_radius: c.spectral_radius,
+            energy_ratio: c.energy_ratio,
+            map_error_rms: c.map_error_rms,
+            map_error_max: c.map_error_max,
+            steps: c.steps,
+        }
+    }
+
+    /// Whether the stage maps keep a tolerance, where their error was measured.
+    fn maps_keep(&self, tolerance: f64) -> bool {
+        let within = |error: f64, limit: f64| error.is_nan() || error <= limit;
+        within(self.map_error_rms, tolerance) && within(self.map_error_max, 10.0 * tolerance)
+    }
+
+    /// Whether the trajectories keep a tolerance and the step is stable.
+    fn keeps(&self, floor_ratio: f64, absolute: f64) -> bool {
+        let accurate = self.trajectory_error <= floor_ratio * self.projection_floor + absolute;
+        accurate && self.spectral_radius <= STABLE && self.energy_ratio <= BOUNDED
+    }
+}
+
+/// Largest spectral radius of a step that may be written: rounding of eigenvalues at 1 (docs/theory/5-vademecum.md).
+const STABLE: f64 = 1.0 + 1e-12;
+/// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of `Bζ` may swing a
+/// little where the full-order field is not quite `Bζ` (live regions).
+const BOUNDED: f64 = 1.05;
+
+impl CertificateReport {
+    /// Whether one of the structures keeps the tolerance.
+    pub fn holds(&self) -> bool {
+        let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute) && s.maps_keep(self.map);
+        self.diagonal.iter().chain(&self.block).any(keeps)
+    }
+}
+
+impl Report {
+    pub(crate) fn missed(&self) -> String {
+        let line = |name: &str, s: &StructureReport| {
+            format!(
+                "\n  {name}: error {:.3e}, floor {:.3e} (ratio {:.2}), spectral radius 1{:+.1e}, energy ratio {:.6}, map error {:.1e} rms, {:.1e} worst",
+                s.trajectory_error,
+                s.projection_floor,
+                s.floor_ratio,
+                s.spectral_radius - 1.0,
+                s.energy_ratio,
+                s.map_error_rms,
+                s.map_error_max
+            )
+        };
+        let c = &self.certificate;
+        let diagonal = c.diagonal.as_ref().map_or(String::new(), |s| line("diagonal", s));
+        let block = c.block.as_ref().map_or(String::new(), |s| line("block", s));
+        format!(
+            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12, map error ≤ {:e}):{diagonal}{block}",
+            c.floor_ratio, c.absolute, c.map
+        )
+    }
+}
+
+/// The certificate of a file as a report shows it.
+pub(crate) fn certificate_report(
+    problem: &Problem,
+    certificate: &Certificate,
+    diagonal: bool,
+) -> CertificateReport {
+    CertificateReport {
+        diagonal: diagonal.then(|| StructureReport::new(&certificate.diagonal)),
+        block: Some(StructureReport::new(&certificate.block)),
+        floor_ratio: problem.tolerance.floor_ratio,
+        absolute: problem.tolerance.absolute,
+        map: problem.tolerance.map,
+    }
+}
+
+pub(crate) fn mode_table(basis: &Basis, scheme: &SchemeTable, rayleigh: &Rayleigh, dt: f64) -> Vec<ModeRow> {
+    let row = |k: usize| {
+        let quotient = basis.stiffness[(k, k)];
+        let frequency_hz = quotient.sqrt() / std::f64::consts::TAU;
+        let physical_damping = rayleigh.ratio(frequency_hz);
+        let numerical = numerical_damping(scheme, quotient.sqrt() * dt, physical_damping);
+        ModeRow {
+            frequency_hz,
+            rayleigh_quotient: quotient,
+            energy: basis.energy.get(k).copied().unwrap_or(f64::NAN),
+            physical_damping,
+            numerical_damping: numerical.ratio.map_or(f64::NAN, |ratio| ratio - physical_damping),
+            period_elongation: numerical.period_elongation.unwrap_or(f64::NAN),
+        }
+    };
+    (0..basis.n_modes()).map(row).collect()
+}
+
+pub(crate) fn table_matrix(rows: &[ModeRow]) -> Mat<f64> {
+    Mat::from_fn(rows.len(), 6, |i, j| {
+        let row = &rows[i];
+        [
+            row.frequency_hz,
+            row.rayleigh_quotient,
+            row.energy,
+            row.physical_damping,
+            row.numerical_damping,
+            row.period_elongation,
+        ][j]
+    })
+}
