@@ -129,10 +129,9 @@ impl StructureReport {
         }
     }
 
-    /// Whether the stage maps keep a tolerance, where their error was measured.
+    /// Whether the stage maps keep a tolerance; an error that is not a number does not.
     fn maps_keep(&self, tolerance: f64) -> bool {
-        let within = |error: f64, limit: f64| error.is_nan() || error <= limit;
-        within(self.map_error_rms, tolerance) && within(self.map_error_max, 10.0 * tolerance)
+        self.map_error_rms <= tolerance && self.map_error_max <= 10.0 * tolerance
     }
 
     /// Whether the trajectories keep a tolerance and the step is stable.
@@ -151,8 +150,10 @@ const BOUNDED: f64 = 1.05;
 impl CertificateReport {
     /// Whether one of the structures keeps the tolerance.
     pub fn holds(&self) -> bool {
-        let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute) && s.maps_keep(self.map);
-        self.diagonal.iter().chain(&self.block).any(keeps)
+        let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute);
+        // The diagonal structure is closed form in its parameters: it has no separated maps to measure.
+        let diagonal = self.diagonal.as_ref().is_some_and(keeps);
+        diagonal || self.block.as_ref().is_some_and(|s| keeps(s) && s.maps_keep(self.map))
     }
 }
 
@@ -225,4 +226,43 @@ pub(crate) fn table_matrix(rows: &[ModeRow]) -> Mat<f64> {
             row.period_elongation,
         ][j]
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn structure(map_error: f64) -> StructureReport {
+        StructureReport::new(&StructureCertificate {
+            trajectory_error: 1.0e-3,
+            projection_floor: 1.0e-3,
+            spectral_radius: 1.0,
+            energy_ratio: 1.0,
+            map_error_rms: map_error,
+            map_error_max: map_error,
+            steps: 100.0,
+        })
+    }
+
+    fn holds(diagonal: Option<StructureReport>, block: Option<StructureReport>) -> bool {
+        CertificateReport { diagonal, block, floor_ratio: 1.1, absolute: 1e-6, map: 1e-6 }.holds()
+    }
+
+    #[test]
+    fn a_block_structure_without_a_sound_map_error_does_not_hold() {
+        assert!(holds(None, Some(structure(1e-7))));
+        assert!(!holds(None, Some(structure(1e-5))));
+        assert!(!holds(None, Some(structure(f64::NAN))));
+        assert!(holds(Some(structure(f64::NAN)), None), "closed form: no separated map to measure");
+    }
+
+    #[test]
+    fn an_unstable_or_unmeasured_march_does_not_hold() {
+        let unstable = StructureReport { spectral_radius: 1.0 + 1e-9, ..structure(1e-7) };
+        let unmeasured = StructureReport { trajectory_error: f64::NAN, ..structure(1e-7) };
+        let growing = StructureReport { energy_ratio: 1.06, ..structure(1e-7) };
+        for bad in [unstable, unmeasured, growing] {
+            assert!(!holds(Some(bad), None));
+        }
+    }
 }
