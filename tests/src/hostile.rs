@@ -6,11 +6,9 @@
 //! done.
 
 use crate::annotate::{place, smallest};
-use crate::synthetic::{Body, Layout, bathe};
+use crate::synthetic::{Body, Layout, bathe, rewritten};
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{
-    BLOCK, Codec, Element, File, Metadata, SectionInput, SectionKind, encode_into, encoded_len,
-};
+use vademecum_format::{BLOCK, Codec, Element, File, SectionInput, SectionKind};
 
 /// The number in the file at `at`.
 ///
@@ -54,37 +52,6 @@ pub fn reseal(mut bytes: Vec<u8>) -> Vec<u8> {
 pub fn entry(bytes: &[u8], kind: SectionKind) -> usize {
     let n = u32_at(bytes, 12) as usize;
     (1..=n).map(|i| BLOCK * i).find(|&at| u32_at(bytes, at) == kind.number()).expect("present")
-}
-
-/// A file through the writer, with its metadata and sections changed and new sections after them.
-///
-/// # Panics
-/// If the writer refuses it.
-#[must_use]
-pub fn rewritten<'a>(
-    bytes: &'a [u8],
-    metadata: impl FnOnce(&mut Metadata<'_>),
-    section: impl FnMut(&mut SectionInput<'a>),
-    more: &[SectionInput<'a>],
-) -> Vec<u8> {
-    let file = File::parse(bytes).expect("a file");
-    let as_it_is = |s: vademecum_format::Section<'a>| SectionInput {
-        kind: s.kind(),
-        element: s.element(),
-        codec: s.codec(),
-        required: s.is_required(),
-        shape: s.shape(),
-        decoded_length: s.decoded_length(),
-        stored: s.stored(),
-    };
-    let mut inputs: Vec<SectionInput<'a>> = file.sections().map(as_it_is).collect();
-    inputs.iter_mut().for_each(section);
-    inputs.extend_from_slice(more);
-    let mut changed = *file.metadata();
-    metadata(&mut changed);
-    let mut out = vec![0; encoded_len(&changed, &inputs).expect("a length")];
-    encode_into(&changed, &inputs, &mut out).expect("the writer takes it");
-    out
 }
 
 /// The smallest file and one probe with its name.
