@@ -21,6 +21,7 @@ pub mod progress;
 pub mod reduced;
 pub mod report;
 pub mod response;
+pub mod resume;
 pub mod rewrite;
 pub mod scenario;
 pub mod separated;
