@@ -124,6 +124,13 @@ pub enum LoadError {
     Mismatch,
     /// The loads hold contacts from before the scene's parameters changed; clear them and add again.
     Stale,
+    /// The batch has no such instance.
+    NoInstance {
+        /// The instance.
+        index: usize,
+        /// Instances in the batch.
+        count: usize,
+    },
 }
 
 /// Why a step was not taken; the state is unchanged.
@@ -140,6 +147,8 @@ pub enum StepError {
     NotCarried,
     /// The file's region masses do not sum to a positive definite matrix.
     BadMass,
+    /// The batch has no such instance.
+    NoInstance,
 }
 
 /// Why an output could not be given.
@@ -247,6 +256,9 @@ impl fmt::Display for LoadError {
             }
             Self::Missing { kind } => missing(out, kind),
             Self::Mismatch => write!(out, "these loads belong to a scene of another shape"),
+            Self::NoInstance { index, count } => {
+                write!(out, "there is no instance {index}; the batch has {count}")
+            }
             Self::Stale => {
                 write!(out, "the loads are from before the parameters changed; clear them and add again")
             }
@@ -267,6 +279,7 @@ impl fmt::Display for StepError {
             Self::NotCarried => {
                 write!(out, "the state is scaled by another time step; carry it over to the scene first")
             }
+            Self::NoInstance => write!(out, "the batch has no such instance"),
             Self::BadMass => {
                 write!(out, "the mass of the regions is not positive definite; build the file again")
             }

@@ -47,6 +47,7 @@
 extern crate std;
 
 mod axes;
+mod batch;
 mod bind;
 mod error;
 mod kernel;
@@ -63,6 +64,7 @@ mod shape;
 mod state;
 mod surface;
 
+pub use batch::{Batch, BatchStatus};
 pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
 pub use loads::{Contact, Loads};
 #[cfg(feature = "mmap")]
