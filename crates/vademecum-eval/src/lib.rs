@@ -49,11 +49,13 @@ extern crate std;
 mod axes;
 mod batch;
 mod bind;
+mod eigen;
 mod error;
 mod kernel;
 mod loads;
 #[cfg(feature = "mmap")]
 mod mmap;
+mod modal;
 mod motion;
 mod options;
 mod output;
@@ -69,6 +71,7 @@ pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
 pub use loads::{Contact, Loads};
 #[cfg(feature = "mmap")]
 pub use mmap::{Mapped, OpenError};
+pub use modal::{Modal, ModalSizes};
 pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use output::Field;
 pub use scalar::Scalar;

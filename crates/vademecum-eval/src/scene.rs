@@ -137,6 +137,16 @@ impl<'m, T: Scalar> Scene<'m, T> {
             Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new),
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };
+        self.settle(state, loads, magnitude)
+    }
+
+    /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small enough rests.
+    pub(crate) fn settle(
+        &self,
+        state: &mut State<'_, T>,
+        loads: &Loads<'_, T>,
+        magnitude: T,
+    ) -> Result<Status, StepError> {
         if !magnitude.to_f64().is_finite() {
             return Err(StepError::NotFinite);
         }
@@ -149,7 +159,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         Ok(Status::Moving)
     }
 
-    fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
+    pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
         if state.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
     }
 

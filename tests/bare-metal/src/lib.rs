@@ -42,6 +42,9 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     loads.add_pattern_staged(&scene, 0, &[0.0, 0.5, 1.0, 0.0]).ok()?;
     scene.set(&mut state, &[0.0], &[1.0], &loads).ok()?;
     scene.step(&mut state, &loads).ok()?;
+    let (lent, memory) = memory.split_at_mut_checked(Modal::sizes(&scene).memory)?;
+    let mut modal = Modal::bind(&scene, 1e-5, lent, work).ok()?;
+    modal.march(&scene, &mut state, &loads, 10).ok()?;
     let (lent, out) = memory.split_at_mut_checked(Batch::len_for(&scene, 20))?;
     let mut batch = Batch::new(&scene, 20, lent).ok()?;
     batch.load(&scene, 17, &loads).ok()?;
