@@ -329,7 +329,7 @@ fn put<T>(all: &mut [T], at: usize, value: T) {
 }
 
 fn rests<T: Scalar>(magnitude: T, loaded: T, below: T) -> bool {
-    loaded == T::ZERO && (magnitude <= below || magnitude == T::ZERO)
+    loaded == T::ZERO && magnitude <= below
 }
 
 fn judge<T: Scalar>(magnitude: T, loaded: T) -> Result<Status, StepError> {

@@ -60,6 +60,7 @@ mod motion;
 mod options;
 mod output;
 mod rebind;
+mod rest;
 mod scalar;
 mod scene;
 mod shape;

@@ -10,6 +10,7 @@ use crate::error::{BindError, StepError};
 use crate::kernel::{step_dense, step_diagonal};
 use crate::loads::Loads;
 use crate::options::{SceneOptions, Sizes, Status, Structure};
+use crate::rest;
 use crate::scalar::Scalar;
 use crate::shape::{Shape, shape};
 use crate::state::State;
@@ -76,7 +77,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
             parameters: asked.step,
             sections,
             generation: 0,
-            rest_below: T::from_f64(options.rest_below),
+            rest_below: rest::threshold(options),
             map,
             load_maps,
             weights,
@@ -152,7 +153,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         }
         core::mem::swap(&mut state.now, &mut state.next);
         state.at_rest = false;
-        if !loads.active && (magnitude <= self.rest_below || magnitude == T::ZERO) {
+        if !loads.active && magnitude <= self.rest_below {
             state.rest();
             return Ok(Status::AtRest);
         }
