@@ -3,51 +3,16 @@
 use vademecum_eval::{
     BindError, Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, Status, StepError, StructureChoice,
 };
-use vademecum_format::scheme::{StepParameters, theta};
-use vademecum_format::{Element, File, SectionKind};
-use vademecum_tests::regions::{TwoRegions, chebyshev, solve};
+use vademecum_format::scheme::StepParameters;
+use vademecum_format::{Element, File};
+use vademecum_tests::galerkin::galerkin_file;
+use vademecum_tests::regions::{TwoRegions, chebyshev};
 use vademecum_tests::stage::with_scene;
-use vademecum_tests::synthetic::{Body, Layout, Random, bathe, encode};
+use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 const R: usize = 10;
 const STEP: StepParameters =
     StepParameters { time_step: 2e-3, alpha: 0.2, beta: 1e-5, density: 1.0, stiffness: 1.0 };
-
-/// `G Gᵀ` of a diagonally dominant `G`, its diagonal spread over `decades`.
-fn positive(decades: f64, size: f64, random: &mut Random) -> Vec<f64> {
-    let scale = |i: usize| size * 10f64.powf(0.5 * decades * i as f64 / R as f64);
-    let g: Vec<f64> = (0..R * R)
-        .map(|ij| scale(ij / R) * (0.15 * random.number() + f64::from(u8::from(ij / R == ij % R))))
-        .collect();
-    (0..R * R).map(|ij| (0..R).map(|k| g[ij / R * R + k] * g[ij % R * R + k]).sum()).collect()
-}
-
-/// A file whose stages are Galerkin in one pencil, as those of live regions: `E_i = −(M̃ + θ_i K̃)⁻¹ θ_i K̃`.
-fn galerkin_file(alpha: f64) -> Vec<u8> {
-    let step = StepParameters { alpha, ..STEP };
-    let layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 3, r: R };
-    let bytes = Body::closed(layout, 1).file(&bathe(), &step, Element::F64);
-    let mut random = Random::new(5);
-    let (mass, stiffness) = (positive(0.0, 1.0, &mut random), positive(4.0, 30.0, &mut random));
-    let mut state = Vec::new();
-    for stage in 0..2 {
-        let theta = theta(&bathe(), &step, stage).expect("scheme");
-        let sum = mass.iter().zip(&stiffness).map(|(m, k)| m + theta * k).collect();
-        state.extend(solve(sum, stiffness.iter().map(|k| -theta * k).collect(), R));
-    }
-    let file = File::parse(&bytes).expect("a file");
-    let contents: Vec<_> = file
-        .sections()
-        .map(|section| {
-            let stored = match section.kind() {
-                SectionKind::BlockState => state.iter().flat_map(|x| x.to_le_bytes()).collect(),
-                _ => section.stored().to_vec(),
-            };
-            (section.kind(), section.element(), stored)
-        })
-        .collect();
-    encode(file.metadata(), &contents)
-}
 
 /// `E` is rounded to ε of its largest entry (1), its smallest eigenvalue is about 2e-4, and `X` and `X⁻¹` enlarge that some dozen times.
 const ROUNDING: f64 = 1e-10;
@@ -68,7 +33,7 @@ fn lend<T: Scalar>(scene: &Scene<'_, T>) -> (Vec<T>, Vec<f64>) {
 
 /// Largest distance of `ζ` to the dense march, over its largest size: 200 calls, the first ten under load.
 fn distance<T: Scalar>(steps_a_call: usize) -> f64 {
-    with_scene::<T, f64>(&galerkin_file(0.2), &block(), |scene, state, loads| {
+    with_scene::<T, f64>(&galerkin_file(R, &STEP), &block(), |scene, state, loads| {
         let (mut memory, mut work) = lend(scene);
         let mut modal = Modal::bind(scene, ROUNDING, &mut memory, &mut work).expect("diagonalised");
         let mut other = vec![T::ZERO; 6 * R.next_multiple_of(24)];
@@ -129,22 +94,26 @@ fn stages_that_share_no_modes_are_refused() {
 
 #[test]
 fn a_refused_march_changes_nothing_and_a_quiet_body_rests() {
-    with_scene::<f32, ()>(&galerkin_file(300.0), &block(), |scene, state, loads| {
-        let (mut memory, mut work) = lend(scene);
-        let mut modal = Modal::bind(scene, ROUNDING, &mut memory, &mut work).expect("diagonalised");
-        assert_eq!(modal.march(scene, state, loads, 1_000_000), Ok(Status::AtRest), "at once");
-        let huge = [3e38; 3 * R];
-        state.restore(&huge).expect("finite");
-        assert_eq!(modal.march(scene, state, loads, 5), Err(StepError::NotFinite));
-        let mut after = [0.0; 3 * R];
-        state.save_into(&mut after).expect("length");
-        assert_eq!(after, huge);
-        state.restore(&[1e-20; 3 * R]).expect("finite");
-        let rests = (0..10_000).any(|_| modal.march(scene, state, loads, 100) == Ok(Status::AtRest));
-        assert!(rests && state.zeta().iter().all(|&z| z == 0.0));
-        loads.add_contact(scene, &contact()).expect("contact");
-        assert_eq!(modal.march(scene, state, loads, 3), Ok(Status::Moving), "woken by the load");
-    });
+    with_scene::<f32, ()>(
+        &galerkin_file(R, &StepParameters { alpha: 300.0, ..STEP }),
+        &block(),
+        |scene, state, loads| {
+            let (mut memory, mut work) = lend(scene);
+            let mut modal = Modal::bind(scene, ROUNDING, &mut memory, &mut work).expect("diagonalised");
+            assert_eq!(modal.march(scene, state, loads, 1_000_000), Ok(Status::AtRest), "at once");
+            let huge = [3e38; 3 * R];
+            state.restore(&huge).expect("finite");
+            assert_eq!(modal.march(scene, state, loads, 5), Err(StepError::NotFinite));
+            let mut after = [0.0; 3 * R];
+            state.save_into(&mut after).expect("length");
+            assert_eq!(after, huge);
+            state.restore(&[1e-20; 3 * R]).expect("finite");
+            let rests = (0..10_000).any(|_| modal.march(scene, state, loads, 100) == Ok(Status::AtRest));
+            assert!(rests && state.zeta().iter().all(|&z| z == 0.0));
+            loads.add_contact(scene, &contact()).expect("contact");
+            assert_eq!(modal.march(scene, state, loads, 3), Ok(Status::Moving), "woken by the load");
+        },
+    );
 }
 
 #[test]

@@ -49,6 +49,7 @@ extern crate std;
 mod axes;
 mod batch;
 mod bind;
+mod cost;
 mod eigen;
 mod error;
 mod kernel;
@@ -68,6 +69,7 @@ mod state;
 mod surface;
 
 pub use batch::{Batch, BatchStatus};
+pub use cost::Cost;
 pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
 pub use loads::{Contact, Loads};
 #[cfg(feature = "mmap")]
