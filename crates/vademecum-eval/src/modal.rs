@@ -11,7 +11,7 @@
 use crate::bind::{Asked, lay_out_columns, stage_responses};
 use crate::eigen::diagonalise;
 use crate::error::{BindError, StepError};
-use crate::kernel::{LANES, add_dense, step_diagonal};
+use crate::kernel::{LANES, TILE, add_dense, step_diagonal};
 use crate::loads::Loads;
 use crate::options::{Status, Structure};
 use crate::scalar::Scalar;
@@ -20,7 +20,7 @@ use crate::shape::Shape;
 use crate::state::State;
 use vademecum_format::scheme::{MAX_STAGES, fuse_into, fuse_work_len};
 
-/// What the sizes of both kernels ([`LANES`] and [`TILE`](crate::kernel::TILE)) divide.
+/// What the sizes of both kernels, [`LANES`] and [`TILE`], divide.
 const STRIDE: usize = 48;
 
 /// The modes of a block scene at its parameters, in lent memory.
@@ -55,7 +55,7 @@ impl<'m, T: Scalar> Modal<'m, T> {
         let Shape { r, n_stages, n_terms, .. } = scene.shape;
         let stride = r.next_multiple_of(STRIDE);
         ModalSizes {
-            memory: 9 * r.next_multiple_of(LANES) + 2 * stride * r + 12 * stride,
+            memory: 9 * r.next_multiple_of(LANES) + 2 * r.next_multiple_of(TILE) * r + 12 * stride,
             work: (n_stages + 3) * r * r
                 + n_stages * n_terms
                 + crate::axes::Axes::WORK * scene.shape.n_points,
@@ -65,7 +65,8 @@ impl<'m, T: Scalar> Modal<'m, T> {
     /// Diagonalises the step of a block scene as it is bound now. `tolerance` is the largest [`Modal::remainder`] accepted: about the map
     /// error of the file's certificate (1e-5) for files with live regions.
     ///
-    /// Cost `O(r³)`, some ten times that of binding the scene. Allocates nothing.
+    /// Cost `O(r³)`, some 5 (r = 8) to 40 (r = 64) times that of binding the scene: from a thousand steps on it pays
+    /// (`docs/benchmarks/step.md`). Allocates nothing.
     ///
     /// # Errors
     /// [`BindError::OtherStructure`] for a diagonal scene, which has its modes; [`BindError::LentMemory`]; [`BindError::NotDiagonalisable`]
@@ -98,11 +99,11 @@ impl<'m, T: Scalar> Modal<'m, T> {
             return Err(BindError::NotDiagonalisable { remainder, tolerance });
         }
         memory.fill(T::ZERO);
-        let stride = shape.r.next_multiple_of(STRIDE);
+        let tiles = shape.r.next_multiple_of(TILE) * shape.r;
         let (blocks, rest) =
             memory.split_at_mut_checked(9 * shape.r.next_multiple_of(LANES)).unwrap_or_default();
-        let (to, rest) = rest.split_at_mut_checked(stride * shape.r).unwrap_or_default();
-        let (from, vectors) = rest.split_at_mut_checked(stride * shape.r).unwrap_or_default();
+        let (to, rest) = rest.split_at_mut_checked(tiles).unwrap_or_default();
+        let (from, vectors) = rest.split_at_mut_checked(tiles).unwrap_or_default();
         lay_out_columns(columns, shape.r, from);
         transpose(rows, shape.r, spare);
         lay_out_columns(spare, shape.r, to);
@@ -117,8 +118,8 @@ impl<'m, T: Scalar> Modal<'m, T> {
         self.remainder
     }
 
-    /// Advances `state` by `n_steps` steps of `Δt`, all under `loads` as they are now. Costs `6r² + 9r n_steps` multiply-adds, and `3r²` under
-    /// load; `n_steps` calls of [`Scene::step`] cost `9r² n_steps`. An unloaded body comes to rest as there, at the end of a call.
+    /// Advances `state` by `n_steps` steps of `Δt`, all under `loads` as they are now. Costs `6r² + 9r n_steps` multiply-adds, and `3r²` more under
+    /// load; `n_steps` calls of [`Scene::step`] cost `9r² n_steps`. So a call of one step is no gain, one of ten is. An unloaded body comes to rest as there, at the end of a call.
     ///
     /// # Errors
     /// [`StepError`]; the state is then unchanged. [`StepError::StaleModes`] if the scene's parameters have changed since this was
