@@ -201,17 +201,17 @@ fn reconstruct_eight<T: Scalar, const N: usize>(
     let (blocks, rest) = rows.as_chunks::<WIDTH>().0.as_chunks::<ROWS>();
     let (out, out_rest) = out.as_chunks_mut::<ROWS>();
     let half = |row: &[[u8; N]; WIDTH]| {
+        let row = row.map(&read);
         let mut sums = [T::ZERO; WIDTH / 2];
         for k in 0..WIDTH / 2 {
-            sums[k] = read(row[k]) * x[k] + read(row[k + 4]) * x[k + 4];
+            sums[k] = row[k] * x[k] + row[k + 4] * x[k + 4];
         }
         sums
     };
     for (rows, out) in blocks.iter().zip(out) {
         let sums = [half(&rows[0]), half(&rows[1]), half(&rows[2]), half(&rows[3])];
-        let [a, b, c, d] = core::array::from_fn(|k| sums.map(|row| row[k]));
         for row in 0..ROWS {
-            out[row] = scale * ((a[row] + c[row]) + (b[row] + d[row]));
+            out[row] = scale * ((sums[row][0] + sums[row][2]) + (sums[row][1] + sums[row][3]));
         }
     }
     for (row, out) in rest.iter().zip(out_rest) {
