@@ -1,6 +1,6 @@
 //! Eigenvalues and vectors of a small matrix with real eigenvalues, by Jacobi's method for general matrices: each plane rotation
 //! diagonalises the symmetric part of its plane and a shear then lessens the norm of the matrix, until it is normal
-//! ([eberlein1962]). Simple, without heap, and both `X` and `X⁻¹` come with it.
+//! (Eberlein 1962). Simple, without heap, and both `X` and `X⁻¹` come with it.
 //!
 //! The shear `e^{yJ}`, `J` the exchange of the plane's two axes, changes `‖A‖²` by `g cosh 2y + 2h sinh 2y` outside of the plane and by
 //! `½(D² + E²) cosh 4y − D E sinh 4y` within; `y ≈ tanh y` is one Newton step to the minimum from 0.

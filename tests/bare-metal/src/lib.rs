@@ -5,7 +5,7 @@
 use core::panic::PanicInfo;
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    Batch, Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
+    Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
 };
 
 unsafe extern "C" {
