@@ -56,6 +56,7 @@ mod mmap;
 mod motion;
 mod options;
 mod output;
+mod quantised;
 mod rebind;
 mod scalar;
 mod scene;

@@ -13,6 +13,7 @@ pub struct File<'a> {
     bytes: &'a [u8],
     directory: &'a [[u8; BLOCK]],
     metadata: Metadata<'a>,
+    minor: u16,
 }
 
 impl<'a> File<'a> {
@@ -36,7 +37,7 @@ impl<'a> File<'a> {
             return Err(FormatError::DirectoryChecksum { found, expected: header.directory_crc32 });
         }
         let metadata = read_metadata(bytes, &header, directory_end)?;
-        let file = Self { bytes, directory, metadata };
+        let file = Self { bytes, directory, metadata, minor: header.minor };
         file.check_sections(directory_end + header.metadata_length)?;
         file.check_structures()?;
         Ok(file)
@@ -46,6 +47,12 @@ impl<'a> File<'a> {
     #[must_use]
     pub const fn metadata(&self) -> &Metadata<'a> {
         &self.metadata
+    }
+
+    /// Minor version it was written in.
+    #[must_use]
+    pub const fn minor(&self) -> u16 {
+        self.minor
     }
 
     /// All bytes of the file.
@@ -181,8 +188,8 @@ fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>
     }
     let element = Element::from_code(entry.element).filter(|&element| kind.allows(element));
     let element = element.ok_or(FormatError::Element { kind: number, found: entry.element })?;
-    let codec =
-        Codec::from_code(entry.codec).ok_or(FormatError::Codec { kind: number, found: entry.codec })?;
+    let codec = Codec::from_code(entry.codec).filter(|codec| codec.codes(element));
+    let codec = codec.ok_or(FormatError::Codec { kind: number, found: entry.codec })?;
     let end = entry.offset.saturating_add(entry.stored_length);
     let stored = bytes.get(entry.offset as usize..end as usize).unwrap_or_default();
     Ok(Some(Section {
@@ -205,8 +212,7 @@ fn check_shape(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), For
             return Err(FormatError::Shape { kind, axis: axis as u8, found, expected });
         }
     }
-    let bytes = section.shape.iter().try_fold(section.element.size(), |bytes, &n| bytes.checked_mul(n));
-    let expected = bytes.unwrap_or(u64::MAX);
+    let expected = section.element.decoded_length(section.shape).unwrap_or(u64::MAX);
     if section.decoded_length != expected {
         return Err(FormatError::Length { kind, found: section.decoded_length, expected });
     }
