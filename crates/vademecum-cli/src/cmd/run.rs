@@ -61,7 +61,8 @@ impl Run {
         use vademecum_build::progress::Listener;
         let scenario = Scenario::read(&self.scenario)?;
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = whole_file(&self.file, &mapped)?;
+        let mut memory = vec![];
+        let file = whole_file(&self.file, &mapped, &mut memory)?;
         let options = SceneOptions {
             structure: self.structure.into(),
             time_step: self.time_step,
