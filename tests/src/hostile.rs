@@ -250,7 +250,7 @@ fn directory() -> Files {
     ]
 }
 
-/// Refusals 27 to 29, which are found when a section is asked for.
+/// Refusals 27 to 29, 36 and 37, which are found when a section is asked for.
 fn sections() -> Files {
     use SectionKind as S;
     let start = |kind| u32_at(&base(), entry(&base(), kind) + 32) as usize;
@@ -259,10 +259,22 @@ fn sections() -> Files {
         let swap = |section: &mut SectionInput<'_>| section.kind == kind;
         replace(&base(), swap, codec, stored)
     };
+    let by_block = |table: &[u64], frames: &[u8]| {
+        let table = table.iter().flat_map(|x| x.to_le_bytes());
+        replaced(S::Eigenvalues, Codec::Shuffled, &table.chain(frames.iter().copied()).collect::<Vec<_>>())
+    };
     vec![
         ("27-SectionChecksum", edited(|b| b[damaged] ^= 0x80)),
         ("28-Compressed", replaced(S::Eigenvalues, Codec::Zstd, &frame(0, 8))),
         ("29-Text", replaced(S::ProbeNames, Codec::Raw, &[b't', 0xFF, b'p'])),
+        ("36-BlockTable-cut", by_block(&[8], &[])),
+        ("36-BlockTable-no-length", by_block(&[0, 11], &frame(0, 8))),
+        ("36-BlockTable-length-overflow", by_block(&[u64::MAX - 7, 11], &frame(0, 8))),
+        ("36-BlockTable-end-past-the-section", by_block(&[8, u64::MAX], &frame(0, 8))),
+        ("36-BlockTable-bytes-after-the-last", by_block(&[8, 9], &frame(0, 8))),
+        ("37-Frame-none", by_block(&[8, 10], &[0; 10])),
+        ("37-Frame-short", by_block(&[8, 10], &frame(0, 7))),
+        ("37-Frame-bomb", by_block(&[8, bomb().len() as u64], &bomb())),
     ]
 }
 
