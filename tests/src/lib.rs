@@ -9,5 +9,6 @@ pub mod program;
 pub mod regions;
 pub mod shared;
 pub mod stage;
+pub mod stress;
 pub mod synthetic;
 pub mod textbook;
