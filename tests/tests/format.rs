@@ -1,5 +1,5 @@
-//! The file format against hostile bytes: every numbered refusal of `formats/vademecum-1.md` has a file here that meets it,
-//! every single flipped bit is noticed, every cut is refused, nothing panics.
+//! The file format against hostile bytes: what every numbered refusal of `formats/vademecum-1.md` says of what it found (one stored
+//! file for each is in `tests/hostile.rs`), every single flipped bit is noticed, every cut is refused, nothing panics.
 
 use proptest::prelude::*;
 use vademecum_format::scheme::{SchemeError, StepParameters};
@@ -7,6 +7,7 @@ use vademecum_format::{
     AxisRole, BLOCK, Codec, Element, File, FormatError, MAX_REGIONS, Metadata, Parameter, ParameterRole,
     Quantity, SectionInput, SectionKind, encode_into, encoded_len,
 };
+use vademecum_tests::hostile::{entry, put, reseal, u32_at};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 const LAYOUT: Layout = Layout { rows: 2, load_rows: 2, columns: 2, n_interior: 1, r: 2 };
@@ -16,38 +17,11 @@ fn small() -> Vec<u8> {
     Body::closed(LAYOUT, 3).file(&bathe(), &step, Element::F32)
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"))
-}
-
-fn put(bytes: &mut [u8], at: usize, value: &[u8]) {
-    bytes[at..at + value.len()].copy_from_slice(value);
-}
-
-/// Makes the checksums of header, directory and metadata right again after an edit.
-fn reseal(mut bytes: Vec<u8>) -> Vec<u8> {
-    let n = u32_at(&bytes, 12) as usize;
-    let end = (BLOCK * (1 + n)).min(bytes.len());
-    let metadata = end..(end + u32_at(&bytes, 32) as usize).min(bytes.len());
-    let (directory, metadata) = (crc32fast::hash(&bytes[BLOCK..end]), crc32fast::hash(&bytes[metadata]));
-    put(&mut bytes, 40, &metadata.to_le_bytes());
-    put(&mut bytes, 44, &directory.to_le_bytes());
-    let header = crc32fast::hash(&bytes[..60]);
-    put(&mut bytes, 60, &header.to_le_bytes());
-    bytes
-}
-
 /// The refusal of the small file after an edit and new checksums.
 fn refusal(edit: impl FnOnce(&mut Vec<u8>)) -> FormatError {
     let mut bytes = small();
     edit(&mut bytes);
     File::parse(&reseal(bytes)).map(|_| ()).expect_err("refused")
-}
-
-/// Where the directory entry of a kind begins.
-fn entry(bytes: &[u8], kind: SectionKind) -> usize {
-    let n = u32_at(bytes, 12) as usize;
-    (1..=n).map(|i| BLOCK * i).find(|&at| u32_at(bytes, at) == kind.number()).expect("present")
 }
 
 /// The small file's metadata and sections after an edit, through the writer.
@@ -307,6 +281,33 @@ fn refusals_27_to_30_sections_and_lent_memory() {
     let mut short = [0u8; 100];
     let refused = encode_into(file.metadata(), &[], &mut short);
     assert!(matches!(refused, Err(FormatError::LentMemory { found: 100, .. })));
+}
+
+/// The refusal of the golden file of version 1.1 after an edit of a section's directory entry.
+fn refusal_of_separation(kind: SectionKind, edit: impl FnOnce(&mut [u8])) -> FormatError {
+    let golden = vademecum_tests::golden::all();
+    let (_, mut bytes) = golden.into_iter().find(|(name, _)| *name == "separation.vdm").expect("golden");
+    let at = entry(&bytes, kind);
+    edit(&mut bytes[at..at + BLOCK]);
+    File::parse(&reseal(bytes)).map(|_| ()).expect_err("refused")
+}
+
+#[test]
+fn history_and_radii_have_the_columns_they_must_have_and_any_number_of_rows() {
+    use SectionKind as S;
+    for (kind, columns) in [(S::EnrichmentHistory, 2), (S::RadiusSamples, 5)] {
+        let number = kind.number();
+        let found = refusal_of_separation(kind, |entry| put(entry, 16, &(columns + 1_u64).to_le_bytes()));
+        let expected = FormatError::Shape { kind: number, axis: 1, found: columns + 1, expected: columns };
+        assert_eq!(found, expected);
+        let found = refusal_of_separation(kind, |entry| put(entry, 24, &2u64.to_le_bytes()));
+        assert_eq!(found, FormatError::Shape { kind: number, axis: 2, found: 2, expected: 1 });
+        // Rows the file does not have.
+        let found = refusal_of_separation(kind, |entry| put(entry, 8, &u64::MAX.to_le_bytes()));
+        assert!(matches!(found, FormatError::Length { kind, .. } if kind == number), "{found:?}");
+        let found = refusal_of_separation(kind, |entry| entry[4] = Element::F32 as u8);
+        assert_eq!(found, FormatError::Element { kind: number, found: Element::F32 as u8 });
+    }
 }
 
 #[test]

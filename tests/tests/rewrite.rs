@@ -316,7 +316,7 @@ fn killed_at_any_moment_the_file_is_the_old_one_or_the_new_one() {
     let whole = start.elapsed();
     let mut random = Random::new(1);
     let mut killed = 0;
-    for _ in 0..20 {
+    for _ in 0..50 {
         std::fs::write(&target, b"old").expect("written");
         let mut running = unpacking().spawn().expect("the program starts");
         std::thread::sleep(whole.mul_f64((random.number() + 1.0) * 0.5));

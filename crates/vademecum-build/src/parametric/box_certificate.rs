@@ -11,11 +11,21 @@ use crate::certificate::{ReducedMatrices, UnseenLoads, certify};
 use crate::dynamics::FullOrder;
 use crate::pipeline::{BuildError, Prepared};
 use crate::pod::Basis;
-use crate::progress::{Listener, Quiet};
+use crate::progress::Quiet;
 use crate::reduced::{BlockStep, FusedStep, fused_radius};
+use crate::resume::{Inputs, Kept};
 
 /// Random points at which stability is checked beside the corners.
 const STABILITY_POINTS: usize = 100;
+
+/// The spectral radius of the fused step at a point of the box.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct RadiusSample {
+    /// Parameter values, in the order of the problem file.
+    pub values: Vec<f64>,
+    /// Of the block structure's fused step.
+    pub spectral_radius: f64,
+}
 
 /// The certificate of a box and where its worst values lie.
 #[derive(Clone, Debug)]
@@ -26,6 +36,8 @@ pub struct BoxCertificate {
     pub worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
+    /// The spectral radius at the corners, at the values of the problem file and at random points, in this order.
+    pub radius_samples: Vec<RadiusSample>,
 }
 
 /// Marches unseen loads at every corner, full order beside the separated map, and checks stability over the box.
@@ -37,34 +49,37 @@ pub fn certify_box(
     parametric: &Parametric,
     basis: &Basis,
     unseen: &UnseenLoads,
-    listener: &dyn Listener,
+    kept: &Kept<'_>,
 ) -> Result<BoxCertificate, BuildError> {
     let Prepared { scheme, space, .. } = prepared;
     let corners = space.corners();
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let at_corner = |values: &Vec<f64>| -> Result<StructureCertificate, BuildError> {
+    let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureCertificate, BuildError> {
         let setting = space.setting(values);
-        let certificate = certify_setting(prepared, parametric, basis, &setting, unseen, listener)?;
+        let certificate = certify_setting(prepared, parametric, basis, (corner, &setting), unseen, kept)?;
         let finished = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        listener.checkpoint(finished, corners.len())?;
+        kept.listener.checkpoint(finished, corners.len())?;
         Ok(certificate)
     };
-    let measured = corners.par_iter().map(at_corner).collect::<Result<Vec<_>, _>>()?;
-    let (radius, worst_radius_at) = largest_radius(scheme, space, parametric, &corners)?;
+    let measured = corners.par_iter().enumerate().map(at_corner).collect::<Result<Vec<_>, _>>()?;
+    let radius_samples = sample_radius(scheme, space, parametric, &corners)?;
+    let by_radius = |a: &&RadiusSample, b: &&RadiusSample| a.spectral_radius.total_cmp(&b.spectral_radius);
+    let least_stable = radius_samples.iter().max_by(by_radius).expect("a box has corners").clone();
     let excess = |c: &StructureCertificate| c.trajectory_error / c.projection_floor.max(f64::MIN_POSITIVE);
     let worst = (0..corners.len()).max_by(|&a, &b| excess(&measured[a]).total_cmp(&excess(&measured[b])));
     let worst = worst.expect("a box has corners");
     let energy_ratio = measured.iter().map(|c| c.energy_ratio).fold(0.0, f64::max);
     Ok(BoxCertificate {
         worst: StructureCertificate {
-            spectral_radius: radius,
+            spectral_radius: least_stable.spectral_radius,
             energy_ratio,
             map_error_rms: parametric.map_error.0,
             map_error_max: parametric.map_error.1,
             ..measured[worst]
         },
         worst_trajectory_at: corners[worst].clone(),
-        worst_radius_at,
+        worst_radius_at: least_stable.values,
+        radius_samples,
     })
 }
 
@@ -73,37 +88,39 @@ fn certify_setting(
     prepared: &Prepared,
     parametric: &Parametric,
     basis: &Basis,
-    setting: &Setting,
+    (corner, setting): (usize, &Setting),
     unseen: &UnseenLoads,
-    listener: &dyn Listener,
+    kept: &Kept<'_>,
 ) -> Result<StructureCertificate, BuildError> {
     let Prepared { body, symbolic, scheme, .. } = prepared;
-    // Uniform factors are folded into θ for the reduced step and into the pencil for the full-order one.
-    let pencil = setting.pencil(body.model.pencil());
-    let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
     let responses = parametric.responses(scheme, setting)?;
-    let step = BlockStep::fuse(scheme, &setting.step, basis.vectors.as_ref(), &responses)?;
-    let matrices = ReducedMatrices::new(&pencil, basis.vectors.as_ref());
-    let structures: [&dyn FusedStep; 1] = [&step];
-    let measured = certify(body, &full, basis, &matrices, &structures, unseen, &Quiet(listener))?;
-    Ok(measured[0])
+    let inputs =
+        |inputs: Inputs| inputs.value(&(scheme, setting)).basis(basis).responses(&responses).unseen(unseen);
+    let march = || -> Result<_, BuildError> {
+        // Uniform factors are folded into θ for the reduced step and into the pencil for the full-order one.
+        let pencil = setting.pencil(body.model.pencil());
+        let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
+        let step = BlockStep::fuse(scheme, &setting.step, basis.vectors.as_ref(), &responses)?;
+        let matrices = ReducedMatrices::new(&pencil, basis.vectors.as_ref());
+        let structures: [&dyn FusedStep; 1] = [&step];
+        Ok(certify(body, &full, basis, &matrices, &structures, unseen, &Quiet(kept.listener))?)
+    };
+    Ok(kept.certificate(&format!("certificate-{}", corner + 1), inputs, march)?[0])
 }
 
-/// Largest spectral radius over corners and random points, and where.
-fn largest_radius(
+/// Spectral radius at the corners, at the values of the problem file and at random points.
+fn sample_radius(
     scheme: &SchemeTable,
     space: &ParameterSpace,
     parametric: &Parametric,
     corners: &[Vec<f64>],
-) -> Result<(f64, Vec<f64>), BuildError> {
+) -> Result<Vec<RadiusSample>, BuildError> {
     let points: Vec<Vec<f64>> =
         corners.iter().cloned().chain([space.nominal()]).chain(space.random(STABILITY_POINTS, 9)).collect();
-    let radius = |values: &Vec<f64>| -> Result<f64, BuildError> {
-        let setting = space.setting(values);
+    let sample = |values: Vec<f64>| -> Result<RadiusSample, BuildError> {
+        let setting = space.setting(&values);
         let states: Vec<Mat<f64>> = parametric.states(scheme, &setting)?;
-        Ok(fused_radius(scheme, &setting.step, &states)?)
+        Ok(RadiusSample { values, spectral_radius: fused_radius(scheme, &setting.step, &states)? })
     };
-    let radii = points.par_iter().map(radius).collect::<Result<Vec<_>, _>>()?;
-    let worst = (0..radii.len()).max_by(|&a, &b| radii[a].total_cmp(&radii[b])).expect("there are points");
-    Ok((radii[worst], points[worst].clone()))
+    points.into_par_iter().map(sample).collect()
 }
