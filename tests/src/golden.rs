@@ -5,7 +5,7 @@ use crate::regions::TwoRegions;
 use crate::synthetic::{Body, Layout, bathe, newmark, rewritten};
 use vademecum_build::rewrite::{Keep, strip};
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Codec, Element, SectionInput, SectionKind};
+use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind, encode_into, encoded_len};
 
 const LAYOUT: Layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
 const STEP: StepParameters =
@@ -94,5 +94,41 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("parameters.vdm", parameters),
         ("probes.vdm", probes),
         ("quadratic.vdm", quadratic()),
+        ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
     ]
+}
+
+/// The file with its space sections as 16-bit numbers, each column with a scale of its own. Scales have few bits, so every operation is exact but
+/// for one division, and rounding half away from zero is the same everywhere.
+fn quantised(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    let file = File::parse(bytes).expect("a file");
+    let space = |kind| matches!(kind, S::SurfaceBasis | S::InteriorBasis | S::BlockLoad);
+    let stored: Vec<Vec<u8>> =
+        file.sections().map(|s| if space(s.kind()) { quantise(&s) } else { s.stored().to_vec() }).collect();
+    let inputs: Vec<SectionInput<'_>> = file
+        .sections()
+        .zip(&stored)
+        .map(|(s, stored)| SectionInput {
+            kind: s.kind(),
+            element: if space(s.kind()) { Element::I16 } else { s.element() },
+            codec: Codec::Raw,
+            required: s.is_required(),
+            shape: s.shape(),
+            decoded_length: stored.len() as u64,
+            stored,
+        })
+        .collect();
+    let mut out = vec![0; encoded_len(file.metadata(), &inputs).expect("a length")];
+    encode_into(file.metadata(), &inputs, &mut out).expect("written");
+    out
+}
+
+fn quantise(section: &Section<'_>) -> Vec<u8> {
+    let columns = (section.shape()[1] * section.shape()[2]) as usize;
+    let scale = |column: usize| (4 + column % 3) as f32 / 65_536.0;
+    let values = section.numbers().expect("numbers");
+    let number = |(i, value): (usize, f64)| (value / f64::from(scale(i % columns))).round() as i16;
+    let scales = (0..columns).flat_map(|column| scale(column).to_le_bytes());
+    scales.chain(values.iter().enumerate().flat_map(|(i, x)| number((i, x)).to_le_bytes())).collect()
 }

@@ -26,6 +26,7 @@ pub mod rewrite;
 pub mod scenario;
 pub mod separated;
 pub mod snapshots;
+pub mod target;
 mod toml_line;
 
 /// The dense matrix of the builder, column-major.

@@ -73,9 +73,10 @@ impl<T: Scalar> Scene<'_, T> {
     }
 }
 
-/// Bytes of a number.
+/// Bytes of a number; of a quantised one without its scale, which it shares with 127 others.
 const fn width(numbers: Numbers<'_>) -> usize {
     match numbers {
+        Numbers::I16(_) => 2,
         Numbers::F32(_) => 4,
         Numbers::F64(_) => 8,
     }

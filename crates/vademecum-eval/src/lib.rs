@@ -60,6 +60,7 @@ mod modal;
 mod motion;
 mod options;
 mod output;
+mod quantised;
 mod rebind;
 mod rest;
 mod scalar;

@@ -1,6 +1,7 @@
 //! Reading a state: probes, nodes, the surface, the whole body, energy. Each costs what it reads and nothing else.
 
 use crate::error::OutputError;
+use crate::quantised::reconstruct_quantised;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
@@ -153,6 +154,7 @@ fn reconstruct<T: Scalar>(rows: Numbers<'_>, x: &[T], scale: T, out: &mut [T]) {
         Numbers::F64(rows) => {
             reconstruct_with(rows, x, scale, out, |bytes| T::from_f64(f64::from_le_bytes(bytes)))
         }
+        Numbers::I16(rows) => reconstruct_quantised(rows, x, scale, out),
     }
 }
 

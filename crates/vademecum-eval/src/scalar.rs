@@ -38,6 +38,8 @@ pub trait Scalar:
     /// Rounds (or keeps) a binary32 number.
     fn from_f32(value: f32) -> Self;
     /// Exact.
+    fn from_i16(value: i16) -> Self;
+    /// Exact.
     fn to_f64(self) -> f64;
     /// Absolute value.
     #[must_use]
@@ -58,6 +60,11 @@ impl Scalar for f32 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn from_i16(value: i16) -> Self {
+        Self::from(value)
     }
 
     #[inline(always)]
@@ -85,6 +92,11 @@ impl Scalar for f64 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         f64::from(value)
+    }
+
+    #[inline(always)]
+    fn from_i16(value: i16) -> Self {
+        Self::from(value)
     }
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 //!
 //! Rounding to the file's precision happens here and nowhere before.
 
+mod curve;
 mod disk;
 mod order;
 

@@ -64,7 +64,8 @@ impl Run {
         use vademecum_build::progress::Listener;
         let scenario = Scenario::read(&self.scenario)?;
         let mapped = open(&self.file, self.copy)?;
-        let file = whole_file(&self.file, &mapped)?;
+        let mut memory = vec![];
+        let file = whole_file(&self.file, &mapped, &mut memory)?;
         let options = SceneOptions {
             structure: self.structure.into(),
             time_step: self.time_step,
