@@ -57,7 +57,7 @@ fn record(study: Study) {
         let bytes = study.file(&study.basis(Variant::RitzBlock, modes));
         for (name, structure) in [("diagonal", StructureChoice::Diagonal), ("block", StructureChoice::Block)]
         {
-            let ratio = energy_ratio(&bytes, structure, LONG);
+            let ratio = energy_ratio::<f64>(&bytes, structure, LONG);
             let p = precision(&bytes, structure, SINGLE);
             println!("| {name} | {modes} | {ratio:.9} | {:.1e} | {:.1e} |", p.held, p.released);
         }

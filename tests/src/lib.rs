@@ -13,5 +13,6 @@ pub mod program;
 pub mod regions;
 pub mod shared;
 pub mod stage;
+pub mod stress;
 pub mod synthetic;
 pub mod textbook;

@@ -31,9 +31,9 @@ pub fn middle_contact(bytes: &[u8]) -> Contact {
 /// # Panics
 /// If a step fails.
 #[must_use]
-pub fn energy_ratio(bytes: &[u8], structure: StructureChoice, steps: usize) -> f64 {
+pub fn energy_ratio<T: Scalar>(bytes: &[u8], structure: StructureChoice, steps: usize) -> f64 {
     let contact = middle_contact(bytes);
-    with_scene::<f64, f64>(bytes, &taking(structure), |scene, state, loads| {
+    with_scene::<T, f64>(bytes, &taking(structure), |scene, state, loads| {
         push(scene, state, loads, &contact, 100);
         loads.clear();
         // The old acceleration still holds the force, so the scheme lets it fade over the first free step; from then on

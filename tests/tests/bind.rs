@@ -59,6 +59,25 @@ fn the_cheapest_structure_that_keeps_the_tolerance_is_taken() {
     }
 }
 
+#[test]
+fn an_unstable_structure_is_not_taken_for_its_small_error() {
+    let bytes = Body::closed(LAYOUT, 1).file(&bathe(), &step(), Element::F32);
+    let edit = |m: &mut Metadata<'_>| {
+        let certified = |trajectory_error, spectral_radius| StructureCertificate {
+            trajectory_error,
+            projection_floor: 0.010,
+            spectral_radius,
+            ..StructureCertificate::default()
+        };
+        // The diagonal structure misses 1.1 × floor; the block structure keeps it and grows.
+        m.certificate.diagonal = certified(0.020, 1.0);
+        m.certificate.block = certified(0.010, 1.0 + 1e-7);
+    };
+    let bytes = edited(&bytes, edit, &[]);
+    let taken = with_scene::<f32, _>(&bytes, &SceneOptions::default(), |scene, _, _| scene.structure());
+    assert_eq!(taken, Structure::Diagonal);
+}
+
 /// A block file with two axes, stage and `θ`, whose one term is a function of `θ` only; the parameter is `Δt`.
 fn with_theta_axis(kind: AxisKind, log: bool, points: &[f64], factor: impl Fn(f64) -> f64) -> Vec<u8> {
     let bytes = Body::closed(LAYOUT, 2).file(&newmark(0.25, 0.5), &step(), Element::F32);

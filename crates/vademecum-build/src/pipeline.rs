@@ -14,6 +14,7 @@ use crate::dynamics::{
 use crate::export::{BlockTerms, Parts, encode};
 use crate::fem::{FactorError, Solve, Symbolic};
 use crate::march::MarchError;
+use crate::mesh::{Mesh, Order};
 use crate::parametric::{
     ParameterSpace, Parametric, ParametricError, SeparationOptions, carrier_basis, certify_box,
     separate_responses,
@@ -136,6 +137,7 @@ pub fn prepare(
     let rayleigh = problem.damping.damping().rayleigh()?;
     let mesh = watch.stage("read mesh", || read_mesh(problem))?;
     mesh.notes.iter().for_each(|note| listener.note(note));
+    note_locking(problem, &mesh, listener);
     let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
     let step = space.setting(&space.nominal()).step;
     let body = watch.stage("assemble", || Body::build(problem, mesh))?;
@@ -301,6 +303,17 @@ impl Context<'_> {
             radius_samples: found.radius_samples,
         };
         Ok((Certificate { diagonal, block: found.worst }, report))
+    }
+}
+
+/// Linear tetrahedra cannot keep their volume and bend: near ν = ½ they are many times too stiff.
+fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
+    const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
+    let poisson = problem.materials.iter().map(|m| m.poisson).fold(0.0, f64::max);
+    if mesh.order == Order::Linear && poisson >= NEARLY_INCOMPRESSIBLE {
+        listener.note(&format!(
+            "Poisson's ratio {poisson} with linear tetrahedra: they lock and are many times too stiff; mesh with quadratic ones"
+        ));
     }
 }
 

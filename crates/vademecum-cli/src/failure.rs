@@ -108,6 +108,7 @@ impl From<MeshError> for Failure {
 
 impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
+        use vademecum_build::dynamics::ModesError;
         use vademecum_build::march::MarchError;
         use vademecum_build::snapshots::SnapshotError;
         let cancelled = matches!(
@@ -125,6 +126,8 @@ impl From<BuildError> for Failure {
             BuildError::Body(BodyError::Mesh(mesh)) => mesh.into(),
             BuildError::Body(BodyError::Model(_)) => Self::new(Cause::Numerics, error)
                 .remedy("check `[[support]]` (all six rigid motions must be held) and `[[material]]`"),
+            BuildError::Modes(ModesError::LostInRounding { .. }) => Self::new(Cause::Numerics, error)
+                .remedy("hold every part of the body; thicken or refine what is a thousand times as long as thick"),
             BuildError::Body(_) | BuildError::Damping(_) | BuildError::Scheme(_) | BuildError::Table(_) => {
                 Self::new(Cause::Input, error).remedy("see formats/problem-1.md for every key and its range")
             }

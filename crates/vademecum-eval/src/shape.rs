@@ -7,6 +7,9 @@ use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
 use vademecum_format::scheme::fuse_work_len;
 use vademecum_format::{Metadata, StructureCertificate};
 
+/// Largest certified spectral radius of a step that counts as stable: rounding of eigenvalues at 1, as the build judges it.
+const STABLE: f64 = 1.0 + 1e-12;
+
 /// The lengths a scene, its states and its loads agree on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
@@ -114,8 +117,10 @@ fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, 
         StructureChoice::Block => block,
         StructureChoice::Auto if diagonal.is_some() && block.is_some() => {
             let [a, b] = [&metadata.certificate.diagonal, &metadata.certificate.block];
+            // An unstable structure is no better than one whose error was never measured.
             let error = |c: &StructureCertificate| {
-                if c.trajectory_error.is_nan() { f64::MAX } else { c.trajectory_error }
+                let unknown = c.trajectory_error.is_nan() || c.spectral_radius > STABLE;
+                if unknown { f64::MAX } else { c.trajectory_error }
             };
             let keeps = |c| error(c) <= options.tolerance || error(c) <= 1.1 * c.projection_floor + 1e-6;
             if keeps(a) || (!keeps(b) && error(a) <= error(b)) { diagonal } else { block }

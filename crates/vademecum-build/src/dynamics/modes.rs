@@ -15,6 +15,10 @@ use crate::fem::{FactorError, Pencil, Symbolic};
 /// error of its eigenvalue (whose true error is of the order of its square over the gap).
 const TOLERANCE: f64 = 5e-9;
 
+/// Share of the lowest eigenvalue that may be rounding. Above it fewer than three digits of the first frequency are left, and
+/// phase errors of a percent come within a few periods.
+const LOST: f64 = 1e-3;
+
 /// Expansions of a probe block before the answer stands.
 const PROBES: usize = 2;
 
@@ -55,6 +59,15 @@ pub enum ModesError {
     /// The stiffness does not factorise.
     #[error("stiffness matrix")]
     Factor(#[from] FactorError),
+    /// The lowest frequency is lost in rounding.
+    #[error(
+        "the first natural frequency is lost in rounding ({share:.0e} of its square): a part of the body can move freely \
+         (parts that share only an edge or a node, supports in a line), or is too slender for double precision"
+    )]
+    LostInRounding {
+        /// `ε λ_max / λ_1`, from below; infinite if the stiffness does not factorise.
+        share: f64,
+    },
     /// Fewer modes than asked for have a finite frequency: the mass is singular.
     #[error("only {found} modes have a finite frequency: the mass matrix is singular")]
     SingularMass {
@@ -68,6 +81,9 @@ pub enum ModesError {
 /// One factor of `K`, then some two or three solves per mode; memory for up to `3 count + 128` vectors, twice.
 /// Deterministic.
 ///
+/// An entry of `K` is rounded to ε of itself, so every eigenvalue is known to about `ε λ_max` and no better, whoever computes it:
+/// where that is more than a thousandth of the lowest, there is nothing to compute with.
+///
 /// # Errors
 /// [`ModesError`]. Modes that have not converged are no error: see [`Modes::residuals`].
 pub fn lowest_modes(pencil: &Pencil, symbolic: &Symbolic, count: usize) -> Result<Modes, ModesError> {
@@ -75,7 +91,11 @@ pub fn lowest_modes(pencil: &Pencil, symbolic: &Symbolic, count: usize) -> Resul
     if count == 0 || count > n {
         return Err(ModesError::Count { count, n });
     }
-    let factor = symbolic.factorize(pencil.stiffness().clone())?;
+    let factor = symbolic.factorize(pencil.stiffness().clone()).map_err(|error| match error {
+        // The stiffness of a solid has no negative eigenvalue: what shows as one is zero, rounded.
+        FactorError::NotPositiveDefinite { .. } => ModesError::LostInRounding { share: f64::INFINITY },
+        other => ModesError::Factor(other),
+    })?;
     let mut space = Krylov::new(pencil, &factor, count);
     let mut settled: Option<usize> = None; // expansions since convergence
     let ritz = loop {
@@ -96,7 +116,17 @@ pub fn lowest_modes(pencil: &Pencil, symbolic: &Symbolic, count: usize) -> Resul
             }
         }
     };
-    space.modes(&ritz, count)
+    let modes = space.modes(&ritz, count)?;
+    let share = f64::EPSILON * stiffest_dof(pencil) / modes.eigenvalues[0].max(0.0);
+    if share <= LOST { Ok(modes) } else { Err(ModesError::LostInRounding { share }) }
+}
+
+/// The largest `K_ii / M_ii`, 1/s²: a Rayleigh quotient, so the largest eigenvalue from below, and within a small factor of it
+/// for finite elements. Dofs without mass are left out.
+fn stiffest_dof(pencil: &Pencil) -> f64 {
+    let (mass, stiffness) = (pencil.mass(), pencil.stiffness());
+    let massive = (0..pencil.n_dof()).filter(|&i| mass.diagonal(i) > 0.0);
+    massive.map(|i| stiffness.diagonal(i) / mass.diagonal(i)).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -187,6 +217,29 @@ mod tests {
         let massless = Pencil::from_triplets(3, &[(0, 0, 1.0)], &stiffness).unwrap();
         let found = lowest_modes(&massless, &Symbolic::analyze(&massless).unwrap(), 2);
         assert_eq!(found.unwrap_err(), ModesError::SingularMass { found: 1 });
+    }
+
+    #[test]
+    fn a_first_frequency_below_the_rounding_of_the_stiffness_is_refused() {
+        // Two springs in a row, the second 1e13 or 1e17 times as stiff as the first: λ₁ = 1, λ₂ = 2 · stiff.
+        let body = |stiff: f64| {
+            let mass = [(0, 0, 1.0), (1, 1, 1.0)];
+            let stiffness = [(0, 0, 1.0 + stiff), (0, 1, -stiff), (1, 0, -stiff), (1, 1, stiff)];
+            Pencil::from_triplets(2, &mass, &stiffness).unwrap()
+        };
+        let modes = |pencil: &Pencil| lowest_modes(pencil, &Symbolic::analyze(pencil).unwrap(), 1);
+        assert!(modes(&body(1e10)).is_ok());
+        // In between, λ₁ = ½ is known to ε · 1e13 / ½.
+        let share = f64::EPSILON * 1e13 / 0.5;
+        match modes(&body(1e13)) {
+            Err(ModesError::LostInRounding { share: found }) => {
+                assert!((found / share - 1.0).abs() < 2.0 * share)
+            }
+            other => panic!("{other:?}"),
+        }
+        // 1 + 1e17 is 1e17: a free body, whatever the factorisation makes of it.
+        let lost = modes(&body(1e17));
+        assert!(matches!(lost, Err(ModesError::LostInRounding { share }) if share >= 0.1), "{lost:?}");
     }
 
     #[test]

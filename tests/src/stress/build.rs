@@ -1,0 +1,58 @@
+//! The scenario of most cells: build the problem, read its certificate, march the file in both precisions.
+
+use vademecum_build::body::BodyError;
+use vademecum_build::dynamics::ModesError;
+use vademecum_build::fem::ModelError;
+use vademecum_build::pipeline::{BuildError, BuildOptions, Report, StructureReport, build};
+use vademecum_build::problem::Problem;
+use vademecum_build::progress::Silent;
+use vademecum_eval::StructureChoice;
+
+use super::{Form, Measured, Outcome};
+use crate::long_march::precision;
+
+/// Builds, and measures what was built.
+pub fn certified(problem: &Problem, form: Form) -> Outcome {
+    let built = match build(problem, &BuildOptions::default(), &Silent) {
+        Ok(built) => built,
+        Err(error) => return refused(&error),
+    };
+    let steps = form.pick(10_000, 200_000);
+    let measured = structures(&built.report).into_iter().map(|(choice, measured)| {
+        let apart = precision(&built.bytes, choice, steps);
+        Measured { single: apart.held.max(apart.released), ..measured }
+    });
+    Outcome::Ran(measured.collect())
+}
+
+/// The certificate of each structure of a report.
+pub fn structures(report: &Report) -> Vec<(StructureChoice, Measured)> {
+    let c = &report.certificate;
+    let measured = |structure, s: &StructureReport| Measured {
+        spectral_radius: s.spectral_radius,
+        energy: s.energy_ratio,
+        error: s.trajectory_error,
+        floor: s.projection_floor,
+        allowed: c.floor_ratio * s.projection_floor + c.absolute,
+        ..Measured::of(structure)
+    };
+    let diagonal = c.diagonal.as_ref().map(|s| (StructureChoice::Diagonal, measured("diagonal", s)));
+    let block = c.block.as_ref().map(|s| (StructureChoice::Block, measured("block", s)));
+    diagonal.into_iter().chain(block).collect()
+}
+
+/// A refusal, by its name without its numbers, with what the build had measured.
+pub fn refused(error: &BuildError) -> Outcome {
+    let name = match error {
+        BuildError::Body(BodyError::Model(ModelError::Unsupported { .. })) => "unsupported",
+        BuildError::TooManyModes { .. } => "more modes than the snapshots span",
+        BuildError::Modes(ModesError::LostInRounding { .. }) => "lost in rounding",
+        BuildError::Modes(ModesError::Count { .. }) => "more modes than dofs",
+        BuildError::ToleranceMissed(report) => {
+            let measured = structures(report).into_iter().map(|(_, measured)| measured).collect();
+            return Outcome::Refused("tolerance missed".into(), measured);
+        }
+        other => return Outcome::Wrong(format!("{other:?}")),
+    };
+    Outcome::Refused(name.into(), vec![])
+}
