@@ -5,7 +5,7 @@ mod errors;
 mod measure;
 mod output;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use vademecum_build::Matrix;
 use vademecum_build::bench::{Reference, Study, Timed, distance, mean_at_jumps};
@@ -33,7 +33,7 @@ use crate::player::Track;
 #[command(after_help = "Examples:
   vademecum bench -o bench --quick                  the demo's beam and scenario, a minute
   vademecum bench body.toml --scenario push.toml -o bench --modes 8,16,32
-Writes bench.json, bench.csv, bench.md and pareto.svg. What the columns mean: docs/benchmarks/pareto.md")]
+Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean: docs/benchmarks/pareto.md")]
 pub struct Bench {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
@@ -52,7 +52,10 @@ pub struct Bench {
     /// Steps of the reference march in one of the problem's [default: 8; with --quick 4].
     #[arg(long, value_parser = clap::value_parser!(u16).range(2..=256))]
     split: Option<u16>,
-    /// Fewer modes and steps, one time scheme, one separated file, fewer repetitions.
+    /// Map tolerances of files with a live stiffness, 8 to 16 modes each [default: 1e-3,1e-5,1e-7; with --quick none].
+    #[arg(long, value_delimiter = ',')]
+    tolerance: Vec<f64>,
+    /// Fewer modes and steps, one time scheme, no live stiffness, fewer repetitions.
     #[arg(long)]
     quick: bool,
     /// Print JSON instead of a table.
@@ -83,13 +86,10 @@ struct TimeStep {
 impl Bench {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         make_folder(&self.output)?;
-        let problem = match &self.problem {
-            Some(path) => Problem::read(path)?,
-            None => Problem::parse(PROBLEM, "the demo's problem", PathBuf::new())?,
-        };
+        let problem = problem_or_demo(self.problem.as_deref())?;
         let asked = self.asked_modes();
         let study = Study::new(&problem, asked.last().copied().unwrap_or(1), console)?;
-        let scenario = self.scenario(&study)?;
+        let scenario = scenario_or_push(self.scenario.as_deref(), self.problem.as_deref(), &study)?;
         let steps = self.steps.unwrap_or(if self.quick { QUICK_STEPS } else { usize::MAX });
         let steps = steps.clamp(1, scenario.steps(study.time_step()));
         let (modes, refused): (Vec<usize>, Vec<usize>) =
@@ -137,22 +137,37 @@ impl Bench {
         modes
     }
 
-    /// Separated files take long to make: with `--quick` one.
+    /// Files with a live parameter take long to make: a few of them.
     fn extent(&self, modes: Vec<usize>) -> Extent {
-        if self.quick {
-            return Extent { separated: modes[..1].to_vec(), tolerances: vec![1e-5], modes };
-        }
         let separated = modes.iter().copied().filter(|r| (8..=16).contains(r)).collect();
-        Extent { modes, separated, tolerances: vec![1e-3, 1e-5, 1e-7] }
+        let tolerances = match (&self.tolerance[..], self.quick) {
+            ([], true) => vec![],
+            ([], false) => vec![1e-3, 1e-5, 1e-7],
+            (asked, _) => asked.to_vec(),
+        };
+        Extent { modes, separated, tolerances }
     }
+}
 
-    fn scenario(&self, study: &Study) -> Result<Scenario, Failure> {
-        Ok(match (&self.scenario, &self.problem) {
-            (Some(path), _) => Scenario::read(path)?,
-            (None, None) => Scenario::parse(SCENARIO, "the demo's scenario")?,
-            (None, Some(_)) => Scenario::parse(&push(study), "the bench's own scenario")?,
-        })
-    }
+/// The problem of a file, or the demo's.
+pub fn problem_or_demo(path: Option<&Path>) -> Result<Problem, Failure> {
+    Ok(match path {
+        Some(path) => Problem::read(path)?,
+        None => Problem::parse(PROBLEM, "the demo's problem", PathBuf::new())?,
+    })
+}
+
+/// The scenario of a file; without one the demo's for its problem, a push for another.
+pub fn scenario_or_push(
+    path: Option<&Path>,
+    problem: Option<&Path>,
+    study: &Study,
+) -> Result<Scenario, Failure> {
+    Ok(match (path, problem) {
+        (Some(path), _) => Scenario::read(path)?,
+        (None, None) => Scenario::parse(SCENARIO, "the demo's scenario")?,
+        (None, Some(_)) => Scenario::parse(&push(study), "the bench's own scenario")?,
+    })
 }
 
 /// An oblique push on the middle one of the loadable triangles, 200 steps long, and 1 800 steps free.
@@ -279,7 +294,8 @@ impl Run<'_> {
         Ok(self.study.march(&solver.full.value, parts, loads, self.steps / times, self.console)?)
     }
 
-    /// How far a scheme is from the fine march, as files sample the loads (known) and with loads at their mean.
+    /// How far a scheme is from the fine march, as files sample the loads (known) and, unless `quick`, with loads at their
+    /// mean.
     fn scheme_error(
         &self,
         solver: &Solver<'_>,
@@ -288,14 +304,14 @@ impl Run<'_> {
         fine: &Reference,
         error: f64,
     ) -> Result<SchemeError, Failure> {
-        let mean = self.march(solver, length, &at_mean(solver, loads))?;
-        let apart = distance(mass(self.study), mean.as_ref(), fine.displacement.as_ref());
-        Ok(SchemeError {
-            scheme: solver.scheme.to_string(),
-            time_step: solver.full.value.dt(),
-            error,
-            error_mean_at_jumps: apart / fine.norm,
-        })
+        let error_mean_at_jumps = if self.quick {
+            None
+        } else {
+            let mean = self.march(solver, length, &at_mean(solver, loads))?;
+            Some(distance(mass(self.study), mean.as_ref(), fine.displacement.as_ref()) / fine.norm)
+        };
+        let (scheme, time_step) = (solver.scheme.to_string(), solver.full.value.dt());
+        Ok(SchemeError { scheme, time_step, error, error_mean_at_jumps })
     }
 
     fn offline_seconds(&self, solver: &Solver<'_>) -> f64 {

@@ -50,8 +50,8 @@ pub struct SchemeError {
     pub time_step: f64,
     /// Relative L2 over all dofs and steps, mass norm, loads sampled as files sample them.
     pub error: f64,
-    /// The same with loads that jump on an instant taken at the mean of both sides.
-    pub error_mean_at_jumps: f64,
+    /// The same with loads that jump on an instant taken at the mean of both sides; absent with `--quick`.
+    pub error_mean_at_jumps: Option<f64>,
 }
 
 /// One method with one number of modes at one Δt.
@@ -201,7 +201,15 @@ impl Report {
         write_text(&folder.join("bench.json"), &json)?;
         write_text(&folder.join("bench.csv"), &self.csv())?;
         write_text(&folder.join("bench.md"), &self.markdown())?;
-        self.draw(&folder.join("pareto.svg"))
+        draw(&folder.join("pareto.svg"), &self.of_reduction())?;
+        draw(&folder.join("pareto-total.svg"), &self.of_everything())
+    }
+
+    /// Distance of the fine march from the most natural modes, each moved exactly: what is left of its own time error, and the
+    /// modes not taken.
+    fn exact_motion(&self) -> Option<f64> {
+        let exact = |row: &&Row| row.name == EXACT;
+        self.methods.iter().filter(exact).max_by_key(|row| row.modes).map(|row| row.errors.error_total)
     }
 
     /// One line per method; names hold commas and are quoted.
@@ -217,13 +225,14 @@ impl Report {
     /// The conditions and the table.
     pub fn markdown(&self) -> String {
         let scheme = |s: &SchemeError| {
-            let SchemeError { scheme, time_step, error, error_mean_at_jumps } = s;
-            format!("{scheme} at {time_step:e} s {error:.2e} ({error_mean_at_jumps:.2e})")
+            let mean = s.error_mean_at_jumps.map_or(String::new(), |e| format!(" ({e:.2e})"));
+            format!("{} at {:e} s {:.2e}{mean}", s.scheme, s.time_step, s.error)
         };
         let schemes = self.time_scheme_error.iter().map(scheme);
         let mut text = format!(
             "{}: {} dofs, {} steps of {} s, {:.1} steps per first period.\n\
-             Time scheme error against Δt/{}, in brackets with loads at their mean where they jump: {}.\n\
+             Time scheme error against Δt/{} (in brackets with loads at their mean where they jump): {}.\n\
+             The fine march itself is {} from the exact motion of the most natural modes.\n\
              Reduced steps timed in bursts of {}, {} rounds by turns; clock and loop {:.2} ns per step, not taken off; \
              medians of the rounds {:.1} % apart.\n\n",
             self.title,
@@ -233,6 +242,7 @@ impl Report {
             self.steps_per_first_period,
             self.split,
             schemes.collect::<Vec<_>>().join(", "),
+            self.exact_motion().map_or("-".into(), |e| format!("{e:.1e}")),
             self.burst,
             self.rounds,
             self.clock_ns_per_step,
@@ -247,30 +257,93 @@ impl Report {
         text
     }
 
-    /// Median time of a step of the problem against total error, the best precision and structure of each basis and every
-    /// full-order scheme: a cloud per name.
-    fn draw(&self, path: &Path) -> Result<(), Failure> {
-        let mut clouds: Vec<Cloud<'_>> = vec![];
-        for row in &self.methods {
-            let dt = row.time_step / self.time_step;
-            let dt = if dt == 1.0 { String::new() } else { format!("{dt} Δt") };
-            let words = [row.modes.map(|r| r.to_string()), row.terms.map(|t| format!("{t} terms")), Some(dt)];
-            let words: Vec<String> = words.into_iter().flatten().filter(|w| !w.is_empty()).collect();
-            let point = (row.steps_per_step * row.step_ns_p50, row.errors.error_total, words.join(", "));
-            match clouds.iter_mut().find(|cloud| cloud.name == row.name) {
-                Some(cloud) => cloud.points.push(point),
-                None => clouds.push(Cloud { name: &row.name, points: vec![point] }),
-            }
+    /// What reduction costs in accuracy: against full order at the same Δt.
+    fn of_reduction(&self) -> Picture<'_> {
+        // In print f64 lies on f32, and the natural modes of either structure on each other.
+        let shown = |name: &str| {
+            !name.starts_with("full order")
+                && !name.starts_with("natural modes, block")
+                && name != EXACT
+                && (name.ends_with("f32") || name.contains("two-stage") || name.contains("dense solves"))
+        };
+        let points = self.methods.iter().filter(|row| row.time_step == self.time_step && shown(&row.name));
+        Picture {
+            title: "time against error of the reduction; beside the points modes and terms",
+            x: "median time of a step [ns]",
+            y: "relative error against full order with the same Δt",
+            points: points
+                .map(|row| {
+                    (
+                        row.name.as_str(),
+                        row.step_ns_p50,
+                        row.errors.trajectory_error,
+                        row.words(self.time_step),
+                    )
+                })
+                .collect(),
         }
-        let chart = Chart {
-            title: "time against error; beside the points modes, terms, and Δt where it is another",
+    }
+
+    /// What everything costs in accuracy, the time scheme included.
+    fn of_everything(&self) -> Picture<'_> {
+        let cloud = |row: &'_ Row| -> Option<&'static str> {
+            let shown = [
+                "full order",
+                "pod-galerkin, dense solves f64",
+                "ritz diagonal f32",
+                "ritz separated f32",
+                EXACT,
+            ];
+            shown.into_iter().find(|name| row.name.starts_with(name))
+        };
+        let point = |row: &Row| {
+            let scheme = row.name.strip_prefix("full order, ");
+            let words = [scheme.map(str::to_string), Some(row.words(self.time_step))];
+            let words: Vec<String> = words.into_iter().flatten().filter(|w| !w.is_empty()).collect();
+            let time = row.steps_per_step * row.step_ns_p50;
+            Some((cloud(row)?, time, row.errors.error_total, words.join(", ")))
+        };
+        Picture {
+            title: "time against total error; beside the points modes, terms, and Δt where it is another",
             x: "median time of a march per Δt of the problem [ns]",
             y: "relative error against the fine full-order march",
-            log_y: true,
-        };
-        let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
-        scatter(path, &chart, &clouds, &front(&clouds)).map_err(failed)
+            points: self.methods.iter().filter_map(point).collect(),
+        }
     }
+}
+
+/// Modal truncation without a time scheme.
+const EXACT: &str = "natural modes, exact f64";
+
+impl Row {
+    /// Modes, terms, and Δt where it is another than the problem's.
+    fn words(&self, time_step: f64) -> String {
+        let dt = (self.time_step != time_step).then(|| format!("{} Δt", self.time_step / time_step));
+        let words = [self.modes.map(|r| r.to_string()), self.terms.map(|t| format!("{t} terms")), dt];
+        words.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Points of time and error to be drawn, each with its cloud and a word beside it.
+struct Picture<'a> {
+    title: &'a str,
+    x: &'a str,
+    y: &'a str,
+    points: Vec<(&'a str, f64, f64, String)>,
+}
+
+fn draw(path: &Path, picture: &Picture<'_>) -> Result<(), Failure> {
+    let mut clouds: Vec<Cloud<'_>> = vec![];
+    for (name, time, error, word) in &picture.points {
+        let point = (*time, *error, word.clone());
+        match clouds.iter_mut().find(|cloud| cloud.name == *name) {
+            Some(cloud) => cloud.points.push(point),
+            None => clouds.push(Cloud { name, points: vec![point] }),
+        }
+    }
+    let chart = Chart { title: picture.title, x: picture.x, y: picture.y, log_y: true };
+    let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
+    scatter(path, &chart, &clouds, &front(&clouds)).map_err(failed)
 }
 
 /// Points are on the front if no faster one comes within this factor of their error: digits that differ behind the second
