@@ -215,6 +215,7 @@ impl Study {
             rayleigh,
             block,
             parameters,
+            separation: None,
             certificate: Certificate::default(),
             mode_table: table_matrix(&table),
         };

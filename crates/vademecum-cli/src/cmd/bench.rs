@@ -19,6 +19,7 @@ use vademecum_format::File;
 
 use self::candidates::{Extent, Group, March, groups};
 use self::errors::{Marches, mass, thinned};
+pub use self::measure::percentiles;
 use self::measure::{Candidates, Samples};
 use self::output::{At, Report, Row, SchemeError};
 use super::demo::{PROBLEM, SCENARIO};
