@@ -1,5 +1,5 @@
 # The vademecum file, version 1, for Kaitai Struct (https://kaitai.io). The normative text is vademecum-1.md beside this file; numbers,
-# names and order are the same. Checksums are not computed here, and sections of codec zstd are given as their stored bytes.
+# names and order are the same. Checksums are not computed here, and compressed sections are given as their stored bytes.
 meta:
   id: vademecum_1
   title: Vademecum of a solid, version 1
@@ -85,6 +85,12 @@ types:
         io: _root._io
         pos: offset
         size: stored_length
+      blocks:
+        io: _root._io
+        pos: offset
+        size: stored_length
+        type: blocks(decoded_length)
+        if: codec == codec::shuffled or codec == codec::delta
       # By the type of its numbers; absent where the section is compressed.
       numbers:
         io: _root._io
@@ -99,7 +105,7 @@ types:
             'element::u64': u64s
             'element::f32': f32s
             'element::f64': f64s
-            'element::i16': i16s
+            'element::i16': quantised((shape[0] + 127) / 128 * shape[1] * shape[2])
   u8s:
     seq:
       - id: values
@@ -125,11 +131,34 @@ types:
       - id: values
         type: f8
         repeat: eos
-  i16s:
+  quantised:
+    doc: Number (i, c) is integer (i, c) times scale (i / 128, c).
+    params:
+      - id: n_scales
+        type: u8
     seq:
-      - id: values
+      - id: scales
+        type: f4
+        repeat: expr
+        repeat-expr: n_scales
+      - id: integers
         type: s2
         repeat: eos
+  blocks:
+    doc: A section coded by block; each frame ends where the table says, counted from the end of the table.
+    params:
+      - id: decoded_length
+        type: u8
+    seq:
+      - id: block_length
+        type: u8
+        valid:
+          min: 1
+          max: 1048576
+      - id: ends
+        type: u8
+        repeat: expr
+        repeat-expr: (decoded_length + block_length - 1) / block_length
   text:
     seq:
       - id: length
@@ -339,6 +368,7 @@ enums:
     20: region_mass
     21: enrichment_history
     22: radius_samples
+    30: losses
   element:
     0: u8
     1: u32
@@ -349,6 +379,8 @@ enums:
   codec:
     0: raw
     1: zstd
+    2: shuffled
+    3: delta
   parameter_role:
     0: stiffness
     1: region_stiffness

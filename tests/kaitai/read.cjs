@@ -29,11 +29,18 @@ function read(Vademecum, path) {
   const bytes = fs.readFileSync(path);
   const file = new Vademecum(new KaitaiStream(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length)));
   const h = file.header, m = file.metadata;
-  const isReal = (e) => e.element === Vademecum.Element.F32 || e.element === Vademecum.Element.F64;
+  const isReal = (e) => [Vademecum.Element.F32, Vademecum.Element.F64, Vademecum.Element.I16].includes(e.element);
+  // Quantised: number (i, c) is its integer times scale (i / 128, c).
+  const values = ({ element, shape, numbers }) => {
+    if (element !== Vademecum.Element.I16) return numbers.values;
+    const columns = shape[1] * shape[2];
+    return numbers.integers.map((x, i) => x * numbers.scales[Math.floor(i / columns / 128) * columns + (i % columns)]);
+  };
   const entry = (e) => ({
     kind: e.kind, element: e.element, codec: e.codec, required: e.required, shape: e.shape, offset: e.offset,
     stored_length: e.storedLength, decoded_length: e.decodedLength, crc32: e.crc32, stored_bytes: e.stored.length,
-    values: e.numbers === undefined ? null : isReal(e) ? reals(e.numbers.values) : e.numbers.values,
+    values: e.numbers === undefined ? null : isReal(e) ? reals(values(e)) : e.numbers.values,
+    blocks: e.blocks === undefined ? null : [e.blocks.blockLength, ...e.blocks.ends],
   });
   const stage = (s) => [
     ...reals([s.mass, s.damping, s.stiffness, s.time]), ...reals(s.load),

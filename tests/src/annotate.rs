@@ -120,6 +120,17 @@ fn fields(bytes: &[u8]) -> Vec<(usize, String)> {
     fields
 }
 
+/// Where the first field with this label begins.
+///
+/// # Panics
+/// If there is none.
+#[must_use]
+pub fn place(bytes: &[u8], label: &str) -> usize {
+    let fields = fields(bytes);
+    let found = fields.iter().position(|field| field.1 == label).expect("a field of the smallest file");
+    fields[..found].iter().map(|(length, _)| length).sum()
+}
+
 /// Offset, bytes and meaning, 16 bytes a line at most; whole lines of zeros inside a field are left out.
 ///
 /// # Panics

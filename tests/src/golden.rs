@@ -2,50 +2,76 @@
 //! arithmetic. No logarithm, power or cosine is taken on the way: libraries round those differently; `+ − × ÷ √` they do not.
 
 use crate::regions::TwoRegions;
-use crate::synthetic::{Body, Layout, bathe, newmark};
+use crate::synthetic::{Body, Layout, bathe, newmark, rewritten};
 use vademecum_build::rewrite::{Keep, strip};
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Codec, Element, File, SectionInput, SectionKind, encode_into, encoded_len};
+use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind, encode_into, encoded_len};
 
 const LAYOUT: Layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
 const STEP: StepParameters =
     StepParameters { time_step: 1e-3, alpha: 0.5, beta: 1e-6, density: 1.0, stiffness: 1.0 };
 
 /// A closed basis with eigenvalues that are written here, not computed.
-fn body(seed: u64) -> Body {
-    let mut body = Body::closed(LAYOUT, seed);
+fn body(layout: Layout, seed: u64) -> Body {
+    let mut body = Body::closed(layout, seed);
     body.lambda = vec![900.0, 40_000.0, 2_500_000.0];
     body
 }
 
-/// A raw section.
-fn raw(
-    kind: SectionKind,
-    element: Element,
-    required: bool,
-    shape: [u64; 3],
-    stored: &[u8],
-) -> SectionInput<'_> {
-    let decoded_length = stored.len() as u64;
-    SectionInput { kind, element, codec: Codec::Raw, required, shape, decoded_length, stored }
-}
-
 /// A file with two sections more, of numbers written here: a history of the enrichment and samples of the spectral radius.
 fn with_separation(bytes: &[u8]) -> Vec<u8> {
-    let file = File::parse(bytes).expect("a file");
     let history = [[1.0, 0.25], [2.0, 0.0625], [27.0, 1e-7]];
     let radii = [[0.5, 0.5, 0.5, 0.5, 0.75], [2.0, 2.0, 2.0, 2.0, 0.9375]];
     let little = |values: &[f64]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
     let (history, radii) = (little(history.as_flattened()), little(radii.as_flattened()));
-    let mut sections: Vec<SectionInput<'_>> = vec![];
-    for s in file.sections() {
-        sections.push(raw(s.kind(), s.element(), s.is_required(), s.shape(), s.stored()));
-    }
-    sections.push(raw(SectionKind::EnrichmentHistory, Element::F64, false, [3, 2, 1], &history));
-    sections.push(raw(SectionKind::RadiusSamples, Element::F64, false, [2, 5, 1], &radii));
-    let mut out = vec![0; encoded_len(file.metadata(), &sections).expect("a length")];
-    encode_into(file.metadata(), &sections, &mut out).expect("written");
-    out
+    let optional = |kind, shape, stored| SectionInput {
+        kind,
+        element: Element::F64,
+        codec: Codec::Raw,
+        required: false,
+        shape,
+        decoded_length: 8 * shape[0] * shape[1],
+        stored,
+    };
+    let more = [
+        optional(SectionKind::EnrichmentHistory, [3, 2, 1], &history),
+        optional(SectionKind::RadiusSamples, [2, 5, 1], &radii),
+    ];
+    rewritten(bytes, |_| (), |_| (), &more)
+}
+
+/// The file of one quadratic tetrahedron: ten nodes, all of them on its surface, four triangles a face, middles of edges as corners
+/// of triangles like any other node. The order of elements is nowhere else in a file.
+fn quadratic() -> Vec<u8> {
+    const CORNERS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+    /// Corners of each face, outward, then the middles of its edges.
+    const FACES: [[u32; 6]; 4] =
+        [[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [2, 0, 3, 6, 7, 9]];
+    let middles = EDGES.map(|[a, b]| std::array::from_fn(|c| 0.5 * (CORNERS[a][c] + CORNERS[b][c])));
+    let nodes: Vec<[f64; 3]> = CORNERS.into_iter().chain(middles).collect();
+    let parts = |face: [u32; 6]| {
+        [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]].map(|part: [usize; 3]| part.map(|i| face[i]))
+    };
+    let triangles: Vec<u8> =
+        FACES.iter().flat_map(|&face| parts(face)).flatten().flat_map(u32::to_le_bytes).collect();
+    let coordinates: Vec<u8> = nodes.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let ten = Layout { rows: 2, load_rows: 2, columns: 5, n_interior: 0, r: 3 };
+    let grid = body(ten, 3).file(&bathe(), &STEP, Element::F64);
+    rewritten(
+        &grid,
+        |metadata| (metadata.n_triangles, metadata.n_load_triangles) = (16, 16),
+        |section| match section.kind {
+            SectionKind::NodeCoordinates => section.stored = &coordinates,
+            SectionKind::Triangles => {
+                section.shape[0] = 16;
+                section.decoded_length = triangles.len() as u64;
+                section.stored = &triangles;
+            }
+            _ => {}
+        },
+        &[],
+    )
 }
 
 /// Name and bytes of every golden file.
@@ -54,7 +80,7 @@ fn with_separation(bytes: &[u8]) -> Vec<u8> {
 /// If the writer refuses one.
 #[must_use]
 pub fn all() -> Vec<(&'static str, Vec<u8>)> {
-    let fixed = body(1).file(&bathe(), &STEP, Element::F64);
+    let fixed = body(LAYOUT, 1).file(&bathe(), &STEP, Element::F64);
     let probes = strip(&fixed, Keep::Probes).expect("a file with probes");
     let undamped = StepParameters { alpha: 0.0, beta: 0.0, ..STEP };
     // θ of both stages at the file's Δt = 10⁻³ (Δt²/16 and Δt²/9) lies within the range of the first axis.
@@ -63,9 +89,46 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         TwoRegions::new(1).separated(&bathe(), &undamped, &common, &[0.5, 1.0, 2.0], &[0.5, 1.25, 2.0]);
     vec![
         ("fixed-f64.vdm", fixed),
-        ("fixed-f32.vdm", body(2).file(&newmark(0.25, 0.5), &STEP, Element::F32)),
+        ("fixed-f32.vdm", body(LAYOUT, 2).file(&newmark(0.25, 0.5), &STEP, Element::F32)),
         ("separation.vdm", with_separation(&parameters)),
         ("parameters.vdm", parameters),
         ("probes.vdm", probes),
+        ("quadratic.vdm", quadratic()),
+        ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
     ]
+}
+
+/// The file with its space sections as 16-bit numbers, each column with a scale of its own. Scales have few bits, so every operation is exact but
+/// for one division, and rounding half away from zero is the same everywhere.
+fn quantised(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    let file = File::parse(bytes).expect("a file");
+    let space = |kind| matches!(kind, S::SurfaceBasis | S::InteriorBasis | S::BlockLoad);
+    let stored: Vec<Vec<u8>> =
+        file.sections().map(|s| if space(s.kind()) { quantise(&s) } else { s.stored().to_vec() }).collect();
+    let inputs: Vec<SectionInput<'_>> = file
+        .sections()
+        .zip(&stored)
+        .map(|(s, stored)| SectionInput {
+            kind: s.kind(),
+            element: if space(s.kind()) { Element::I16 } else { s.element() },
+            codec: Codec::Raw,
+            required: s.is_required(),
+            shape: s.shape(),
+            decoded_length: stored.len() as u64,
+            stored,
+        })
+        .collect();
+    let mut out = vec![0; encoded_len(file.metadata(), &inputs).expect("a length")];
+    encode_into(file.metadata(), &inputs, &mut out).expect("written");
+    out
+}
+
+fn quantise(section: &Section<'_>) -> Vec<u8> {
+    let columns = (section.shape()[1] * section.shape()[2]) as usize;
+    let scale = |column: usize| (4 + column % 3) as f32 / 65_536.0;
+    let values = section.numbers().expect("numbers");
+    let number = |(i, value): (usize, f64)| (value / f64::from(scale(i % columns))).round() as i16;
+    let scales = (0..columns).flat_map(|column| scale(column).to_le_bytes());
+    scales.chain(values.iter().enumerate().flat_map(|(i, x)| number((i, x)).to_le_bytes())).collect()
 }

@@ -2,7 +2,10 @@
 
 pub mod annotate;
 pub mod bases;
+pub mod galerkin;
 pub mod golden;
+pub mod hostile;
+pub mod large;
 pub mod largest;
 pub mod long_march;
 pub mod matrices;

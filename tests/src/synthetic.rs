@@ -6,8 +6,8 @@
 
 use vademecum_format::scheme::{SchemeTable, Stage, StepParameters, theta};
 use vademecum_format::{
-    Axis, AxisKind, AxisRole, Certificate, Codec, Element, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter,
-    SectionInput, SectionKind, encode_into, encoded_len,
+    Axis, AxisKind, AxisRole, Certificate, Codec, Element, File, MAX_AXES, MAX_PARAMETERS, Metadata,
+    Parameter, Section, SectionInput, SectionKind, encode_into, encoded_len,
 };
 
 /// A small linear congruential generator: the same numbers everywhere.
@@ -344,6 +344,37 @@ pub fn encode(metadata: &Metadata<'_>, contents: &[(SectionKind, Element, Vec<u8
         .collect();
     let mut out = vec![0; encoded_len(metadata, &sections).expect("length")];
     encode_into(metadata, &sections, &mut out).expect("the writer takes the synthetic file");
+    out
+}
+
+/// A file through the writer, with its metadata and sections changed and new sections after them.
+///
+/// # Panics
+/// If the writer refuses it.
+#[must_use]
+pub fn rewritten<'a>(
+    bytes: &'a [u8],
+    metadata: impl FnOnce(&mut Metadata<'_>),
+    section: impl FnMut(&mut SectionInput<'a>),
+    more: &[SectionInput<'a>],
+) -> Vec<u8> {
+    let file = File::parse(bytes).expect("a file");
+    let as_it_is = |s: Section<'a>| SectionInput {
+        kind: s.kind(),
+        element: s.element(),
+        codec: s.codec(),
+        required: s.is_required(),
+        shape: s.shape(),
+        decoded_length: s.decoded_length(),
+        stored: s.stored(),
+    };
+    let mut inputs: Vec<SectionInput<'a>> = file.sections().map(as_it_is).collect();
+    inputs.iter_mut().for_each(section);
+    inputs.extend_from_slice(more);
+    let mut changed = *file.metadata();
+    metadata(&mut changed);
+    let mut out = vec![0; encoded_len(&changed, &inputs).expect("a length")];
+    encode_into(&changed, &inputs, &mut out).expect("the writer takes it");
     out
 }
 

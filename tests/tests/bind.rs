@@ -204,6 +204,19 @@ fn a_mapped_file_is_the_file() {
     let mapped = Mapped::open(&path).expect("mapped");
     assert_eq!(mapped.bytes(), bytes);
     assert_eq!(mapped.file().expect("a file").metadata().n_modes, 4);
-    let missing = Mapped::open(&folder.path().join("none.vdm")).expect_err("missing");
-    assert!(std::error::Error::source(&missing).is_some());
+    // Renamed over: the map keeps the old file. Cut: only a copy does.
+    let newer = folder.path().join("newer.vdm");
+    std::fs::write(&newer, b"newer").expect("written");
+    std::fs::rename(&newer, &path).expect("renamed");
+    assert_eq!(mapped.bytes(), bytes);
+    let cut = folder.path().join("cut.vdm");
+    std::fs::write(&cut, &bytes).expect("written");
+    let copied = Mapped::copy(&cut).expect("copied");
+    std::fs::write(&cut, b"").expect("written");
+    assert_eq!(copied.bytes(), bytes);
+    copied.file().expect("a file").verify_all().expect("whole");
+    for open in [Mapped::open, Mapped::copy] {
+        let missing = open(&folder.path().join("none.vdm")).expect_err("missing");
+        assert!(std::error::Error::source(&missing).is_some());
+    }
 }

@@ -1,5 +1,5 @@
-//! The file format against hostile bytes: every numbered refusal of `formats/vademecum-1.md` has a file here that meets it,
-//! every single flipped bit is noticed, every cut is refused, nothing panics.
+//! The file format against hostile bytes: what every numbered refusal of `formats/vademecum-1.md` says of what it found (one stored
+//! file for each is in `tests/hostile.rs`), every single flipped bit is noticed, every cut is refused, nothing panics.
 
 use proptest::prelude::*;
 use vademecum_format::scheme::{SchemeError, StepParameters};
@@ -7,6 +7,7 @@ use vademecum_format::{
     AxisRole, BLOCK, Codec, Element, File, FormatError, MAX_REGIONS, Metadata, Parameter, ParameterRole,
     Quantity, SectionInput, SectionKind, encode_into, encoded_len,
 };
+use vademecum_tests::hostile::{entry, put, reseal, u32_at};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 const LAYOUT: Layout = Layout { rows: 2, load_rows: 2, columns: 2, n_interior: 1, r: 2 };
@@ -16,38 +17,11 @@ fn small() -> Vec<u8> {
     Body::closed(LAYOUT, 3).file(&bathe(), &step, Element::F32)
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"))
-}
-
-fn put(bytes: &mut [u8], at: usize, value: &[u8]) {
-    bytes[at..at + value.len()].copy_from_slice(value);
-}
-
-/// Makes the checksums of header, directory and metadata right again after an edit.
-fn reseal(mut bytes: Vec<u8>) -> Vec<u8> {
-    let n = u32_at(&bytes, 12) as usize;
-    let end = (BLOCK * (1 + n)).min(bytes.len());
-    let metadata = end..(end + u32_at(&bytes, 32) as usize).min(bytes.len());
-    let (directory, metadata) = (crc32fast::hash(&bytes[BLOCK..end]), crc32fast::hash(&bytes[metadata]));
-    put(&mut bytes, 40, &metadata.to_le_bytes());
-    put(&mut bytes, 44, &directory.to_le_bytes());
-    let header = crc32fast::hash(&bytes[..60]);
-    put(&mut bytes, 60, &header.to_le_bytes());
-    bytes
-}
-
 /// The refusal of the small file after an edit and new checksums.
 fn refusal(edit: impl FnOnce(&mut Vec<u8>)) -> FormatError {
     let mut bytes = small();
     edit(&mut bytes);
     File::parse(&reseal(bytes)).map(|_| ()).expect_err("refused")
-}
-
-/// Where the directory entry of a kind begins.
-fn entry(bytes: &[u8], kind: SectionKind) -> usize {
-    let n = u32_at(bytes, 12) as usize;
-    (1..=n).map(|i| BLOCK * i).find(|&at| u32_at(bytes, at) == kind.number()).expect("present")
 }
 
 /// The small file's metadata and sections after an edit, through the writer.

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use serde_json::{Value, json};
-use vademecum_build::rewrite::pack;
-use vademecum_format::{AxisRole, Codec, Element, File, Metadata, ParameterRole, Section};
+use vademecum_build::rewrite::{pack, pack_within};
+use vademecum_format::scheme::StepParameters;
+use vademecum_format::{AxisRole, Blocks, Codec, Element, File, Metadata, ParameterRole, Section};
 use vademecum_tests::golden;
 use vademecum_tests::program::repository;
+use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 /// The folder with the compiler. Outside CI a machine without node or without a registry skips; in CI that is a failure.
 fn modules() -> Option<String> {
@@ -38,6 +40,18 @@ fn values(section: &Section<'_>) -> Value {
         Element::U64 => section.u64s().expect("u64").iter().map(|&b| u64::from_le_bytes(b)).collect(),
         _ => bits(section.numbers().expect("numbers").iter()),
     }
+}
+
+/// Block length and ends of the frames, as the table has them.
+fn blocks(section: &Section<'_>) -> Value {
+    let Ok(blocks) = Blocks::new(section) else { return Value::Null };
+    let mut table = vec![blocks.block_length()];
+    let mut end = 0;
+    for index in 0..blocks.len() {
+        end += blocks.frame(index).expect("a frame").len() as u64;
+        table.push(end);
+    }
+    json!(table)
 }
 
 fn metadata(m: &Metadata<'_>) -> Value {
@@ -97,7 +111,7 @@ fn ours(bytes: &[u8]) -> Value {
         json!({ "kind": s.kind().number(), "element": s.element() as u8, "codec": s.codec() as u8,
             "required": s.is_required(), "shape": s.shape(), "offset": stored.as_ptr() as usize - origin,
             "stored_length": stored.len(), "decoded_length": s.decoded_length(), "crc32": crc32fast::hash(stored),
-            "stored_bytes": stored.len(), "values": values(&s) })
+            "stored_bytes": stored.len(), "values": values(&s), "blocks": blocks(&s) })
     };
     json!({
         "header": { "major": vademecum_format::MAJOR, "minor": file.minor(),
@@ -118,6 +132,16 @@ fn the_generated_parser_and_our_reader_see_the_same() {
     let packed = pack(&files[0].1, 19).expect("packed");
     std::fs::write(folder.path().join("packed.vdm"), &packed).expect("written");
     files.push((folder.path().join("packed.vdm"), packed));
+    let layout = Layout { rows: 40, load_rows: 10, columns: 40, n_interior: 100, r: 8 };
+    let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
+    let large = Body::closed(layout, 5).file(&bathe(), &step, Element::F64);
+    for (name, bytes) in [("blocks.vdm", pack(&large, 3)), ("rounded.vdm", pack_within(&large, 3, 1e-3))] {
+        let bytes = bytes.expect("packed");
+        let several = |s: Section<'_>| Blocks::new(&s).is_ok_and(|blocks| blocks.len() > 1);
+        assert!(name == "rounded.vdm" || File::parse(&bytes).expect("a file").sections().any(several));
+        std::fs::write(folder.path().join(name), &bytes).expect("written");
+        files.push((folder.path().join(name), bytes));
+    }
     let mut node = Command::new("node");
     node.arg(repository().join("tests/kaitai/read.cjs")).arg(modules);
     node.arg(repository().join("formats/vademecum-1.ksy")).args(files.iter().map(|f| &f.0));

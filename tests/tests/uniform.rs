@@ -56,7 +56,9 @@ impl Uniform {
     /// The beam's file.
     fn file(&self) -> Vec<u8> {
         // Five natural modes show little of a push at one node; what they show is compared.
-        build(&self.problem(), &BuildOptions { keep_missed: true }, &Silent).expect("built").bytes
+        build(&self.problem(), &BuildOptions { keep_missed: true, ..Default::default() }, &Silent)
+            .expect("built")
+            .bytes
     }
 
     /// Options that turn the file of `BUILT` into this.

@@ -21,10 +21,12 @@ pub mod progress;
 pub mod reduced;
 pub mod report;
 pub mod response;
+pub mod resume;
 pub mod rewrite;
 pub mod scenario;
 pub mod separated;
 pub mod snapshots;
+pub mod target;
 mod toml_line;
 
 /// The dense matrix of the builder, column-major.

@@ -26,6 +26,7 @@ use crate::report::certificate_report;
 pub use crate::report::{CertificateReport, ModeRow, Report, SeparationReport, StructureReport};
 pub(crate) use crate::report::{mode_table, table_matrix};
 use crate::response::StageResponse;
+use crate::resume::{Inputs, Kept, Store};
 use crate::snapshots::{self, Runs, SnapshotError};
 
 /// Why a build ended without a file.
@@ -92,9 +93,11 @@ pub struct Built {
 
 /// What the user may change without changing the problem.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct BuildOptions {
+pub struct BuildOptions<'a> {
     /// Write the file even if no structure keeps the tolerance; the certificate in it says so.
     pub keep_missed: bool,
+    /// Where finished stages are kept and found again; the file is the same with and without.
+    pub store: Option<&'a Store>,
 }
 
 /// A model ready to be marched: what `build`, `verify` and `modes` start from.
@@ -146,7 +149,7 @@ pub fn prepare(
 /// [`BuildError`], by cause. Nothing is written here; the caller has the bytes or nothing.
 pub fn build(
     problem: &Problem,
-    options: &BuildOptions,
+    options: &BuildOptions<'_>,
     listener: &dyn Listener,
 ) -> Result<Built, BuildError> {
     let mut watch = Stopwatch::new(listener);
@@ -160,11 +163,11 @@ pub fn build(
     let full = watch
         .stage("factorise stages", || FullOrder::new(pencil, symbolic, scheme, step.time_step, rayleigh))?;
     let runs = Runs::plan(&problem.snapshots, body, step.time_step, first_period);
+    let kept = &Kept::new(options.store, &prepared, listener);
     let (basis, n_snapshots) =
-        watch.stage("snapshots and basis", || make_basis(problem, &prepared, &full, &runs, listener))?;
+        watch.stage("snapshots and basis", || make_basis(problem, &prepared, &full, &runs, kept))?;
     let unseen = UnseenLoads::draw(body, &runs, problem.tolerance.steps);
-    let context =
-        Context { problem, prepared: &prepared, full: &full, basis: &basis, unseen: &unseen, listener };
+    let context = Context { problem, prepared: &prepared, full: &full, basis: &basis, unseen: &unseen, kept };
     let fixed;
     let parametric;
     let (block, certificate, separation) = if space.parameters.is_empty() {
@@ -221,7 +224,7 @@ struct Context<'a> {
     full: &'a FullOrder<'a>,
     basis: &'a Basis,
     unseen: &'a UnseenLoads,
-    listener: &'a dyn Listener,
+    kept: &'a Kept<'a>,
 }
 
 impl Context<'_> {
@@ -233,12 +236,26 @@ impl Context<'_> {
         let mut structures: Vec<&dyn FusedStep> = vec![&block];
         structures.extend(diagonal.as_ref().map(|d| d as &dyn FusedStep));
         let matrices = ReducedMatrices::new(body.model.pencil(), self.basis.vectors.as_ref());
-        let measured =
-            certify(body, self.full, self.basis, &matrices, &structures, self.unseen, self.listener)?;
+        let measured = self.march("certificate", &matrices, &structures)?;
         let residual = responses.iter().map(|r| r.residual).fold(0.0, f64::max);
         Ok(Certificate {
             block: StructureCertificate { map_error_rms: residual, map_error_max: residual, ..measured[0] },
             diagonal: measured.get(1).copied().unwrap_or_default(),
+        })
+    }
+
+    /// The unseen loads at the values of the problem file, full order beside the structures.
+    fn march(
+        &self,
+        name: &str,
+        matrices: &ReducedMatrices,
+        structures: &[&dyn FusedStep],
+    ) -> Result<Vec<StructureCertificate>, BuildError> {
+        let Prepared { body, scheme, step, .. } = self.prepared;
+        let (basis, unseen, kept) = (self.basis, self.unseen, self.kept);
+        let inputs = |inputs: Inputs| inputs.value(&(scheme, step)).basis(basis).unseen(unseen);
+        kept.certificate(name, inputs, || {
+            Ok(certify(body, self.full, basis, matrices, structures, unseen, kept.listener)?)
         })
     }
 
@@ -252,27 +269,22 @@ impl Context<'_> {
         let Prepared { body, symbolic, scheme, space, .. } = self.prepared;
         let tolerance = &self.problem.tolerance;
         let asked = SeparationOptions { tolerance: tolerance.map, max_terms: tolerance.max_terms };
-        Ok(separate_responses(
-            body.model.pencil(),
-            symbolic,
-            self.basis,
-            space,
-            scheme,
-            &asked,
-            self.listener,
-        )?)
+        self.kept.separation(self.basis, &asked, || {
+            let (pencil, listener) = (body.model.pencil(), self.kept.listener);
+            Ok(separate_responses(pencil, symbolic, self.basis, space, scheme, &asked, listener)?)
+        })
     }
 
     /// The block structure over the box, the diagonal structure (closed form in every parameter it allows) at the
     /// values of the problem file.
     fn certify_box(&self, parametric: &Parametric) -> Result<(Certificate, SeparationReport), BuildError> {
         let Prepared { body, .. } = self.prepared;
-        let found = certify_box(self.prepared, parametric, self.basis, self.unseen, self.listener)?;
+        let found = certify_box(self.prepared, parametric, self.basis, self.unseen, self.kept)?;
         let diagonal = match self.diagonal_step()? {
             Some(step) => {
                 let matrices = ReducedMatrices::new(body.model.pencil(), self.basis.vectors.as_ref());
                 let structures: [&dyn FusedStep; 1] = [&step];
-                certify(body, self.full, self.basis, &matrices, &structures, self.unseen, self.listener)?[0]
+                self.march("certificate-diagonal", &matrices, &structures)?[0]
             }
             None => StructureCertificate::default(),
         };
@@ -345,21 +357,33 @@ fn oversampling(problem: &Problem) -> usize {
     if problem.basis.kind == BasisKind::Ritz { problem.basis.oversampling } else { 1 }
 }
 
+const DEFAULT_MODES: usize = 8;
+
 /// Snapshots and the basis of the kind asked for, with the number of snapshots.
 fn make_basis(
     problem: &Problem,
     prepared: &Prepared,
     full: &FullOrder<'_>,
     runs: &Runs,
-    listener: &dyn Listener,
+    kept: &Kept<'_>,
 ) -> Result<(Basis, usize), BuildError> {
-    const DEFAULT_MODES: usize = 8;
-    let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
     if prepared.space.has_region_parameters() && problem.basis.kind != BasisKind::Modes {
         let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
-        let carrier = carrier_basis(problem, prepared, runs, count, listener)?;
+        let carrier = carrier_basis(problem, prepared, runs, count, kept)?;
         return Ok((carrier.basis, carrier.n_snapshots));
     }
+    kept.basis(problem, runs, || nominal_basis(problem, prepared, full, runs, kept.listener))
+}
+
+/// The same at the values of the problem file.
+fn nominal_basis(
+    problem: &Problem,
+    prepared: &Prepared,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    listener: &dyn Listener,
+) -> Result<(Basis, usize), BuildError> {
+    let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
     let Some(pod) = make_pod(problem, body, full, runs, listener)? else {
         let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
         let Modes { vectors, eigenvalues, .. } = lowest_modes(pencil, &prepared.symbolic, count)?;

@@ -189,8 +189,24 @@ fn fuse_block<'w>(
         front
     };
     let (d, loads, weights, e) = (take(), take(), take(), take());
+    let (axes, work) = rest.split_at_mut_checked(Axes::WORK * shape.n_points).unwrap_or_default();
+    stage_responses(metadata, sections, asked, shape, weights, e, axes)?;
+    fuse_into(&metadata.scheme, &asked.step, shape.r, e, d, loads, work)?;
+    Ok(Fused { d, loads, weights })
+}
+
+/// `E_i = Σ_t g_t E_t` at each stage's place on the axes, `(n_stages, r, r)`, and the weights `g_t`, `(n_stages, n_terms)`.
+pub(crate) fn stage_responses(
+    metadata: &Metadata<'_>,
+    sections: &Sections<'_>,
+    asked: &Asked,
+    shape: Shape,
+    weights: &mut [f64],
+    e: &mut [f64],
+    axes: &mut [f64],
+) -> Result<(), BindError> {
+    let square = shape.r * shape.r;
     let Separated { terms, points, factors } = sections.separated;
-    let (axes, work) = rest.split_at_mut_checked(Axes::WORK * points.len()).unwrap_or_default();
     let mut axes = Axes::new(metadata, points, axes);
     e.fill(0.0);
     let mut stages = weights.chunks_exact_mut(shape.n_terms.max(1));
@@ -208,8 +224,7 @@ fn fuse_block<'w>(
             }
         }
     }
-    fuse_into(&metadata.scheme, &asked.step, shape.r, e, d, loads, work)?;
-    Ok(Fused { d, loads, weights })
+    Ok(())
 }
 
 /// Scales of regions: positive, and moved only where the file has a parameter and an axis for it.
@@ -313,7 +328,7 @@ fn lay_out_modes<T: Scalar>(fused: &Fused<'_>, shape: Shape, map: &mut [T], load
 }
 
 /// Column-major `(rows, any)` to tiles of [`TILE`] rows, each tile column by column.
-fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) {
+pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) {
     let n_columns = columns.len() / rows.max(1);
     for (c, column) in columns.chunks_exact(rows.max(1)).enumerate() {
         for (tile, part) in column.chunks(TILE).enumerate() {

@@ -69,6 +69,13 @@ pub enum BindError {
         /// Its value.
         value: f64,
     },
+    /// The stages of the block structure have no eigenvectors in common; step it dense.
+    NotDiagonalisable {
+        /// What is left beside the diagonals.
+        remainder: f64,
+        /// What was accepted.
+        tolerance: f64,
+    },
     /// A coefficient of the fused step, or the state carried over to it, is not finite in the chosen precision.
     NotFinite,
 }
@@ -124,6 +131,13 @@ pub enum LoadError {
     Mismatch,
     /// The loads hold contacts from before the scene's parameters changed; clear them and add again.
     Stale,
+    /// The batch has no such instance.
+    NoInstance {
+        /// The instance.
+        index: usize,
+        /// Instances in the batch.
+        count: usize,
+    },
 }
 
 /// Why a step was not taken; the state is unchanged.
@@ -140,6 +154,10 @@ pub enum StepError {
     NotCarried,
     /// The file's region masses do not sum to a positive definite matrix.
     BadMass,
+    /// The batch has no such instance.
+    NoInstance,
+    /// The modes were found before the scene's parameters changed; find them again.
+    StaleModes,
 }
 
 /// Why an output could not be given.
@@ -210,6 +228,10 @@ impl fmt::Display for BindError {
                     "{role:?} = {value:e}: the file has no such parameter; build it with one, or leave it at 1"
                 )
             }
+            Self::NotDiagonalisable { remainder, tolerance } => write!(
+                out,
+                "the stages share their modes only up to {remainder:.1e}, {tolerance:.1e} was asked for: step dense"
+            ),
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
             Self::LentMemory { found, needed } => {
                 write!(out, "{found} numbers were lent, {needed} are needed")
@@ -247,6 +269,9 @@ impl fmt::Display for LoadError {
             }
             Self::Missing { kind } => missing(out, kind),
             Self::Mismatch => write!(out, "these loads belong to a scene of another shape"),
+            Self::NoInstance { index, count } => {
+                write!(out, "there is no instance {index}; the batch has {count}")
+            }
             Self::Stale => {
                 write!(out, "the loads are from before the parameters changed; clear them and add again")
             }
@@ -266,6 +291,10 @@ impl fmt::Display for StepError {
             }
             Self::NotCarried => {
                 write!(out, "the state is scaled by another time step; carry it over to the scene first")
+            }
+            Self::NoInstance => write!(out, "the batch has no such instance"),
+            Self::StaleModes => {
+                write!(out, "the modes are from before the parameters changed; bind them again")
             }
             Self::BadMass => {
                 write!(out, "the mass of the regions is not positive definite; build the file again")

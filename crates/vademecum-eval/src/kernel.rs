@@ -52,6 +52,7 @@ fn mode_row<T: Scalar>(
 }
 
 /// One dense step: `y + D y + ℓ`; `tiles` holds `D` in tiles of [`TILE`] rows, each tile column by column.
+#[inline(never)]
 pub(crate) fn step_dense<T: Scalar>(
     tiles: &[[T; TILE]],
     columns: usize,
@@ -91,7 +92,7 @@ fn columns_times<T: Scalar>(tile: &[[T; TILE]], x: &[T], mut sum: [T; TILE]) -> 
 
 /// `value`, or zero below the floor; adds its magnitude to `sum`. NaN passes.
 #[inline(always)]
-fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
+pub(crate) fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
     let magnitude = value.magnitude();
     *sum += magnitude;
     if magnitude < T::FLOOR { T::ZERO } else { value }

@@ -47,26 +47,35 @@
 extern crate std;
 
 mod axes;
+mod batch;
 mod bind;
+mod cost;
+mod eigen;
 mod error;
 mod kernel;
 mod loads;
 #[cfg(feature = "mmap")]
 mod mmap;
+mod modal;
 mod motion;
 mod options;
 mod output;
+mod quantised;
 mod rebind;
+mod rest;
 mod scalar;
 mod scene;
 mod shape;
 mod state;
 mod surface;
 
+pub use batch::{Batch, BatchStatus};
+pub use cost::Cost;
 pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
 pub use loads::{Contact, Loads};
 #[cfg(feature = "mmap")]
 pub use mmap::{Mapped, OpenError};
+pub use modal::{Modal, ModalSizes};
 pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use output::Field;
 pub use scalar::Scalar;

@@ -3,12 +3,19 @@
 use core::fmt;
 use memmap2::Mmap;
 use std::path::Path;
+use std::vec::Vec;
 use vademecum_format::{File, FormatError};
 
-/// A mapped file. Pages are read when they are first touched.
+/// A file in memory: mapped, so that pages are read when they are first touched, or copied.
 #[derive(Debug)]
 pub struct Mapped {
-    map: Mmap,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    Map(Mmap),
+    Copy(Vec<u8>),
 }
 
 /// Why a path could not be mapped.
@@ -17,7 +24,7 @@ pub struct OpenError(std::io::Error);
 
 impl fmt::Display for OpenError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "the file cannot be opened or mapped")
+        write!(out, "the file cannot be opened, mapped or read")
     }
 }
 
@@ -31,7 +38,8 @@ impl Mapped {
     /// Maps the file at `path` for reading.
     ///
     /// Nobody may shorten or overwrite the file while it is mapped: a shortened file ends the process when a lost page is
-    /// touched, an overwritten one gives other numbers. Replace files by renaming a new one over the old, as the builder does.
+    /// touched, an overwritten one gives other numbers. Replace files by renaming a new one over the old, as the builder does:
+    /// the map then keeps the old file. Where that cannot be promised, [`Mapped::copy`].
     ///
     /// # Errors
     /// [`OpenError`] with the system's reason as its source.
@@ -42,13 +50,25 @@ impl Mapped {
         // is treated as untrusted data, never as a reference, length or enum without a check.
         #[allow(unsafe_code)]
         let map = unsafe { Mmap::map(&file) }.map_err(OpenError)?;
-        Ok(Self { map })
+        Ok(Self { content: Content::Map(map) })
+    }
+
+    /// Copies the file at `path` into memory: whatever becomes of the file, these bytes stay. Costs its length in memory and a read
+    /// of all of it, where a map reads only the pages it needs.
+    ///
+    /// # Errors
+    /// [`OpenError`] with the system's reason as its source.
+    pub fn copy(path: &Path) -> Result<Self, OpenError> {
+        std::fs::read(path).map(|bytes| Self { content: Content::Copy(bytes) }).map_err(OpenError)
     }
 
     /// The bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        &self.map
+        match &self.content {
+            Content::Map(map) => map,
+            Content::Copy(bytes) => bytes,
+        }
     }
 
     /// Opens the bytes as a vademecum file.

@@ -118,6 +118,18 @@ impl<T: Scalar> Scene<'_, T> {
         }
     }
 
+    /// Number `(k, k)` of `K_r`, without `s_K`, of the block structure.
+    pub(crate) fn stiffness_entry(&self, k: usize) -> f64 {
+        let (r, scales) = (self.shape.r, &self.options.region_stiffness);
+        let at = |numbers: Numbers<'_>, q: usize| numbers.get((q * r + k) * r + k).unwrap_or_default();
+        match self.sections.region_stiffness {
+            Some(regions) if moved(scales) => {
+                scales.iter().enumerate().map(|(q, scale)| scale * at(regions, q)).sum()
+            }
+            _ => at(self.sections.stiffness, 0),
+        }
+    }
+
     fn has_region_mass(&self) -> bool {
         moved(&self.options.region_density)
     }

@@ -47,8 +47,8 @@ pub struct SceneOptions {
     pub alpha: Option<f64>,
     /// Rayleigh `β` \[s\]; the file's if `None`.
     pub beta: Option<f64>,
-    /// An unloaded body is put at rest once the sum of its `3r` absolute state numbers \[m kg^½\] is at or below this. With 0 it
-    /// rests when every number has fallen below [`Scalar::FLOOR`](crate::Scalar::FLOOR).
+    /// An unloaded body is put at rest once the sum of its `3r` absolute state numbers \[m kg^½\] is at or below this, or at or
+    /// below [`Scalar::REST`](crate::Scalar::REST). [`Scene::energy_at_rest`](crate::Scene::energy_at_rest) tells the energy that goes with it.
     pub rest_below: f64,
 }
 

@@ -31,10 +31,14 @@ pub trait Scalar:
     /// State numbers \[m kg^½\] smaller than this are set to zero after each step. Products with coefficients down to 1e-13
     /// (`f32`) stay normal numbers, so a body that comes to rest never pays for denormals.
     const FLOOR: Self;
+    /// Smallest threshold \[m kg^½\] at which an unloaded body is put at rest: a million times the floor.
+    const REST: Self;
     /// Rounds to this precision.
     fn from_f64(value: f64) -> Self;
     /// Rounds (or keeps) a binary32 number.
     fn from_f32(value: f32) -> Self;
+    /// Exact.
+    fn from_i16(value: i16) -> Self;
     /// Exact.
     fn to_f64(self) -> f64;
     /// Absolute value.
@@ -46,6 +50,7 @@ impl Scalar for f32 {
     const ZERO: Self = 0.0;
     const EPSILON: f64 = f32::EPSILON as f64 / 2.0;
     const FLOOR: Self = 1e-24;
+    const REST: Self = 1e-18;
 
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
@@ -55,6 +60,11 @@ impl Scalar for f32 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn from_i16(value: i16) -> Self {
+        Self::from(value)
     }
 
     #[inline(always)]
@@ -72,6 +82,7 @@ impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const EPSILON: f64 = f64::EPSILON / 2.0;
     const FLOOR: Self = 1e-250;
+    const REST: Self = 1e-244;
 
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
@@ -81,6 +92,11 @@ impl Scalar for f64 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         f64::from(value)
+    }
+
+    #[inline(always)]
+    fn from_i16(value: i16) -> Self {
+        Self::from(value)
     }
 
     #[inline(always)]

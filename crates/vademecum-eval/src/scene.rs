@@ -10,6 +10,7 @@ use crate::error::{BindError, StepError};
 use crate::kernel::{step_dense, step_diagonal};
 use crate::loads::Loads;
 use crate::options::{SceneOptions, Sizes, Status, Structure};
+use crate::rest;
 use crate::scalar::Scalar;
 use crate::shape::{Shape, shape};
 use crate::state::State;
@@ -76,7 +77,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
             parameters: asked.step,
             sections,
             generation: 0,
-            rest_below: T::from_f64(options.rest_below),
+            rest_below: rest::threshold(options),
             map,
             load_maps,
             weights,
@@ -137,19 +138,29 @@ impl<'m, T: Scalar> Scene<'m, T> {
             Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new),
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };
+        self.settle(state, loads, magnitude)
+    }
+
+    /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small enough rests.
+    pub(crate) fn settle(
+        &self,
+        state: &mut State<'_, T>,
+        loads: &Loads<'_, T>,
+        magnitude: T,
+    ) -> Result<Status, StepError> {
         if !magnitude.to_f64().is_finite() {
             return Err(StepError::NotFinite);
         }
         core::mem::swap(&mut state.now, &mut state.next);
         state.at_rest = false;
-        if !loads.active && (magnitude <= self.rest_below || magnitude == T::ZERO) {
+        if !loads.active && magnitude <= self.rest_below {
             state.rest();
             return Ok(Status::AtRest);
         }
         Ok(Status::Moving)
     }
 
-    fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
+    pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
         if state.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
     }
 

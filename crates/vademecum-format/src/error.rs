@@ -207,6 +207,20 @@ pub enum FormatError {
         /// Its place.
         parameter: u32,
     },
+    /// 36: the table of a section coded by block is cut, not increasing, or does not end where the section does.
+    BlockTable {
+        /// The section's kind.
+        kind: u32,
+        /// The block.
+        block: u64,
+    },
+    /// 37: what should be one zstd frame of the decoded length is not.
+    Frame {
+        /// The section's kind.
+        kind: u32,
+        /// The block; 0 for a section that is one frame.
+        block: u64,
+    },
 }
 
 /// What a [`FormatError::Count`] or [`FormatError::Number`] speaks of.
@@ -341,12 +355,24 @@ impl fmt::Display for FormatError {
             E::Compressed { kind, codec } => {
                 write!(
                     out,
-                    "section {kind} is compressed (codec {codec}); unpack the file before reading its numbers"
+                    "section {kind} is compressed (codec {codec}); unpack it before reading its numbers"
                 )
             }
             E::Text { kind } => write!(out, "section {kind} is not UTF-8 text"),
             E::LentMemory { found, needed } => {
                 write!(out, "{found} bytes were lent to the writer, {needed} are needed")
+            }
+            E::BlockTable { kind, block } => {
+                write!(
+                    out,
+                    "section {kind}: the table of its blocks is wrong at block {block}; the file is damaged"
+                )
+            }
+            E::Frame { kind, block } => {
+                write!(
+                    out,
+                    "section {kind}, block {block}: not one zstd frame of the declared length; the file is damaged"
+                )
             }
             E::Parameter { parameter } => write!(
                 out,

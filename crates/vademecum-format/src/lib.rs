@@ -4,16 +4,21 @@
 //! The normative text is `formats/vademecum-1.md`. Core only: no heap, no panic on any input.
 #![no_std]
 
+mod blocks;
 mod error;
 mod fuse;
 mod layout;
 mod metadata;
 mod parameter;
+mod quantised;
 mod read;
 pub mod scheme;
 mod section;
+#[cfg(feature = "zstd")]
+mod unpack;
 mod write;
 
+pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
 pub use error::{FormatError, Quantity};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{
@@ -21,6 +26,9 @@ pub use metadata::{
     MAX_REGIONS, MAX_TERMS, Metadata, StructureCertificate,
 };
 pub use parameter::{Parameter, ParameterRole};
+pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
 pub use section::{Codec, Element, Numbers, Section, SectionKind};
+#[cfg(feature = "zstd")]
+pub use unpack::{Decoder, unpack_into, unpacked_len};
 pub use write::{SectionInput, encode_into, encoded_len};

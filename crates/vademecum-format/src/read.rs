@@ -49,7 +49,7 @@ impl<'a> File<'a> {
         &self.metadata
     }
 
-    /// The minor version of the file; the major one is 1.
+    /// Minor version it was written in.
     #[must_use]
     pub const fn minor(&self) -> u16 {
         self.minor
@@ -188,8 +188,8 @@ fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>
     }
     let element = Element::from_code(entry.element).filter(|&element| kind.allows(element));
     let element = element.ok_or(FormatError::Element { kind: number, found: entry.element })?;
-    let codec =
-        Codec::from_code(entry.codec).ok_or(FormatError::Codec { kind: number, found: entry.codec })?;
+    let codec = Codec::from_code(entry.codec).filter(|codec| codec.codes(element));
+    let codec = codec.ok_or(FormatError::Codec { kind: number, found: entry.codec })?;
     let end = entry.offset.saturating_add(entry.stored_length);
     let stored = bytes.get(entry.offset as usize..end as usize).unwrap_or_default();
     Ok(Some(Section {
@@ -212,8 +212,7 @@ fn check_shape(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), For
             return Err(FormatError::Shape { kind, axis: axis as u8, found, expected });
         }
     }
-    let bytes = section.shape.iter().try_fold(section.element.size(), |bytes, &n| bytes.checked_mul(n));
-    let expected = bytes.unwrap_or(u64::MAX);
+    let expected = section.element.decoded_length(section.shape).unwrap_or(u64::MAX);
     if section.decoded_length != expected {
         return Err(FormatError::Length { kind, found: section.decoded_length, expected });
     }

@@ -6,6 +6,7 @@
 
 use crate::error::FormatError;
 use crate::metadata::Metadata;
+use crate::quantised::{self, Quantised};
 
 /// The kind of a section. Shapes use `r = n_modes`; row-major, last number fastest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,14 +23,14 @@ pub enum SectionKind {
     ReducedStiffness = 4,
     /// Ritz values `λ_k` \[rad²/s²\], `f64 (r)`.
     Eigenvalues = 5,
-    /// Rows of `B` \[kg^-½\] at surface nodes, `f32|f64 (n_surface_nodes, 3, r)`.
+    /// Rows of `B` \[kg^-½\] at surface nodes, `f32|f64|i16 (n_surface_nodes, 3, r)`.
     SurfaceBasis = 6,
-    /// Rows of `B` at interior nodes, `f32|f64 (n_nodes − n_surface_nodes, 3, r)`.
+    /// Rows of `B` at interior nodes, `f32|f64|i16 (n_nodes − n_surface_nodes, 3, r)`.
     InteriorBasis = 7,
     /// Space part `E_t` of `C − I`, `C = BᵀM_0 (M + θK)⁻¹ M B`, `f64 (n_terms, r, r)`, row-major; not symmetric once a region's
     /// density differs from what the basis was normalised with (`M_0`).
     BlockState = 8,
-    /// Space part of `H − B`, `H = (M + θK)⁻¹ M_0 B`, at loadable dofs, `f32|f64 (n_load_nodes, n_terms, 3·r)`: the components, then the columns.
+    /// Space part of `H − B`, `H = (M + θK)⁻¹ M_0 B`, at loadable dofs, `f32|f64|i16 (n_load_nodes, n_terms, 3·r)`: the components, then the columns.
     BlockLoad = 9,
     /// `BᵀF_p`, `f64 (n_patterns, r)`.
     PatternBasis = 10,
@@ -59,11 +60,14 @@ pub enum SectionKind {
     /// Points of the parameters' box, each its values and the spectral radius of the fused block step there;
     /// `f64 (any, n_parameters + 1)`. Since 1.1.
     RadiusSamples = 22,
+    /// What rewriting cost, for people: kind, relative error of displacement fields, of velocity fields, largest of any mode;
+    /// `f64 (any, 4)`. Since version 1.1.
+    Losses = 30,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -86,6 +90,7 @@ impl SectionKind {
         Self::RegionMass,
         Self::EnrichmentHistory,
         Self::RadiusSamples,
+        Self::Losses,
     ];
 
     /// The kind with this number.
@@ -104,7 +109,7 @@ impl SectionKind {
     #[must_use]
     pub const fn since(self) -> u16 {
         match self {
-            Self::EnrichmentHistory | Self::RadiusSamples => 1,
+            Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses => 1,
             _ => 0,
         }
     }
@@ -136,6 +141,7 @@ impl SectionKind {
             Self::ModeTable => two(r, 6),
             Self::AxisPoints => one(points),
             Self::Factors => one(terms.saturating_mul(points)),
+            Self::Losses => [None, Some(4), Some(1)],
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
             Self::EnrichmentHistory => [None, Some(2), Some(1)],
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
@@ -149,8 +155,9 @@ impl SectionKind {
             Self::NodeIds => element == Element::U64,
             Self::Triangles => element == Element::U32,
             Self::PatternNames | Self::ProbeNames => element == Element::U8,
-            Self::NodeCoordinates | Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
-                matches!(element, Element::F32 | Element::F64)
+            Self::NodeCoordinates => matches!(element, Element::F32 | Element::F64),
+            Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
+                matches!(element, Element::F32 | Element::F64 | Element::I16)
             }
             _ => element == Element::F64,
         }
@@ -172,7 +179,7 @@ pub enum Element {
     F32 = 3,
     /// IEEE binary64.
     F64 = 4,
-    /// 16-bit signed; no kind of version 1.0 uses it.
+    /// 16-bit signed times a binary32 scale per block ([`Quantised`](crate::Quantised)). Since version 1.1.
     I16 = 5,
 }
 
@@ -194,6 +201,16 @@ impl Element {
             Self::U64 | Self::F64 => 8,
         }
     }
+
+    /// Bytes of a section of this shape once decoded; `None` past 2⁶⁴. Quantised numbers bring their scales.
+    #[must_use]
+    pub fn decoded_length(self, shape: [u64; 3]) -> Option<u64> {
+        let numbers = shape.iter().try_fold(self.size(), |bytes, &n| bytes.checked_mul(n))?;
+        match self {
+            Self::I16 => numbers.checked_add(quantised::scales_length(shape)?),
+            _ => Some(numbers),
+        }
+    }
 }
 
 /// How a section's bytes are stored.
@@ -205,13 +222,24 @@ pub enum Codec {
     Raw = 0,
     /// One zstd frame of them.
     Zstd = 1,
+    /// By block: bytes grouped by their place in a number, then one zstd frame. Since version 1.1.
+    Shuffled = 2,
+    /// By block, 16-bit numbers only: differences to the node before, then as [`Codec::Shuffled`]. Since version 1.1.
+    Delta = 3,
 }
 
 impl Codec {
     /// The codec with this code.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
-        [Self::Raw, Self::Zstd].into_iter().find(|codec| *codec as u8 == code)
+        let all = [Self::Raw, Self::Zstd, Self::Shuffled, Self::Delta];
+        all.into_iter().find(|codec| *codec as u8 == code)
+    }
+
+    /// Whether numbers of this type may be stored so.
+    #[must_use]
+    pub fn codes(self, element: Element) -> bool {
+        self != Self::Delta || element == Element::I16
     }
 }
 
@@ -235,6 +263,8 @@ pub enum Numbers<'a> {
     F32(&'a [[u8; 4]]),
     /// binary64, little-endian.
     F64(&'a [[u8; 8]]),
+    /// 16-bit numbers with a scale per block.
+    I16(Quantised<'a>),
 }
 
 impl<'a> Numbers<'a> {
@@ -244,6 +274,7 @@ impl<'a> Numbers<'a> {
         match self {
             Self::F32(numbers) => numbers.len(),
             Self::F64(numbers) => numbers.len(),
+            Self::I16(numbers) => numbers.len(),
         }
     }
 
@@ -253,33 +284,44 @@ impl<'a> Numbers<'a> {
         self.len() == 0
     }
 
+    /// Quantised numbers of a section of this shape from its decoded bytes.
+    #[must_use]
+    pub fn quantised(decoded: &'a [u8], shape: [u64; 3]) -> Self {
+        Self::I16(Quantised::new(decoded, shape))
+    }
+
     /// The number at `index`.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<f64> {
         match self {
             Self::F32(numbers) => numbers.get(index).map(|&bytes| f64::from(f32::from_le_bytes(bytes))),
             Self::F64(numbers) => numbers.get(index).map(|&bytes| f64::from_le_bytes(bytes)),
+            Self::I16(numbers) => numbers.get(index),
         }
     }
 
-    /// `length` numbers from `start`.
+    /// `length` numbers from `start`; of quantised ones within one node.
     #[must_use]
     pub fn row(&self, start: usize, length: usize) -> Option<Self> {
         let end = start.checked_add(length)?;
         match self {
             Self::F32(numbers) => numbers.get(start..end).map(Self::F32),
             Self::F64(numbers) => numbers.get(start..end).map(Self::F64),
+            Self::I16(numbers) => numbers.row(start, length).map(Self::I16),
         }
     }
 
     /// All of them in order.
     pub fn iter(&self) -> impl Iterator<Item = f64> + 'a {
-        let (single, double): (&'a [[u8; 4]], &'a [[u8; 8]]) = match *self {
-            Self::F32(numbers) => (numbers, &[]),
-            Self::F64(numbers) => (&[], numbers),
+        let none = Quantised::default();
+        let (single, double, quantised): (&'a [[u8; 4]], &'a [[u8; 8]], Quantised<'a>) = match *self {
+            Self::F32(numbers) => (numbers, &[], none),
+            Self::F64(numbers) => (&[], numbers, none),
+            Self::I16(numbers) => (&[], &[], numbers),
         };
         let single = single.iter().map(|&bytes| f64::from(f32::from_le_bytes(bytes)));
-        single.chain(double.iter().map(|&bytes| f64::from_le_bytes(bytes)))
+        let double = double.iter().map(|&bytes| f64::from_le_bytes(bytes));
+        single.chain(double).chain(quantised.iter())
     }
 }
 
@@ -357,6 +399,7 @@ impl<'a> Section<'a> {
         match self.element {
             Element::F32 => Ok(Numbers::F32(self.raw()?.as_chunks().0)),
             Element::F64 => Ok(Numbers::F64(self.raw()?.as_chunks().0)),
+            Element::I16 => Ok(Numbers::I16(Quantised::new(self.raw()?, self.shape))),
             _ => Err(self.wrong_element()),
         }
     }

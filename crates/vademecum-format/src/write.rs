@@ -10,6 +10,10 @@ use bincode::Encode;
 use bincode::enc::EncoderImpl;
 use bincode::enc::write::SizeWriter;
 
+/// Room for every kind there is: a file has each at most once.
+#[cfg(feature = "zstd")]
+pub(crate) const MAX_INPUTS: usize = SectionKind::ALL.len();
+
 /// A section to be written.
 #[derive(Clone, Copy, Debug)]
 pub struct SectionInput<'a> {
@@ -29,17 +33,26 @@ pub struct SectionInput<'a> {
     pub stored: &'a [u8],
 }
 
+#[cfg(feature = "zstd")]
+impl SectionInput<'_> {
+    /// Nothing, where a list has room left.
+    pub(crate) const NONE: Self = Self {
+        kind: SectionKind::NodeIds,
+        element: Element::U8,
+        codec: Codec::Raw,
+        required: false,
+        shape: [0; 3],
+        decoded_length: 0,
+        stored: &[],
+    };
+}
+
 /// Bytes [`encode_into`] will write.
 ///
 /// # Errors
 /// Refusals 7, 9 (too many sections, metadata too long), 12 and 30 (longer than memory can be).
 pub fn encoded_len(metadata: &Metadata<'_>, sections: &[SectionInput<'_>]) -> Result<usize, FormatError> {
-    let mut end = (BLOCK * (1 + count(sections)? as usize) + metadata_len(metadata)?) as u64;
-    for section in sections {
-        end = align(end).and_then(|start| start.checked_add(section.stored.len() as u64)).unwrap_or(u64::MAX);
-    }
-    let too_long = FormatError::LentMemory { found: usize::MAX as u64, needed: end };
-    usize::try_from(end).map_err(|_| too_long)
+    planned_len(metadata, sections, |section| section.stored.len() as u64)
 }
 
 /// Writes a file at the front of `out` and returns its length, [`encoded_len`]. Sections keep their order.
@@ -51,7 +64,37 @@ pub fn encode_into(
     sections: &[SectionInput<'_>],
     out: &mut [u8],
 ) -> Result<usize, FormatError> {
-    let needed = encoded_len(metadata, sections)?;
+    let length = |section: &SectionInput<'_>| section.stored.len() as u64;
+    let copy = |section: &SectionInput<'_>, place: &mut [u8]| {
+        place.copy_from_slice(section.stored);
+        Ok(())
+    };
+    write_planned(metadata, sections, length, copy, out)
+}
+
+/// [`encoded_len`] for sections whose stored bytes are not there yet but have known lengths.
+pub(crate) fn planned_len(
+    metadata: &Metadata<'_>,
+    sections: &[SectionInput<'_>],
+    length: impl Fn(&SectionInput<'_>) -> u64,
+) -> Result<usize, FormatError> {
+    let mut end = (BLOCK * (1 + count(sections)? as usize) + metadata_len(metadata)?) as u64;
+    for section in sections {
+        end = align(end).and_then(|start| start.checked_add(length(section))).unwrap_or(u64::MAX);
+    }
+    let too_long = FormatError::LentMemory { found: usize::MAX as u64, needed: end };
+    usize::try_from(end).map_err(|_| too_long)
+}
+
+/// [`encode_into`] for sections whose stored bytes `fill` puts where they belong.
+pub(crate) fn write_planned(
+    metadata: &Metadata<'_>,
+    sections: &[SectionInput<'_>],
+    length: impl Fn(&SectionInput<'_>) -> u64,
+    fill: impl FnMut(&SectionInput<'_>, &mut [u8]) -> Result<(), FormatError>,
+    out: &mut [u8],
+) -> Result<usize, FormatError> {
+    let needed = planned_len(metadata, sections, &length)?;
     let found = out.len() as u64;
     let short = FormatError::LentMemory { found, needed: needed as u64 };
     let out = out.get_mut(..needed).ok_or(short)?;
@@ -64,7 +107,7 @@ pub fn encode_into(
     encode_metadata(metadata, encoded)?;
     let metadata_crc32 = crc32fast::hash(encoded);
     let (header, directory) = front.split_at_mut(BLOCK);
-    write_sections(sections, directory, body, directory_end, metadata_length)?;
+    write_sections(sections, length, fill, directory, body, [directory_end, metadata_length])?;
     let block = Header {
         minor: minor(sections),
         n_sections,
@@ -79,29 +122,31 @@ pub fn encode_into(
     Ok(needed)
 }
 
-/// Fills the directory and copies the sections; `body` begins at byte `base` of the file with the metadata.
+/// Fills the directory and the sections; `body` begins at byte `base` of the file with the metadata.
 fn write_sections(
     sections: &[SectionInput<'_>],
+    length: impl Fn(&SectionInput<'_>) -> u64,
+    mut fill: impl FnMut(&SectionInput<'_>, &mut [u8]) -> Result<(), FormatError>,
     directory: &mut [u8],
     body: &mut [u8],
-    base: usize,
-    metadata_length: usize,
+    [base, metadata_length]: [usize; 2],
 ) -> Result<(), FormatError> {
     let mut end = (base + metadata_length) as u64;
     let found = body.len() as u64;
     for (section, block) in sections.iter().zip(directory.as_chunks_mut::<BLOCK>().0) {
         let offset = align(end).unwrap_or(u64::MAX);
         let start = (offset as usize).saturating_sub(base);
+        let length = length(section) as usize;
         let short = FormatError::LentMemory { found, needed: offset };
-        let place = body.get_mut(start..start.saturating_add(section.stored.len())).ok_or(short)?;
-        place.copy_from_slice(section.stored);
-        *block = entry(section, offset).encode();
-        end = offset.saturating_add(section.stored.len() as u64);
+        let place = body.get_mut(start..start.saturating_add(length)).ok_or(short)?;
+        fill(section, place)?;
+        *block = entry(section, offset, place).encode();
+        end = offset.saturating_add(length as u64);
     }
     Ok(())
 }
 
-fn entry(section: &SectionInput<'_>, offset: u64) -> Entry {
+fn entry(section: &SectionInput<'_>, offset: u64, stored: &[u8]) -> Entry {
     Entry {
         kind: section.kind.number(),
         element: section.element as u8,
@@ -109,16 +154,21 @@ fn entry(section: &SectionInput<'_>, offset: u64) -> Entry {
         flags: u16::from(section.required),
         shape: section.shape,
         offset,
-        stored_length: section.stored.len() as u64,
+        stored_length: stored.len() as u64,
         decoded_length: section.decoded_length,
-        crc32: crc32fast::hash(section.stored),
+        crc32: crc32fast::hash(stored),
         reserved: 0,
     }
 }
 
-/// The lowest minor version that has all of the sections: readers of that version know every one.
+/// The lowest minor version that knows every kind, element and codec of the sections.
 fn minor(sections: &[SectionInput<'_>]) -> u16 {
-    sections.iter().map(|section| section.kind.since()).max().unwrap_or(0)
+    let since = |section: &SectionInput<'_>| {
+        let later =
+            section.element == Element::I16 || matches!(section.codec, Codec::Shuffled | Codec::Delta);
+        section.kind.since().max(u16::from(later))
+    };
+    sections.iter().map(since).max().unwrap_or(0)
 }
 
 fn count(sections: &[SectionInput<'_>]) -> Result<u32, FormatError> {

@@ -4,7 +4,9 @@
 
 use core::panic::PanicInfo;
 use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface};
+use vademecum_eval::{
+    Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
+};
 
 unsafe extern "C" {
     /// Defined nowhere: left in the library exactly when a panic is reachable.
@@ -26,7 +28,7 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     let sizes = Scene::<T>::sizes(&file, &options).ok()?;
     let (scene, memory) = memory.split_at_mut_checked(sizes.scene)?;
     let (state, memory) = memory.split_at_mut_checked(sizes.state)?;
-    let (loads, out) = memory.split_at_mut_checked(sizes.loads)?;
+    let (loads, memory) = memory.split_at_mut_checked(sizes.loads)?;
     let mut scene = Scene::bind(&file, &options, scene, work).ok()?;
     let mut state = State::new(&scene, state).ok()?;
     let mut loads = Loads::new(&scene, loads).ok()?;
@@ -40,6 +42,18 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     loads.add_pattern_staged(&scene, 0, &[0.0, 0.5, 1.0, 0.0]).ok()?;
     scene.set(&mut state, &[0.0], &[1.0], &loads).ok()?;
     scene.step(&mut state, &loads).ok()?;
+    let (lent, memory) = memory.split_at_mut_checked(Modal::sizes(&scene).memory)?;
+    let mut modal = Modal::bind(&scene, 1e-5, lent, work).ok()?;
+    modal.march(&scene, &mut state, &loads, 10).ok()?;
+    let (lent, out) = memory.split_at_mut_checked(Batch::len_for(&scene, 20))?;
+    let mut batch = Batch::new(&scene, 20, lent).ok()?;
+    batch.load(&scene, 17, &loads).ok()?;
+    batch.set(17, &state).ok()?;
+    batch.step(&scene).ok()?;
+    batch.carry(&scene).ok()?;
+    batch.status(17).ok()?;
+    batch.get(17, &mut state).ok()?;
+    batch.clear();
     scene.body_into(&state, Field::Velocity, out).ok()?;
     let at_point = scene.point(&state, &point, Field::Displacement).ok()?;
     Some(scene.probe(&state, 0, Field::Displacement).ok()? + scene.energy(&state).ok()? + at_point[0])

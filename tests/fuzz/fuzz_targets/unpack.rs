@@ -4,7 +4,7 @@
 
 mod seal;
 // The builder's module itself, without the builder.
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 #[path = "../../../crates/vademecum-build/src/rewrite/mod.rs"]
 mod rewrite;
 

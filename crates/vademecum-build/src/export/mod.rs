@@ -2,10 +2,12 @@
 //!
 //! Rounding to the file's precision happens here and nowhere before.
 
+mod curve;
 mod disk;
 mod order;
 
-pub use disk::write_atomic;
+pub(crate) use disk::is_temporary;
+pub use disk::{check_writable, write_atomic};
 pub use order::NodeOrder;
 
 use faer::{Mat, MatRef};

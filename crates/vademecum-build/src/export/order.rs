@@ -1,11 +1,13 @@
 //! The order of nodes and triangles in a file: what a contact needs first, what only a whole field needs last.
 
+use super::curve;
 use crate::body::Body;
 
 /// Nodes and triangles in file order.
 #[derive(Clone, Debug)]
 pub struct NodeOrder {
-    /// Mesh node of each file node: loadable ones, other surface nodes, interior ones; ascending in each part.
+    /// Mesh node of each file node: loadable ones, other surface nodes, interior ones; along a Hilbert
+    /// curve in each part.
     pub nodes: Vec<u32>,
     /// Number of loadable nodes.
     pub n_load: usize,
@@ -26,7 +28,8 @@ impl NodeOrder {
         body.surface.iter().flatten().for_each(|&node| part[node as usize] = 1);
         body.loadable.iter().flatten().for_each(|&node| part[node as usize] = 0);
         let mut nodes: Vec<u32> = (0..n as u32).collect();
-        nodes.sort_by_key(|&node| (part[node as usize], node));
+        let places = curve::places(&body.model.mesh().nodes);
+        nodes.sort_by_key(|&node| (part[node as usize], places[node as usize], node));
         let n_load = part.iter().filter(|&&p| p == 0).count();
         let n_surface = part.iter().filter(|&&p| p < INTERIOR).count();
         let mut file_node = vec![0; n];

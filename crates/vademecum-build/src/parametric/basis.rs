@@ -10,6 +10,7 @@ use crate::pipeline::{BuildError, Prepared};
 use crate::pod::{Basis, StreamingPod, apply, pod_basis, ritz_basis, ritz_coordinates};
 use crate::problem::Problem;
 use crate::progress::Listener;
+use crate::resume::Kept;
 use crate::snapshots::{self, Runs};
 
 /// Parameter samples at most: nominal and the corners of the region scales.
@@ -32,7 +33,7 @@ pub fn carrier_basis(
     prepared: &Prepared,
     runs: &Runs,
     count: usize,
-    listener: &dyn Listener,
+    kept: &Kept<'_>,
 ) -> Result<Carrier, BuildError> {
     let body = &prepared.body;
     let nominal = body.model.pencil();
@@ -40,9 +41,12 @@ pub fn carrier_basis(
     let mut samples = vec![];
     let mut n_snapshots = 0;
     for (i, setting) in settings.iter().enumerate() {
-        listener.stage(&format!("snapshots, parameter sample {} of {}", i + 1, settings.len()));
-        let pencil = setting.pencil(nominal);
-        let (ritz, seen) = ritz_at(problem, prepared, setting, &pencil, runs, count, listener)?;
+        kept.listener.stage(&format!("snapshots, parameter sample {} of {}", i + 1, settings.len()));
+        let wanted = (count, problem.basis.oversampling);
+        let (ritz, seen) = kept.sample(i, setting, runs, wanted, || {
+            let pencil = setting.pencil(nominal);
+            ritz_at(problem, prepared, setting, &pencil, runs, count, kept.listener)
+        })?;
         n_snapshots += seen;
         samples.push(ritz);
     }

@@ -11,8 +11,9 @@ use crate::certificate::{ReducedMatrices, UnseenLoads, certify};
 use crate::dynamics::FullOrder;
 use crate::pipeline::{BuildError, Prepared};
 use crate::pod::Basis;
-use crate::progress::{Listener, Quiet};
+use crate::progress::Quiet;
 use crate::reduced::{BlockStep, FusedStep, fused_radius};
+use crate::resume::{Inputs, Kept};
 
 /// Random points at which stability is checked beside the corners.
 const STABILITY_POINTS: usize = 100;
@@ -48,19 +49,19 @@ pub fn certify_box(
     parametric: &Parametric,
     basis: &Basis,
     unseen: &UnseenLoads,
-    listener: &dyn Listener,
+    kept: &Kept<'_>,
 ) -> Result<BoxCertificate, BuildError> {
     let Prepared { scheme, space, .. } = prepared;
     let corners = space.corners();
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let at_corner = |values: &Vec<f64>| -> Result<StructureCertificate, BuildError> {
+    let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureCertificate, BuildError> {
         let setting = space.setting(values);
-        let certificate = certify_setting(prepared, parametric, basis, &setting, unseen, listener)?;
+        let certificate = certify_setting(prepared, parametric, basis, (corner, &setting), unseen, kept)?;
         let finished = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        listener.checkpoint(finished, corners.len())?;
+        kept.listener.checkpoint(finished, corners.len())?;
         Ok(certificate)
     };
-    let measured = corners.par_iter().map(at_corner).collect::<Result<Vec<_>, _>>()?;
+    let measured = corners.par_iter().enumerate().map(at_corner).collect::<Result<Vec<_>, _>>()?;
     let radius_samples = sample_radius(scheme, space, parametric, &corners)?;
     let by_radius = |a: &&RadiusSample, b: &&RadiusSample| a.spectral_radius.total_cmp(&b.spectral_radius);
     let least_stable = radius_samples.iter().max_by(by_radius).expect("a box has corners").clone();
@@ -87,20 +88,24 @@ fn certify_setting(
     prepared: &Prepared,
     parametric: &Parametric,
     basis: &Basis,
-    setting: &Setting,
+    (corner, setting): (usize, &Setting),
     unseen: &UnseenLoads,
-    listener: &dyn Listener,
+    kept: &Kept<'_>,
 ) -> Result<StructureCertificate, BuildError> {
     let Prepared { body, symbolic, scheme, .. } = prepared;
-    // Uniform factors are folded into θ for the reduced step and into the pencil for the full-order one.
-    let pencil = setting.pencil(body.model.pencil());
-    let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
     let responses = parametric.responses(scheme, setting)?;
-    let step = BlockStep::fuse(scheme, &setting.step, basis.vectors.as_ref(), &responses)?;
-    let matrices = ReducedMatrices::new(&pencil, basis.vectors.as_ref());
-    let structures: [&dyn FusedStep; 1] = [&step];
-    let measured = certify(body, &full, basis, &matrices, &structures, unseen, &Quiet(listener))?;
-    Ok(measured[0])
+    let inputs =
+        |inputs: Inputs| inputs.value(&(scheme, setting)).basis(basis).responses(&responses).unseen(unseen);
+    let march = || -> Result<_, BuildError> {
+        // Uniform factors are folded into θ for the reduced step and into the pencil for the full-order one.
+        let pencil = setting.pencil(body.model.pencil());
+        let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
+        let step = BlockStep::fuse(scheme, &setting.step, basis.vectors.as_ref(), &responses)?;
+        let matrices = ReducedMatrices::new(&pencil, basis.vectors.as_ref());
+        let structures: [&dyn FusedStep; 1] = [&step];
+        Ok(certify(body, &full, basis, &matrices, &structures, unseen, &Quiet(kept.listener))?)
+    };
+    Ok(kept.certificate(&format!("certificate-{}", corner + 1), inputs, march)?[0])
 }
 
 /// Spectral radius at the corners, at the values of the problem file and at random points.

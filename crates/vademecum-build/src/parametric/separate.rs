@@ -61,13 +61,16 @@ pub struct SeparationOptions {
 }
 
 /// Stage responses as a separated solution over the box.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Parametric {
     map: AxisMap,
     /// Factors, and blocks in the compressed space: loads above states.
     solution: Separated,
     /// `H − B` of each term, shape (n, r).
+    #[serde(with = "crate::resume::matrix::list")]
     loads: Vec<Mat<f64>>,
     /// `E` of each term, shape (r, r).
+    #[serde(with = "crate::resume::matrix::list")]
     states: Vec<Mat<f64>>,
     /// What the enrichment did.
     pub enrichment: EnrichmentReport,
@@ -80,7 +83,7 @@ pub struct Parametric {
 }
 
 /// From θ and region factors to a point on the axes.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct AxisMap {
     regions: RegionAxes,
     axes: Vec<Axis>,

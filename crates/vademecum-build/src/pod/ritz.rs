@@ -6,11 +6,13 @@ use super::{Apply, Pod, gram, lower_gram_factor, weighted_svd};
 use crate::dynamics::krylov::symmetric_eigen;
 
 /// The basis of a vademecum.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Basis {
     /// `B`, shape (n, r), `BᵀMB = I`, most energetic first.
+    #[serde(with = "crate::resume::matrix")]
     pub vectors: Mat<f64>,
     /// `BᵀKB`, shape (r, r) \[rad²/s²\].
+    #[serde(with = "crate::resume::matrix")]
     pub stiffness: Mat<f64>,
     /// Its diagonal where `BᵀKB` is diagonal (Ritz vectors, natural modes).
     pub eigenvalues: Option<Vec<f64>>,

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use vademecum_format::{AxisKind, Element, File, Metadata, Section, SectionKind};
+use vademecum_format::{AxisKind, Element, File, Metadata, Numbers, Section, SectionKind};
 
 use super::{DECODED_LIMIT, RewriteError, codec, decode, unknown_sections};
 
@@ -49,7 +49,7 @@ pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
 
 /// The numbers of a section of reals, how many; 0 for the other elements.
 fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError> {
-    let numbers = reals(section.element(), raw);
+    let numbers = numbers(section, raw);
     let bad = numbers.iter().position(|x| !x.is_finite());
     match bad {
         Some(place) => Err(RewriteError::NotFinite { kind: section.kind(), place, value: numbers[place] }),
@@ -57,7 +57,15 @@ fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError>
     }
 }
 
-fn reals(element: Element, raw: &[u8]) -> Vec<f64> {
+/// The real numbers of a decoded section; none for the other elements.
+pub(super) fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
+    match section.element() {
+        Element::I16 => Numbers::quantised(raw, section.shape()).iter().collect(),
+        element => reals(element, raw),
+    }
+}
+
+pub(super) fn reals(element: Element, raw: &[u8]) -> Vec<f64> {
     match element {
         Element::F32 => raw.as_chunks().0.iter().map(|&bytes| f64::from(f32::from_le_bytes(bytes))).collect(),
         Element::F64 => raw.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect(),

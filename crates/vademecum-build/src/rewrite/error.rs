@@ -32,11 +32,31 @@ pub enum RewriteError {
         /// What was to be kept.
         keep: Keep,
     },
+    /// The file has no term that could be dropped.
+    #[error("none of the {terms} terms can be dropped within the tolerance")]
+    NoTerms {
+        /// Terms of the block structure; 0 without one.
+        terms: usize,
+    },
+    /// The scenario a file was stripped for needs what was dropped.
+    #[error("the scenario has {what}, which needs section {kind:?}, and the new file does not have it")]
+    Needed {
+        /// The section.
+        kind: SectionKind,
+        /// What of the scenario.
+        what: String,
+    },
     /// A compression level zstd does not have.
     #[error("compression level {level} is not in 1 to 22")]
     Level {
         /// The level.
         level: i32,
+    },
+    /// A tolerance no rounding is made for.
+    #[error("tolerance {tolerance} is not in 1e-12 to 0.1")]
+    Tolerance {
+        /// The tolerance.
+        tolerance: f64,
     },
     /// Sections would decode to more than the limit.
     #[error("the sections decode to {declared} bytes, the limit is {limit}")]

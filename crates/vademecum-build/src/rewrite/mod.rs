@@ -1,19 +1,26 @@
-//! A finished file made into another: compressed for shipping, raw for mapping, or without what a target does not need.
+//! A finished file made into another: compressed for shipping (rounded, if that is allowed), raw for mapping, or without what a target does
+//! not need.
 //!
 //! Each function takes the bytes of a whole file and gives the bytes of a whole new one; nothing is changed in place. Metadata are
-//! taken over word for word, so a section that is gone is *absent*, never of another shape, and what needs it says so by name. The odd
+//! taken over word for word (but for the number of terms and its certificate where terms are dropped), so a section that is gone is *absent*, never of another shape, and what needs it says so by name. The odd
 //! thing: sections this program does not know cannot be carried along (their meaning may be tied to what is dropped), so a file
 //! that has some is not rewritten at all.
 
 mod check;
 mod codec;
 mod error;
+mod pack;
+mod round;
+mod terms;
 
 pub use check::{Checked, check};
 pub use codec::{DECODED_LIMIT, decode};
 pub use error::RewriteError;
+pub use pack::{pack, pack_within, read_losses};
+pub use round::{Loss, WORST_MODE};
+pub use terms::{Dropped, drop_terms};
 
-use vademecum_format::{Codec, File, Section, SectionInput, SectionKind, encode_into, encoded_len};
+use vademecum_format::{Codec, File, Metadata, Section, SectionInput, SectionKind, encode_into, encoded_len};
 
 /// Bytes of the header, and of each entry of the directory.
 const BLOCK: usize = vademecum_format::BLOCK;
@@ -35,8 +42,10 @@ impl Keep {
     pub fn keeps(self, kind: SectionKind) -> bool {
         use SectionKind as S;
         let inside = kind == S::InteriorBasis;
-        let for_people =
-            matches!(kind, S::SingularValues | S::ModeTable | S::EnrichmentHistory | S::RadiusSamples);
+        let for_people = matches!(
+            kind,
+            S::SingularValues | S::ModeTable | S::EnrichmentHistory | S::RadiusSamples | S::Losses
+        );
         let surface =
             matches!(kind, S::NodeIds | S::NodeCoordinates | S::Triangles | S::SurfaceBasis | S::BlockLoad);
         match self {
@@ -79,23 +88,6 @@ pub fn strip(bytes: &[u8], keep: Keep) -> Result<Vec<u8>, RewriteError> {
     write(&file, &kept)
 }
 
-/// The file with each section as one zstd frame where that is smaller, raw where it is not. `level` is zstd's, 1 to 22.
-///
-/// The same input, level and version of zstd give the same bytes.
-///
-/// # Errors
-/// [`RewriteError::Level`], [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`],
-/// [`RewriteError::TooLarge`].
-pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
-    if !(1..=22).contains(&level) {
-        return Err(RewriteError::Level { level });
-    }
-    recoded(bytes, DECODED_LIMIT, |raw| {
-        let frame = codec::frame(raw, level)?;
-        Ok(if frame.len() < raw.len() { (Codec::Zstd, frame) } else { (Codec::Raw, raw.to_vec()) })
-    })
-}
-
 /// The file with every section raw, as it is mapped. `limit` bounds the bytes of all sections together.
 ///
 /// `unpack(pack(f)) = f` for a file `f` whose sections are all raw.
@@ -103,25 +95,15 @@ pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
 /// # Errors
 /// [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`], [`RewriteError::TooLarge`].
 pub fn unpack(bytes: &[u8], limit: u64) -> Result<Vec<u8>, RewriteError> {
-    recoded(bytes, limit, |raw| Ok((Codec::Raw, raw.to_vec())))
-}
-
-/// Decodes every section and codes it anew.
-fn recoded(
-    bytes: &[u8],
-    limit: u64,
-    code: impl Fn(&[u8]) -> Result<(Codec, Vec<u8>), RewriteError>,
-) -> Result<Vec<u8>, RewriteError> {
     let file = whole(bytes)?;
     codec::check_total(&file, limit)?;
-    let mut coded = vec![];
+    let mut raw = vec![];
     for section in file.sections() {
-        let raw = decode(&section, limit)?;
-        coded.push((section, code(&raw)?));
+        raw.push((section, decode(&section, limit)?));
     }
-    let inputs: Vec<SectionInput<'_>> = coded
+    let inputs: Vec<SectionInput<'_>> = raw
         .iter()
-        .map(|(section, (codec, stored))| SectionInput { codec: *codec, stored, ..as_it_is(section) })
+        .map(|(section, raw)| SectionInput { codec: Codec::Raw, stored: raw, ..as_it_is(section) })
         .collect();
     write(&file, &inputs)
 }
@@ -158,7 +140,11 @@ fn unknown_sections(file: &File<'_>) -> usize {
 }
 
 fn write(file: &File<'_>, sections: &[SectionInput<'_>]) -> Result<Vec<u8>, RewriteError> {
-    let mut bytes = vec![0; encoded_len(file.metadata(), sections)?];
-    encode_into(file.metadata(), sections, &mut bytes)?;
+    write_with(file.metadata(), sections)
+}
+
+fn write_with(metadata: &Metadata<'_>, sections: &[SectionInput<'_>]) -> Result<Vec<u8>, RewriteError> {
+    let mut bytes = vec![0; encoded_len(metadata, sections)?];
+    encode_into(metadata, sections, &mut bytes)?;
     Ok(bytes)
 }

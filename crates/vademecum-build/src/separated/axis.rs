@@ -9,7 +9,7 @@ use super::error::SeparatedError;
 use super::problem::AxisOperator;
 
 /// What functions live on an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum AxisKind {
     /// Piecewise linear finite elements on equidistant points.
     Hat {
@@ -26,7 +26,7 @@ pub enum AxisKind {
 }
 
 /// One parameter axis. Made whole by [`Axis::new`] and never changed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Axis {
     name: String,
     unit: String,

@@ -46,7 +46,7 @@ impl Default for EnrichmentOptions {
 }
 
 /// Why an enrichment ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum StopReason {
     /// The tolerance is met.
     Tolerance,
@@ -58,7 +58,7 @@ pub enum StopReason {
 
 /// What an enrichment did. The solution returned beside it is the best one seen, not the last, in the order and scaling
 /// of [`Separated::normalised`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct EnrichmentReport {
     /// Measured error after each enrichment.
     pub history: Vec<f64>,

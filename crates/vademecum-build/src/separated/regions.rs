@@ -11,7 +11,7 @@ use super::error::{SeparatedError, check_len};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The map between the common `θ` and region scales, and a point on the axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct RegionAxes {
     axes: Vec<Axis>,
     /// `[q][a]`: exponent of axis `a` in `θ_q`.

@@ -6,10 +6,12 @@ use super::linalg::{column, dot, inner, norm, product, transposed_product};
 use faer::{Mat, MatRef};
 
 /// A separated solution over parameter axes, with blocks of `n_columns` columns over space.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Separated {
     axes: Vec<Axis>,
+    #[serde(with = "crate::resume::matrix::list")]
     factors: Vec<Mat<f64>>,
+    #[serde(with = "crate::resume::matrix")]
     blocks: Mat<f64>,
     n_rows: usize,
 }

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::export::write_atomic;
-use vademecum_build::pipeline::{BuildOptions, Report, StructureReport, build};
+use vademecum_build::export::{check_writable, write_atomic};
+use vademecum_build::pipeline::{BuildOptions, Built, Report, StructureReport, build};
 use vademecum_build::problem::Problem;
+use vademecum_build::progress::Listener;
+use vademecum_build::resume::Store;
 
 use super::print_json;
 use crate::console::{Console, cancelled};
@@ -15,6 +17,9 @@ use crate::failure::{Cause, Failure};
 #[command(after_help = "Examples:
   vademecum build beam.toml -o beam.vdm
   vademecum build beam.toml -o beam.vdm --json > beam.json
+  vademecum build beam.toml -o beam.vdm --work beam.work   change beam.toml, build again: only what depends on it
+A build that was stopped goes on where it was when it is started again: finished stages lie in OUTPUT.work until the
+file is written.
 Keys of the problem file: formats/problem-1.md")]
 pub struct Build {
     /// The problem file (TOML).
@@ -28,16 +33,31 @@ pub struct Build {
     /// Write the file even if no structure keeps the tolerance; its certificate says so.
     #[arg(long)]
     keep_missed: bool,
+    /// Folder for finished stages, kept after the build too [default: OUTPUT.work, removed once the file is written].
+    #[arg(long, value_name = "DIR")]
+    work: Option<PathBuf>,
+    /// Compute every stage anew, whatever is kept.
+    #[arg(long)]
+    fresh: bool,
 }
 
 impl Build {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
-        let built = build(&problem, &BuildOptions { keep_missed: self.keep_missed }, console)?;
-        if cancelled() {
-            return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
+        check_writable(&self.output).map_err(|error| Failure::io(&self.output, error))?;
+        let store = Store::new(&self.work_folder(), self.fresh);
+        let built = self.build(&problem, &store, console).inspect_err(|_| {
+            if store.holds_stages() {
+                let kept = store.folder().display();
+                console
+                    .note(&format!("finished stages are kept in {kept}: the next build goes on from there"));
+            }
+        })?;
+        if self.work.is_none()
+            && let Err(error) = store.remove()
+        {
+            console.note(&format!("{} cannot be removed: {error}", store.folder().display()));
         }
-        write_atomic(&self.output, &built.bytes).map_err(|error| Failure::io(&self.output, error))?;
         console.clear();
         if self.json {
             print_json(&built.report);
@@ -46,6 +66,28 @@ impl Build {
             println!("wrote {} ({})", self.output.display(), bytes(built.report.file_bytes));
         }
         Ok(())
+    }
+}
+
+impl Build {
+    fn build(&self, problem: &Problem, store: &Store, console: &Console) -> Result<Built, Failure> {
+        let options = BuildOptions { keep_missed: self.keep_missed, store: Some(store) };
+        let built = build(problem, &options, console)?;
+        if cancelled() {
+            return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
+        }
+        write_atomic(&self.output, &built.bytes).map_err(|error| Failure::io(&self.output, error))?;
+        Ok(built)
+    }
+
+    /// Beside the file, under its name: found again without being told, by the build it belongs to alone.
+    fn work_folder(&self) -> PathBuf {
+        let beside = || {
+            let mut name = self.output.clone().into_os_string();
+            name.push(".work");
+            name.into()
+        };
+        self.work.clone().unwrap_or_else(beside)
     }
 }
 

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use vademecum_build::pipeline::StructureReport;
+use vademecum_build::rewrite::{Loss, read_losses};
 use vademecum_eval::Mapped;
 use vademecum_format::{File, SectionKind};
 
 use vademecum_build::parametric::RadiusSample;
 
-use super::{print_json, whole_file};
+use super::{print_json, rewrite_failed, whole_file};
 use crate::failure::Failure;
 use crate::player::names;
 use crate::separation::{Enrichment, enrichment_history, radius_samples};
@@ -101,13 +102,17 @@ struct SectionReport {
     shape: [u64; 3],
     stored_bytes: usize,
     decoded_bytes: u64,
+    /// Relative error that rounding brought; absent where nothing was rounded by `pack`.
+    loss: Option<Loss>,
 }
 
 impl Info {
     pub fn run(&self) -> Result<(), Failure> {
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = whole_file(&self.file, &mapped)?;
-        let report = self.report(mapped.bytes().len(), &file)?;
+        let mut memory = vec![];
+        let raw = whole_file(&self.file, &mapped, &mut memory)?;
+        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let report = self.report(&file, &raw)?;
         if self.json {
             print_json(&report);
         } else {
@@ -116,7 +121,9 @@ impl Info {
         Ok(())
     }
 
-    fn report(&self, file_bytes: usize, file: &File<'_>) -> Result<Report, Failure> {
+    /// Of a file and, for what is text in it, the same file unpacked.
+    fn report(&self, file: &File<'_>, raw: &File<'_>) -> Result<Report, Failure> {
+        let losses = read_losses(file).map_err(|error| rewrite_failed(&self.file, error))?;
         let m = file.metadata();
         let certificate = &m.certificate;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
@@ -146,10 +153,11 @@ impl Info {
             shape: s.shape(),
             stored_bytes: s.stored().len(),
             decoded_bytes: s.decoded_length(),
+            loss: losses.iter().find(|(kind, _)| *kind == s.kind()).map(|(_, loss)| *loss),
         };
         let present = [("diagonal", m.diagonal), ("block", m.block)];
         Ok(Report {
-            file_bytes,
+            file_bytes: file.bytes().len(),
             format: format!("{}.{}", vademecum_format::MAJOR, file.minor()),
             program: m.program.into(),
             units: m.units.into(),
@@ -168,8 +176,8 @@ impl Info {
             terms: m.n_terms,
             axes: m.active_axes().iter().map(axis).collect(),
             parameters: m.active_parameters().iter().map(parameter).collect(),
-            load_patterns: names(&self.file, file, SectionKind::PatternNames)?,
-            probes: names(&self.file, file, SectionKind::ProbeNames)?,
+            load_patterns: names(&self.file, raw, SectionKind::PatternNames)?,
+            probes: names(&self.file, raw, SectionKind::ProbeNames)?,
             certificate: Certificates {
                 terms: m.n_terms,
                 map_error_rms: worst.map_error_rms,
@@ -238,10 +246,16 @@ impl Report {
             }
         }
         self.print_separation();
-        println!("\nsection            element  codec  shape                     bytes");
+        println!(
+            "\nsection            element  codec     shape                     bytes  rounded, relative"
+        );
         for s in &self.sections {
             let shape = format!("{} × {} × {}", s.shape[0], s.shape[1], s.shape[2]);
-            println!("{:<17}  {:<7}  {:<5}  {shape:<20}  {:>9}", s.kind, s.element, s.codec, s.stored_bytes);
+            let loss = s.loss.map_or(String::new(), |loss| format!("  {:.1e}", loss.displacement));
+            println!(
+                "{:<17}  {:<7}  {:<8}  {shape:<20}  {:>9}{loss}",
+                s.kind, s.element, s.codec, s.stored_bytes
+            );
         }
     }
 }

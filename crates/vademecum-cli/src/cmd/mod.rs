@@ -18,9 +18,9 @@ pub mod view;
 use std::path::Path;
 
 use vademecum_build::export::write_atomic;
-use vademecum_build::rewrite::RewriteError;
+use vademecum_build::rewrite::{self, DECODED_LIMIT, RewriteError};
 use vademecum_eval::Mapped;
-use vademecum_format::File;
+use vademecum_format::{Codec, File};
 
 use crate::failure::{Cause, Failure};
 
@@ -39,13 +39,24 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|error| Failure::io(path, error))
 }
 
+/// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk matters.
+pub fn open(path: &Path, copy: bool) -> Result<Mapped, Failure> {
+    let opened = if copy { Mapped::copy(path) } else { Mapped::open(path) };
+    opened.map_err(|error| Failure::file(path, error))
+}
+
 /// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a damaged basis would
-/// pass for physics.
-pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped) -> Result<File<'a>, Failure> {
+/// pass for physics. A packed file is decoded into `memory` first.
+pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped, memory: &'a mut Vec<u8>) -> Result<File<'a>, Failure> {
     let failed = |error| {
         Failure::file(path, error).remedy("the file was damaged after it was built: copy or build it again")
     };
     let file = mapped.file().map_err(failed)?;
+    if file.sections().any(|section| section.codec() != Codec::Raw) {
+        *memory =
+            rewrite::unpack(mapped.bytes(), DECODED_LIMIT).map_err(|error| rewrite_failed(path, error))?;
+        return File::parse(memory).map_err(failed);
+    }
     file.verify_all().map_err(failed)?;
     Ok(file)
 }
@@ -68,6 +79,13 @@ pub fn rewrite_failed(path: &Path, error: RewriteError) -> Failure {
         RewriteError::Unknown { .. } => "use the version of this program that wrote the file, or a later one",
         RewriteError::Absent { .. } => {
             "strip the file it was made from, or build it again with what is missing"
+        }
+        RewriteError::Tolerance { .. } => {
+            "1e-4 is coarse enough to ship and fine enough to see no difference"
+        }
+        RewriteError::NoTerms { .. } => "use the file as it is, or allow a larger tolerance",
+        RewriteError::Needed { .. } => {
+            "keep more: `--keep surface` or `--keep all`; or build it with what is missing"
         }
         RewriteError::NothingToStrip { .. } => "use the file as it is",
         RewriteError::TooLarge { .. } => "if you trust the file, `unpack --limit` allows more",

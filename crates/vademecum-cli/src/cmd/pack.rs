@@ -7,11 +7,13 @@ use vademecum_build::rewrite;
 use super::{read_file, rewrite_failed, write_file};
 use crate::failure::Failure;
 
-/// Compresses a file for shipping; `unpack` gives back the very bytes.
+/// Compresses a file for shipping; without a tolerance, `unpack` gives back the very bytes.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
-  vademecum pack body.vdm -o body.packed.vdm --level 19
-A compressed file cannot be stepped: unpack it where it is used.")]
+  vademecum pack body.vdm -o body.packed.vdm
+  vademecum pack body.vdm -o body.packed.vdm --tolerance 1e-4
+With a tolerance, what is known at every node (basis, load rows, coordinates) is rounded to 16 or 32 bits as far as fields stay within it.
+Probes, load patterns and the step are kept to the bit. `vademecum info` shows what it cost.")]
 pub struct Pack {
     /// The vademecum file.
     file: PathBuf,
@@ -21,12 +23,19 @@ pub struct Pack {
     /// Level of zstd: 1 is quick, 22 is small.
     #[arg(long, default_value_t = 19, value_parser = clap::value_parser!(i32).range(1..=22))]
     level: i32,
+    /// Relative error of fields that rounding may bring, such as 1e-4 [default: no rounding].
+    #[arg(long)]
+    tolerance: Option<f64>,
 }
 
 impl Pack {
     pub fn run(&self) -> Result<(), Failure> {
         let bytes = read_file(&self.file)?;
-        let packed = rewrite::pack(&bytes, self.level).map_err(|error| rewrite_failed(&self.file, error))?;
+        let packed = match self.tolerance {
+            None => rewrite::pack(&bytes, self.level),
+            Some(tolerance) => rewrite::pack_within(&bytes, self.level, tolerance),
+        };
+        let packed = packed.map_err(|error| rewrite_failed(&self.file, error))?;
         write_file(&self.output, &packed, bytes.len())
     }
 }

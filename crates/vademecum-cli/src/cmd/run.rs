@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, write_pvd, write_vtu};
 use vademecum_build::scenario::{FieldChoice, Scenario};
-use vademecum_eval::{Field, Mapped, Scene, SceneOptions, State, StructureChoice};
+use vademecum_eval::{Field, Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
-use super::{make_folder, whole_file, write_text};
+use super::{make_folder, open, whole_file, write_text};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::player::{Track, names, play};
@@ -33,6 +33,9 @@ pub struct Run {
     /// Time step \[s\]; the file's if absent (diagonal structure only).
     #[arg(long)]
     time_step: Option<f64>,
+    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite it in place.
+    #[arg(long)]
+    copy: bool,
 }
 
 /// Structure of the step, as an argument.
@@ -60,8 +63,9 @@ impl Run {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         use vademecum_build::progress::Listener;
         let scenario = Scenario::read(&self.scenario)?;
-        let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = whole_file(&self.file, &mapped)?;
+        let mapped = open(&self.file, self.copy)?;
+        let mut memory = vec![];
+        let file = whole_file(&self.file, &mapped, &mut memory)?;
         let options = SceneOptions {
             structure: self.structure.into(),
             time_step: self.time_step,

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use vademecum_build::rewrite::{self, Keep};
+use vademecum_build::scenario::Scenario;
+use vademecum_build::target::check_target;
 use vademecum_format::{File, SectionKind};
 
 use super::{read_file, rewrite_failed, write_file};
@@ -12,13 +14,21 @@ use crate::failure::Failure;
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum strip body.vdm --keep probes -o probe.vdm
+  vademecum strip body.vdm --keep surface --for push.toml -o game.vdm
+  vademecum strip body.vdm --terms-for 1e-4 -o fast.vdm
 What is dropped is named; a scene that asks for it is refused by name.")]
 pub struct Strip {
     /// The vademecum file.
     file: PathBuf,
     /// What the new file can still do.
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, default_value_t = KeepArgument::All, required_unless_present = "terms_for")]
     keep: KeepArgument,
+    /// Drop terms of the separated solution while its maps stay within this relative error, such as 1e-4.
+    #[arg(long, value_name = "TOLERANCE")]
+    terms_for: Option<f64>,
+    /// A scenario (TOML) the new file must still be able to play and show.
+    #[arg(long = "for", value_name = "SCENARIO")]
+    target: Option<PathBuf>,
     /// The new file; may be the file itself.
     #[arg(short, long)]
     output: PathBuf,
@@ -42,10 +52,26 @@ impl Strip {
             KeepArgument::Surface => Keep::Surface,
             KeepArgument::All => Keep::All,
         };
+        let failed = |error| rewrite_failed(&self.file, error);
         let bytes = read_file(&self.file)?;
-        let stripped = rewrite::strip(&bytes, keep).map_err(|error| rewrite_failed(&self.file, error))?;
+        let mut stripped = rewrite::strip(&bytes, keep).map_err(failed)?;
+        let mut dropped_terms = None;
+        if let Some(tolerance) = self.terms_for {
+            let (fewer, dropped) = rewrite::drop_terms(&stripped, tolerance).map_err(failed)?;
+            stripped = fewer;
+            dropped_terms = Some(dropped);
+        }
+        if let Some(scenario) = &self.target {
+            check_target(&stripped, &Scenario::read(scenario)?).map_err(failed)?;
+        }
         let file = File::parse(&bytes).map_err(|error| Failure::file(&self.file, error))?;
         write_file(&self.output, &stripped, bytes.len())?;
+        if let Some(terms) = dropped_terms {
+            println!(
+                "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with `verify`",
+                terms.left, terms.before, terms.error_rms, terms.error_max
+            );
+        }
         let dropped: Vec<SectionKind> =
             file.sections().map(|s| s.kind()).filter(|&kind| !keep.keeps(kind)).collect();
         for (kind, lost) in LOST.iter().filter(|(kind, _)| dropped.contains(kind)) {

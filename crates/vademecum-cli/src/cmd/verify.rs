@@ -126,7 +126,8 @@ impl Verify {
         let problem = Problem::read(problem)?;
         let scenario = Scenario::read(scenario)?;
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = whole_file(&self.file, &mapped)?;
+        let mut memory = vec![];
+        let file = whole_file(&self.file, &mapped, &mut memory)?;
         let options = SceneOptions { structure: self.structure.into(), ..SceneOptions::default() };
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;

@@ -13,9 +13,9 @@ use std::time::Duration;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use vademecum_build::export::write_atomic;
-use vademecum_eval::Mapped;
 use vademecum_format::{File, SectionKind};
 
+use super::open;
 use crate::console::{Console, cancelled};
 use crate::failure::{Cause, Failure};
 
@@ -68,11 +68,14 @@ pub struct View {
     /// Write one self-contained page, file included, instead of serving.
     #[arg(long, value_name = "PAGE.html")]
     export: Option<PathBuf>,
+    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite it in place.
+    #[arg(long)]
+    copy: bool,
 }
 
 impl View {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
+        let mapped = open(&self.file, self.copy)?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         check(&self.file, &file)?;
         let title = title(&self.file, &file);

@@ -1,0 +1,237 @@
+//! A separated solution with fewer terms: those go first that count least, as long as the maps stay within a tolerance.
+//!
+//! At a point of the axes the maps are `Σ_t g_t E_t` and `Σ_t g_t F_t` (increments of the state's and of the loads' map). Leaving out the terms
+//! `D` changes them by `Σ_D g_t E_t`; its Frobenius norm over that of the whole sum is the error, measured with Gram matrices at
+//! every point of the axes' grid, or at 4096 of them chosen without pattern.
+
+use vademecum_format::{Codec, Element, File, Metadata, Section, SectionKind};
+
+use super::codec::decode;
+use super::pack::{reals_of, term_strengths};
+use super::{DECODED_LIMIT, RewriteError, as_it_is, whole};
+
+/// Most terms a file may have here: the Gram matrices hold their square.
+const MOST_TERMS: usize = 4096;
+/// Most points of the axes' grid the error is measured at.
+const MOST_POINTS: u64 = 4096;
+
+/// What dropping terms did.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Dropped {
+    /// Terms before.
+    pub before: usize,
+    /// Terms left.
+    pub left: usize,
+    /// Relative error of the increments of the maps, root of the mean square over the points of the axes.
+    pub error_rms: f64,
+    /// The largest of them.
+    pub error_max: f64,
+}
+
+/// The file without the terms a tolerance on the maps does not need. The error is added to the map errors of the block structure's certificate;
+/// its other figures are set to "not measured", since nothing was marched.
+///
+/// # Errors
+/// [`RewriteError::Tolerance`]; [`RewriteError::NoTerms`] if the file has no block structure or every term is needed;
+/// [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`], [`RewriteError::TooLarge`].
+pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), RewriteError> {
+    if !(1e-12..=0.1).contains(&tolerance) {
+        return Err(RewriteError::Tolerance { tolerance });
+    }
+    let file = whole(bytes)?;
+    super::codec::check_total(&file, DECODED_LIMIT)?;
+    let terms = file.metadata().n_terms as usize;
+    if !file.metadata().block || terms < 2 || terms > MOST_TERMS {
+        return Err(RewriteError::NoTerms { terms });
+    }
+    let maps = Maps::new(&file)?;
+    let order = weakest_first(&file, &maps)?;
+    // Errors grow with the number dropped but for luck; the half-open range ends at a number that is too many.
+    let (mut sound, mut too_many) = (0, terms);
+    while sound + 1 < too_many {
+        let middle = sound.midpoint(too_many);
+        let kept = maps.error(&order[..middle]).1 <= tolerance;
+        *(if kept { &mut sound } else { &mut too_many }) = middle;
+    }
+    if sound == 0 {
+        return Err(RewriteError::NoTerms { terms });
+    }
+    let (error_rms, error_max) = maps.error(&order[..sound]);
+    let mut kept = order[sound..].to_vec();
+    kept.sort_unstable();
+    let dropped = Dropped { before: terms, left: kept.len(), error_rms, error_max };
+    Ok((without(&file, &kept, &dropped)?, dropped))
+}
+
+/// Gram matrices of the terms' space parts, and the products of factors at points of the axes.
+struct Maps {
+    terms: usize,
+    grams: Vec<Vec<f64>>,
+    points: Vec<Vec<f64>>,
+}
+
+impl Maps {
+    fn new(file: &File<'_>) -> Result<Self, RewriteError> {
+        let metadata = file.metadata();
+        let (terms, r) = (metadata.n_terms as usize, metadata.n_modes as usize);
+        let states = reals_of(file, SectionKind::BlockState)?.unwrap_or_default();
+        let mut grams = vec![gram(terms, r * r, &states)];
+        if let Some(loads) = reals_of(file, SectionKind::BlockLoad)? {
+            grams.push(gram(terms, 3 * r, &loads));
+        }
+        let factors = reals_of(file, SectionKind::Factors)?.unwrap_or_default();
+        Ok(Self { terms, grams, points: grid(metadata, &factors) })
+    }
+
+    /// Root of the mean square and largest error of leaving these terms out.
+    fn error(&self, dropped: &[usize]) -> (f64, f64) {
+        let all: Vec<usize> = (0..self.terms).collect();
+        let (mut sum, mut largest, mut count) = (0.0, 0.0f64, 0.0f64);
+        for (g, gram) in self.points.iter().flat_map(|g| self.grams.iter().map(move |gram| (g, gram))) {
+            let (off, of) = (self.form(gram, g, dropped), self.form(gram, g, &all));
+            if of > 0.0 {
+                sum += off / of;
+                largest = largest.max((off / of).sqrt());
+                count += 1.0;
+            }
+        }
+        ((sum / count.max(1.0)).sqrt(), largest)
+    }
+
+    /// `|Σ_t g_t X_t|²` over some terms.
+    fn form(&self, gram: &[f64], g: &[f64], terms: &[usize]) -> f64 {
+        let row = |&s: &usize| g[s] * terms.iter().map(|&t| gram[s * self.terms + t] * g[t]).sum::<f64>();
+        terms.iter().map(row).sum::<f64>().max(0.0)
+    }
+}
+
+/// `X_s · X_t`; the numbers are `(any, terms, width)`.
+fn gram(terms: usize, width: usize, numbers: &[f64]) -> Vec<f64> {
+    let mut gram = vec![0.0; terms * terms];
+    for parts in numbers.chunks_exact(terms * width) {
+        for (s, a) in parts.chunks_exact(width).enumerate() {
+            for (t, b) in parts.chunks_exact(width).enumerate().take(s + 1) {
+                gram[s * terms + t] += a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+    }
+    for s in 0..terms {
+        (0..s).for_each(|t| gram[t * terms + s] = gram[s * terms + t]);
+    }
+    gram
+}
+
+/// Products of factors of all terms at points of the grid.
+fn grid(metadata: &Metadata<'_>, factors: &[f64]) -> Vec<Vec<f64>> {
+    let terms = metadata.n_terms as usize;
+    let counts: Vec<u64> = metadata.active_axes().iter().map(|axis| u64::from(axis.n_points)).collect();
+    let all = counts.iter().fold(1u64, |all, &n| all.saturating_mul(n));
+    // Steps of a golden section through the grid: no two points in a row are alike.
+    let stride = if all > MOST_POINTS { (all as f64 * 0.618_033_988_75) as u64 | 1 } else { 1 };
+    let product = |point: u64| {
+        let mut place = point.wrapping_mul(stride) % all;
+        let (mut start, mut g) = (0, vec![1.0; terms]);
+        for &n in &counts {
+            let (i, points) = ((place % n) as usize, n as usize);
+            place /= n;
+            g.iter_mut().enumerate().for_each(|(t, g)| *g *= factors[start + t * points + i]);
+            start += terms * points;
+        }
+        g
+    };
+    (0..all.min(MOST_POINTS)).map(product).collect()
+}
+
+/// Terms by how much they can count at most.
+fn weakest_first(file: &File<'_>, maps: &Maps) -> Result<Vec<usize>, RewriteError> {
+    let strengths = term_strengths(file)?;
+    let size = |gram: &[f64], t: usize| strengths[t] * gram[t * maps.terms + t].sqrt();
+    let largest = |gram: &[f64]| (0..maps.terms).map(|t| size(gram, t)).fold(f64::MIN_POSITIVE, f64::max);
+    let scales: Vec<f64> = maps.grams.iter().map(|gram| largest(gram)).collect();
+    let weight = |t: usize| maps.grams.iter().zip(&scales).map(|(g, s)| size(g, t) / s).fold(0.0, f64::max);
+    let mut order: Vec<usize> = (0..maps.terms).collect();
+    order.sort_by(|&a, &b| weight(a).total_cmp(&weight(b)));
+    Ok(order)
+}
+
+/// The file with these terms only.
+fn without(file: &File<'_>, kept: &[usize], dropped: &Dropped) -> Result<Vec<u8>, RewriteError> {
+    let mut metadata = *file.metadata();
+    metadata.n_terms = kept.len() as u32;
+    let block = &mut metadata.certificate.block;
+    block.map_error_rms += dropped.error_rms;
+    block.map_error_max += dropped.error_max;
+    for figure in [
+        &mut block.trajectory_error,
+        &mut block.projection_floor,
+        &mut block.spectral_radius,
+        &mut block.energy_ratio,
+        &mut block.steps,
+    ] {
+        *figure = f64::NAN;
+    }
+    let mut parts = vec![];
+    for section in file.sections() {
+        let changed = selected(file.metadata(), &section, kept)?;
+        parts.push((section, changed));
+    }
+    let mut inputs = vec![];
+    for (section, changed) in &parts {
+        let mut input = as_it_is(section);
+        if let Some(bytes) = changed {
+            let asked = input.kind.shape(&metadata);
+            input.shape = [0, 1, 2].map(|i| asked[i].unwrap_or(input.shape[i]));
+            input.codec = Codec::Raw;
+            input.decoded_length = bytes.len() as u64;
+            input.stored = bytes;
+        }
+        inputs.push(input);
+    }
+    super::write_with(&metadata, &inputs)
+}
+
+/// The decoded bytes of a section that has terms, with these only; `None` if it has none.
+fn selected(
+    metadata: &Metadata<'_>,
+    section: &Section<'_>,
+    kept: &[usize],
+) -> Result<Option<Vec<u8>>, RewriteError> {
+    use SectionKind as S;
+    let (r, terms) = (metadata.n_modes as usize, metadata.n_terms as usize);
+    let size = section.element().size() as usize;
+    let width = match section.kind() {
+        S::BlockState => r * r,
+        S::BlockLoad => 3 * r,
+        S::PatternBlock => r,
+        S::Factors => 0,
+        _ => return Ok(None),
+    };
+    let raw = decode(section, DECODED_LIMIT)?;
+    if section.kind() == S::Factors {
+        let mut rest = &raw[..];
+        let mut left = vec![];
+        for axis in metadata.active_axes() {
+            let points = axis.n_points as usize;
+            let (own, others) = rest.split_at(terms * points * size);
+            left.extend(take(own, terms, points * size, kept));
+            rest = others;
+        }
+        return Ok(Some(left));
+    }
+    if section.element() == Element::I16 {
+        let scales = raw.len() - section.shape().iter().product::<u64>() as usize * size;
+        let (scales, numbers) = raw.split_at(scales);
+        return Ok(Some(
+            [take(scales, terms, 4 * width, kept), take(numbers, terms, 2 * width, kept)].concat(),
+        ));
+    }
+    Ok(Some(take(&raw, terms, width * size, kept)))
+}
+
+/// Of bytes `(any, terms, width)`, those of the terms kept.
+fn take(bytes: &[u8], terms: usize, width: usize, kept: &[usize]) -> Vec<u8> {
+    let one = |all: &[u8]| -> Vec<u8> {
+        kept.iter().flat_map(|t| all[t * width..(t + 1) * width].to_vec()).collect()
+    };
+    bytes.chunks_exact(terms * width).flat_map(one).collect()
+}

@@ -1,0 +1,396 @@
+//! Many instances of one scene stepped together: a bridge with a thousand cables, a game with five hundred props.
+//!
+//! Each instance has a state, a load and a rest of its own. With the diagonal structure, [`Batch::LANES`] instances are held
+//! with their numbers interleaved (instance fastest): every operation of a step is done for all of them at once and a
+//! coefficient is read once for all of them, also where one body has too few modes to fill a vector. With the block structure the
+//! rows of `D` fill the vectors already; interleaving was measured to win nothing there (`docs/benchmarks/step.md`), so instances lie
+//! one after the other.
+//!
+//! The bits of an instance are those of [`Scene::step`]: each number is the same sum in the same order. (One exception is in
+//! [`Batch::step`].) A batch knows no threads; a caller with several cores makes a batch for each, over the same scene.
+
+use crate::error::{BindError, LoadError, StepError};
+use crate::kernel::{LANES, ModeBlock, flushed, step_dense};
+use crate::loads::Loads;
+use crate::options::{Status, Structure};
+use crate::scalar::Scalar;
+use crate::scene::Scene;
+use crate::shape::Shape;
+use crate::state::State;
+
+/// One number of every instance of a group.
+type Lane<T> = [T; WIDTH];
+
+/// Instances in a group.
+const WIDTH: usize = 16;
+
+/// States and loads of many instances of one scene, in lent memory.
+#[derive(Debug)]
+pub struct Batch<'m, T> {
+    shape: Shape,
+    n_instances: usize,
+    /// `Δt` \[s\] the states are scaled by.
+    time_step: f64,
+    /// The scene's generation when the first load was taken.
+    generation: u64,
+    n_loaded: usize,
+    /// `y` of every instance, see [`place`].
+    states: &'m mut [T],
+    /// `ℓ` of every instance, laid out alike.
+    loads: &'m mut [T],
+    /// `Σ|y|` of every instance after its last step, not finite if that was refused; 0 at rest.
+    magnitudes: &'m mut [T],
+    /// 1 for a loaded instance, 0 for one without load.
+    loaded: &'m mut [T],
+    /// Where the new states go; then the two change places. Zero where an instance rests.
+    next: &'m mut [T],
+}
+
+/// What a step of a batch found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BatchStatus {
+    /// Instances that moved or are loaded.
+    pub moving: usize,
+    /// Instances at rest.
+    pub at_rest: usize,
+    /// Instances whose new state would not be finite: they keep the old one ([`Batch::status`] tells which).
+    pub refused: usize,
+}
+
+impl<'m, T: Scalar> Batch<'m, T> {
+    /// Instances stepped at once: a batch does best with a multiple of this.
+    pub const LANES: usize = WIDTH;
+
+    /// Numbers of `T` to lend for a batch of so many instances.
+    #[must_use]
+    pub const fn len_for(scene: &Scene<'_, T>, n_instances: usize) -> usize {
+        let (group, groups) = (group_len(scene.shape), n_instances.div_ceil(WIDTH));
+        group.saturating_mul(3).saturating_add(2 * WIDTH).saturating_mul(groups)
+    }
+
+    /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what is in it does not matter.
+    ///
+    /// # Errors
+    /// [`BindError::LentMemory`].
+    pub fn new(scene: &Scene<'_, T>, n_instances: usize, memory: &'m mut [T]) -> Result<Self, BindError> {
+        let (found, needed) = (memory.len(), Self::len_for(scene, n_instances));
+        let short = BindError::LentMemory { found, needed };
+        let memory = memory.get_mut(..needed).ok_or(short)?;
+        memory.fill(T::ZERO);
+        let (group, groups) = (group_len(scene.shape), n_instances.div_ceil(WIDTH));
+        let (states, rest) = memory.split_at_mut_checked(group * groups).ok_or(short)?;
+        let (next, rest) = rest.split_at_mut_checked(group * groups).ok_or(short)?;
+        let (loads, rest) = rest.split_at_mut_checked(group * groups).ok_or(short)?;
+        let (magnitudes, rest) = rest.split_at_mut_checked(WIDTH * groups).ok_or(short)?;
+        let loaded = rest.get_mut(..WIDTH * groups).ok_or(short)?;
+        let (shape, generation) = (scene.shape, scene.generation);
+        let time_step = scene.parameters.time_step;
+        Ok(Self {
+            shape,
+            n_instances,
+            time_step,
+            generation,
+            n_loaded: 0,
+            states,
+            loads,
+            magnitudes,
+            loaded,
+            next,
+        })
+    }
+
+    /// How many instances there are.
+    #[must_use]
+    pub const fn n_instances(&self) -> usize {
+        self.n_instances
+    }
+
+    /// Loads `instance` with what `loads` holds, in place of what it had; it stays until the next call. `O(r)`.
+    ///
+    /// # Errors
+    /// [`LoadError`]; the batch is then unchanged.
+    pub fn load(
+        &mut self,
+        scene: &Scene<'_, T>,
+        instance: usize,
+        loads: &Loads<'_, T>,
+    ) -> Result<(), LoadError> {
+        if instance >= self.n_instances {
+            return Err(LoadError::NoInstance { index: instance, count: self.n_instances });
+        }
+        if self.shape != scene.shape || self.shape != loads.shape {
+            return Err(LoadError::Mismatch);
+        }
+        let stale = |generation| generation != scene.generation;
+        if loads.active && (stale(loads.generation) || (self.n_loaded > 0 && stale(self.generation))) {
+            return Err(LoadError::Stale);
+        }
+        if loads.increment.iter().any(|value| !value.to_f64().is_finite()) {
+            return Err(LoadError::NotFinite);
+        }
+        let Some(loaded) = self.loaded.get_mut(instance) else { return Ok(()) };
+        self.n_loaded -= usize::from(*loaded != T::ZERO);
+        self.n_loaded += usize::from(loads.active);
+        *loaded = T::from_f32(f32::from(u8::from(loads.active)));
+        self.generation = if loads.active { scene.generation } else { self.generation };
+        for third in 0..3 {
+            let from = loads.increment.iter().skip(third * self.shape.stride()).take(self.shape.r);
+            for (k, &value) in from.enumerate() {
+                put(self.loads, place(self.shape, instance, third, k), value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the loads of all instances away.
+    pub fn clear(&mut self) {
+        self.loads.fill(T::ZERO);
+        self.loaded.fill(T::ZERO);
+        self.n_loaded = 0;
+    }
+
+    /// Gives `instance` a state. `O(r)`.
+    ///
+    /// # Errors
+    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of another `Δt`; the batch is then
+    /// unchanged.
+    pub fn set(&mut self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
+        self.check(instance, state)?;
+        for third in 0..3 {
+            for (k, &value) in state.part(third).iter().enumerate() {
+                put(self.states, place(self.shape, instance, third, k), value);
+                put(self.next, place(self.shape, instance, third, k), T::ZERO);
+            }
+        }
+        put(self.magnitudes, instance, if state.at_rest { T::ZERO } else { T::from_f32(1.0) });
+        Ok(())
+    }
+
+    /// Writes the state of `instance` to `state`, from which everything can be read. `O(r)`.
+    ///
+    /// # Errors
+    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of another `Δt`; `state` is then
+    /// unchanged.
+    pub fn get(&self, instance: usize, state: &mut State<'_, T>) -> Result<(), StepError> {
+        self.check(instance, state)?;
+        for third in 0..3 {
+            for (k, out) in state.part_mut(third).iter_mut().enumerate() {
+                *out = self.states.get(place(self.shape, instance, third, k)).copied().unwrap_or_default();
+            }
+        }
+        state.at_rest = self.status(instance) == Ok(Status::AtRest);
+        Ok(())
+    }
+
+    /// What the last step found of `instance`.
+    ///
+    /// # Errors
+    /// [`StepError::NotFinite`] if it was refused (its state is the one before), [`StepError::NoInstance`].
+    pub fn status(&self, instance: usize) -> Result<Status, StepError> {
+        let known = self.magnitudes.get(instance).zip(self.loaded.get(instance));
+        let (&magnitude, &loaded) =
+            known.filter(|_| instance < self.n_instances).ok_or(StepError::NoInstance)?;
+        judge(magnitude, loaded)
+    }
+
+    /// Carries all states over to the parameters of `scene`; see [`State::carry`]. Loads from before are stale: clear them.
+    ///
+    /// # Errors
+    /// [`StepError::Mismatch`], and [`StepError::NotFinite`] if a number of some instance leaves the precision; the batch is then unchanged.
+    pub fn carry(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
+        if self.shape != scene.shape {
+            return Err(StepError::Mismatch);
+        }
+        let ratio = scene.parameters.time_step / self.time_step;
+        let (shape, n) = (self.shape, self.n_instances);
+        let rates = [(1, ratio), (2, ratio * ratio)];
+        let places = rates.into_iter().flat_map(|(third, factor)| {
+            (0..n).flat_map(move |i| (0..shape.r).map(move |k| (place(shape, i, third, k), factor)))
+        });
+        let scaled = |states: &[T], at: usize, factor: f64| {
+            T::from_f64(states.get(at).map_or(0.0, |value| value.to_f64() * factor))
+        };
+        if places.clone().any(|(at, factor)| !scaled(self.states, at, factor).to_f64().is_finite()) {
+            return Err(StepError::NotFinite);
+        }
+        places.for_each(|(at, factor)| put(self.states, at, scaled(self.states, at, factor)));
+        self.time_step = scene.parameters.time_step;
+        Ok(())
+    }
+
+    /// Advances every instance by `Δt` under its load. An instance whose new state would not be finite keeps the old one and is counted
+    /// as refused; the others go on.
+    ///
+    /// An instance is put at rest by the rule of [`Scene::step`], except that `Σ|y|` is summed in another order: with
+    /// [`SceneOptions::rest_below`](crate::SceneOptions::rest_below) above 0 it may rest a step sooner or later than it would alone.
+    ///
+    /// # Errors
+    /// [`StepError::Mismatch`], [`StepError::NotCarried`] and [`StepError::StaleLoads`], for the batch as a whole and before anything moves.
+    pub fn step(&mut self, scene: &Scene<'_, T>) -> Result<BatchStatus, StepError> {
+        if self.shape != scene.shape {
+            return Err(StepError::Mismatch);
+        }
+        if self.time_step != scene.parameters.time_step {
+            return Err(StepError::NotCarried);
+        }
+        if self.n_loaded > 0 && self.generation != scene.generation {
+            return Err(StepError::StaleLoads);
+        }
+        match self.shape.structure {
+            Structure::Diagonal => self.step_groups(scene),
+            Structure::Block => self.step_each(scene),
+        }
+        core::mem::swap(&mut self.states, &mut self.next);
+        let mut status = BatchStatus::default();
+        for (&magnitude, &loaded) in self.magnitudes.iter().zip(&*self.loaded).take(self.n_instances) {
+            match judge(magnitude, loaded) {
+                Ok(Status::Moving) => status.moving += 1,
+                Ok(Status::AtRest) => status.at_rest += 1,
+                Err(_) => status.refused += 1,
+            }
+        }
+        Ok(status)
+    }
+
+    fn step_groups(&mut self, scene: &Scene<'_, T>) {
+        let length = group_len(self.shape).max(1);
+        let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
+        let mut news = self.next.chunks_exact_mut(length);
+        let loaded = self.loaded.as_chunks::<WIDTH>().0;
+        for (magnitudes, loaded) in self.magnitudes.as_chunks_mut::<WIDTH>().0.iter_mut().zip(loaded) {
+            let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
+                break;
+            };
+            if magnitudes.iter().chain(loaded).all(|&value| value == T::ZERO) {
+                continue;
+            }
+            let (old, load) = (old.as_chunks_mut().0, load.as_chunks().0);
+            let new = new.as_chunks_mut().0;
+            let modes = scene.map.as_chunks().0.as_chunks().0;
+            *magnitudes = step_modes(modes, old.as_chunks().0, load.as_chunks().0, new.as_chunks_mut().0);
+            settle(scene.rest_below, loaded, magnitudes, old, new);
+        }
+    }
+
+    fn step_each(&mut self, scene: &Scene<'_, T>) {
+        let length = self.shape.padded().max(1);
+        let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
+        let mut news = self.next.chunks_exact_mut(length);
+        for (magnitude, &loaded) in self.magnitudes.iter_mut().zip(&*self.loaded) {
+            let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
+                break;
+            };
+            if *magnitude == T::ZERO && loaded == T::ZERO {
+                continue;
+            }
+            *magnitude = step_dense(scene.map.as_chunks().0, 3 * self.shape.r, old, load, new);
+            if rests(*magnitude, loaded, scene.rest_below) {
+                *magnitude = T::ZERO;
+                old.fill(T::ZERO);
+                new.fill(T::ZERO);
+            } else if !magnitude.to_f64().is_finite() {
+                new.iter_mut().zip(&*old).for_each(|(new, &old)| *new = old);
+            }
+        }
+    }
+
+    fn check(&self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
+        if instance >= self.n_instances {
+            return Err(StepError::NoInstance);
+        }
+        if state.shape != self.shape {
+            return Err(StepError::Mismatch);
+        }
+        if state.time_step == self.time_step { Ok(()) } else { Err(StepError::NotCarried) }
+    }
+}
+
+/// Numbers of a group's states.
+const fn group_len(shape: Shape) -> usize {
+    match shape.structure {
+        Structure::Diagonal => 3 * shape.r * WIDTH,
+        Structure::Block => shape.padded() * WIDTH,
+    }
+}
+
+/// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so that the numbers of a mode lie side
+/// by side. Block: `(instance, third, mode)`, padded for the kernel.
+const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
+    match shape.structure {
+        Structure::Diagonal => ((instance / WIDTH * shape.r + k) * 3 + third) * WIDTH + instance % WIDTH,
+        Structure::Block => instance * shape.padded() + third * shape.r + k,
+    }
+}
+
+fn put<T>(all: &mut [T], at: usize, value: T) {
+    if let Some(out) = all.get_mut(at) {
+        *out = value;
+    }
+}
+
+fn rests<T: Scalar>(magnitude: T, loaded: T, below: T) -> bool {
+    loaded == T::ZERO && magnitude <= below
+}
+
+fn judge<T: Scalar>(magnitude: T, loaded: T) -> Result<Status, StepError> {
+    if !magnitude.to_f64().is_finite() {
+        Err(StepError::NotFinite)
+    } else if rests(magnitude, loaded, T::ZERO) {
+        Ok(Status::AtRest)
+    } else {
+        Ok(Status::Moving)
+    }
+}
+
+/// Puts right the new states of a group: an instance that is refused keeps the old one, one that rests is zero in both.
+fn settle<T: Scalar>(
+    rest_below: T,
+    loaded: &Lane<T>,
+    magnitudes: &mut Lane<T>,
+    old: &mut [Lane<T>],
+    new: &mut [Lane<T>],
+) {
+    for lane in 0..WIDTH {
+        if rests(magnitudes[lane], loaded[lane], rest_below) {
+            magnitudes[lane] = T::ZERO;
+            old.iter_mut().chain(&mut *new).for_each(|row| row[lane] = T::ZERO);
+        } else if !magnitudes[lane].to_f64().is_finite() {
+            old.iter().zip(&mut *new).for_each(|(old, new)| new[lane] = old[lane]);
+        }
+    }
+}
+
+/// [`step_diagonal`](crate::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at once.
+fn step_modes<T: Scalar>(
+    blocks: &[ModeBlock<T>],
+    old: &[[Lane<T>; 3]],
+    load: &[[Lane<T>; 3]],
+    new: &mut [[Lane<T>; 3]],
+) -> Lane<T> {
+    let mut sums = [T::ZERO; WIDTH];
+    let coefficients = blocks.iter().flat_map(|block| (0..LANES).map(move |k| (block, k)));
+    for (((old, load), new), (d, k)) in old.iter().zip(load).zip(new).zip(coefficients) {
+        for row in 0..3 {
+            let d = [d[3 * row][k], d[3 * row + 1][k], d[3 * row + 2][k]];
+            new[row] = mode_row(d, old, &old[row], &load[row], &mut sums);
+        }
+    }
+    sums
+}
+
+/// One row of the 3×3 block of a mode, as the single step has it.
+#[inline(always)]
+fn mode_row<T: Scalar>(
+    d: [T; 3],
+    [z, v, a]: &[Lane<T>; 3],
+    kept: &Lane<T>,
+    load: &Lane<T>,
+    sums: &mut Lane<T>,
+) -> Lane<T> {
+    let mut new = [T::ZERO; WIDTH];
+    for lane in 0..WIDTH {
+        let increment = load[lane] + d[0] * z[lane] + d[1] * v[lane] + d[2] * a[lane];
+        new[lane] = flushed(kept[lane] + increment, &mut sums[lane]);
+    }
+    new
+}

@@ -1,0 +1,86 @@
+//! Quantised numbers: 16-bit integers, and a binary32 scale for each block of nodes and each column.
+//!
+//! A section of shape `(nodes, a, b)` has `a·b` columns. Its decoded bytes are the scales, `(⌈nodes/128⌉, a·b)`, and then the integers,
+//! `(nodes, a·b)`; number `(i, c)` is `scale(i/128, c) × integer(i, c)`. So any node can be read where it lies, at half the
+//! bytes of binary32, and the scales of a node lie side by side like its numbers.
+
+/// Nodes that share their scales.
+pub const BLOCK_NODES: usize = 128;
+
+/// Bytes of the scales of a section of this shape.
+pub(crate) fn scales_length(shape: [u64; 3]) -> Option<u64> {
+    let blocks = shape[0].div_ceil(BLOCK_NODES as u64);
+    blocks.checked_mul(shape[1])?.checked_mul(shape[2])?.checked_mul(4)
+}
+
+/// Quantised numbers of a section, as bytes. See the module's text for what they mean.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Quantised<'a> {
+    scales: &'a [[u8; 4]],
+    numbers: &'a [[u8; 2]],
+    columns: usize,
+}
+
+impl<'a> Quantised<'a> {
+    /// From decoded bytes, whose length has been checked against the shape.
+    pub(crate) fn new(decoded: &'a [u8], shape: [u64; 3]) -> Self {
+        let split = scales_length(shape).and_then(|length| usize::try_from(length).ok());
+        let parts = split.and_then(|at| decoded.split_at_checked(at)).unwrap_or_default();
+        let columns = shape[1].saturating_mul(shape[2]) as usize;
+        Self { scales: parts.0.as_chunks().0, numbers: parts.1.as_chunks().0, columns }
+    }
+
+    /// How many numbers there are.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    /// Scales and integers of each block of nodes, in order: `(columns)` and `(nodes of the block, columns)`.
+    pub fn blocks(&self) -> impl Iterator<Item = (&'a [[u8; 4]], &'a [[u8; 2]])> + use<'a> {
+        let columns = self.columns.max(1);
+        let blocks = self.numbers.chunks(columns.saturating_mul(BLOCK_NODES));
+        self.scales.chunks_exact(columns).zip(blocks)
+    }
+
+    /// The number at `index`.
+    pub(crate) fn get(&self, index: usize) -> Option<f64> {
+        let (node, column) = (index.checked_div(self.columns)?, index.checked_rem(self.columns)?);
+        let scale = self.scales.get(node / BLOCK_NODES * self.columns + column)?;
+        self.numbers.get(index).map(|&number| value(scale, &number))
+    }
+
+    /// `length` numbers from `start`, all of one node.
+    pub(crate) fn row(&self, start: usize, length: usize) -> Option<Self> {
+        let (node, column) = (start.checked_div(self.columns)?, start.checked_rem(self.columns)?);
+        if length > self.columns - column {
+            return None;
+        }
+        let at = node / BLOCK_NODES * self.columns + column;
+        let scales = self.scales.get(at..at.checked_add(length)?)?;
+        let numbers = self.numbers.get(start..start.checked_add(length)?)?;
+        Some(Self { scales, numbers, columns: length })
+    }
+
+    /// All of them in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = f64> + use<'a> {
+        let columns = self.columns.max(1);
+        let node = |scales: &'a [[u8; 4]], numbers: &'a [[u8; 2]]| {
+            scales.iter().zip(numbers).map(|(scale, number)| value(scale, number))
+        };
+        self.blocks().flat_map(move |(scales, numbers)| {
+            numbers.chunks(columns).flat_map(move |numbers| node(scales, numbers))
+        })
+    }
+}
+
+/// Exact: 24 and 16 bits.
+fn value(scale: &[u8; 4], number: &[u8; 2]) -> f64 {
+    f64::from(f32::from_le_bytes(*scale)) * f64::from(i16::from_le_bytes(*number))
+}
