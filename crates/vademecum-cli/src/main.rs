@@ -39,6 +39,7 @@ Examples:
   vademecum view body.vdm                           push it in the browser
   vademecum report body.vdm -o report.html          one page about a build, with figures
   vademecum bench body.toml -o bench --quick        run time against error, method by method
+  vademecum export matrices body.toml -o matrices   mass, stiffness, loads and basis for other programs
   vademecum strip body.vdm --keep probes -o p.vdm   only what stepping and probes need
   vademecum pack body.vdm -o small.vdm              compress it for shipping; `unpack` gives it back
   vademecum verify body.vdm --file-only             is the file whole and sound
@@ -58,6 +59,7 @@ enum Command {
     View(cmd::view::View),
     Report(cmd::report::Report),
     Bench(cmd::bench::Bench),
+    Export(cmd::export::Export),
     Strip(cmd::strip::Strip),
     Pack(cmd::pack::Pack),
     Unpack(cmd::unpack::Unpack),
@@ -78,6 +80,7 @@ fn main() -> ExitCode {
         Command::View(command) => command.run(&console),
         Command::Report(command) => command.run(&console),
         Command::Bench(command) => command.run(&console),
+        Command::Export(command) => command.run(&console),
         Command::Strip(command) => command.run(),
         Command::Pack(command) => command.run(),
         Command::Unpack(command) => command.run(),

@@ -109,10 +109,11 @@ pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud<'_>], front: &[(f
     if all.is_empty() {
         return Err("nothing to draw".into());
     }
+    // Whole decades, with room for the words beside the points: part of one gets a label at every tenth.
     let range = |value: fn(&(f64, f64, String)) -> f64| {
         let (low, high) =
             all.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(value(p)), b.max(value(p))));
-        low / 2.0..high * 2.0
+        10f64.powf((low / 1.2).log10().floor())..10f64.powf((high * 1.6).log10().ceil())
     };
     let root = SVGBackend::new(path, (SIZE.0, SIZE.1 + 120)).into_drawing_area();
     root.fill(&WHITE)?;

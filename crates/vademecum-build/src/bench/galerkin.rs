@@ -4,12 +4,13 @@
 //! formed once, each stage's matrix `(m + αΔt d) I + (k Δt² + βΔt d) A` is factorised once, and a step is one right-hand
 //! side and one pair of triangular solves per stage. It is the baseline the fused step is measured against.
 
-use faer::Mat;
-use vademecum_format::scheme::{HISTORY, MAX_STAGES, SchemeTable};
+use faer::{Mat, MatRef};
+use vademecum_format::scheme::{HISTORY, SchemeTable};
 
+use super::staged::{ReducedSolver, add_product, add_weighted, scheme_rest};
 use crate::dynamics::Rayleigh;
 use crate::export::reduced_load;
-use crate::march::{INSTANTS, TimedLoad, factors};
+use crate::march::INSTANTS;
 use crate::pod::Basis;
 
 /// One stage: its factor and what its right-hand side is made of.
@@ -34,25 +35,6 @@ pub struct DenseGalerkin {
     stiffness: Mat<f64>,
     stages: Vec<Stage>,
 }
-
-/// State and scratch of a [`DenseGalerkin`].
-pub struct GalerkinState {
-    /// `u, Δt u̇, Δt² ü, u_1, …`, each of length r.
-    history: [Vec<f64>; HISTORY],
-    right: Vec<f64>,
-    weighted: Vec<f64>,
-    next: [Vec<f64>; 3],
-}
-
-impl GalerkinState {
-    /// Reduced coordinates, length r.
-    pub fn coordinates(&self) -> &[f64] {
-        &self.history[0]
-    }
-}
-
-/// Forces of one step at each of its instants, length r each: `BᵀF`.
-pub type ReducedForces = [Vec<f64>; INSTANTS];
 
 impl DenseGalerkin {
     /// Factorises the stages.
@@ -80,115 +62,61 @@ impl DenseGalerkin {
         let stages = table.active().iter().map(stage).collect();
         Self { table: *table, dt, basis: basis.vectors.clone(), stiffness: stiffness.clone(), stages }
     }
+}
 
-    /// Number of modes r.
-    pub fn n_modes(&self) -> usize {
-        self.basis.ncols()
+impl ReducedSolver for DenseGalerkin {
+    fn basis(&self) -> MatRef<'_, f64> {
+        self.basis.as_ref()
     }
 
-    /// Number of free dofs n.
-    pub fn n_dof(&self) -> usize {
-        self.basis.nrows()
+    fn time_step(&self) -> f64 {
+        self.dt
     }
 
-    /// At rest under the forces at the start of `forces`: `ζ̈ = BᵀF`.
-    pub fn rest(&self, forces: &ReducedForces) -> GalerkinState {
-        let zero = || vec![0.0; self.n_modes()];
-        let mut history: [Vec<f64>; HISTORY] = std::array::from_fn(|_| zero());
-        history[2] = forces[0].iter().map(|f| self.dt * self.dt * f).collect();
-        GalerkinState { history, right: zero(), weighted: zero(), next: std::array::from_fn(|_| zero()) }
+    fn instants(&self) -> [f64; INSTANTS] {
+        self.table.instants()
     }
 
-    /// Forces of step number `step`.
-    pub fn forces(&self, loads: &[Load], step: usize) -> ReducedForces {
-        let mut forces: ReducedForces = std::array::from_fn(|_| vec![0.0; self.n_modes()]);
-        for load in loads {
-            let at = factors(&self.table, self.dt, step, &load.when);
-            for (force, factor) in forces.iter_mut().zip(at).filter(|(_, factor)| *factor != 0.0) {
-                force.iter_mut().zip(&load.reduced).for_each(|(sum, f)| *sum += factor * f);
-            }
-        }
-        forces
+    /// The right-hand sides of the stages, one after the other.
+    fn load_len(&self) -> usize {
+        self.stages.len() * self.basis.ncols()
     }
 
-    /// All loads at full height, at every instant.
-    pub fn held(&self, loads: &[Load]) -> ReducedForces {
-        let sum = |k: usize| loads.iter().map(|load| load.reduced[k]).sum();
-        std::array::from_fn(|_| (0..self.n_modes()).map(sum).collect())
+    fn responses(&self, force: &[f64]) -> [Vec<f64>; INSTANTS] {
+        let reduced = reduced_load(self.basis.as_ref(), force);
+        let at = |j: usize| self.stages.iter().flat_map(move |stage| [stage.load[j]]).collect::<Vec<_>>();
+        std::array::from_fn(|j| at(j).iter().flat_map(|w| reduced.iter().map(move |f| w * f)).collect())
     }
 
-    /// Loads over the free dofs, reduced.
-    pub fn reduce(&self, loads: &[TimedLoad]) -> Vec<Load> {
-        let reduce = |load: &TimedLoad| Load {
-            reduced: reduced_load(self.basis.as_ref(), &load.force),
-            when: load.when,
-        };
-        loads.iter().map(reduce).collect()
+    fn rest(&self, force: &[f64]) -> Vec<f64> {
+        scheme_rest(&self.table, self.dt, force)
     }
 
-    /// One step. No allocation.
-    pub fn step(&self, state: &mut GalerkinState, forces: &ReducedForces) {
-        let GalerkinState { history, right, weighted, next } = state;
+    fn work_len(&self) -> usize {
+        3 * self.basis.ncols()
+    }
+
+    fn step(&self, state: &mut [f64], load: &[f64], work: &mut [f64]) {
+        let r = self.basis.ncols();
+        let (right, weighted) = work[..2 * r].split_at_mut(r);
         for (index, stage) in self.stages.iter().enumerate() {
             let known = 3 + index;
-            weigh(&stage.mass[..known], &history[..known], right);
+            right.copy_from_slice(&load[index * r..][..r]);
+            add_weighted(&stage.mass[..known], state, right);
             if stage.stiffness[..known].iter().any(|&w| w != 0.0) {
-                weigh(&stage.stiffness[..known], &history[..known], weighted);
+                weighted.fill(0.0);
+                add_weighted(&stage.stiffness[..known], state, weighted);
                 add_product(&self.stiffness, weighted, right);
             }
-            for (force, &weight) in forces.iter().zip(&stage.load).filter(|(_, weight)| **weight != 0.0) {
-                right.iter_mut().zip(force).for_each(|(sum, f)| *sum += weight * f);
-            }
             solve(&stage.lower, right);
-            history[known].copy_from_slice(right);
+            state[known * r..][..r].copy_from_slice(right);
         }
         let known = 3 + self.stages.len();
-        for (row, new) in self.table.finish.iter().zip(next.iter_mut()) {
-            weigh(&row[..known], &history[..known], new);
+        work.fill(0.0);
+        for (row, new) in self.table.finish.iter().zip(work.chunks_exact_mut(r)) {
+            add_weighted(&row[..known], state, new);
         }
-        history.iter_mut().zip(next).for_each(|(old, new)| old.copy_from_slice(new));
-    }
-
-    /// Coordinates at each instant of a march from rest, the start included; shape (r, steps + 1).
-    pub fn play(&self, loads: &[TimedLoad], steps: usize) -> Mat<f64> {
-        let loads = self.reduce(loads);
-        let mut state = self.rest(&self.forces(&loads, 0));
-        let mut coordinates = Mat::zeros(self.n_modes(), steps + 1);
-        for step in 0..steps {
-            self.step(&mut state, &self.forces(&loads, step));
-            coordinates.col_as_slice_mut(step + 1).copy_from_slice(state.coordinates());
-        }
-        coordinates
-    }
-
-    /// The displacement over the free dofs, length n. Bound by reading the basis once.
-    pub fn reconstruct_into(&self, state: &GalerkinState, out: &mut [f64]) {
-        out.fill(0.0);
-        add_product(&self.basis, state.coordinates(), out);
-    }
-}
-
-/// A load as the reduced model sees it.
-pub struct Load {
-    /// `BᵀF` \[N\], length r.
-    reduced: Vec<f64>,
-    when: crate::scenario::Interval,
-}
-
-const _: () = assert!(HISTORY == 3 + MAX_STAGES && INSTANTS == 1 + MAX_STAGES);
-
-/// `out ← Σ w_p x_p`, skipping zero weights.
-fn weigh(weights: &[f64], terms: &[Vec<f64>], out: &mut [f64]) {
-    out.fill(0.0);
-    for (&weight, term) in weights.iter().zip(terms).filter(|(weight, _)| **weight != 0.0) {
-        out.iter_mut().zip(term).for_each(|(sum, x)| *sum += weight * x);
-    }
-}
-
-/// `out ← out + matrix x`, column by column.
-fn add_product(matrix: &Mat<f64>, x: &[f64], out: &mut [f64]) {
-    for (j, &value) in x.iter().enumerate() {
-        out.iter_mut().zip(matrix.col_as_slice(j)).for_each(|(sum, a)| *sum += a * value);
+        state[..3 * r].copy_from_slice(work);
     }
 }
 
@@ -204,71 +132,5 @@ fn solve(lower: &Mat<f64>, x: &mut [f64]) {
         let column = lower.col_as_slice(j);
         let known: f64 = x[j + 1..].iter().zip(&column[j + 1..]).map(|(x, l)| x * l).sum();
         x[j] = (x[j] - known) / column[j];
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dynamics::schemes::{bathe, generalized_alpha};
-    use crate::march::stage_amplitudes;
-    use crate::reduced::{BlockStep, FusedStep};
-    use crate::response::StageResponse;
-    use crate::scenario::Interval;
-    use vademecum_format::scheme::{StepParameters, theta};
-
-    /// The stages one after the other and fused are one march; damped, loaded, released within a step.
-    #[test]
-    fn agrees_with_the_fused_galerkin_step() {
-        let stiffness = faer::mat![[5.0, -2.0, 0.3], [-2.0, 4.0, 0.1], [0.3, 0.1, 30.0]];
-        let vectors = Mat::identity(3, 3);
-        let basis = Basis { vectors, stiffness, eigenvalues: None, energy: vec![], singular_values: vec![] };
-        let (dt, damping) = (0.1, Rayleigh { alpha: 0.3, beta: 0.02 });
-        let when = Interval { start: 0.0, end: 1.05, ramp: 0.2 };
-        let loads = [TimedLoad { column: 0, force: vec![1.0, -2.0, 0.5], when }];
-        for table in [bathe(), generalized_alpha(0.8).expect("sound")] {
-            let dense = DenseGalerkin::new(&basis, &table, dt, damping).play(&loads, 100);
-            let fused = play_fused(&basis, &table, dt, damping, &loads[0], 100);
-            // 100 steps of some hundred roundings each, in random order.
-            let scale = fused.norm_max();
-            assert!((&dense - &fused).norm_max() <= 1e4 * f64::EPSILON * scale);
-            assert!(scale > 0.1);
-        }
-    }
-
-    fn play_fused(
-        basis: &Basis,
-        table: &SchemeTable,
-        dt: f64,
-        damping: Rayleigh,
-        load: &TimedLoad,
-        steps: usize,
-    ) -> Mat<f64> {
-        let parameters = StepParameters {
-            time_step: dt,
-            alpha: damping.alpha,
-            beta: damping.beta,
-            density: 1.0,
-            stiffness: 1.0,
-        };
-        let response = |i| {
-            let theta = theta(table, &parameters, i).expect("sound");
-            StageResponse::galerkin(basis.vectors.as_ref(), basis.stiffness.as_ref(), theta)
-        };
-        let responses: Vec<StageResponse> = (0..table.active().len()).map(response).collect();
-        let step = BlockStep::fuse(table, &parameters, basis.vectors.as_ref(), &responses).expect("fused");
-        let at = step.load_response(&load.force);
-        let (mut y, mut work) = (vec![0.0; 9], vec![0.0; 9]);
-        let start = load.when.factor(0.0) * dt * dt;
-        y[6..].iter_mut().zip(&load.force).for_each(|(a, f)| *a = start * f);
-        Mat::from_fn(3, steps + 1, |k, instant| {
-            if k == 0 && instant > 0 {
-                let amplitudes = stage_amplitudes(table, &factors(table, dt, instant - 1, &load.when));
-                let mut force = vec![0.0; 9];
-                step.add_load(&at, &amplitudes, &mut force);
-                step.step(&mut y, &force, &mut work);
-            }
-            y[k]
-        })
     }
 }

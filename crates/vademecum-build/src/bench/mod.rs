@@ -3,28 +3,40 @@
 //! One model, one set of snapshots and one POD serve every basis, and one full-order march serves every error, so that two
 //! rows differ by the basis and the structure of the step and by nothing else. Each piece is timed where it is made; a
 //! method's offline time is the sum of the pieces it needs, as if it had been built alone. Stepping files is the
-//! evaluator's work and is timed by the program; here is only the plain reduced solver, [`DenseGalerkin`].
+//! evaluator's work and is timed by the program; here are only the solvers that need no file ([`ReducedSolver`]).
 
 mod galerkin;
+mod modal;
+pub mod staged;
+#[cfg(test)]
+mod tests;
 mod trajectory;
+mod two_stage;
 
-pub use galerkin::{DenseGalerkin, GalerkinState, Load, ReducedForces};
-pub use trajectory::{Trajectory, distance, reduced_errors};
+pub use galerkin::DenseGalerkin;
+pub use modal::ExactModes;
+pub use staged::ReducedSolver;
+pub use trajectory::{Projection, Reference, distance, mean_at_jumps};
+pub use two_stage::TwoStage;
 
 use std::time::Instant;
 
 use vademecum_format::Certificate;
 use vademecum_format::scheme::SchemeTable;
 
+use faer::Mat;
+
 use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::{BlockTerms, Parts, encode};
 use crate::march::TimedLoad;
+use crate::parametric::{ParameterSpace, SeparationOptions, separate_responses};
 use crate::pipeline::{
     BuildError, Prepared, basis_of_pod, make_pod, mode_table, prepare, stage_responses, table_matrix,
 };
 use crate::pod::{Basis, Pod, modes_basis};
-use crate::problem::{BasisKind, Problem};
+use crate::problem::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
 use crate::progress::{Listener, Stopwatch};
+use crate::response::StageResponse;
 use crate::snapshots::Runs;
 
 /// A value and the seconds it took.
@@ -134,32 +146,80 @@ impl Study {
         })
     }
 
-    /// The bytes of a file with this basis: with `block` the block structure and its full-order solves, without it the
-    /// diagonal structure alone. Its certificate is empty.
+    /// The full-order solves of the stages projected on a basis: what the block structure and [`TwoStage`] are made of.
     ///
     /// # Errors
-    /// [`BuildError`]: a stage that does not factorise, numbers a file cannot hold.
-    pub fn file(&self, basis: &Basis, block: bool) -> Result<Timed<Vec<u8>>, BuildError> {
+    /// [`BuildError`]: a stage that does not factorise.
+    pub fn responses(&self, basis: &Basis) -> Result<Timed<Vec<StageResponse>>, BuildError> {
+        Timed::of(|| stage_responses(&self.prepared, basis))
+    }
+
+    /// The bytes of a file with this basis: with responses the block structure, without them the diagonal structure
+    /// alone. Its certificate is empty.
+    ///
+    /// # Errors
+    /// [`BuildError`]: numbers a file cannot hold.
+    pub fn file(
+        &self,
+        basis: &Basis,
+        responses: Option<&[StageResponse]>,
+    ) -> Result<Timed<Vec<u8>>, BuildError> {
+        Timed::of(|| self.encode(basis, responses.map(BlockTerms::fixed), None))
+    }
+
+    /// The bytes of a file with this basis in which one stiffness stays live, between half and twice the problem's: that of the
+    /// first region, of the whole body where there is one. With them the number of terms.
+    ///
+    /// # Errors
+    /// [`BuildError`]: a separation that fails, numbers a file cannot hold.
+    pub fn separated_file(
+        &self,
+        basis: &Basis,
+        tolerance: f64,
+        listener: &dyn Listener,
+    ) -> Result<Timed<(Vec<u8>, usize)>, BuildError> {
+        const MOST_TERMS: usize = 100;
         Timed::of(|| {
-            let Prepared { body, scheme, .. } = &self.prepared;
-            let responses = if block { Some(stage_responses(&self.prepared, basis)?) } else { None };
-            let rayleigh = self.prepared.rayleigh();
-            let table = mode_table(basis, scheme, &rayleigh, self.time_step());
-            let parts = Parts {
-                problem: &self.problem,
-                body,
-                basis,
-                scheme_name: &self.problem.time.scheme.to_string(),
-                scheme,
-                rayleigh,
-                block: responses.as_deref().map(BlockTerms::fixed),
-                parameters: None,
-                separation: None,
-                certificate: Certificate::default(),
-                mode_table: table_matrix(&table),
-            };
-            Ok(encode(&parts)?)
+            let Prepared { body, symbolic, scheme, .. } = &self.prepared;
+            let mut problem = self.problem.clone();
+            problem.parameters = vec![ParameterEntry {
+                name: "stiffness".into(),
+                kind: ParameterKind::Stiffness,
+                region: body.model.mesh().regions[0].name.clone(),
+                range: [0.5, 2.0],
+                scale: ParameterScale::Log,
+            }];
+            let space = ParameterSpace::new(&problem, body.model.mesh(), self.prepared.rayleigh())?;
+            let asked = SeparationOptions { tolerance, max_terms: MOST_TERMS };
+            let pencil = body.model.pencil();
+            let parametric = separate_responses(pencil, symbolic, basis, &space, scheme, &asked, listener)?;
+            Ok((self.encode(basis, Some(parametric.terms()?), Some(&space))?, parametric.n_terms()))
         })
+    }
+
+    fn encode(
+        &self,
+        basis: &Basis,
+        block: Option<BlockTerms<'_>>,
+        parameters: Option<&ParameterSpace>,
+    ) -> Result<Vec<u8>, BuildError> {
+        let Prepared { body, scheme, .. } = &self.prepared;
+        let rayleigh = self.prepared.rayleigh();
+        let table = mode_table(basis, scheme, &rayleigh, self.time_step());
+        let parts = Parts {
+            problem: &self.problem,
+            body,
+            basis,
+            scheme_name: &self.problem.time.scheme.to_string(),
+            scheme,
+            rayleigh,
+            block,
+            parameters,
+            separation: None,
+            certificate: Certificate::default(),
+            mode_table: table_matrix(&table),
+        };
+        Ok(encode(&parts)?)
     }
 
     /// The plain reduced solver in a basis.
@@ -171,25 +231,57 @@ impl Study {
         Timed::of(|| Ok(DenseGalerkin::new(basis, &self.prepared.scheme, self.time_step(), rayleigh)))
     }
 
-    /// Marches loads full order from rest with a scheme and `split` steps in each of the problem's `steps` steps, and keeps
-    /// the displacement after each of the latter. Its seconds are those of the factorisation.
+    /// The block vademecum stepped stage by stage.
     ///
     /// # Errors
-    /// [`BuildError`]: a stage that does not factorise, a march that is stopped.
-    pub fn march(
+    /// [`BuildError`]: a parameter the scheme cannot take.
+    pub fn two_stage(
+        &self,
+        basis: &Basis,
+        responses: &[StageResponse],
+    ) -> Result<Timed<TwoStage>, BuildError> {
+        let Prepared { scheme, step, .. } = &self.prepared;
+        Timed::of(|| Ok(TwoStage::new(basis.vectors.as_ref(), responses, scheme, step)?))
+    }
+
+    /// Natural modes, each moved exactly.
+    ///
+    /// # Errors
+    /// None of its own; timed like the other pieces.
+    ///
+    /// # Panics
+    /// If the basis has no eigenvalues.
+    pub fn exact(&self, basis: &Basis) -> Result<Timed<ExactModes>, BuildError> {
+        Timed::of(|| Ok(ExactModes::new(basis, self.time_step(), self.prepared.rayleigh())))
+    }
+
+    /// The full-order solver with a scheme and a step \[s\], factorised.
+    ///
+    /// # Errors
+    /// [`BuildError`]: a stage that does not factorise.
+    pub fn full_order(
         &self,
         scheme: &SchemeTable,
+        time_step: f64,
+    ) -> Result<Timed<FullOrder<'_>>, BuildError> {
+        let (pencil, rayleigh) = (self.prepared.body.model.pencil(), self.prepared.rayleigh());
+        Timed::of(|| Ok(FullOrder::new(pencil, &self.prepared.symbolic, scheme, time_step, rayleigh)?))
+    }
+
+    /// Marches loads full order from rest and keeps the displacement \[m\] at `steps` instants and the start, `split` steps of
+    /// the solver apart; shape (n, steps + 1).
+    ///
+    /// # Errors
+    /// [`BuildError`]: a march that is stopped.
+    pub fn march(
+        &self,
+        full: &FullOrder<'_>,
         split: usize,
         loads: &[TimedLoad],
         steps: usize,
         listener: &dyn Listener,
-    ) -> Result<Timed<Trajectory>, BuildError> {
-        let (pencil, dt) = (self.prepared.body.model.pencil(), self.time_step() / split as f64);
-        let full = Timed::of(|| {
-            FullOrder::new(pencil, &self.prepared.symbolic, scheme, dt, self.prepared.rayleigh())
-        })?;
-        let value = Trajectory::march(&full.value, split, loads, steps, listener)?;
-        Ok(Timed { value, seconds: full.seconds })
+    ) -> Result<Mat<f64>, BuildError> {
+        Ok(trajectory::march(full, split, loads, steps, listener)?)
     }
 }
 

@@ -1,64 +1,119 @@
 //! Full-order trajectories kept whole, and distances between trajectories.
 //!
-//! All distances are relative L2 over all dofs and steps in the mass norm: `√(Σ‖u − w‖²_M ÷ Σ‖w‖²_M)`.
-
-use std::time::Instant;
+//! All distances are L2 over all dofs and instants in the mass norm, `√Σ‖u − w‖²_M`.
 
 use faer::{Mat, MatRef};
 
 use crate::dynamics::FullOrder;
 use crate::fem::SymmetricMatrix;
-use crate::march::{ErrorMeter, MarchError, TimedLoad, TrajectoryError, march_full_order};
+use crate::march::{MarchError, TimedLoad, march_full_order};
 use crate::progress::Listener;
+use crate::scenario::Interval;
 
 /// Columns compared at once: enough for the product with `M` to be bound by the columns and not by `M`.
 const AT_ONCE: usize = 32;
 
-/// A full-order march, kept.
-pub struct Trajectory {
-    /// Displacement \[m\] at each instant, the start included; shape (n, steps + 1).
+/// Displacement of a march from rest \[m\], `split` steps of `full` for each of the `steps` instants kept, the start
+/// included; shape (n, steps + 1).
+pub(super) fn march(
+    full: &FullOrder<'_>,
+    split: usize,
+    loads: &[TimedLoad],
+    steps: usize,
+    listener: &dyn Listener,
+) -> Result<Mat<f64>, MarchError> {
+    let mut displacement = Mat::zeros(full.n_dof(), steps + 1);
+    march_full_order(full, loads, 1, split * steps, listener, |step, state| {
+        if step % split == 0 {
+            displacement.col_mut(step / split).copy_from(state.displacement.col(0));
+        }
+    })?;
+    Ok(displacement)
+}
+
+/// The same loads, each at half its height where it jumps: an instant of the march that falls on a jump takes the mean of
+/// both sides, without which a scheme of second order is one of first order. `tie` \[s\] is short against a step.
+///
+/// Each load becomes two of half its size, the second one `tie` later (but from the start if it acts at time zero).
+pub fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
+    let halves = |load: &TimedLoad| {
+        let force: Vec<f64> = load.force.iter().map(|f| 0.5 * f).collect();
+        let late = Interval {
+            start: if load.when.start > 0.0 { load.when.start + tie } else { load.when.start },
+            end: load.when.end + tie,
+            ramp: load.when.ramp,
+        };
+        [load.when, late].map(|when| TimedLoad { column: load.column, force: force.clone(), when })
+    };
+    loads.iter().flat_map(halves).collect()
+}
+
+/// A trajectory as errors are measured from it: the mass norm is known once.
+pub struct Reference {
+    /// Displacement at each instant, shape (n, instants).
     pub displacement: Mat<f64>,
-    /// Wall time of each step \[s\], loads included.
-    pub step_seconds: Vec<f64>,
+    /// `M u`, same shape.
+    weighted: Mat<f64>,
+    /// `√Σ‖u‖²_M`.
+    pub norm: f64,
 }
 
-impl Trajectory {
-    /// Marches from rest, `split` steps of `full` for each of the `steps` instants kept.
-    pub(super) fn march(
-        full: &FullOrder<'_>,
-        split: usize,
-        loads: &[TimedLoad],
-        steps: usize,
-        listener: &dyn Listener,
-    ) -> Result<Self, MarchError> {
-        let mut displacement = Mat::zeros(full.n_dof(), steps + 1);
-        let mut step_seconds = Vec::with_capacity(split * steps);
-        // From the end of one look to the start of the next there is nothing but a step.
-        let mut looked = Instant::now();
-        march_full_order(full, loads, 1, split * steps, listener, |step, state| {
-            if step > 0 {
-                step_seconds.push(looked.elapsed().as_secs_f64());
-            }
-            if step % split == 0 {
-                displacement.col_mut(step / split).copy_from(state.displacement.col(0));
-            }
-            looked = Instant::now();
-        })?;
-        Ok(Self { displacement, step_seconds })
+impl Reference {
+    /// Measures a trajectory.
+    pub fn new(mass: &SymmetricMatrix, displacement: Mat<f64>) -> Self {
+        let mut weighted = Mat::zeros(displacement.nrows(), displacement.ncols());
+        mass.mul_into(displacement.as_ref(), weighted.as_mut());
+        let norm = (0..displacement.ncols()).map(|j| displacement.col(j).transpose() * weighted.col(j));
+        let norm = norm.sum::<f64>().sqrt();
+        Self { displacement, weighted, norm }
+    }
+
+    /// What a basis can hold of it.
+    pub fn project(&self, mass: &SymmetricMatrix, basis: MatRef<'_, f64>) -> Projection {
+        let coordinates = basis.transpose() * &self.weighted;
+        let mut floor = 0.0;
+        for start in (0..self.displacement.ncols()).step_by(AT_ONCE) {
+            let count = AT_ONCE.min(self.displacement.ncols() - start);
+            let held = basis * coordinates.subcols(start, count);
+            floor += squared_norm(mass, (self.displacement.subcols(start, count) - held).as_ref());
+        }
+        Projection { coordinates, floor: floor.sqrt(), norm: self.norm }
     }
 }
 
-/// Distance of a trajectory from a reference, both (n, instants).
-pub fn distance(mass: &SymmetricMatrix, trajectory: MatRef<'_, f64>, reference: MatRef<'_, f64>) -> f64 {
-    let (mut apart, mut norm) = (0.0, 0.0);
-    for start in (0..reference.ncols()).step_by(AT_ONCE) {
-        let count = AT_ONCE.min(reference.ncols() - start);
-        let reference = reference.subcols(start, count);
-        let difference = trajectory.subcols(start, count) - reference;
-        apart += squared_norm(mass, difference.as_ref());
-        norm += squared_norm(mass, reference);
+/// A trajectory projected on an M-orthonormal basis.
+///
+/// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the floor keeps its
+/// digits however small the rest is.
+pub struct Projection {
+    /// `BᵀMu`, shape (r, instants).
+    coordinates: Mat<f64>,
+    floor: f64,
+    norm: f64,
+}
+
+impl Projection {
+    /// `‖u − BBᵀMu‖ ÷ ‖u‖`: what no coordinates could mend.
+    pub fn floor(&self) -> f64 {
+        self.floor / self.norm
     }
-    (apart / norm).sqrt()
+
+    /// `‖u − Bζ‖ ÷ ‖u‖`.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn error(&self, coordinates: &Mat<f64>) -> f64 {
+        self.floor.hypot((&self.coordinates - coordinates).norm_l2()) / self.norm
+    }
+}
+
+/// `√Σ‖u − w‖²_M` of two trajectories, both (n, instants).
+pub fn distance(mass: &SymmetricMatrix, u: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
+    let part = |start: usize| {
+        let count = AT_ONCE.min(w.ncols() - start);
+        squared_norm(mass, (u.subcols(start, count) - w.subcols(start, count)).as_ref())
+    };
+    (0..w.ncols()).step_by(AT_ONCE).map(part).sum::<f64>().sqrt()
 }
 
 /// `Σ_j x_jᵀ M x_j` over the columns.
@@ -66,25 +121,4 @@ fn squared_norm(mass: &SymmetricMatrix, columns: MatRef<'_, f64>) -> f64 {
     let mut weighted = Mat::zeros(columns.nrows(), columns.ncols());
     mass.mul_into(columns, weighted.as_mut());
     (0..columns.ncols()).map(|j| columns.col(j).transpose() * weighted.col(j)).sum()
-}
-
-/// Errors of reduced trajectories on one M-orthonormal basis, each of coordinates (r, instants), from a reference
-/// (n, instants).
-///
-/// # Panics
-/// If a shape differs.
-pub fn reduced_errors(
-    mass: &SymmetricMatrix,
-    basis: MatRef<'_, f64>,
-    reference: MatRef<'_, f64>,
-    coordinates: &[&Mat<f64>],
-) -> Vec<TrajectoryError> {
-    let mut meter = ErrorMeter::new(mass, basis, coordinates.len());
-    let mut same = Mat::zeros(reference.nrows(), coordinates.len());
-    for instant in 0..reference.ncols() {
-        (0..coordinates.len()).for_each(|j| same.col_mut(j).copy_from(reference.col(instant)));
-        let reduced = Mat::from_fn(basis.ncols(), coordinates.len(), |k, j| coordinates[j][(k, instant)]);
-        meter.add(same.as_ref(), reduced.as_ref());
-    }
-    meter.errors()
 }

@@ -1,8 +1,10 @@
 //! Fields on meshes: written for ParaView, read back as snapshots.
 //!
 //! [`write_vtu`] and [`write_pvd`] write what ParaView opens; [`read_vtu`] and [`read_displacements`] read point data of
-//! VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through the last two.
+//! VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through the last two;
+//! [`write_matrix_market`] hands a model to another code.
 
+mod market;
 mod npy;
 mod pvd;
 mod vtu_read;
@@ -12,6 +14,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+pub use market::write_matrix_market;
 pub use npy::{read_npy, write_npy};
 pub use pvd::{read_pvd, write_pvd};
 pub use vtu_read::{PointArray, VtuFile, read_displacements, read_vtu};

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod build;
 pub mod demo;
+pub mod export;
 pub mod info;
 pub mod mesh;
 pub mod modes;

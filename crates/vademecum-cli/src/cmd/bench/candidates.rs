@@ -4,7 +4,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use vademecum_build::Matrix;
-use vademecum_build::bench::{DenseGalerkin, Study};
+use vademecum_build::bench::{ReducedSolver, Study, Timed, staged};
 use vademecum_build::compare::coordinate_matrix;
 use vademecum_build::march::TimedLoad;
 use vademecum_build::pod::Basis;
@@ -13,6 +13,7 @@ use vademecum_build::progress::Listener;
 use vademecum_eval::{Scalar, SceneOptions, StructureChoice};
 use vademecum_format::File;
 
+use super::errors::thinned;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::player::{Track, play_in};
@@ -21,7 +22,7 @@ use crate::player::{Track, play_in};
 pub struct Group {
     /// The basis.
     pub basis: Basis,
-    /// The methods.
+    /// The methods; one that differs from another stands after it.
     pub methods: Vec<Method>,
 }
 
@@ -33,12 +34,30 @@ pub struct Method {
     pub offline_seconds: f64,
     /// How it steps.
     pub stepper: Stepper,
+    /// Terms over the live parameters, where there are any.
+    pub terms: Option<usize>,
+    /// The method of the group it differs from in one thing.
+    pub differs: Option<(Part, usize)>,
+}
+
+/// What a method differs in from another one of its group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Responses summed from terms instead of solved.
+    Separation,
+    /// f32 instead of f64.
+    Rounding,
 }
 
 /// How a method steps.
 pub enum Stepper {
-    /// Dense solves, stage by stage.
-    Dense(Box<DenseGalerkin>),
+    /// Without a file.
+    Solver {
+        /// The solver.
+        solver: Box<dyn ReducedSolver>,
+        /// Whether it has no time scheme, hence none of its error.
+        exact_in_time: bool,
+    },
     /// A file through the evaluator.
     File {
         /// The file.
@@ -50,65 +69,141 @@ pub enum Stepper {
     },
 }
 
+/// Which rows a comparison has beside those it always has.
+#[derive(Clone, Debug)]
+pub struct Extent {
+    /// Numbers of modes, ascending.
+    pub modes: Vec<usize>,
+    /// Numbers of modes with a separated file.
+    pub separated: Vec<usize>,
+    /// Tolerances of the separated files.
+    pub tolerances: Vec<f64>,
+}
+
 /// All groups, by modes.
-pub fn groups(study: &Study, modes: &[usize], console: &Console) -> Result<Vec<Group>, Failure> {
+pub fn groups(study: &Study, extent: &Extent, console: &Console) -> Result<Vec<Group>, Failure> {
     let mut groups = vec![];
-    for &r in modes {
+    for &r in &extent.modes {
         console.stage(&format!("bases and files, {r} modes"));
+        let tolerances = if extent.separated.contains(&r) { &extent.tolerances[..] } else { &[] };
         groups.push(pod(study, r)?);
-        groups.push(ritz(study, r)?);
+        groups.push(ritz(study, r, tolerances, console)?);
         groups.push(natural(study, r)?);
     }
     Ok(groups)
 }
 
 fn pod(study: &Study, modes: usize) -> Result<Group, Failure> {
-    let basis = study.basis(BasisKind::Pod, modes)?;
-    let shared = study.prepare_seconds() + study.snapshot_seconds() + basis.seconds;
-    let (dense, file) = (study.galerkin(&basis.value)?, study.file(&basis.value, true)?);
-    let galerkin = Method {
-        name: "pod-galerkin, dense solves f64",
-        offline_seconds: shared + dense.seconds,
-        stepper: Stepper::Dense(Box::new(dense.value)),
-    };
-    let block =
-        method("pod block f64", shared + file.seconds, &Rc::new(file.value), StructureChoice::Block, false);
-    Ok(Group { basis: basis.value, methods: vec![galerkin, block] })
+    let Timed { value: basis, seconds } = study.basis(BasisKind::Pod, modes)?;
+    let shared = study.prepare_seconds() + study.snapshot_seconds() + seconds;
+    let dense = study.galerkin(&basis)?;
+    let mut methods =
+        vec![solver("pod-galerkin, dense solves f64", shared + dense.seconds, dense.value, false)];
+    let names = ["pod block two-stage f64", "pod block f64", "pod block f32"];
+    block(study, &basis, shared, names, &mut methods)?;
+    Ok(Group { basis, methods })
 }
 
-fn ritz(study: &Study, modes: usize) -> Result<Group, Failure> {
-    let basis = study.basis(BasisKind::Ritz, modes)?;
-    let shared = study.prepare_seconds() + study.snapshot_seconds() + basis.seconds;
-    let (diagonal, block) = (study.file(&basis.value, false)?, study.file(&basis.value, true)?);
-    let seconds = [shared + diagonal.seconds, shared + block.seconds];
-    let (diagonal, block) = (Rc::new(diagonal.value), Rc::new(block.value));
-    let methods = vec![
-        method("ritz diagonal f64", seconds[0], &diagonal, StructureChoice::Diagonal, false),
-        method("ritz diagonal f32", seconds[0], &diagonal, StructureChoice::Diagonal, true),
-        method("ritz block f64", seconds[1], &block, StructureChoice::Block, false),
-        method("ritz block f32", seconds[1], &block, StructureChoice::Block, true),
-    ];
-    Ok(Group { basis: basis.value, methods })
+fn ritz(study: &Study, modes: usize, tolerances: &[f64], console: &Console) -> Result<Group, Failure> {
+    let Timed { value: basis, seconds } = study.basis(BasisKind::Ritz, modes)?;
+    let shared = study.prepare_seconds() + study.snapshot_seconds() + seconds;
+    let mut methods = vec![];
+    diagonal(study, &basis, shared, ["ritz diagonal f64", "ritz diagonal f32"], &mut methods)?;
+    let names = ["ritz block two-stage f64", "ritz block f64", "ritz block f32"];
+    block(study, &basis, shared, names, &mut methods)?;
+    let exact = methods.len() - 2;
+    for &tolerance in tolerances {
+        console.stage(&format!("separated file, {modes} modes, tolerance {tolerance:e}"));
+        let file = study.separated_file(&basis, tolerance, console)?;
+        let (bytes, terms) = file.value;
+        let bytes = Rc::new(bytes);
+        let seconds = shared + file.seconds;
+        for (name, single) in [("ritz separated f64", false), ("ritz separated f32", true)] {
+            let differs =
+                if single { (Part::Rounding, methods.len() - 1) } else { (Part::Separation, exact) };
+            let method = through_file(name, seconds, &bytes, StructureChoice::Block, single);
+            methods.push(Method { terms: Some(terms), differs: Some(differs), ..method });
+        }
+    }
+    Ok(Group { basis, methods })
 }
 
 fn natural(study: &Study, modes: usize) -> Result<Group, Failure> {
-    let basis = study.basis(BasisKind::Modes, modes)?;
-    let file = study.file(&basis.value, false)?;
-    let seconds = study.prepare_seconds() + basis.seconds + file.seconds;
-    let bytes = Rc::new(file.value);
-    let methods =
-        vec![method("natural modes, diagonal f64", seconds, &bytes, StructureChoice::Diagonal, false)];
-    Ok(Group { basis: basis.value, methods })
+    let Timed { value: basis, seconds } = study.basis(BasisKind::Modes, modes)?;
+    let shared = study.prepare_seconds() + seconds;
+    let exact = study.exact(&basis)?;
+    let mut methods = vec![solver("natural modes, exact f64", shared + exact.seconds, exact.value, true)];
+    let names = ["natural modes, diagonal f64", "natural modes, diagonal f32"];
+    diagonal(study, &basis, shared, names, &mut methods)?;
+    let names =
+        ["natural modes, block two-stage f64", "natural modes, block f64", "natural modes, block f32"];
+    block(study, &basis, shared, names, &mut methods)?;
+    Ok(Group { basis, methods })
 }
 
-fn method(
+/// The diagonal structure in both precisions.
+fn diagonal(
+    study: &Study,
+    basis: &Basis,
+    shared: f64,
+    names: [&'static str; 2],
+    methods: &mut Vec<Method>,
+) -> Result<(), Failure> {
+    let file = study.file(basis, None)?;
+    both_precisions(names, shared + file.seconds, &Rc::new(file.value), StructureChoice::Diagonal, methods);
+    Ok(())
+}
+
+/// The block structure: stage by stage, and fused in both precisions.
+fn block(
+    study: &Study,
+    basis: &Basis,
+    shared: f64,
+    [staged, double, single]: [&'static str; 3],
+    methods: &mut Vec<Method>,
+) -> Result<(), Failure> {
+    let responses = study.responses(basis)?;
+    let shared = shared + responses.seconds;
+    let two_stage = study.two_stage(basis, &responses.value)?;
+    let file = study.file(basis, Some(&responses.value))?;
+    methods.push(solver(staged, shared + two_stage.seconds, two_stage.value, false));
+    let bytes = Rc::new(file.value);
+    both_precisions([double, single], shared + file.seconds, &bytes, StructureChoice::Block, methods);
+    Ok(())
+}
+
+fn both_precisions(
+    [double, single]: [&'static str; 2],
+    seconds: f64,
+    bytes: &Rc<Vec<u8>>,
+    structure: StructureChoice,
+    methods: &mut Vec<Method>,
+) {
+    let exact = methods.len();
+    methods.push(through_file(double, seconds, bytes, structure, false));
+    let rounded = through_file(single, seconds, bytes, structure, true);
+    methods.push(Method { differs: Some((Part::Rounding, exact)), ..rounded });
+}
+
+fn solver(
+    name: &'static str,
+    offline_seconds: f64,
+    solver: impl ReducedSolver + 'static,
+    exact_in_time: bool,
+) -> Method {
+    let stepper = Stepper::Solver { solver: Box::new(solver), exact_in_time };
+    Method { name, offline_seconds, stepper, terms: None, differs: None }
+}
+
+fn through_file(
     name: &'static str,
     offline_seconds: f64,
     bytes: &Rc<Vec<u8>>,
     structure: StructureChoice,
     single: bool,
 ) -> Method {
-    Method { name, offline_seconds, stepper: Stepper::File { bytes: Rc::clone(bytes), structure, single } }
+    let stepper = Stepper::File { bytes: Rc::clone(bytes), structure, single };
+    Method { name, offline_seconds, stepper, terms: None, differs: None }
 }
 
 impl Group {
@@ -116,49 +211,63 @@ impl Group {
     pub fn file(&self) -> impl Iterator<Item = &[u8]> {
         self.methods.iter().filter_map(Method::bytes)
     }
+}
 
-    /// Coordinates of every method over the scenario, each of shape (r, steps + 1).
-    pub fn play(
-        &self,
-        name: &Path,
-        track: &Track,
-        loads: &[TimedLoad],
-        steps: usize,
-    ) -> Result<Vec<Matrix>, Failure> {
-        let play = |method: &Method| match &method.stepper {
-            Stepper::Dense(model) => Ok(model.play(loads, steps)),
-            Stepper::File { bytes, structure, single: false } => {
-                play_file::<f64>(name, bytes, *structure, track, steps)
-            }
-            Stepper::File { bytes, structure, single: true } => {
-                play_file::<f32>(name, bytes, *structure, track, steps)
-            }
-        };
-        self.methods.iter().map(play).collect()
-    }
+/// What a march of a method needs.
+#[derive(Clone, Copy)]
+pub struct March<'a> {
+    /// What errors about a file in memory call it.
+    pub name: &'a Path,
+    /// The scenario, as files take it.
+    pub track: &'a Track,
+    /// The scenario, as solvers without a file take it.
+    pub loads: &'a [TimedLoad],
+    /// Δt \[s\], for files only: a solver has its own.
+    pub time_step: f64,
+    /// Steps.
+    pub steps: usize,
+    /// Every so many instants are kept.
+    pub stride: usize,
 }
 
 impl Method {
     /// Its file, if it has one.
     pub fn bytes(&self) -> Option<&[u8]> {
         match &self.stepper {
-            Stepper::Dense(_) => None,
+            Stepper::Solver { .. } => None,
             Stepper::File { bytes, .. } => Some(bytes),
+        }
+    }
+
+    /// Whether no time scheme stands between it and the exact motion.
+    pub fn exact_in_time(&self) -> bool {
+        matches!(self.stepper, Stepper::Solver { exact_in_time: true, .. })
+    }
+
+    /// Its coordinates from rest at the instants kept, the start included; shape (r, instants).
+    pub fn play(&self, march: &March<'_>) -> Result<Matrix, Failure> {
+        let all = self.play_all(march)?;
+        Ok(if march.stride == 1 { all } else { thinned(&all, march.stride) })
+    }
+
+    fn play_all(&self, march: &March<'_>) -> Result<Matrix, Failure> {
+        match &self.stepper {
+            Stepper::Solver { solver, .. } => Ok(staged::play(solver.as_ref(), march.loads, march.steps)),
+            Stepper::File { bytes, structure, single: false } => play_file::<f64>(bytes, *structure, march),
+            Stepper::File { bytes, structure, single: true } => play_file::<f32>(bytes, *structure, march),
         }
     }
 }
 
 fn play_file<T: Scalar>(
-    name: &Path,
     bytes: &[u8],
     structure: StructureChoice,
-    track: &Track,
-    steps: usize,
+    march: &March<'_>,
 ) -> Result<Matrix, Failure> {
-    let file = File::parse(bytes).map_err(|error| Failure::file(name, error))?;
-    let options = SceneOptions { structure, ..SceneOptions::default() };
+    let file = File::parse(bytes).map_err(|error| Failure::file(march.name, error))?;
+    let options = SceneOptions { structure, time_step: Some(march.time_step), ..SceneOptions::default() };
     let mut coordinates = vec![];
-    play_in::<T>(name, &file, &options, track, steps, |_, _, state| {
+    play_in::<T>(march.name, &file, &options, march.track, march.steps, |_, _, state| {
         coordinates.extend(state.zeta().iter().map(|z| z.to_f64()));
         Ok(())
     })?;

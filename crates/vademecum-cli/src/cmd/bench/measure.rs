@@ -1,14 +1,17 @@
 //! Times of the online work: binding, steps, fields.
 //!
 //! Steps are timed in bursts under loads at full height, so that nothing comes to rest; a sample is a burst's time over its
-//! steps. Methods take turns, round after round, so that what else the machine does falls on all of them.
+//! steps. Methods, full order included, take turns, round after round, so that what else the machine does falls on all of
+//! them and a ratio can be taken within a round.
 
 use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use vademecum_build::bench::DenseGalerkin;
-use vademecum_build::march::TimedLoad;
+use vademecum_build::Matrix;
+use vademecum_build::bench::{ReducedSolver, staged};
+use vademecum_build::dynamics::FullOrder;
+use vademecum_build::march::{INSTANTS, TimedLoad};
 use vademecum_eval::{Field, Scalar, Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
@@ -21,6 +24,8 @@ use crate::player::{Track, with_scene};
 pub const BURST: usize = 32;
 /// Bursts of one method in one round.
 const BURSTS: usize = 1000;
+/// Full-order steps in one round, timed one by one.
+const FULL_STEPS: usize = 16;
 /// Times a scene is bound, and a field filled, in one round.
 const REPEATS: usize = 5;
 
@@ -35,20 +40,29 @@ pub struct Samples {
     pub reconstruct_ms: Vec<f64>,
 }
 
-/// Measures all methods of all groups, in their order.
-pub fn all(
-    name: &Path,
-    groups: &[Group],
-    track: &Track,
-    loads: &[TimedLoad],
-    rounds: usize,
-) -> Result<Vec<Samples>, Failure> {
+/// What is measured: full-order solvers, then the methods of all groups, in their order.
+pub struct Candidates<'a> {
+    /// Full-order solvers.
+    pub full: &'a [&'a FullOrder<'a>],
+    /// Reduced methods.
+    pub groups: &'a [Group],
+    /// The scenario, as files take it.
+    pub track: &'a Track,
+    /// The scenario, over the free dofs.
+    pub loads: &'a [TimedLoad],
+}
+
+/// Measures all candidates; samples of the full-order solvers first.
+pub fn all(name: &Path, candidates: &Candidates<'_>, rounds: usize) -> Result<Vec<Samples>, Failure> {
+    let Candidates { full, groups, track, loads } = candidates;
     let methods: Vec<_> = groups.iter().flat_map(|group| &group.methods).collect();
-    let mut samples: Vec<Samples> = methods.iter().map(|_| Samples::default()).collect();
+    let mut samples: Vec<Samples> = (0..full.len() + methods.len()).map(|_| Samples::default()).collect();
     for _ in 0..rounds {
-        for (method, samples) in methods.iter().zip(&mut samples) {
+        let (of_full, of_methods) = samples.split_at_mut(full.len());
+        full.iter().zip(of_full).for_each(|(full, samples)| full_order(full, loads, samples));
+        for (method, samples) in methods.iter().zip(of_methods) {
             match &method.stepper {
-                Stepper::Dense(model) => dense(model, loads, samples),
+                Stepper::Solver { solver, .. } => solve(solver.as_ref(), loads, samples),
                 Stepper::File { bytes, structure, single: false } => {
                     through_file::<f64>(name, bytes, *structure, track, samples)?;
                 }
@@ -64,13 +78,32 @@ pub fn all(
     Ok(samples)
 }
 
-fn dense(model: &DenseGalerkin, loads: &[TimedLoad], samples: &mut Samples) {
-    let forces = model.held(&model.reduce(loads));
-    let mut state = model.rest(&forces);
-    samples.step_ns.push(bursts(|| model.step(&mut state, black_box(&forces))));
-    let mut field = vec![0.0; model.n_dof()];
+/// Steps of one full-order trajectory; the first one warms up and is not counted.
+fn full_order(full: &FullOrder<'_>, loads: &[TimedLoad], samples: &mut Samples) {
+    let mut force = Matrix::zeros(full.n_dof(), 1);
+    for load in loads {
+        let column = force.col_as_slice_mut(0);
+        column.iter_mut().zip(&load.force).for_each(|(sum, f)| *sum += f);
+    }
+    let held: [_; INSTANTS] = std::array::from_fn(|_| Some(force.as_ref()));
+    let mut state = vademecum_build::dynamics::State::rest(full.n_dof(), 1);
+    let mut work = full.workspace(1, false);
+    let step = |_| {
+        let start = Instant::now();
+        full.step(&mut state, &held, &mut work);
+        1e9 * start.elapsed().as_secs_f64()
+    };
+    samples.step_ns.push((0..=FULL_STEPS).map(step).skip(1).collect());
+}
+
+fn solve(solver: &dyn ReducedSolver, loads: &[TimedLoad], samples: &mut Samples) {
+    let loads = staged::reduce(solver, loads);
+    let (held, mut state) = (staged::held(solver, &loads), staged::start(solver, &loads));
+    let mut work = vec![0.0; solver.work_len()];
+    samples.step_ns.push(bursts(|| solver.step(&mut state, black_box(&held), &mut work)));
+    let mut field = vec![0.0; solver.basis().nrows()];
     samples.reconstruct_ms.extend(repeats(1e3, || {
-        model.reconstruct_into(&state, &mut field);
+        staged::reconstruct_into(solver.basis(), &state, &mut field);
         black_box(&mut field);
     }));
 }
@@ -172,12 +205,27 @@ pub fn median(samples: Vec<f64>) -> f64 {
     percentiles(samples)[0]
 }
 
-/// How far the medians of one method's rounds lie apart, relative to the lowest: the median over all methods.
+impl Samples {
+    /// Median of each round \[ns\].
+    pub fn round_medians(&self) -> Vec<f64> {
+        self.step_ns.iter().map(|round| median(round.clone())).collect()
+    }
+
+    /// How far the medians of the rounds lie apart, relative to the lowest.
+    pub fn spread(&self) -> f64 {
+        let range =
+            self.round_medians().into_iter().fold((f64::MAX, 0.0_f64), |(a, b), m| (a.min(m), b.max(m)));
+        range.1 / range.0 - 1.0
+    }
+
+    /// How many times as long a step of `other` takes: the median over the rounds of the ratio within a round.
+    pub fn times_faster_than(&self, other: &Samples) -> f64 {
+        let ratios = self.round_medians().into_iter().zip(other.round_medians());
+        median(ratios.map(|(own, other)| other / own).collect())
+    }
+}
+
+/// The median over all candidates of how far their rounds lie apart.
 pub fn noise(samples: &[Samples]) -> f64 {
-    let spread = |s: &Samples| {
-        let medians = s.step_ns.iter().map(|round| median(round.clone()));
-        let (low, high) = medians.fold((f64::MAX, 0.0_f64), |(a, b), m| (a.min(m), b.max(m)));
-        high / low - 1.0
-    };
-    median(samples.iter().map(spread).collect())
+    median(samples.iter().map(Samples::spread).collect())
 }

@@ -4,10 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use vademecum_build::dynamics::SchemeKind;
-use vademecum_build::march::TrajectoryError;
 
 use super::candidates::{Group, Method};
+use super::errors::Errors;
 use super::measure::{Samples, median, percentiles};
 use crate::cmd::write_text;
 use crate::failure::{Cause, Failure};
@@ -26,6 +25,8 @@ pub struct Report {
     pub time_step: f64,
     /// Steps in the first natural period.
     pub steps_per_first_period: f64,
+    /// Steps of the fine march in one step.
+    pub split: usize,
     /// Steps of one timed burst.
     pub burst: usize,
     /// Rounds in which the methods took turns.
@@ -34,9 +35,9 @@ pub struct Report {
     pub clock_ns_per_step: f64,
     /// Relative distance of the medians of the rounds.
     pub noise: f64,
-    /// Distance of each scheme at Δt from the problem's scheme at a quarter of it.
+    /// Distance of each scheme at Δt from the fine march.
     pub time_scheme_error: Vec<SchemeError>,
-    /// One per method and number of modes.
+    /// One per method, number of modes and Δt.
     pub methods: Vec<Row>,
 }
 
@@ -45,95 +46,146 @@ pub struct Report {
 pub struct SchemeError {
     /// The scheme.
     pub scheme: String,
-    /// Relative L2 over all dofs and steps, mass norm.
+    /// Δt \[s\].
+    pub time_step: f64,
+    /// Relative L2 over all dofs and steps, mass norm, loads sampled as files sample them.
     pub error: f64,
+    /// The same with loads that jump on an instant taken at the mean of both sides; absent with `--quick`.
+    pub error_mean_at_jumps: Option<f64>,
 }
 
-/// One method with one number of modes.
+/// One method with one number of modes at one Δt.
 #[derive(Serialize)]
 pub struct Row {
     name: String,
     modes: Option<usize>,
+    terms: Option<usize>,
+    time_step: f64,
     offline_seconds: f64,
     file_bytes: Option<usize>,
     bind_us: Option<f64>,
     step_ns_p50: f64,
     step_ns_p99: f64,
     step_ns_max: f64,
+    step_spread: f64,
+    times_full_order: f64,
     reconstruct_ms: Option<f64>,
-    trajectory_error: f64,
-    projection_floor: f64,
+    #[serde(flatten)]
+    errors: Errors,
+    /// Steps of its own in one of the problem's.
+    #[serde(skip)]
+    steps_per_step: f64,
+}
+
+/// What the rows of one Δt share.
+pub struct At<'a> {
+    /// Δt \[s\].
+    pub time_step: f64,
+    /// Steps in one of the problem's.
+    pub steps_per_step: f64,
+    /// Of the full-order solver with the problem's scheme and Δt.
+    pub full_order: &'a Samples,
 }
 
 impl Row {
-    /// A full-order march: its space holds everything, so its floor is 0.
-    pub fn full_order(scheme: &SchemeKind, offline_seconds: f64, step_ns: [f64; 3], error: f64) -> Self {
+    fn new(at: &At<'_>, name: String, samples: &Samples, errors: Errors, offline_seconds: f64) -> Self {
+        let [step_ns_p50, step_ns_p99, step_ns_max] = percentiles(samples.step_ns.concat());
         Self {
-            name: format!("full order, {scheme}"),
+            name,
             modes: None,
+            terms: None,
+            time_step: at.time_step,
             offline_seconds,
             file_bytes: None,
             bind_us: None,
-            step_ns_p50: step_ns[0],
-            step_ns_p99: step_ns[1],
-            step_ns_max: step_ns[2],
+            step_ns_p50,
+            step_ns_p99,
+            step_ns_max,
+            step_spread: samples.spread(),
+            times_full_order: samples.times_faster_than(at.full_order),
             reconstruct_ms: None,
-            trajectory_error: error,
-            projection_floor: 0.0,
+            errors,
+            steps_per_step: at.steps_per_step,
         }
     }
 
+    /// A full-order march.
+    pub fn full_order(
+        at: &At<'_>,
+        scheme: &str,
+        offline_seconds: f64,
+        samples: &Samples,
+        errors: Errors,
+    ) -> Self {
+        Self::new(at, format!("full order, {scheme}"), samples, errors, offline_seconds)
+    }
+
     /// A reduced method.
-    pub fn reduced(group: &Group, method: &Method, samples: &Samples, error: &TrajectoryError) -> Self {
-        let step_ns = percentiles(samples.step_ns.concat());
+    pub fn reduced(at: &At<'_>, group: &Group, method: &Method, samples: &Samples, errors: Errors) -> Self {
         Self {
-            name: method.name.into(),
             modes: Some(group.basis.n_modes()),
-            offline_seconds: method.offline_seconds,
+            terms: method.terms,
             file_bytes: method.bytes().map(<[u8]>::len),
             bind_us: (!samples.bind_us.is_empty()).then(|| median(samples.bind_us.clone())),
-            step_ns_p50: step_ns[0],
-            step_ns_p99: step_ns[1],
-            step_ns_max: step_ns[2],
             reconstruct_ms: Some(median(samples.reconstruct_ms.clone())),
-            trajectory_error: error.error,
-            projection_floor: error.floor,
+            ..Self::new(at, method.name.into(), samples, errors, method.offline_seconds)
         }
     }
 
     /// All columns as text, in the order of [`COLUMNS`]; what does not apply is empty.
-    fn cells(&self) -> [String; 11] {
+    fn cells(&self) -> [String; COLUMNS.len()] {
         let whole = |value: Option<usize>| value.map_or(String::new(), |v| v.to_string());
         let real = |value: Option<f64>| value.map_or(String::new(), figures);
+        let error = |value: f64| format!("{value:.3e}");
+        let part = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.1e}"));
+        let e = &self.errors;
         [
             self.name.clone(),
             whole(self.modes),
+            whole(self.terms),
+            format!("{:e}", self.time_step),
             figures(self.offline_seconds),
             whole(self.file_bytes),
             real(self.bind_us),
             figures(self.step_ns_p50),
             figures(self.step_ns_p99),
             figures(self.step_ns_max),
+            format!("{:.3}", self.step_spread),
+            figures(self.times_full_order),
             real(self.reconstruct_ms),
-            format!("{:.3e}", self.trajectory_error),
-            format!("{:.3e}", self.projection_floor),
+            error(e.trajectory_error),
+            error(e.projection_floor),
+            error(e.error_total),
+            part(Some(e.error_time)),
+            part(e.error_space),
+            part(e.error_separation),
+            part(e.error_rounding),
         ]
     }
 }
 
 /// Headings, with units in the names.
-const COLUMNS: [&str; 11] = [
+const COLUMNS: [&str; 20] = [
     "name",
     "modes",
+    "terms",
+    "time_step",
     "offline_seconds",
     "file_bytes",
     "bind_us",
     "step_ns_p50",
     "step_ns_p99",
     "step_ns_max",
+    "step_spread",
+    "times_full_order",
     "reconstruct_ms",
     "trajectory_error",
     "projection_floor",
+    "error_total",
+    "error_time",
+    "error_space",
+    "error_separation",
+    "error_rounding",
 ];
 
 /// Three figures, never a power of ten.
@@ -149,7 +201,15 @@ impl Report {
         write_text(&folder.join("bench.json"), &json)?;
         write_text(&folder.join("bench.csv"), &self.csv())?;
         write_text(&folder.join("bench.md"), &self.markdown())?;
-        self.draw(&folder.join("pareto.svg"))
+        draw(&folder.join("pareto.svg"), &self.of_reduction())?;
+        draw(&folder.join("pareto-total.svg"), &self.of_everything())
+    }
+
+    /// Distance of the fine march from the most natural modes, each moved exactly: what is left of its own time error, and the
+    /// modes not taken.
+    fn exact_motion(&self) -> Option<f64> {
+        let exact = |row: &&Row| row.name == EXACT;
+        self.methods.iter().filter(exact).max_by_key(|row| row.modes).map(|row| row.errors.error_total)
     }
 
     /// One line per method; names hold commas and are quoted.
@@ -164,10 +224,15 @@ impl Report {
 
     /// The conditions and the table.
     pub fn markdown(&self) -> String {
-        let schemes = self.time_scheme_error.iter().map(|s| format!("{} {:.2e}", s.scheme, s.error));
+        let scheme = |s: &SchemeError| {
+            let mean = s.error_mean_at_jumps.map_or(String::new(), |e| format!(" ({e:.2e})"));
+            format!("{} at {:e} s {:.2e}{mean}", s.scheme, s.time_step, s.error)
+        };
+        let schemes = self.time_scheme_error.iter().map(scheme);
         let mut text = format!(
             "{}: {} dofs, {} steps of {} s, {:.1} steps per first period.\n\
-             Time scheme error (against Δt/4): {}.\n\
+             Time scheme error against Δt/{} (in brackets with loads at their mean where they jump): {}.\n\
+             The fine march itself is {} from the exact motion of the most natural modes.\n\
              Reduced steps timed in bursts of {}, {} rounds by turns; clock and loop {:.2} ns per step, not taken off; \
              medians of the rounds {:.1} % apart.\n\n",
             self.title,
@@ -175,7 +240,9 @@ impl Report {
             self.steps,
             self.time_step,
             self.steps_per_first_period,
+            self.split,
             schemes.collect::<Vec<_>>().join(", "),
+            self.exact_motion().map_or("-".into(), |e| format!("{e:.1e}")),
             self.burst,
             self.rounds,
             self.clock_ns_per_step,
@@ -190,29 +257,98 @@ impl Report {
         text
     }
 
-    /// Median time of a step against error. The reference march has no error and stands in the title.
-    fn draw(&self, path: &Path) -> Result<(), Failure> {
-        let mut clouds: Vec<Cloud<'_>> = vec![];
-        for row in self.methods.iter().filter(|row| row.trajectory_error > 0.0) {
-            let word = row.modes.map_or(String::new(), |r| r.to_string());
-            let point = (row.step_ns_p50, row.trajectory_error, word);
-            match clouds.iter_mut().find(|cloud| cloud.name == row.name) {
-                Some(cloud) => cloud.points.push(point),
-                None => clouds.push(Cloud { name: &row.name, points: vec![point] }),
-            }
-        }
-        let reference = self.methods.first().map_or(f64::NAN, |row| row.step_ns_p50 / 1e6);
-        let title =
-            format!("time against error, numbers of modes beside the points (full order: {reference:.2} ms)");
-        let chart = Chart {
-            title: &title,
-            x: "median time of a step [ns]",
-            y: "relative trajectory error",
-            log_y: true,
+    /// What reduction costs in accuracy: against full order at the same Δt.
+    fn of_reduction(&self) -> Picture<'_> {
+        // In print f64 lies on f32, and the natural modes of either structure on each other.
+        let shown = |name: &str| {
+            !name.starts_with("full order")
+                && !name.starts_with("natural modes, block")
+                && name != EXACT
+                && (name.ends_with("f32") || name.contains("two-stage") || name.contains("dense solves"))
         };
-        let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
-        scatter(path, &chart, &clouds, &front(&clouds)).map_err(failed)
+        let points = self.methods.iter().filter(|row| row.time_step == self.time_step && shown(&row.name));
+        Picture {
+            title: "time against error of the reduction; beside the points modes and terms",
+            x: "median time of a step [ns]",
+            y: "relative error against full order with the same Δt",
+            points: points
+                .map(|row| {
+                    (
+                        row.name.as_str(),
+                        row.step_ns_p50,
+                        row.errors.trajectory_error,
+                        row.words(self.time_step),
+                    )
+                })
+                .collect(),
+        }
     }
+
+    /// What everything costs in accuracy, the time scheme included; of the reduced methods those with the most modes, the
+    /// others lie on them.
+    fn of_everything(&self) -> Picture<'_> {
+        let cloud = |row: &'_ Row| -> Option<&'static str> {
+            let shown = [
+                "full order",
+                "pod-galerkin, dense solves f64",
+                "ritz diagonal f32",
+                "ritz separated f32",
+                EXACT,
+            ];
+            shown.into_iter().find(|name| row.name.starts_with(name))
+        };
+        let most = self.methods.iter().filter_map(|row| row.modes).max();
+        let point = |row: &Row| {
+            if row.terms.is_none() && row.modes.is_some_and(|r| Some(r) != most) {
+                return None;
+            }
+            let scheme = row.name.strip_prefix("full order, ");
+            let words = [scheme.map(str::to_string), Some(row.words(self.time_step))];
+            let words: Vec<String> = words.into_iter().flatten().filter(|w| !w.is_empty()).collect();
+            let time = row.steps_per_step * row.step_ns_p50;
+            Some((cloud(row)?, time, row.errors.error_total, words.join(", ")))
+        };
+        Picture {
+            title: "time against total error; beside the points modes, terms, and Δt where it is another",
+            x: "median time of a march per Δt of the problem [ns]",
+            y: "relative error against the fine full-order march",
+            points: self.methods.iter().filter_map(point).collect(),
+        }
+    }
+}
+
+/// Modal truncation without a time scheme.
+const EXACT: &str = "natural modes, exact f64";
+
+impl Row {
+    /// Modes, terms, and Δt where it is another than the problem's.
+    fn words(&self, time_step: f64) -> String {
+        let dt = (self.time_step != time_step).then(|| format!("{} Δt", self.time_step / time_step));
+        let words = [self.modes.map(|r| r.to_string()), self.terms.map(|t| format!("{t} terms")), dt];
+        words.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Points of time and error to be drawn, each with its cloud and a word beside it.
+struct Picture<'a> {
+    title: &'a str,
+    x: &'a str,
+    y: &'a str,
+    points: Vec<(&'a str, f64, f64, String)>,
+}
+
+fn draw(path: &Path, picture: &Picture<'_>) -> Result<(), Failure> {
+    let mut clouds: Vec<Cloud<'_>> = vec![];
+    for (name, time, error, word) in &picture.points {
+        let point = (*time, *error, word.clone());
+        match clouds.iter_mut().find(|cloud| cloud.name == *name) {
+            Some(cloud) => cloud.points.push(point),
+            None => clouds.push(Cloud { name, points: vec![point] }),
+        }
+    }
+    let chart = Chart { title: picture.title, x: picture.x, y: picture.y, log_y: true };
+    let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
+    scatter(path, &chart, &clouds, &front(&clouds)).map_err(failed)
 }
 
 /// Points are on the front if no faster one comes within this factor of their error: digits that differ behind the second

@@ -1,0 +1,151 @@
+//! The error of a method and its parts: a chain from the fine full-order march to the method, one thing changed per link.
+//!
+//! ```text
+//! fine full order ─time─ full order at Δt ─space─ on the basis ─separation─ summed from terms ─rounding─ in f32
+//! ```
+//!
+//! Each part is the distance between two neighbours and the total that between the ends, all in the mass norm over all dofs
+//! and instants and relative to the fine march: the total is at most the sum of the parts, and they may cancel.
+
+use serde::Serialize;
+use vademecum_build::Matrix;
+use vademecum_build::bench::{Reference, Study, distance};
+use vademecum_build::fem::SymmetricMatrix;
+
+use super::candidates::{Group, March, Part};
+use crate::failure::Failure;
+
+/// Error of a method and its parts; the parts a method does not have are `None`.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Errors {
+    /// Relative L2 from full order with the same scheme and Δt.
+    pub trajectory_error: f64,
+    /// The same of the full-order march projected on the basis.
+    pub projection_floor: f64,
+    /// Relative L2 from the fine full-order march.
+    pub error_total: f64,
+    /// From the fine march to full order at Δt; 0 where nothing is discrete in time.
+    pub error_time: f64,
+    /// From full order at Δt to the basis, in f64 and without terms; from the fine march where nothing is discrete in time.
+    pub error_space: Option<f64>,
+    /// From solved responses to terms over the live parameters.
+    pub error_separation: Option<f64>,
+    /// From f64 to f32.
+    pub error_rounding: Option<f64>,
+}
+
+/// The full-order marches of a scenario at one Δt.
+pub struct Marches {
+    /// With a fine step, at the instants of `full`.
+    pub fine: Reference,
+    /// The scheme at Δt.
+    pub full: Reference,
+    /// `‖fine − full‖ ÷ ‖fine‖`.
+    pub time: f64,
+}
+
+impl Marches {
+    /// Measures the two.
+    pub fn new(study: &Study, fine: Matrix, full: Matrix) -> Self {
+        let mass = mass(study);
+        let (fine, full) = (Reference::new(mass, fine), Reference::new(mass, full));
+        let time = distance(mass, fine.displacement.as_ref(), full.displacement.as_ref()) / fine.norm;
+        Self { fine, full, time }
+    }
+
+    /// Of the full-order march itself.
+    pub fn of_full_order(&self) -> Errors {
+        Errors {
+            trajectory_error: 0.0,
+            projection_floor: 0.0,
+            error_total: self.time,
+            error_time: self.time,
+            error_space: None,
+            error_separation: None,
+            error_rounding: None,
+        }
+    }
+
+    /// Of a full-order march with another scheme at the same Δt.
+    pub fn of_other_scheme(&self, study: &Study, march: &Matrix) -> Errors {
+        let apart =
+            |from: &Reference| distance(mass(study), march.as_ref(), from.displacement.as_ref()) / from.norm;
+        let total = apart(&self.fine);
+        Errors {
+            trajectory_error: apart(&self.full),
+            error_total: total,
+            error_time: total,
+            ..self.of_full_order()
+        }
+    }
+
+    /// Of the methods of a group that `wanted` names, with their numbers in it.
+    pub fn of_group(
+        &self,
+        study: &Study,
+        group: &Group,
+        march: &March<'_>,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<Vec<(usize, Errors)>, Failure> {
+        let (mass, basis) = (mass(study), group.basis.vectors.as_ref());
+        let (fine, full) = (self.fine.project(mass, basis), self.full.project(mass, basis));
+        // Of the full-order march's norm in that of the fine one.
+        let scale = self.full.norm / self.fine.norm;
+        let apart = |a: &Matrix, b: &Matrix| (a - b).norm_l2() / self.fine.norm;
+        let mut played: Vec<Option<(Matrix, Errors)>> = vec![];
+        for method in &group.methods {
+            if !wanted(method.name) {
+                played.push(None);
+                continue;
+            }
+            let coordinates = method.play(march)?;
+            let (trajectory_error, error_total) = (full.error(&coordinates), fine.error(&coordinates));
+            let own = Errors {
+                trajectory_error,
+                projection_floor: full.floor(),
+                error_total,
+                error_time: if method.exact_in_time() { 0.0 } else { self.time },
+                error_space: Some(if method.exact_in_time() {
+                    error_total
+                } else {
+                    scale * trajectory_error
+                }),
+                error_separation: None,
+                error_rounding: None,
+            };
+            let base = method.differs.and_then(|(part, index)| Some((part, played[index].as_ref()?)));
+            let errors = match base {
+                None => own,
+                Some((part, (base, errors))) => {
+                    let part_error = Some(apart(&coordinates, base));
+                    let known = Errors {
+                        error_space: errors.error_space,
+                        error_separation: errors.error_separation,
+                        error_rounding: errors.error_rounding,
+                        ..own
+                    };
+                    match part {
+                        Part::Separation => Errors { error_separation: part_error, ..known },
+                        Part::Rounding => Errors { error_rounding: part_error, ..known },
+                    }
+                }
+            };
+            played.push(Some((coordinates, errors)));
+        }
+        let errors = played.into_iter().enumerate();
+        Ok(errors.filter_map(|(index, found)| Some((index, found?.1))).collect())
+    }
+}
+
+/// The mass matrix of the study's body.
+pub fn mass(study: &Study) -> &SymmetricMatrix {
+    study.prepared().body.model.pencil().mass()
+}
+
+/// Every `stride`-th instant of a trajectory.
+pub fn thinned(trajectory: &Matrix, stride: usize) -> Matrix {
+    let columns = trajectory.ncols().div_ceil(stride);
+    let mut out = Matrix::zeros(trajectory.nrows(), columns);
+    (0..columns).for_each(|j| out.col_mut(j).copy_from(trajectory.col(stride * j)));
+    out
+}
