@@ -337,6 +337,13 @@ enums:
     18: factors
     19: region_stiffness
     20: region_mass
+    23: canonical_parts
+    24: canonical_axes
+    25: canonical_factors
+    26: canonical_terms
+    27: canonical_positions
+    28: canonical_direction
+    29: canonical_certificate
   element:
     0: u8
     1: u32

@@ -4,6 +4,7 @@
 //! The normative text is `formats/vademecum-1.md`. Core only: no heap, no panic on any input.
 #![no_std]
 
+mod canonical;
 mod error;
 mod fuse;
 mod layout;
@@ -14,6 +15,9 @@ pub mod scheme;
 mod section;
 mod write;
 
+pub use canonical::{
+    CANONICAL_AXIS, CANONICAL_CERTIFICATE, Canonical, CanonicalAxis, CanonicalPart, CanonicalRole,
+};
 pub use error::{FormatError, Quantity};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{

@@ -4,6 +4,7 @@
 //! alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is opened, so that opening does
 //! not touch every page of a mapped file; call [`Section::verify`] for that.
 
+use crate::canonical::{CANONICAL_AXIS, CANONICAL_CERTIFICATE};
 use crate::error::FormatError;
 use crate::metadata::Metadata;
 
@@ -54,11 +55,26 @@ pub enum SectionKind {
     RegionStiffness = 19,
     /// `BᵀM_qB` of each region at scale 1, `f64 (n_regions, r, r)`; they sum to the identity.
     RegionMass = 20,
+    /// Parts of the canonical structure: stage, number of axes, number of terms; `u32 (any, 3)`. Version 1.1, as all below.
+    CanonicalParts = 23,
+    /// Axes of the parts, one part after the other: role, index, lower, upper, points, factor; `f64 (any, 6)`.
+    CanonicalAxes = 24,
+    /// Factors of the parts' axes, each `(n_points, n_terms)`; `f64 (any)`.
+    CanonicalFactors = 25,
+    /// `ΠF_t` of the parts' terms, `f64 (any, r)`.
+    CanonicalTerms = 26,
+    /// Loadable nodes the load can stand at, `u32 (any)`.
+    CanonicalPositions = 27,
+    /// Direction of the load, `f64 (3)`; absent when its components are axes.
+    CanonicalDirection = 28,
+    /// What the build measured of it: the numbers of a structure's certificate, the step at which the trajectory left a range
+    /// (NaN: never), and per stage the relative error of the map, of its state and of its load part; `f64 (8 + 3 n_stages)`.
+    CanonicalCertificate = 29,
 }
 
 impl SectionKind {
-    /// All kinds of version 1.0, by number.
-    pub const ALL: [Self; 20] = [
+    /// All kinds, by number.
+    pub const ALL: [Self; 27] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -79,12 +95,31 @@ impl SectionKind {
         Self::Factors,
         Self::RegionStiffness,
         Self::RegionMass,
+        Self::CanonicalParts,
+        Self::CanonicalAxes,
+        Self::CanonicalFactors,
+        Self::CanonicalTerms,
+        Self::CanonicalPositions,
+        Self::CanonicalDirection,
+        Self::CanonicalCertificate,
     ];
 
     /// The kind with this number.
     #[must_use]
     pub fn from_number(number: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.number() == number)
+    }
+
+    /// Whether it belongs to the canonical structure; the writer marks those required.
+    #[must_use]
+    pub const fn is_canonical(self) -> bool {
+        self as u32 >= Self::CanonicalParts as u32 && self as u32 <= Self::CanonicalCertificate as u32
+    }
+
+    /// The first minor version that knows it.
+    #[must_use]
+    pub const fn minor_version(self) -> u16 {
+        if self as u32 <= Self::RegionMass as u32 { 0 } else { 1 }
     }
 
     /// Its number in the file.
@@ -121,6 +156,14 @@ impl SectionKind {
             Self::AxisPoints => one(points),
             Self::Factors => one(terms.saturating_mul(points)),
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
+            Self::CanonicalParts => [None, Some(3), Some(1)],
+            Self::CanonicalAxes => [None, Some(CANONICAL_AXIS as u64), Some(1)],
+            Self::CanonicalFactors | Self::CanonicalPositions => [None, Some(1), Some(1)],
+            Self::CanonicalTerms => [None, Some(r), Some(1)],
+            Self::CanonicalDirection => one(3),
+            Self::CanonicalCertificate => {
+                one(CANONICAL_CERTIFICATE as u64 + 3 * u64::from(m.scheme.n_stages))
+            }
         }
     }
 
@@ -129,7 +172,7 @@ impl SectionKind {
     pub fn allows(self, element: Element) -> bool {
         match self {
             Self::NodeIds => element == Element::U64,
-            Self::Triangles => element == Element::U32,
+            Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions => element == Element::U32,
             Self::PatternNames | Self::ProbeNames => element == Element::U8,
             Self::NodeCoordinates | Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
                 matches!(element, Element::F32 | Element::F64)

@@ -66,6 +66,7 @@ pub fn encode_into(
     let (header, directory) = front.split_at_mut(BLOCK);
     write_sections(sections, directory, body, directory_end, metadata_length)?;
     let block = Header {
+        minor: sections.iter().map(|section| section.kind.minor_version()).max().unwrap_or_default(),
         n_sections,
         file_length: needed as u64,
         metadata_offset: directory_end as u64,
