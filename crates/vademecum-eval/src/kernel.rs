@@ -91,7 +91,7 @@ fn columns_times<T: Scalar>(tile: &[[T; TILE]], x: &[T], mut sum: [T; TILE]) -> 
 
 /// `value`, or zero below the floor; adds its magnitude to `sum`. NaN passes.
 #[inline(always)]
-fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
+pub(crate) fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
     let magnitude = value.magnitude();
     *sum += magnitude;
     if magnitude < T::FLOOR { T::ZERO } else { value }
