@@ -181,6 +181,7 @@ impl Study {
             scheme: &self.prepared.scheme,
             rayleigh: self.prepared.rayleigh(),
             block: Some(BlockTerms::fixed(&responses)),
+            canonical: None,
             parameters: None,
             certificate: Certificate::default(),
             mode_table: Matrix::zeros(basis.n_modes(), 6),

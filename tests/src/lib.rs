@@ -2,6 +2,7 @@
 
 pub mod annotate;
 pub mod bases;
+pub mod canonical;
 pub mod golden;
 pub mod long_march;
 pub mod matrices;

@@ -16,6 +16,7 @@ use std::time::Instant;
 use vademecum_format::Certificate;
 use vademecum_format::scheme::SchemeTable;
 
+use crate::canonical::{CanonicalCertificate, CanonicalSetting};
 use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::{BlockTerms, Parts, encode};
 use crate::march::TimedLoad;
@@ -23,7 +24,7 @@ use crate::pipeline::{
     BuildError, Prepared, basis_of_pod, make_pod, mode_table, prepare, stage_responses, table_matrix,
 };
 use crate::pod::{Basis, Pod, modes_basis};
-use crate::problem::{BasisKind, Problem};
+use crate::problem::{BasisKind, CanonicalEntry, Problem};
 use crate::progress::{Listener, Stopwatch};
 use crate::snapshots::Runs;
 
@@ -153,6 +154,44 @@ impl Study {
                 scheme,
                 rayleigh,
                 block: responses.as_deref().map(BlockTerms::fixed),
+                canonical: None,
+                parameters: None,
+                certificate: Certificate::default(),
+                mode_table: table_matrix(&table),
+            };
+            Ok(encode(&parts)?)
+        })
+    }
+
+    /// The bytes of a file of the chapter's representation on this basis: ranges marched, stages separated. Its certificate says
+    /// nothing of trajectories (no step marched); contacts must stand at its positions.
+    ///
+    /// # Errors
+    /// [`BuildError`]: a stage that does not factorise, a separation that fails, a march that is stopped.
+    pub fn canonical_file(
+        &self,
+        basis: &Basis,
+        entry: &CanonicalEntry,
+        listener: &dyn Listener,
+    ) -> Result<Timed<Vec<u8>>, BuildError> {
+        Timed::of(|| {
+            let Prepared { body, scheme, symbolic, .. } = &self.prepared;
+            let (rayleigh, dt) = (self.prepared.rayleigh(), self.time_step());
+            let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, rayleigh)?;
+            let runs = Runs::plan(&self.problem.snapshots, body, dt, self.first_period);
+            let setting = CanonicalSetting::new(entry, &self.prepared, basis, &full, &runs, listener)?;
+            let map = setting.separate(&self.prepared, basis)?;
+            let certificate = CanonicalCertificate::of_maps(&map);
+            let table = mode_table(basis, scheme, &rayleigh, dt);
+            let parts = Parts {
+                problem: &self.problem,
+                body,
+                basis,
+                scheme_name: &self.problem.time.scheme.to_string(),
+                scheme,
+                rayleigh,
+                block: None,
+                canonical: Some((&map, &certificate)),
                 parameters: None,
                 certificate: Certificate::default(),
                 mode_table: table_matrix(&table),

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
-use vademecum_build::pipeline::StructureReport;
+use vademecum_build::pipeline::{CanonicalReport, StructureReport};
 use vademecum_eval::Mapped;
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{Canonical, File, SectionKind};
 
+use super::build::print_canonical;
 use super::{print_json, whole_file};
 use crate::failure::Failure;
 use crate::player::names;
@@ -43,6 +44,7 @@ struct Report {
     structures: Vec<&'static str>,
     terms: u32,
     axes: Vec<AxisReport>,
+    canonical: Option<CanonicalAxes>,
     parameters: Vec<ParameterReport>,
     load_patterns: Vec<String>,
     probes: Vec<String>,
@@ -86,6 +88,15 @@ struct Certificates {
     energy_ratio_max: f64,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
+    canonical: Option<CanonicalReport>,
+}
+
+/// Axes of the canonical structure of one stage, and where its load can stand.
+#[derive(Serialize)]
+struct CanonicalAxes {
+    axes: Vec<usize>,
+    positions: usize,
+    direction: Option<[f64; 3]>,
 }
 
 #[derive(Serialize)]
@@ -114,7 +125,14 @@ impl Info {
     fn report(&self, file_bytes: usize, file: &File<'_>) -> Result<Report, Failure> {
         let m = file.metadata();
         let certificate = &m.certificate;
+        let canonical = Canonical::read(file).map_err(|error| Failure::file(&self.file, error))?;
+        let canonical_report =
+            CanonicalReport::of_file(file).map_err(|error| Failure::file(&self.file, error))?;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
+        let worst = match &canonical_report {
+            Some(report) => report.structure,
+            None => StructureReport::new(worst),
+        };
         let axis = |a: &vademecum_format::Axis<'_>| AxisReport {
             name: a.name.into(),
             unit: a.unit.into(),
@@ -142,10 +160,12 @@ impl Info {
             stored_bytes: s.stored().len(),
             decoded_bytes: s.decoded_length(),
         };
-        let present = [("diagonal", m.diagonal), ("block", m.block)];
+        let present = [("diagonal", m.diagonal), ("block", m.block), ("canonical", canonical.is_some())];
+        let most = canonical_report.iter().flat_map(|report| &report.stages).map(|s| s.terms).max();
+        let terms = most.map_or(m.n_terms, |terms| terms as u32);
         Ok(Report {
             file_bytes,
-            format: format!("{}.{}", vademecum_format::MAJOR, vademecum_format::MINOR),
+            format: format!("{}.{}", vademecum_format::MAJOR, file.minor_version()),
             program: m.program.into(),
             units: m.units.into(),
             mesh_hash: m.mesh_hash.iter().map(|b| format!("{b:02x}")).collect(),
@@ -160,13 +180,14 @@ impl Info {
             alpha: m.alpha,
             beta: m.beta,
             structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
-            terms: m.n_terms,
+            terms,
+            canonical: canonical.as_ref().map(CanonicalAxes::new),
             axes: m.active_axes().iter().map(axis).collect(),
             parameters: m.active_parameters().iter().map(parameter).collect(),
             load_patterns: names(&self.file, file, SectionKind::PatternNames)?,
             probes: names(&self.file, file, SectionKind::ProbeNames)?,
             certificate: Certificates {
-                terms: m.n_terms,
+                terms,
                 map_error_rms: worst.map_error_rms,
                 map_error_max: worst.map_error_max,
                 spectral_radius_max: worst.spectral_radius,
@@ -175,6 +196,7 @@ impl Info {
                 energy_ratio_max: worst.energy_ratio,
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
+                canonical: canonical_report,
             },
             sections: SectionKind::ALL.iter().filter_map(|&kind| file.section(kind)).map(section).collect(),
             problem: m.problem.into(),
@@ -203,6 +225,10 @@ impl Report {
             list(&self.probes),
             list(&self.load_patterns)
         );
+        if let Some(c) = &self.canonical {
+            let direction = c.direction.map_or("components".into(), |d| format!("{d:?}"));
+            println!("canonical: {:?} axes by stage; load at {} positions, {direction}", c.axes, c.positions);
+        }
         for p in &self.parameters {
             println!(
                 "parameter {}: {} to {} {}, nominal {} ({})",
@@ -230,10 +256,27 @@ impl Report {
                 );
             }
         }
+        if let Some(c) = &self.certificate.canonical {
+            println!("certificate, canonical:");
+            print_canonical(c);
+        }
         println!("\nsection           element  codec  shape                     bytes");
         for s in &self.sections {
             let shape = format!("{} × {} × {}", s.shape[0], s.shape[1], s.shape[2]);
             println!("{:<16}  {:<7}  {:<5}  {shape:<20}  {:>9}", s.kind, s.element, s.codec, s.stored_bytes);
+        }
+    }
+}
+
+impl CanonicalAxes {
+    fn new(canonical: &Canonical<'_>) -> Self {
+        let stages = canonical.parts().map(|part| part.stage).max().map_or(0, |last| last + 1);
+        let of_stage = |stage| canonical.parts().filter(move |part| part.stage == stage);
+        let axes = |stage| of_stage(stage).map(|part| part.axes().count()).sum();
+        Self {
+            axes: (0..stages).map(axes).collect(),
+            positions: canonical.n_positions(),
+            direction: canonical.direction(),
         }
     }
 }

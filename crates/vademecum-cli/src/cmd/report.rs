@@ -16,9 +16,9 @@ use vademecum_format::{File, SectionKind};
 
 use self::figures::Figures;
 use self::measure::{FreeRun, Timings};
-use super::make_folder;
 use super::verify::{Verified, verify};
 use super::view::title;
+use super::{make_folder, refuse_canonical};
 use crate::console::Console;
 use crate::failure::Failure;
 
@@ -58,6 +58,7 @@ impl Report {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        refuse_canonical(&self.file, &file, "the report")?;
         let modes = mode_table(&self.file, &file)?;
         console.stage("measure");
         let timings = measure::timings(&self.file, &file)?;

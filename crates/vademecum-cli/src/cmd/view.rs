@@ -16,6 +16,7 @@ use vademecum_build::export::write_atomic;
 use vademecum_eval::Mapped;
 use vademecum_format::{File, SectionKind};
 
+use super::refuse_canonical;
 use crate::console::{Console, cancelled};
 use crate::failure::{Cause, Failure};
 
@@ -74,6 +75,7 @@ impl View {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        refuse_canonical(&self.file, &file, "the viewer")?;
         check(&self.file, &file)?;
         let title = title(&self.file, &file);
         console.clear();
