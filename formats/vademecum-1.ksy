@@ -337,6 +337,8 @@ enums:
     18: factors
     19: region_stiffness
     20: region_mass
+    21: enrichment_history
+    22: radius_samples
     23: canonical_parts
     24: canonical_axes
     25: canonical_factors

@@ -183,6 +183,7 @@ impl Study {
             block: Some(BlockTerms::fixed(&responses)),
             canonical: None,
             parameters: None,
+            separation: None,
             certificate: Certificate::default(),
             mode_table: Matrix::zeros(basis.n_modes(), 6),
         };

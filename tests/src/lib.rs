@@ -4,6 +4,7 @@ pub mod annotate;
 pub mod bases;
 pub mod canonical;
 pub mod golden;
+pub mod largest;
 pub mod long_march;
 pub mod matrices;
 pub mod program;

@@ -144,7 +144,7 @@ fn contacts_apart_add_up() {
 fn other_options_than_the_files_are_refused() {
     let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let opened = File::parse(&bytes).expect("a file");
-    assert_eq!(opened.minor_version(), 1);
+    assert_eq!(opened.minor(), 1);
     for options in [
         SceneOptions { time_step: Some(2e-3), ..SceneOptions::default() },
         SceneOptions { stiffness: 2.0, ..SceneOptions::default() },

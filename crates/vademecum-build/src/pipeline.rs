@@ -202,6 +202,7 @@ pub fn build(
         block,
         canonical: canonical.as_ref().map(|(map, certificate)| (map, certificate)),
         parameters: Some(space),
+        separation: separation.as_ref(),
         certificate,
         mode_table: table_matrix(&mode_table),
     };
@@ -319,11 +320,13 @@ impl Context<'_> {
             terms: parametric.n_terms(),
             axis_points: parametric.axis_points(),
             history: parametric.enrichment.history.clone(),
+            history_terms: parametric.enrichment.terms.clone(),
             stop: format!("{:?}", parametric.enrichment.stop),
             reduced_size: parametric.reduced_size,
             samples: parametric.samples,
             worst_trajectory_at: found.worst_trajectory_at,
             worst_radius_at: found.worst_radius_at,
+            radius_samples: found.radius_samples,
         };
         Ok((Certificate { diagonal, block: found.worst }, report))
     }

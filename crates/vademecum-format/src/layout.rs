@@ -7,7 +7,7 @@ use crate::error::FormatError;
 pub const MAGIC: [u8; 8] = [0x89, 0x56, 0x44, 0x4D, 0x0D, 0x0A, 0x1A, 0x0A];
 /// Major version written and read.
 pub const MAJOR: u16 = 1;
-/// Largest minor version written, and only where a section needs it; any is read.
+/// Newest minor version written: a file is given the lowest one that has all its sections. Any is read.
 pub const MINOR: u16 = 1;
 /// Bytes of the header, of a directory entry, and the alignment of sections.
 pub const BLOCK: usize = 64;

@@ -47,16 +47,16 @@ impl<'a> File<'a> {
         Ok(file)
     }
 
-    /// Minor version of the format the file was written in; the major version is 1.
-    #[must_use]
-    pub const fn minor_version(&self) -> u16 {
-        self.minor
-    }
-
     /// What the file says about itself.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata<'a> {
         &self.metadata
+    }
+
+    /// The minor version of the file; the major one is 1.
+    #[must_use]
+    pub const fn minor(&self) -> u16 {
+        self.minor
     }
 
     /// All bytes of the file.

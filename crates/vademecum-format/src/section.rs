@@ -55,6 +55,11 @@ pub enum SectionKind {
     RegionStiffness = 19,
     /// `BᵀM_qB` of each region at scale 1, `f64 (n_regions, r, r)`; they sum to the identity.
     RegionMass = 20,
+    /// Terms, and the error they leave at fresh points, after each enrichment of the separated solution; `f64 (any, 2)`. Since 1.1.
+    EnrichmentHistory = 21,
+    /// Points of the parameters' box, each its values and the spectral radius of the fused block step there;
+    /// `f64 (any, n_parameters + 1)`. Since 1.1.
+    RadiusSamples = 22,
     /// Parts of the canonical structure: stage, number of axes, number of terms; `u32 (any, 3)`. Version 1.1, as all below.
     CanonicalParts = 23,
     /// Axes of the parts, one part after the other: role, index, lower, upper, points, factor; `f64 (any, 6)`.
@@ -74,7 +79,7 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 29] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -95,6 +100,8 @@ impl SectionKind {
         Self::Factors,
         Self::RegionStiffness,
         Self::RegionMass,
+        Self::EnrichmentHistory,
+        Self::RadiusSamples,
         Self::CanonicalParts,
         Self::CanonicalAxes,
         Self::CanonicalFactors,
@@ -116,16 +123,20 @@ impl SectionKind {
         self as u32 >= Self::CanonicalParts as u32 && self as u32 <= Self::CanonicalCertificate as u32
     }
 
-    /// The first minor version that knows it.
-    #[must_use]
-    pub const fn minor_version(self) -> u16 {
-        if self as u32 <= Self::RegionMass as u32 { 0 } else { 1 }
-    }
-
     /// Its number in the file.
     #[must_use]
     pub const fn number(self) -> u32 {
         self as u32
+    }
+
+    /// The minor version of the format that first has this kind.
+    #[must_use]
+    pub const fn since(self) -> u16 {
+        match self {
+            Self::EnrichmentHistory | Self::RadiusSamples => 1,
+            kind if kind.is_canonical() => 1,
+            _ => 0,
+        }
     }
 
     /// The shape the metadata ask for; `None` where any number will do. Places past the rank are 1.
@@ -156,6 +167,8 @@ impl SectionKind {
             Self::AxisPoints => one(points),
             Self::Factors => one(terms.saturating_mul(points)),
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
+            Self::EnrichmentHistory => [None, Some(2), Some(1)],
+            Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
             Self::CanonicalAxes => [None, Some(CANONICAL_AXIS as u64), Some(1)],
             Self::CanonicalFactors | Self::CanonicalPositions => [None, Some(1), Some(1)],

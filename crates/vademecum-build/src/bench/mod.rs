@@ -155,6 +155,7 @@ impl Study {
                 rayleigh,
                 block: responses.as_deref().map(BlockTerms::fixed),
                 canonical: None,
+                separation: None,
                 parameters: None,
                 certificate: Certificate::default(),
                 mode_table: table_matrix(&table),
@@ -193,6 +194,7 @@ impl Study {
                 block: None,
                 canonical: Some((&map, &certificate)),
                 parameters: None,
+                separation: None,
                 certificate: Certificate::default(),
                 mode_table: table_matrix(&table),
             };

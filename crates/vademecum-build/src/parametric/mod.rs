@@ -9,7 +9,7 @@ mod box_certificate;
 mod separate;
 
 pub use basis::carrier_basis;
-pub use box_certificate::{BoxCertificate, certify_box};
+pub use box_certificate::{BoxCertificate, RadiusSample, certify_box};
 pub use separate::{Parametric, ParametricError, SeparationOptions, separate_responses};
 
 use vademecum_format::ParameterRole;
