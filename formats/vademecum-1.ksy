@@ -368,6 +368,13 @@ enums:
     20: region_mass
     21: enrichment_history
     22: radius_samples
+    23: canonical_parts
+    24: canonical_axes
+    25: canonical_factors
+    26: canonical_terms
+    27: canonical_positions
+    28: canonical_direction
+    29: canonical_certificate
     30: losses
   element:
     0: u8

@@ -181,6 +181,7 @@ impl Study {
             scheme: &self.prepared.scheme,
             rayleigh: self.prepared.rayleigh(),
             block: Some(BlockTerms::fixed(&responses)),
+            canonical: None,
             parameters: None,
             separation: None,
             certificate: Certificate::default(),

@@ -1,6 +1,7 @@
 //! The golden files: small files of format versions 1.0 and 1.1 made from numbers alone, the same bytes on every machine with IEEE 754
 //! arithmetic. No logarithm, power or cosine is taken on the way: libraries round those differently; `+ − × ÷ √` they do not.
 
+use crate::canonical::Terms;
 use crate::regions::TwoRegions;
 use crate::synthetic::{Body, Layout, bathe, newmark, rewritten};
 use vademecum_build::rewrite::{Keep, strip};
@@ -87,7 +88,9 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let common = [2e-8, 1e-7, 3e-7];
     let parameters =
         TwoRegions::new(1).separated(&bathe(), &undamped, &common, &[0.5, 1.0, 2.0], &[0.5, 1.25, 2.0]);
+    let canonical = crate::canonical::file(&body(LAYOUT, 1), &bathe(), &undamped, &[0, 2, 5], Terms::Apart);
     vec![
+        ("canonical.vdm", canonical),
         ("fixed-f64.vdm", fixed),
         ("fixed-f32.vdm", body(LAYOUT, 2).file(&newmark(0.25, 0.5), &STEP, Element::F32)),
         ("separation.vdm", with_separation(&parameters)),

@@ -89,6 +89,7 @@ pub fn all() -> Vec<(String, Vec<u8>)> {
     files.extend(metadata());
     files.extend(directory());
     files.extend(sections());
+    files.extend(canonical());
     files.extend(contents());
     let mut named: Vec<(String, Vec<u8>)> =
         files.into_iter().map(|(name, bytes)| (format!("{name}.vdm"), bytes)).collect();
@@ -275,6 +276,37 @@ fn sections() -> Files {
         ("37-Frame-none", by_block(&[8, 10], &[0; 10])),
         ("37-Frame-short", by_block(&[8, 10], &frame(0, 7))),
         ("37-Frame-bomb", by_block(&[8, bomb().len() as u64], &bomb())),
+    ]
+}
+
+/// Refusals 32 to 35: tables of the canonical structure, checksums right.
+fn canonical() -> Files {
+    use SectionKind as S;
+    let layout = Layout { rows: 2, load_rows: 2, columns: 2, n_interior: 0, r: 1 };
+    let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
+    let body = Body::closed(layout, 3);
+    let sound = crate::canonical::file(&body, &bathe(), &step, &[0], crate::canonical::Terms::Apart);
+    let set = |kind, at: usize, value: &[u8]| {
+        let mut bytes = sound.clone();
+        let entry = entry(&bytes, kind);
+        let start = u32_at(&bytes, entry + 32) as usize;
+        let length = u32_at(&bytes, entry + 40) as usize;
+        put(&mut bytes, start + at, value);
+        let checksum = crc32fast::hash(&bytes[start..start + length]);
+        put(&mut bytes, entry + 56, &checksum.to_le_bytes());
+        reseal(bytes)
+    };
+    let real = |kind, place: usize, value: f64| set(kind, 8 * place, &value.to_le_bytes());
+    let whole = |kind, place: usize, value: u32| set(kind, 4 * place, &value.to_le_bytes());
+    vec![
+        ("32-CanonicalPart-stage", whole(S::CanonicalParts, 0, 7)),
+        ("32-CanonicalPart-terms-overflow", whole(S::CanonicalParts, 2, u32::MAX)),
+        ("33-CanonicalAxis-range-nan", real(S::CanonicalAxes, 2, f64::NAN)),
+        ("33-CanonicalAxis-points-overflow", real(S::CanonicalAxes, 4, 1e300)),
+        ("34-CanonicalLength-points", real(S::CanonicalAxes, 4, 1000.0)),
+        ("34-CanonicalLength-terms", whole(S::CanonicalParts, 2, 60_000)),
+        ("35-CanonicalLoad-position", whole(S::CanonicalPositions, 0, u32::MAX)),
+        ("35-CanonicalLoad-direction-nan", real(S::CanonicalDirection, 2, f64::NAN)),
     ]
 }
 

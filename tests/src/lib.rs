@@ -2,6 +2,7 @@
 
 pub mod annotate;
 pub mod bases;
+pub mod canonical;
 pub mod galerkin;
 pub mod golden;
 pub mod hostile;

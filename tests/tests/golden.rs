@@ -2,7 +2,7 @@
 
 use vademecum_build::rewrite::check;
 use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice};
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{Canonical, File, SectionKind};
 use vademecum_tests::golden;
 use vademecum_tests::program::{repository, vademecum};
 use vademecum_tests::stage::with_scene;
@@ -63,6 +63,9 @@ fn every_golden_file_steps_in_every_structure_it_has() {
         let file = File::parse(&bytes).expect("a file");
         let metadata = *file.metadata();
         let surface = file.section(SectionKind::SurfaceBasis).is_some();
+        if let Some(canonical) = Canonical::read(&file).expect("sound tables") {
+            steps_canonically(&name, &bytes, &canonical);
+        }
         let present =
             [(StructureChoice::Diagonal, metadata.diagonal), (StructureChoice::Block, metadata.block)];
         for (structure, _) in present.into_iter().filter(|s| s.1) {
@@ -83,4 +86,19 @@ fn every_golden_file_steps_in_every_structure_it_has() {
             });
         }
     }
+}
+
+/// The canonical structure takes loads in its direction at its positions.
+fn steps_canonically(name: &str, bytes: &[u8], canonical: &Canonical<'_>) {
+    let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
+    with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
+        let node = canonical.positions().next().expect("a position");
+        let force = canonical.direction().expect("one direction");
+        let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
+        loads.add_contact(scene, &contact).expect("a contact");
+        for _ in 0..100 {
+            assert_eq!(scene.step(state, loads).expect("a step"), Status::Moving, "{name}");
+        }
+        assert!(scene.energy(state).expect("an energy") > 0.0, "{name}");
+    });
 }

@@ -93,6 +93,7 @@ fn bad_problems() -> Vec<(usize, String)> {
     };
     let parameter = |rest: &str| format!("[[parameter]]\nname = \"a\"\n{rest}\n");
     let twice = "kind = \"alpha\"\nrange = [0.0, 1.0]\n[[parameter]]\nname = \"b\"\nkind = \"alpha\"\nrange = [0.0, 1.0]";
+    let canonical = |rest: &str| format!("representation = \"canonical\"\n[canonical]\n{rest}\n");
     let text = |text: &str| text.to_string();
     vec![
         (3, text("[mesh]\nscale = 1.0")),
@@ -145,6 +146,17 @@ fn bad_problems() -> Vec<(usize, String)> {
         (44, parameter("kind = \"beta\"\nregion = \"a\"\nrange = [0.0, 1.0]")),
         (45, parameter("kind = \"stiffness\"\nrange = [2.0, 1.0]")),
         (46, parameter("kind = \"stiffness\"\nrange = [0.0, 1.0]")),
+        (47, text("representation = \"canonical\"\n") + &parameter("kind = \"alpha\"\nrange = [0.0, 1.0]")),
+        (48, text("[canonical]\npoints = 3")),
+        (49, canonical("tolerance = 1.0")),
+        (50, canonical("max_terms = 1")),
+        (51, canonical("points = 1")),
+        (52, canonical("margin = -0.1")),
+        (53, canonical("positions = 0")),
+        (54, canonical("load = [1.0, 2.0]")),
+        (54, canonical("load = [0.0, 0.0]")),
+        (55, canonical("direction = [0, 0, 0]")),
+        (56, canonical("direction = [0, 0, 1]\ncomponents = true")),
     ]
 }
 

@@ -261,7 +261,14 @@ fn the_certificate_refuses_the_counterexample_and_other_schemes_take_it() {
             steps: 500.0,
         };
         let block = Some(StructureReport::new(&measured));
-        CertificateReport { diagonal: None, block, floor_ratio: 1.1, absolute: 1e-6, map: 1e-6 }
+        CertificateReport {
+            diagonal: None,
+            block,
+            canonical: None,
+            floor_ratio: 1.1,
+            absolute: 1e-6,
+            map: 1e-6,
+        }
     };
     assert!(certificate(1.0).holds());
     assert!(!certificate(1.0 + excess).holds());

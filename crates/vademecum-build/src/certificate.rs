@@ -37,7 +37,7 @@ impl UnseenLoads {
     /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots' hold, so
     /// that its spectrum is another one.
     pub fn draw(body: &Body, runs: &Runs, steps: usize) -> Self {
-        let mut random = Random(0x5EED_0001);
+        let mut random = Random::new(0x5EED_0001);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let load = |column| {
             let triangle = body.loadable[random.below(body.loadable.len())];
@@ -54,9 +54,13 @@ impl UnseenLoads {
 }
 
 /// A small generator (xorshift64*), so that a build draws the same loads for ever.
-struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
     fn next(&mut self) -> u64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -64,11 +68,11 @@ impl Random {
         self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
     }
 
-    fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
 }
@@ -91,7 +95,7 @@ impl ReducedMatrices {
     }
 
     /// `½ ζ̇ᵀ BᵀMB ζ̇ + ½ ζᵀ BᵀKB ζ` \[J\] of a state (ζ, Δt ζ̇, Δt² ζ̈).
-    fn energy(&self, time_step: f64, y: &[f64]) -> f64 {
+    pub(crate) fn energy(&self, time_step: f64, y: &[f64]) -> f64 {
         let r = self.mass.nrows();
         let form = |matrix: &Mat<f64>, x: &[f64]| -> f64 {
             (0..r).map(|i| x[i] * (0..r).map(|j| matrix[(i, j)] * x[j]).sum::<f64>()).sum()
@@ -100,7 +104,7 @@ impl ReducedMatrices {
     }
 
     /// `(BᵀMB)⁻¹ BᵀF`.
-    fn acceleration(&self, force: Vec<f64>) -> Vec<f64> {
+    pub(crate) fn acceleration(&self, force: Vec<f64>) -> Vec<f64> {
         let mut rhs = Mat::from_fn(force.len(), 1, |i, _| force[i]);
         let factor = self.mass.llt(faer::Side::Lower).expect("a projected mass matrix is positive definite");
         factor.solve_in_place(rhs.as_mut());
@@ -150,7 +154,7 @@ pub fn certify(
 }
 
 /// The trajectory farthest above its floor.
-fn worst(errors: &[TrajectoryError]) -> TrajectoryError {
+pub(crate) fn worst(errors: &[TrajectoryError]) -> TrajectoryError {
     let excess = |e: &TrajectoryError| e.error / e.floor.max(f64::MIN_POSITIVE);
     errors.iter().copied().max_by(|a, b| excess(a).total_cmp(&excess(b))).expect("there are trajectories")
 }

@@ -5,6 +5,7 @@
 
 pub mod bench;
 pub mod body;
+pub mod canonical;
 pub mod certificate;
 pub mod compare;
 pub mod dynamics;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 
-use crate::dynamics::{FullOrder, FullOrderError, StageLoads, State};
+use crate::dynamics::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 use crate::progress::{Cancelled, Listener};
 use crate::scenario::Interval;
 
@@ -114,6 +114,21 @@ pub fn march_full_order(
     listener: &dyn Listener,
     mut observe: impl FnMut(usize, &State),
 ) -> Result<f64, MarchError> {
+    march_stages(full, loads, columns, steps, listener, |step, state, _| observe(step, state))
+}
+
+/// [`march_full_order`], and `observe` sees the stages of the step behind it too ([`Workspace::increment`]; none at the start).
+///
+/// # Errors
+/// As [`march_full_order`].
+pub(crate) fn march_stages(
+    full: &FullOrder<'_>,
+    loads: &[TimedLoad],
+    columns: usize,
+    steps: usize,
+    listener: &dyn Listener,
+    mut observe: impl FnMut(usize, &State, &Workspace),
+) -> Result<f64, MarchError> {
     let (n, table) = (full.n_dof(), full.table());
     let zero = Mat::zeros(n, columns);
     let force = initial_force(loads, n, columns);
@@ -121,13 +136,13 @@ pub fn march_full_order(
     let mut work = full.workspace(columns, false);
     let mut forces = Forces::new(table, loads, n, columns);
     let mut seconds = 0.0;
-    observe(0, &state);
+    observe(0, &state, &work);
     for step in 0..steps {
         let start = Instant::now();
         forces.update(table, full.dt(), step);
         full.step(&mut state, &forces.stage_loads(), &mut work);
         seconds += start.elapsed().as_secs_f64();
-        observe(step + 1, &state);
+        observe(step + 1, &state, &work);
         listener.checkpoint(step + 1, steps)?;
     }
     Ok(seconds)

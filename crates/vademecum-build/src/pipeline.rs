@@ -7,6 +7,7 @@ use vademecum_format::scheme::{SchemeError, StepParameters};
 use vademecum_format::{Certificate, StructureCertificate};
 
 use crate::body::{Body, BodyError, read_mesh};
+use crate::canonical::{CanonicalCertificate, CanonicalMap, CanonicalSetting, certify_canonical};
 use crate::certificate::{ReducedMatrices, UnseenLoads, certify};
 use crate::dynamics::{
     DampingError, FullOrder, FullOrderError, Modes, ModesError, Rayleigh, lowest_modes, numerical_damping,
@@ -20,14 +21,17 @@ use crate::parametric::{
     separate_responses,
 };
 use crate::pod::{Apply, Basis, Pod, apply, modes_basis, pod_basis, ritz_basis};
-use crate::problem::{BasisKind, InnerProduct, Problem};
+use crate::problem::{BasisKind, CanonicalEntry, InnerProduct, Problem};
 use crate::progress::{Cancelled, Listener, Stopwatch};
 use crate::reduced::{BlockStep, DiagonalStep, FusedStep};
-use crate::report::certificate_report;
-pub use crate::report::{CertificateReport, ModeRow, Report, SeparationReport, StructureReport};
+pub use crate::report::{
+    CanonicalReport, CertificateReport, ModeRow, Report, SeparationReport, StructureReport,
+};
+use crate::report::{canonical_report, certificate_report};
 pub(crate) use crate::report::{mode_table, table_matrix};
 use crate::response::StageResponse;
 use crate::resume::{Inputs, Kept, Store};
+use crate::separated::SeparatedError;
 use crate::snapshots::{self, Runs, SnapshotError};
 
 /// Why a build ended without a file.
@@ -73,6 +77,9 @@ pub enum BuildError {
     /// The file cannot hold what was built.
     #[error("the file cannot hold what was built")]
     Format(#[from] FormatError),
+    /// The canonical separation of a stage failed.
+    #[error("the canonical representation")]
+    Canonical(#[from] SeparatedError),
     /// The separated solution over the parameters failed.
     #[error("the separated solution over the parameters")]
     Parametric(#[from] ParametricError),
@@ -172,14 +179,20 @@ pub fn build(
     let context = Context { problem, prepared: &prepared, full: &full, basis: &basis, unseen: &unseen, kept };
     let fixed;
     let parametric;
-    let (block, certificate, separation) = if space.parameters.is_empty() {
+    let canonical = match problem.canonical() {
+        Some(entry) => Some(context.canonical(&entry, &runs, &mut watch)?),
+        None => None,
+    };
+    let (block, certificate, separation) = if canonical.is_some() {
+        (None, Certificate::default(), None)
+    } else if space.parameters.is_empty() {
         fixed = watch.stage("stage responses", || stage_responses(&prepared, &basis))?;
         let certificate = watch.stage("certificate", || context.certify_fixed(&fixed))?;
-        (BlockTerms::fixed(&fixed), certificate, None)
+        (Some(BlockTerms::fixed(&fixed)), certificate, None)
     } else {
         parametric = watch.stage("separate over the parameters", || context.separate())?;
         let (certificate, report) = watch.stage("certificate", || context.certify_box(&parametric))?;
-        (parametric.terms()?, certificate, Some(report))
+        (Some(parametric.terms()?), certificate, Some(report))
     };
 
     let mode_table = mode_table(&basis, scheme, &rayleigh, step.time_step);
@@ -191,7 +204,8 @@ pub fn build(
         scheme_name: &scheme_name,
         scheme,
         rayleigh,
-        block: Some(block),
+        block,
+        canonical: canonical.as_ref().map(|(map, certificate)| (map, certificate)),
         parameters: Some(space),
         separation: separation.as_ref(),
         certificate,
@@ -208,7 +222,10 @@ pub fn build(
         mode_table,
         singular_values: basis.singular_values.clone(),
         snapshots: n_snapshots,
-        certificate: certificate_report(problem, &certificate, basis.eigenvalues.is_some()),
+        certificate: match &canonical {
+            Some((_, certificate)) => canonical_report(problem, certificate),
+            None => certificate_report(problem, &certificate, basis.eigenvalues.is_some()),
+        },
         separation,
         timings: watch.timings(),
         file_bytes: bytes.len(),
@@ -265,6 +282,30 @@ impl Context<'_> {
         let Prepared { scheme, step, .. } = self.prepared;
         let Some(values) = &self.basis.eigenvalues else { return Ok(None) };
         Ok(Some(DiagonalStep::fuse(scheme, step, self.basis.vectors.as_ref(), values)?))
+    }
+
+    /// The chapter's representation and what is measured of it.
+    fn canonical(
+        &self,
+        entry: &CanonicalEntry,
+        runs: &Runs,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<(CanonicalMap, CanonicalCertificate), BuildError> {
+        let Self { prepared, full, basis, .. } = *self;
+        let listener = self.kept.listener;
+        let setting = watch.stage("ranges of the axes", || {
+            CanonicalSetting::new(entry, prepared, basis, full, runs, listener)
+        })?;
+        let map = watch.stage("canonical separation", || setting.separate(prepared, basis))?;
+        let steps = self.problem.tolerance.steps;
+        let certificate = watch.stage("certificate", || {
+            certify_canonical(&[&map], prepared, full, basis, runs, steps, listener)
+        })?;
+        let certificate = certificate.into_iter().next().expect("one map, one certificate");
+        if let Some((step, outside)) = &certificate.left {
+            listener.note(&format!("step {step} of the certificate left its axes: {outside}"));
+        }
+        Ok((map, certificate))
     }
 
     fn separate(&self) -> Result<Parametric, BuildError> {

@@ -4,6 +4,10 @@
 //! file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in the mesh
 //! are resolved when the model is built.
 
+mod canonical;
+
+pub use canonical::{CanonicalEntry, Projection, Repair, Representation};
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -71,6 +75,11 @@ pub struct Problem {
     /// The unit system all numbers are in; kept in the file, not interpreted.
     #[serde(default = "si_units")]
     pub units: String,
+    /// The form of the stage maps in the file.
+    #[serde(default)]
+    pub representation: Representation,
+    /// Options of the canonical one.
+    pub canonical: Option<CanonicalEntry>,
     /// Where the mesh comes from.
     pub mesh: MeshSource,
     /// Materials; the first that names a region wins, `"*"` stands for all.
@@ -604,7 +613,8 @@ impl Problem {
         self.check_damping()?;
         self.check_loads()?;
         self.check_time_and_basis()?;
-        self.check_parameters()
+        self.check_parameters()?;
+        self.check_canonical()
     }
 
     fn check_mesh(&self) -> Result<(), ProblemError> {

@@ -2,13 +2,15 @@
 
 use faer::Mat;
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::{Certificate, StructureCertificate};
+use vademecum_format::{Canonical, Certificate, File, FormatError, SectionKind, StructureCertificate};
 
+use crate::canonical::CanonicalCertificate;
 use crate::dynamics::{Rayleigh, numerical_damping};
 use crate::parametric::RadiusSample;
 use crate::pod::Basis;
 use crate::problem::Problem;
 use crate::progress::StageTiming;
+use crate::separated::canonical::StageError;
 
 /// What a build did and measured.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -84,12 +86,14 @@ pub struct ModeRow {
 }
 
 /// The certificate as a report shows it.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct CertificateReport {
     /// Of the diagonal structure, if the file has it.
     pub diagonal: Option<StructureReport>,
     /// Of the block structure, if the file has it.
     pub block: Option<StructureReport>,
+    /// Of the canonical structure, if the file has it.
+    pub canonical: Option<CanonicalReport>,
     /// Allowed: floor_ratio × floor + absolute.
     pub floor_ratio: f64,
     /// See `floor_ratio`.
@@ -117,6 +121,84 @@ pub struct StructureReport {
     pub map_error_max: f64,
     /// Steps of the march behind the errors.
     pub steps: f64,
+}
+
+/// The canonical structure's certificate as a report shows it.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct CanonicalReport {
+    /// As of the other structures, over the steps before `left_at`.
+    #[serde(flatten)]
+    pub structure: StructureReport,
+    /// The step at which a trajectory left an axis.
+    pub left_at: Option<usize>,
+    /// Per stage: terms, and the relative error of its map over random points.
+    pub stages: Vec<StageReport>,
+}
+
+/// One stage of the canonical structure.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct StageReport {
+    /// Terms.
+    pub terms: usize,
+    /// Error of the map, root mean square relative to it.
+    pub error: f64,
+    /// Of its state part, relative to that.
+    pub state_error: f64,
+    /// Of its load part, relative to that.
+    pub load_error: f64,
+}
+
+impl CanonicalReport {
+    fn new(c: &CanonicalCertificate) -> Self {
+        let stage = |(e, &terms): (&StageError, &usize)| StageReport {
+            terms,
+            error: e.total,
+            state_error: e.state,
+            load_error: e.load,
+        };
+        Self {
+            structure: StructureReport::new(&c.structure),
+            left_at: c.left.map(|(step, _)| step),
+            stages: c.stages.iter().zip(&c.terms).map(stage).collect(),
+        }
+    }
+
+    /// From what a file holds; `None` if it does not have the structure.
+    ///
+    /// # Errors
+    /// [`FormatError`] if a section is compressed or malformed.
+    pub fn of_file(file: &File<'_>) -> Result<Option<Self>, FormatError> {
+        let (Some(canonical), Some(section)) =
+            (Canonical::read(file)?, file.section(SectionKind::CanonicalCertificate))
+        else {
+            return Ok(None);
+        };
+        let numbers: Vec<f64> = section.numbers()?.iter().collect();
+        let [trajectory_error, projection_floor, spectral_radius, energy_ratio, rms, max, steps, left] =
+            *numbers.first_chunk().expect("the shape was checked on opening");
+        let structure = StructureCertificate {
+            trajectory_error,
+            projection_floor,
+            spectral_radius,
+            energy_ratio,
+            map_error_rms: rms,
+            map_error_max: max,
+            steps,
+        };
+        let terms =
+            |stage| canonical.parts().filter(|part| part.stage == stage).map(|part| part.n_terms).sum();
+        let stage = |(stage, e): (usize, &[f64; 3])| StageReport {
+            terms: terms(stage),
+            error: e[0],
+            state_error: e[1],
+            load_error: e[2],
+        };
+        Ok(Some(Self {
+            structure: StructureReport::new(&structure),
+            left_at: (left >= 1.0).then_some(left as usize),
+            stages: numbers[8..].as_chunks().0.iter().enumerate().map(stage).collect(),
+        }))
+    }
 }
 
 impl StructureReport {
@@ -158,7 +240,8 @@ impl CertificateReport {
         let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute);
         // The diagonal structure is closed form in its parameters: it has no separated maps to measure.
         let diagonal = self.diagonal.as_ref().is_some_and(keeps);
-        diagonal || self.block.as_ref().is_some_and(|s| keeps(s) && s.maps_keep(self.map))
+        let canonical = self.canonical.as_ref().is_some_and(|c| c.left_at.is_none() && keeps(&c.structure));
+        diagonal || canonical || self.block.as_ref().is_some_and(|s| keeps(s) && s.maps_keep(self.map))
     }
 }
 
@@ -179,8 +262,12 @@ impl Report {
         let c = &self.certificate;
         let diagonal = c.diagonal.as_ref().map_or(String::new(), |s| line("diagonal", s));
         let block = c.block.as_ref().map_or(String::new(), |s| line("block", s));
+        let canonical = c.canonical.as_ref().map_or(String::new(), |c| {
+            let left = c.left_at.map_or(String::new(), |step| format!(", left its axes at step {step}"));
+            line("canonical", &c.structure) + &left
+        });
         format!(
-            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12, map error ≤ {:e}):{diagonal}{block}",
+            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12, map error ≤ {:e}):{diagonal}{block}{canonical}",
             c.floor_ratio, c.absolute, c.map
         )
     }
@@ -195,6 +282,19 @@ pub(crate) fn certificate_report(
     CertificateReport {
         diagonal: diagonal.then(|| StructureReport::new(&certificate.diagonal)),
         block: Some(StructureReport::new(&certificate.block)),
+        canonical: None,
+        floor_ratio: problem.tolerance.floor_ratio,
+        absolute: problem.tolerance.absolute,
+        map: problem.tolerance.map,
+    }
+}
+
+/// The certificate of a canonical file as a report shows it.
+pub(crate) fn canonical_report(problem: &Problem, certificate: &CanonicalCertificate) -> CertificateReport {
+    CertificateReport {
+        diagonal: None,
+        block: None,
+        canonical: Some(CanonicalReport::new(certificate)),
         floor_ratio: problem.tolerance.floor_ratio,
         absolute: problem.tolerance.absolute,
         map: problem.tolerance.map,
@@ -250,7 +350,8 @@ mod tests {
     }
 
     fn holds(diagonal: Option<StructureReport>, block: Option<StructureReport>) -> bool {
-        CertificateReport { diagonal, block, floor_ratio: 1.1, absolute: 1e-6, map: 1e-6 }.holds()
+        CertificateReport { diagonal, block, canonical: None, floor_ratio: 1.1, absolute: 1e-6, map: 1e-6 }
+            .holds()
     }
 
     #[test]

@@ -80,6 +80,16 @@ impl Runs {
         }
     }
 
+    /// Node and direction of the force of each run.
+    fn loads(&self) -> Vec<(u32, [f64; 3])> {
+        self.nodes.iter().flat_map(|&node| self.directions.iter().map(move |&d| (node, d))).collect()
+    }
+
+    /// The same in groups marched together.
+    pub(crate) fn groups(&self) -> Vec<Vec<(u32, [f64; 3])>> {
+        self.loads().chunks(RUNS_AT_ONCE).map(<[_]>::to_vec).collect()
+    }
+
     /// Number of runs.
     pub fn count(&self) -> usize {
         self.nodes.len() * self.directions.len()
@@ -87,7 +97,7 @@ impl Runs {
 }
 
 /// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all before.
-fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
+pub(crate) fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
     let mut candidates: Vec<u32> = body.loadable.iter().flatten().copied().collect();
     candidates.sort_unstable();
     candidates.dedup();
@@ -125,8 +135,7 @@ pub fn compute(
     listener: &dyn Listener,
 ) -> Result<Pod, SnapshotError> {
     let n = body.n_dof();
-    let loads: Vec<(u32, [f64; 3])> =
-        runs.nodes.iter().flat_map(|&node| runs.directions.iter().map(move |&d| (node, d))).collect();
+    let loads = runs.loads();
     let per_run = n * (runs.steps / runs.stride + 1);
     let group = (GROUP_LIMIT / per_run).clamp(1, RUNS_AT_ONCE);
     let groups: Vec<&[(u32, [f64; 3])]> = loads.chunks(group).collect();
@@ -148,6 +157,17 @@ pub fn compute(
     finish(pod)
 }
 
+/// The forces of runs marched together, one trajectory each.
+pub(crate) fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> Vec<TimedLoad> {
+    let when = Interval { start: 0.0, end: runs.hold, ramp: 0.0 };
+    let load = |(column, &(node, direction)): (usize, &(u32, [f64; 3]))| {
+        let mut force = vec![0.0; body.n_dof()];
+        body.model.add_point_force(&[node], &[1.0], direction, &mut force);
+        TimedLoad { column, force, when }
+    };
+    group.iter().enumerate().map(load).collect()
+}
+
 /// Marches runs together; snapshots as columns, shape (n, runs × snapshots).
 fn run_group(
     body: &Body,
@@ -156,13 +176,7 @@ fn run_group(
     group: &[(u32, [f64; 3])],
     listener: &dyn Listener,
 ) -> Result<Mat<f64>, MarchError> {
-    let when = Interval { start: 0.0, end: runs.hold, ramp: 0.0 };
-    let load = |(column, &(node, direction)): (usize, &(u32, [f64; 3]))| {
-        let mut force = vec![0.0; body.n_dof()];
-        body.model.add_point_force(&[node], &[1.0], direction, &mut force);
-        TimedLoad { column, force, when }
-    };
-    let loads: Vec<TimedLoad> = group.iter().enumerate().map(load).collect();
+    let loads = run_loads(body, runs, group);
     let mut snapshots = Mat::zeros(body.n_dof(), group.len() * (runs.steps / runs.stride));
     let mut next = 0;
     march_full_order(full, &loads, group.len(), runs.steps, &Quiet(listener), |step, state| {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use vademecum_build::scenario::{Interval, Scenario};
 use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State, Surface, SurfacePoint};
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{Canonical, File, SectionKind};
 
 use crate::console::cancelled;
 use crate::failure::{Cause, Failure};
@@ -21,9 +21,13 @@ pub struct Track {
 impl Track {
     /// Finds each contact's triangle and each pattern's number.
     pub fn bind(path: &Path, file: &File<'_>, scenario: &Scenario) -> Result<Self, Failure> {
+        let canonical = Canonical::read(file).map_err(|error| Failure::file(path, error))?;
         let contact = |entry: &vademecum_build::scenario::ContactEntry| {
             let surface = Surface::new(file).map_err(|error| Failure::file(path, error))?;
-            let point = surface.locate(entry.point).ok_or_else(|| no_surface(path))?;
+            let point = match &canonical {
+                Some(canonical) => nearest_position(path, file, canonical, entry.point)?,
+                None => surface.locate(entry.point).ok_or_else(|| no_surface(path))?,
+            };
             let contact = Contact { nodes: point.nodes, weights: point.weights, force: entry.force };
             Ok((contact, point, entry.when()))
         };
@@ -85,6 +89,23 @@ pub fn names(path: &Path, file: &File<'_>, kind: SectionKind) -> Result<Vec<Stri
     let Some(section) = file.section(kind) else { return Ok(vec![]) };
     let text = section.text().map_err(|error| Failure::file(path, error))?;
     Ok(text.split('\n').map(str::to_string).collect())
+}
+
+/// Where a canonical file can take a load meant for `point`: the nearest of its positions.
+fn nearest_position(
+    path: &Path,
+    file: &File<'_>,
+    canonical: &Canonical<'_>,
+    point: [f64; 3],
+) -> Result<SurfacePoint, Failure> {
+    let section = file.section(SectionKind::NodeCoordinates).ok_or_else(|| no_surface(path))?;
+    let numbers = section.numbers().map_err(|error| Failure::file(path, error))?;
+    let at = |node: u32| [0, 1, 2].map(|c| numbers.get(3 * node as usize + c).unwrap_or(f64::NAN));
+    let distance = |x: [f64; 3]| (0..3).map(|c| (x[c] - point[c]).powi(2)).sum::<f64>().sqrt();
+    let places = canonical.positions().map(|node| (node, at(node), distance(at(node))));
+    let nearest = places.min_by(|a, b| a.2.total_cmp(&b.2));
+    let (node, position, distance) = nearest.ok_or_else(|| no_surface(path))?;
+    Ok(SurfacePoint { nodes: [node; 3], weights: [1.0, 0.0, 0.0], position, distance })
 }
 
 fn no_surface(path: &Path) -> Failure {

@@ -71,8 +71,11 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what is in it does not matter.
     ///
     /// # Errors
-    /// [`BindError::LentMemory`].
+    /// [`BindError::LentMemory`]; [`BindError::NoStructure`] for the canonical structure, which has no fused step to share.
     pub fn new(scene: &Scene<'_, T>, n_instances: usize, memory: &'m mut [T]) -> Result<Self, BindError> {
+        if scene.shape.structure == Structure::Canonical {
+            return Err(BindError::NoStructure);
+        }
         let (found, needed) = (memory.len(), Self::len_for(scene, n_instances));
         let short = BindError::LentMemory { found, needed };
         let memory = memory.get_mut(..needed).ok_or(short)?;
@@ -238,7 +241,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         }
         match self.shape.structure {
             Structure::Diagonal => self.step_groups(scene),
-            Structure::Block => self.step_each(scene),
+            Structure::Block | Structure::Canonical => self.step_each(scene),
         }
         core::mem::swap(&mut self.states, &mut self.next);
         let mut status = BatchStatus::default();
@@ -309,7 +312,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
 const fn group_len(shape: Shape) -> usize {
     match shape.structure {
         Structure::Diagonal => 3 * shape.r * WIDTH,
-        Structure::Block => shape.padded() * WIDTH,
+        Structure::Block | Structure::Canonical => shape.padded() * WIDTH,
     }
 }
 
@@ -318,7 +321,7 @@ const fn group_len(shape: Shape) -> usize {
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     match shape.structure {
         Structure::Diagonal => ((instance / WIDTH * shape.r + k) * 3 + third) * WIDTH + instance % WIDTH,
-        Structure::Block => instance * shape.padded() + third * shape.r + k,
+        Structure::Block | Structure::Canonical => instance * shape.padded() + third * shape.r + k,
     }
 }
 

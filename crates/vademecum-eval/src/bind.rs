@@ -1,4 +1,4 @@
-//! From a file to the numbers of a step: sections, parameters, and the fused maps of both structures.
+//! From a file to the numbers of a step: sections, parameters, and the fused maps of the diagonal and the block structure.
 //!
 //! Everything is fused in `f64` in lent work memory first and laid out in the scene afterwards, so that a refusal leaves a bound
 //! scene as it was.
@@ -10,7 +10,9 @@ use crate::options::{SceneOptions, Structure};
 use crate::scalar::Scalar;
 use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
-use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
+use vademecum_format::{
+    Canonical, File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind,
+};
 
 /// Sections a scene reads while it runs; `None` if absent or compressed.
 #[derive(Clone, Copy, Debug)]
@@ -25,10 +27,12 @@ pub(crate) struct Sections<'m> {
     pub region_stiffness: Option<Numbers<'m>>,
     /// `BᵀM_qB` of each region.
     pub region_mass: Option<Numbers<'m>>,
-    /// `BᵀKB`: `(r)` for the diagonal structure, `(r, r)` for the block structure.
+    /// `BᵀKB`: `(r)` for the diagonal structure, `(r, r)` for the others.
     pub stiffness: Numbers<'m>,
-    /// The separated solution; empty for the diagonal structure.
+    /// The separated solution of the block structure; empty for the others.
     pub separated: Separated<'m>,
+    /// The canonical structure's tables.
+    pub canonical: Option<Canonical<'m>>,
 }
 
 /// `E_t`, points and factors as the file stores them.
@@ -76,6 +80,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
     let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
     let (kind, separated) = match structure {
         Structure::Diagonal => (S::Eigenvalues, Separated::default()),
+        Structure::Canonical => (S::ReducedStiffness, Separated::default()),
         Structure::Block => (
             S::ReducedStiffness,
             Separated {
@@ -96,6 +101,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         region_mass: optional(S::RegionMass),
         stiffness: Numbers::F64(needed(file, kind)?),
         separated,
+        canonical: if structure == Structure::Canonical { Canonical::read(file)? } else { None },
     })
 }
 
@@ -129,6 +135,17 @@ pub(crate) fn fuse<'w, T: Scalar>(
     let fused = match shape.structure {
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
         Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
+        Structure::Canonical => {
+            let built = Asked::new(metadata, &SceneOptions::default());
+            let same = asked.step == built.step
+                && asked.stiffness == built.stiffness
+                && asked.density == built.density;
+            return if same {
+                Ok(Fused { d: &[], loads: &[], weights: &[] })
+            } else {
+                Err(BindError::FixedStep)
+            };
+        }
     };
     let mut all = fused.d.iter().chain(fused.loads).chain(fused.weights);
     if all.any(|&value| !T::from_f64(value).to_f64().is_finite()) {
@@ -294,6 +311,7 @@ pub(crate) fn lay_out<T: Scalar>(
 ) {
     match shape.structure {
         Structure::Diagonal => lay_out_modes(fused, shape, map, load_maps),
+        Structure::Canonical => {}
         Structure::Block => {
             lay_out_columns(fused.d, 3 * shape.r, map);
             let mut load_maps = load_maps.chunks_exact_mut(shape.load_map_len().max(1));

@@ -6,7 +6,7 @@
 use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
-use vademecum_format::Numbers;
+use vademecum_format::{Canonical, CanonicalPart, Numbers};
 
 /// Costs of a scene's moves. Bytes are those of the file, apart from [`Cost::step_bytes`]. Sections that are not there count nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,17 +49,23 @@ impl<T: Scalar> Scene<'_, T> {
                 let all = separated.terms.len() + separated.points.len() + separated.factors.len();
                 (all, 9 * r * r)
             }
+            Structure::Canonical => {
+                // An interpolation and a product for each axis and term, then the terms' sum.
+                let part = |part: CanonicalPart<'_>| part.n_terms * (3 * part.axes().count() + r);
+                (shape.n_points, sections.canonical.iter().flat_map(Canonical::parts).map(part).sum())
+            }
         };
         // A term is read once if some stage has a weight for it.
         let used =
             |t: usize| self.weights.iter().skip(t).step_by(shape.n_terms.max(1)).any(|&w| w != T::ZERO);
-        let in_use = (0..shape.n_terms).filter(|&t| used(t)).count();
+        let separated_terms = if shape.structure == Structure::Block { shape.n_terms } else { 0 };
+        let in_use = (0..separated_terms).filter(|&t| used(t)).count();
         let (surface, interior) = (row(sections.surface), row(sections.interior));
         let (n_surface, n_nodes) = (metadata.n_surface_nodes as usize, metadata.n_nodes as usize);
-        let pattern_row = if shape.n_terms > 0 { row(sections.pattern_block) } else { 0 };
+        let pattern_row = if separated_terms > 0 { row(sections.pattern_block) } else { 0 };
         Cost {
             terms: in_use,
-            bind_bytes: 8 * (bind_numbers - (shape.n_terms - in_use) * r * r),
+            bind_bytes: 8 * (bind_numbers - (separated_terms - in_use) * r * r),
             step_operations,
             step_bytes: size_of::<T>() * (shape.map_len() + 3 * shape.padded()),
             contact_rows: 9 * (1 + in_use),

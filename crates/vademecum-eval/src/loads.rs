@@ -5,6 +5,7 @@
 //! cleared, so a held contact is added once; when the scene's parameters change, what was added means nothing any more and is
 //! refused until it is cleared.
 
+use crate::canonical::{self, Held};
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
 use crate::options::Structure;
@@ -29,12 +30,16 @@ pub struct Contact {
 #[derive(Debug)]
 pub struct Loads<'m, T> {
     pub(crate) shape: Shape,
-    /// `ℓ`, laid out like a state.
+    /// `ℓ`, laid out like a state; of the canonical structure what the loads add to each stage.
     pub(crate) increment: &'m mut [T],
     /// `BᵀF` at the start of the step, length r.
     pub(crate) force: &'m mut [T],
     /// One row of `B`, then one of `H` per stage, each of length r.
-    rows: &'m mut [T],
+    pub(crate) rows: &'m mut [T],
+    /// Weights of a part's terms, of the canonical structure.
+    pub(crate) scratch: &'m mut [T],
+    /// The load that stands in the canonical structure's terms over state and load.
+    pub(crate) held: Held,
     /// The scene's generation when the first load was added.
     pub(crate) generation: u64,
     pub(crate) active: bool,
@@ -42,9 +47,9 @@ pub struct Loads<'m, T> {
 
 /// How a load's amplitude runs over a step.
 #[derive(Clone, Copy)]
-struct Amplitudes {
-    start: f64,
-    stages: [f64; MAX_STAGES],
+pub(crate) struct Amplitudes {
+    pub start: f64,
+    pub stages: [f64; MAX_STAGES],
 }
 
 impl<'m, T: Scalar> Loads<'m, T> {
@@ -55,11 +60,13 @@ impl<'m, T: Scalar> Loads<'m, T> {
     pub fn new(scene: &Scene<'_, T>, memory: &'m mut [T]) -> Result<Self, BindError> {
         let shape = scene.shape;
         let (padded, r) = (shape.padded(), shape.r);
-        let short = BindError::LentMemory { found: memory.len(), needed: padded + (2 + shape.n_stages) * r };
+        let short = BindError::LentMemory { found: memory.len(), needed: shape.loads_len() };
+        let memory = memory.get_mut(..shape.loads_len()).ok_or(short)?;
         let (increment, rest) = memory.split_at_mut_checked(padded).ok_or(short)?;
         let (force, rest) = rest.split_at_mut_checked(r).ok_or(short)?;
-        let rows = rest.get_mut(..(1 + shape.n_stages) * r).ok_or(short)?;
-        let mut loads = Self { shape, increment, force, rows, generation: scene.generation, active: false };
+        let (rows, scratch) = rest.split_at_mut_checked((1 + shape.n_stages) * r).ok_or(short)?;
+        let (generation, held) = (scene.generation, Held::default());
+        let mut loads = Self { shape, increment, force, rows, scratch, held, generation, active: false };
         loads.clear();
         Ok(loads)
     }
@@ -68,6 +75,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
     pub fn clear(&mut self) {
         self.increment.fill(T::ZERO);
         self.force.fill(T::ZERO);
+        self.held = Held::default();
         self.active = false;
     }
 
@@ -144,6 +152,12 @@ impl<'m, T: Scalar> Loads<'m, T> {
                     .for_each(|row| add_row(row, T::from_f64(weight * force), direct));
             }
         }
+        if self.shape.structure == Structure::Canonical {
+            canonical::add_contact(self, scene, contact, p)?;
+            self.add_force(p.start);
+            self.mark(scene);
+            return Ok(());
+        }
         copy_to_stages(direct, stages);
         for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
             for (t, component, force) in
@@ -159,6 +173,9 @@ impl<'m, T: Scalar> Loads<'m, T> {
 
     fn pattern(&mut self, scene: &Scene<'_, T>, index: usize, p: Amplitudes) -> Result<(), LoadError> {
         self.check(scene, [].iter(), p)?;
+        if self.shape.structure == Structure::Canonical {
+            return Err(LoadError::NoPatterns);
+        }
         let count = scene.metadata.n_patterns as usize;
         if index >= count {
             return Err(LoadError::NoPattern { index, count });
@@ -195,14 +212,14 @@ impl<'m, T: Scalar> Loads<'m, T> {
         if finite { Ok(()) } else { Err(LoadError::NotFinite) }
     }
 
-    /// The rows of `H − B`; none are needed by the diagonal structure, whose load maps hold `1/(1 + θλ)`.
+    /// The rows of `H − B`; the diagonal structure needs none, its load maps hold `1/(1 + θλ)`, nor does the canonical one.
     fn block_rows<'n>(
         &self,
         numbers: Option<Numbers<'n>>,
         kind: SectionKind,
     ) -> Result<Numbers<'n>, LoadError> {
         match self.shape.structure {
-            Structure::Diagonal => Ok(Numbers::F64(&[])),
+            Structure::Diagonal | Structure::Canonical => Ok(Numbers::F64(&[])),
             Structure::Block => numbers.ok_or(LoadError::Missing { kind }),
         }
     }
@@ -210,9 +227,8 @@ impl<'m, T: Scalar> Loads<'m, T> {
     /// `BᵀF += p_0 g`, `ℓ += Σ_i p_i L_i g_i`.
     fn apply(&mut self, scene: &Scene<'_, T>, p: Amplitudes) {
         let (r, stride) = (self.shape.r, self.shape.stride().max(1));
-        let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
-        let start = T::from_f64(p.start);
-        self.force.iter_mut().zip(direct.iter()).for_each(|(force, &g)| *force += start * g);
+        self.add_force(p.start);
+        let (_, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         for (stage, (row, amplitude)) in stages.chunks_exact_mut(r.max(1)).zip(p.stages).enumerate() {
             let amplitude = T::from_f64(amplitude);
             row.iter_mut().for_each(|g| *g = *g * amplitude);
@@ -224,8 +240,20 @@ impl<'m, T: Scalar> Loads<'m, T> {
                     }
                 }
                 Structure::Block => add_dense(map.as_chunks().0, row, self.increment),
+                Structure::Canonical => {}
             }
         }
+        self.mark(scene);
+    }
+
+    /// `BᵀF += p_0 g`.
+    fn add_force(&mut self, start: f64) {
+        let start = T::from_f64(start);
+        self.force.iter_mut().zip(self.rows.iter()).for_each(|(force, &g)| *force += start * g);
+    }
+
+    /// Something acts, and belongs to the scene as it is now.
+    fn mark(&mut self, scene: &Scene<'_, T>) {
         self.active = true;
         self.generation = scene.generation;
     }

@@ -104,8 +104,8 @@ impl<T: Scalar> Scene<'_, T> {
                 let value = x.get(k).map(|x| x.to_f64()).unwrap_or_default();
                 self.sections.stiffness.get(k).unwrap_or_default() * value
             }
-            (Structure::Block, Some(regions)) if moved(scales) => region_row(regions, scales, k, r, x),
-            (Structure::Block, _) => row(self.sections.stiffness, k * r, x),
+            (_, Some(regions)) if moved(scales) => region_row(regions, scales, k, r, x),
+            _ => row(self.sections.stiffness, k * r, x),
         }
     }
 

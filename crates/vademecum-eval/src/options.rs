@@ -3,13 +3,15 @@
 use crate::error::ParameterError;
 use vademecum_format::{MAX_REGIONS, Metadata, ParameterRole};
 
-/// The two ways a step can be held.
+/// The ways a step can be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Structure {
     /// One 3×3 block per mode: `9r` multiply-adds.
     Diagonal,
     /// One dense map: `9r²` multiply-adds.
     Block,
+    /// The chapter's separated stage maps, looked up axis by axis: about `3 n_terms n_axes` multiply-adds a stage.
+    Canonical,
 }
 
 /// Which structure a scene shall take.
@@ -23,6 +25,8 @@ pub enum StructureChoice {
     Diagonal,
     /// The block one.
     Block,
+    /// The canonical one; `Auto` takes it where there is no other.
+    Canonical,
 }
 
 /// What a scene is bound to; [`SceneOptions::default`] is the file as it was built.

@@ -47,10 +47,14 @@ impl<T: Scalar> Scene<'_, T> {
     pub fn rebind(&mut self, options: &SceneOptions, work: &mut [f64]) -> Result<(), BindError> {
         shape::check(options)?;
         match (options.structure, self.shape.structure) {
-            (StructureChoice::Diagonal, Structure::Block) | (StructureChoice::Block, Structure::Diagonal) => {
-                return Err(BindError::OtherStructure);
-            }
-            (_, Structure::Diagonal) if options.moves_a_region() => return Err(BindError::NotDiagonal),
+            (StructureChoice::Auto, _)
+            | (StructureChoice::Diagonal, Structure::Diagonal)
+            | (StructureChoice::Block, Structure::Block)
+            | (StructureChoice::Canonical, Structure::Canonical) => {}
+            _ => return Err(BindError::OtherStructure),
+        }
+        match self.shape.structure {
+            Structure::Diagonal if options.moves_a_region() => return Err(BindError::NotDiagonal),
             _ => {}
         }
         let (found, needed) = (work.len(), self.shape.work_len());

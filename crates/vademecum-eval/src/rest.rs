@@ -27,7 +27,7 @@ impl<T: Scalar> Scene<'_, T> {
         let stiffness = match self.shape.structure {
             Structure::Diagonal => self.sections.stiffness.iter().fold(0.0, largest),
             // The sum of the diagonal: no eigenvalue of a positive matrix is larger.
-            Structure::Block => (0..r).map(|k| self.stiffness_entry(k)).sum(),
+            Structure::Block | Structure::Canonical => (0..r).map(|k| self.stiffness_entry(k)).sum(),
         };
         let mass = self.options.region_density.iter().copied().fold(0.0, largest);
         let step = &self.parameters;

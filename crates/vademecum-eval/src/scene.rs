@@ -6,6 +6,7 @@
 //! ([`Scene::set_parameter`]).
 
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
+use crate::canonical;
 use crate::error::{BindError, StepError};
 use crate::kernel::{step_dense, step_diagonal};
 use crate::loads::Loads;
@@ -39,7 +40,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
     /// # Errors
     /// [`BindError::NoStructure`], [`BindError::NotDiagonal`] and [`BindError::BadOption`].
     pub fn sizes(file: &File<'_>, options: &SceneOptions) -> Result<Sizes, BindError> {
-        Ok(shape(file.metadata(), options)?.sizes())
+        Ok(shape(file, options)?.sizes())
     }
 
     /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not matter.
@@ -56,7 +57,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         work: &mut [f64],
     ) -> Result<Self, BindError> {
         let metadata = *file.metadata();
-        let shape = shape(&metadata, options)?;
+        let shape = shape(file, options)?;
         let sizes = shape.sizes();
         let asked = Asked::new(&metadata, options);
         let short = |found, needed| BindError::LentMemory { found, needed };
@@ -70,6 +71,9 @@ impl<'m, T: Scalar> Scene<'m, T> {
         let loads_len = shape.n_stages * shape.load_map_len();
         let (load_maps, weights) = rest.split_at_mut_checked(loads_len).unwrap_or_default();
         lay_out(&fused, shape, map, load_maps, weights);
+        if let Some(canonical) = &sections.canonical {
+            canonical::lay_out(canonical, map)?;
+        }
         Ok(Self {
             shape,
             metadata,
@@ -135,6 +139,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         self.check_fresh(loads)?;
         let (old, new, load) = (&*state.now, &mut *state.next, &*loads.increment);
         let magnitude = match self.shape.structure {
+            Structure::Canonical => canonical::step(self, state, loads)?,
             Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new),
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };

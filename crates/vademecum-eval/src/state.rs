@@ -13,6 +13,8 @@ pub struct State<'m, T> {
     pub(crate) time_step: f64,
     pub(crate) now: &'m mut [T],
     pub(crate) next: &'m mut [T],
+    /// What a step of the canonical structure needs beside them.
+    pub(crate) scratch: &'m mut [T],
     pub(crate) at_rest: bool,
 }
 
@@ -25,10 +27,11 @@ impl<'m, T: Scalar> State<'m, T> {
         let (shape, found) = (scene.shape, memory.len());
         let short = BindError::LentMemory { found, needed: shape.state_len() };
         let memory = memory.get_mut(..shape.state_len()).ok_or(short)?;
-        let (now, next) = memory.split_at_mut_checked(shape.padded()).ok_or(short)?;
+        let (now, rest) = memory.split_at_mut_checked(shape.padded()).ok_or(short)?;
+        let (next, scratch) = rest.split_at_mut_checked(shape.padded()).ok_or(short)?;
         now.fill(T::ZERO);
         next.fill(T::ZERO);
-        Ok(Self { shape, time_step: scene.parameters.time_step, now, next, at_rest: true })
+        Ok(Self { shape, time_step: scene.parameters.time_step, now, next, scratch, at_rest: true })
     }
 
     /// Puts the body at rest.

@@ -207,6 +207,30 @@ pub enum FormatError {
         /// Its place.
         parameter: u32,
     },
+    /// 32: a part of the canonical structure is malformed, or a stage lacks one (state and load, together or apart).
+    CanonicalPart {
+        /// Its place; the number of parts where one is missing.
+        part: u32,
+    },
+    /// 33: an axis of the canonical structure is malformed, out of order, or of no part.
+    CanonicalAxis {
+        /// Its place.
+        axis: u32,
+    },
+    /// 34: a section of the canonical structure has not the numbers its parts ask for.
+    CanonicalLength {
+        /// The section's kind.
+        kind: u32,
+        /// Numbers found.
+        found: u64,
+        /// Numbers the parts ask for.
+        expected: u64,
+    },
+    /// 35: a load position is no loadable node, or the load's direction is missing, not finite or one too many.
+    CanonicalLoad {
+        /// Its place; the number of positions for the direction.
+        place: u32,
+    },
     /// 36: the table of a section coded by block is cut, not increasing, or does not end where the section does.
     BlockTable {
         /// The section's kind.
@@ -378,6 +402,24 @@ impl fmt::Display for FormatError {
                 out,
                 "parameter {parameter} is malformed: check its range, its region, and that its name and role are its own"
             ),
+            E::CanonicalPart { part } => {
+                write!(out, "part {part} of the canonical structure is malformed or missing")
+            }
+            E::CanonicalAxis { axis } => {
+                write!(
+                    out,
+                    "axis {axis} of the canonical structure is malformed: role, order, range, points or factor"
+                )
+            }
+            E::CanonicalLength { kind, found, expected } => {
+                write!(
+                    out,
+                    "section {kind} has {found} numbers, the parts of the canonical structure ask for {expected}"
+                )
+            }
+            E::CanonicalLoad { place } => {
+                write!(out, "load position {place} is no loadable node, or the load's direction is wrong")
+            }
         }
     }
 }

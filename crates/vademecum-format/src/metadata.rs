@@ -302,11 +302,11 @@ impl<'a> Metadata<'a> {
         self.active_axes().iter().map(|axis| u64::from(axis.n_points)).sum()
     }
 
-    /// Holds every number to its range.
+    /// Holds every number to its range. `canonical`: a structure besides those the flags tell of is in the file.
     ///
     /// # Errors
     /// Refusals 13 to 17 and 31.
-    pub fn check(&self) -> Result<(), FormatError> {
+    pub fn check(&self, canonical: bool) -> Result<(), FormatError> {
         self.check_counts()?;
         self.check_numbers()?;
         self.scheme.check()?;
@@ -322,7 +322,7 @@ impl<'a> Metadata<'a> {
             }
         }
         self.check_parameters()?;
-        if !self.diagonal && !self.block {
+        if !self.diagonal && !self.block && !canonical {
             return Err(FormatError::NoStructure);
         }
         Ok(())

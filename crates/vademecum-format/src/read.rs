@@ -1,5 +1,6 @@
 //! Opening a file: every structural statement in it is checked once, here.
 
+use crate::canonical::Canonical;
 use crate::error::FormatError;
 use crate::layout::{BLOCK, Entry, Header, align, refuse_nonzero};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
@@ -20,7 +21,7 @@ impl<'a> File<'a> {
     /// Opens the bytes of a file.
     ///
     /// # Errors
-    /// A refusal of `formats/vademecum-1.md`, 1 to 26 and 31.
+    /// A refusal of `formats/vademecum-1.md`, 1 to 26 and 31 to 35.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         let length = bytes.len() as u64;
         let too_short = |needed| FormatError::TooShort { found: length, needed };
@@ -36,10 +37,13 @@ impl<'a> File<'a> {
         if found != header.directory_crc32 {
             return Err(FormatError::DirectoryChecksum { found, expected: header.directory_crc32 });
         }
-        let metadata = read_metadata(bytes, &header, directory_end)?;
+        let parts = SectionKind::CanonicalParts.number();
+        let canonical = directory.iter().any(|block| Entry::decode(block).kind == parts);
+        let metadata = read_metadata(bytes, &header, directory_end, canonical)?;
         let file = Self { bytes, directory, metadata, minor: header.minor };
         file.check_sections(directory_end + header.metadata_length)?;
         file.check_structures()?;
+        file.check_canonical()?;
         Ok(file)
     }
 
@@ -116,6 +120,18 @@ impl<'a> File<'a> {
         } else {
             &[]
         };
+        let canonical: &[SectionKind] = if self.section(S::CanonicalParts).is_some() {
+            &[
+                S::ReducedStiffness,
+                S::CanonicalAxes,
+                S::CanonicalFactors,
+                S::CanonicalTerms,
+                S::CanonicalPositions,
+                S::CanonicalCertificate,
+            ]
+        } else {
+            &[]
+        };
         let moved = |role: fn(&R) -> bool| self.metadata.active_parameters().iter().any(|p| role(&p.role));
         let stiffness: &[SectionKind] =
             if moved(|role| matches!(role, R::RegionStiffness { .. })) { &[S::RegionStiffness] } else { &[] };
@@ -124,6 +140,7 @@ impl<'a> File<'a> {
         match diagonal
             .iter()
             .chain(block)
+            .chain(canonical)
             .chain(stiffness)
             .chain(mass)
             .find(|&&kind| self.section(kind).is_none())
@@ -132,9 +149,22 @@ impl<'a> File<'a> {
             Some(kind) => Err(FormatError::Missing { kind: kind.number() }),
         }
     }
+
+    /// Refusals 32 to 35; left for later where a section is compressed.
+    fn check_canonical(&self) -> Result<(), FormatError> {
+        match Canonical::read(self) {
+            Ok(_) | Err(FormatError::Compressed { .. }) => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
 }
 
-fn read_metadata<'a>(bytes: &'a [u8], header: &Header, expected: u64) -> Result<Metadata<'a>, FormatError> {
+fn read_metadata<'a>(
+    bytes: &'a [u8],
+    header: &Header,
+    expected: u64,
+    canonical: bool,
+) -> Result<Metadata<'a>, FormatError> {
     if header.metadata_offset != expected {
         return Err(FormatError::MetadataOffset { found: header.metadata_offset, expected });
     }
@@ -155,7 +185,7 @@ fn read_metadata<'a>(bytes: &'a [u8], header: &Header, expected: u64) -> Result<
     if understood != length {
         return Err(refused(understood as u64));
     }
-    metadata.check()?;
+    metadata.check(canonical)?;
     Ok(metadata)
 }
 

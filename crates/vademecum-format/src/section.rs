@@ -4,6 +4,7 @@
 //! alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is opened, so that opening does
 //! not touch every page of a mapped file; call [`Section::verify`] for that.
 
+use crate::canonical::{CANONICAL_AXIS, CANONICAL_CERTIFICATE};
 use crate::error::FormatError;
 use crate::metadata::Metadata;
 use crate::quantised::{self, Quantised};
@@ -60,6 +61,21 @@ pub enum SectionKind {
     /// Points of the parameters' box, each its values and the spectral radius of the fused block step there;
     /// `f64 (any, n_parameters + 1)`. Since 1.1.
     RadiusSamples = 22,
+    /// Parts of the canonical structure: stage, number of axes, number of terms; `u32 (any, 3)`. Version 1.1, as all below.
+    CanonicalParts = 23,
+    /// Axes of the parts, one part after the other: role, index, lower, upper, points, factor; `f64 (any, 6)`.
+    CanonicalAxes = 24,
+    /// Factors of the parts' axes, each `(n_points, n_terms)`; `f64 (any)`.
+    CanonicalFactors = 25,
+    /// `ΠF_t` of the parts' terms, `f64 (any, r)`.
+    CanonicalTerms = 26,
+    /// Loadable nodes the load can stand at, `u32 (any)`.
+    CanonicalPositions = 27,
+    /// Direction of the load, `f64 (3)`; absent when its components are axes.
+    CanonicalDirection = 28,
+    /// What the build measured of it: the numbers of a structure's certificate, the step at which the trajectory left a range
+    /// (NaN: never), and per stage the relative error of the map, of its state and of its load part; `f64 (8 + 3 n_stages)`.
+    CanonicalCertificate = 29,
     /// What rewriting cost, for people: kind, relative error of displacement fields, of velocity fields, largest of any mode;
     /// `f64 (any, 4)`. Since version 1.1.
     Losses = 30,
@@ -67,7 +83,7 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 30] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -90,6 +106,13 @@ impl SectionKind {
         Self::RegionMass,
         Self::EnrichmentHistory,
         Self::RadiusSamples,
+        Self::CanonicalParts,
+        Self::CanonicalAxes,
+        Self::CanonicalFactors,
+        Self::CanonicalTerms,
+        Self::CanonicalPositions,
+        Self::CanonicalDirection,
+        Self::CanonicalCertificate,
         Self::Losses,
     ];
 
@@ -97,6 +120,12 @@ impl SectionKind {
     #[must_use]
     pub fn from_number(number: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.number() == number)
+    }
+
+    /// Whether it belongs to the canonical structure; the writer marks those required.
+    #[must_use]
+    pub const fn is_canonical(self) -> bool {
+        self as u32 >= Self::CanonicalParts as u32 && self as u32 <= Self::CanonicalCertificate as u32
     }
 
     /// Its number in the file.
@@ -110,6 +139,7 @@ impl SectionKind {
     pub const fn since(self) -> u16 {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses => 1,
+            kind if kind.is_canonical() => 1,
             _ => 0,
         }
     }
@@ -145,6 +175,14 @@ impl SectionKind {
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
             Self::EnrichmentHistory => [None, Some(2), Some(1)],
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
+            Self::CanonicalParts => [None, Some(3), Some(1)],
+            Self::CanonicalAxes => [None, Some(CANONICAL_AXIS as u64), Some(1)],
+            Self::CanonicalFactors | Self::CanonicalPositions => [None, Some(1), Some(1)],
+            Self::CanonicalTerms => [None, Some(r), Some(1)],
+            Self::CanonicalDirection => one(3),
+            Self::CanonicalCertificate => {
+                one(CANONICAL_CERTIFICATE as u64 + 3 * u64::from(m.scheme.n_stages))
+            }
         }
     }
 
@@ -153,7 +191,7 @@ impl SectionKind {
     pub fn allows(self, element: Element) -> bool {
         match self {
             Self::NodeIds => element == Element::U64,
-            Self::Triangles => element == Element::U32,
+            Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions => element == Element::U32,
             Self::PatternNames | Self::ProbeNames => element == Element::U8,
             Self::NodeCoordinates => matches!(element, Element::F32 | Element::F64),
             Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {

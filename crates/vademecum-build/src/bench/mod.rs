@@ -26,6 +26,7 @@ use vademecum_format::scheme::SchemeTable;
 
 use faer::Mat;
 
+use crate::canonical::{CanonicalCertificate, CanonicalMap, CanonicalSetting};
 use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::{BlockTerms, Parts, encode};
 use crate::march::TimedLoad;
@@ -34,10 +35,18 @@ use crate::pipeline::{
     BuildError, Prepared, basis_of_pod, make_pod, mode_table, prepare, stage_responses, table_matrix,
 };
 use crate::pod::{Basis, Pod, modes_basis};
-use crate::problem::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
+use crate::problem::{BasisKind, CanonicalEntry, ParameterEntry, ParameterKind, ParameterScale, Problem};
 use crate::progress::{Listener, Stopwatch};
 use crate::response::StageResponse;
 use crate::snapshots::Runs;
+
+/// What a file holds of the step beside the diagonal structure.
+#[derive(Default)]
+struct Form<'a> {
+    block: Option<BlockTerms<'a>>,
+    parameters: Option<&'a ParameterSpace>,
+    canonical: Option<(&'a CanonicalMap, &'a CanonicalCertificate)>,
+}
 
 /// A value and the seconds it took.
 pub struct Timed<T> {
@@ -164,7 +173,7 @@ impl Study {
         basis: &Basis,
         responses: Option<&[StageResponse]>,
     ) -> Result<Timed<Vec<u8>>, BuildError> {
-        Timed::of(|| self.encode(basis, responses.map(BlockTerms::fixed), None))
+        Timed::of(|| self.encode(basis, Form { block: responses.map(BlockTerms::fixed), ..Form::default() }))
     }
 
     /// The bytes of a file with this basis in which one stiffness stays live, between half and twice the problem's: that of the
@@ -193,15 +202,38 @@ impl Study {
             let asked = SeparationOptions { tolerance, max_terms: MOST_TERMS };
             let pencil = body.model.pencil();
             let parametric = separate_responses(pencil, symbolic, basis, &space, scheme, &asked, listener)?;
-            Ok((self.encode(basis, Some(parametric.terms()?), Some(&space))?, parametric.n_terms()))
+            let form = Form { block: Some(parametric.terms()?), parameters: Some(&space), canonical: None };
+            Ok((self.encode(basis, form)?, parametric.n_terms()))
+        })
+    }
+
+    /// The bytes of a file of the chapter's representation on this basis: ranges marched, stages separated. Its certificate says
+    /// nothing of trajectories (no step marched); contacts must stand at its positions.
+    ///
+    /// # Errors
+    /// [`BuildError`]: a stage that does not factorise, a separation that fails, a march that is stopped.
+    pub fn canonical_file(
+        &self,
+        basis: &Basis,
+        entry: &CanonicalEntry,
+        listener: &dyn Listener,
+    ) -> Result<Timed<Vec<u8>>, BuildError> {
+        Timed::of(|| {
+            let Prepared { body, scheme, symbolic, .. } = &self.prepared;
+            let (rayleigh, dt) = (self.prepared.rayleigh(), self.time_step());
+            let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, rayleigh)?;
+            let runs = Runs::plan(&self.problem.snapshots, body, dt, self.first_period);
+            let setting = CanonicalSetting::new(entry, &self.prepared, basis, &full, &runs, listener)?;
+            let map = setting.separate(&self.prepared, basis)?;
+            let certificate = CanonicalCertificate::of_maps(&map);
+            self.encode(basis, Form { canonical: Some((&map, &certificate)), ..Form::default() })
         })
     }
 
     fn encode(
         &self,
         basis: &Basis,
-        block: Option<BlockTerms<'_>>,
-        parameters: Option<&ParameterSpace>,
+        Form { block, parameters, canonical }: Form<'_>,
     ) -> Result<Vec<u8>, BuildError> {
         let Prepared { body, scheme, .. } = &self.prepared;
         let rayleigh = self.prepared.rayleigh();
@@ -214,6 +246,7 @@ impl Study {
             scheme,
             rayleigh,
             block,
+            canonical,
             parameters,
             separation: None,
             certificate: Certificate::default(),

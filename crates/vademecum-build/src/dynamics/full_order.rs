@@ -95,6 +95,13 @@ pub struct Workspace {
     stiffness_side: Mat<f64>,
 }
 
+impl Workspace {
+    /// `u_i − u` of stage `i` (counted from 0) of the step taken last, `(n, c)`.
+    pub(crate) fn increment(&self, stage: usize) -> MatRef<'_, f64> {
+        self.increments[stage].as_ref()
+    }
+}
+
 impl<'a> FullOrder<'a> {
     /// Factorises the stages of a scheme for the time step `dt`, s; one factor per distinct pair of weights, one thread each.
     ///

@@ -2,6 +2,7 @@
 //!
 //! Rounding to the file's precision happens here and nowhere before.
 
+mod canonical;
 mod curve;
 mod disk;
 mod order;
@@ -20,6 +21,7 @@ use vademecum_format::{Codec, Element, SectionKind};
 use vademecum_format::{SectionInput, encode_into, encoded_len};
 
 use crate::body::Body;
+use crate::canonical::{CanonicalCertificate, CanonicalMap};
 use crate::dynamics::Rayleigh;
 use crate::fem::DofMap;
 use crate::parametric::ParameterSpace;
@@ -44,6 +46,8 @@ pub struct Parts<'a> {
     pub rayleigh: Rayleigh,
     /// The block structure.
     pub block: Option<BlockTerms<'a>>,
+    /// The canonical structure instead of the others, with what was measured of it.
+    pub canonical: Option<(&'a CanonicalMap, &'a CanonicalCertificate)>,
     /// Live parameters; none without a box.
     pub parameters: Option<&'a ParameterSpace>,
     /// What the separation over the parameters did; none without them.
@@ -134,7 +138,7 @@ pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
         n_regions: parts.body.model.mesh().regions.len().min(MAX_REGIONS) as u32,
         n_parameters,
         parameters,
-        diagonal: parts.basis.eigenvalues.is_some(),
+        diagonal: parts.basis.eigenvalues.is_some() && parts.canonical.is_none(),
         block: parts.block.is_some(),
         certificate: parts.certificate,
     };
@@ -168,7 +172,7 @@ impl Draft {
             kind: self.kind,
             element: self.element,
             codec: Codec::Raw,
-            required: false,
+            required: self.kind.is_canonical(),
             shape: self.shape,
             decoded_length: self.bytes.len() as u64,
             stored: &self.bytes,
@@ -193,6 +197,11 @@ impl Draft {
                 Self { kind, element: Element::F32, shape: shape.map(|s| s as u64), bytes }
             }
         }
+    }
+
+    fn u32s(kind: SectionKind, shape: [usize; 3], values: impl IntoIterator<Item = u32>) -> Self {
+        let bytes = values.into_iter().flat_map(u32::to_le_bytes).collect();
+        Self { kind, element: Element::U32, shape: shape.map(|s| s as u64), bytes }
     }
 
     fn names<'a>(kind: SectionKind, names: impl Iterator<Item = &'a str>) -> Self {
@@ -221,6 +230,9 @@ fn sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     drafts.extend(load_and_probe_sections(parts));
     if let Some(block) = &parts.block {
         drafts.extend(block_sections(parts, block, order));
+    }
+    if let Some((map, certificate)) = parts.canonical {
+        drafts.extend(canonical::sections(map, certificate, order));
     }
     if parts.parameters.is_some_and(ParameterSpace::has_region_parameters) {
         drafts.extend(region_sections(parts));

@@ -13,8 +13,10 @@
 mod fresh;
 mod inputs;
 
+use super::axis::Axis;
 use super::enrich::{EnrichmentOptions, EnrichmentReport, enrich};
 use super::error::{SeparatedError, check_len};
+use super::linalg::product;
 use super::problem::Space;
 use super::reduce::Energy;
 use super::solution::Separated;
@@ -104,11 +106,24 @@ pub struct StageError {
     pub load: f64,
 }
 
-/// A separated stage.
+/// Terms over some of the axes.
+#[derive(Clone, Debug)]
+pub struct CanonicalPart {
+    /// Which axes of [`Canonical::axes`].
+    pub axes: std::ops::Range<usize>,
+    /// The terms; blocks are coordinates in [`Canonical::span`].
+    pub solution: Separated,
+}
+
+/// A separated stage: the sum of its parts.
 #[derive(Clone, Debug)]
 pub struct Canonical {
-    /// Over the axes: families in order, mode by mode; magnitude; components; position. Blocks are `(n_rows, 1)`.
-    pub solution: Separated,
+    /// Families in order, mode by mode; magnitude; components; position.
+    pub axes: Vec<Axis>,
+    /// All axes together, or state and load apart.
+    pub parts: Vec<CanonicalPart>,
+    /// `Q`, `(n_rows, k)`: what every space function is a combination of.
+    pub span: Mat<f64>,
     /// Its error against the exact stage solve.
     pub error: StageError,
     /// What each enrichment did: one report, or state then load.
@@ -118,7 +133,7 @@ pub struct Canonical {
 /// Separates one stage. `space` has the one operator `A`; `energy` is the inner product errors are measured in, the mass.
 ///
 /// # Errors
-/// As [`Axis::new`](super::Axis::new) for the ranges; [`SeparatedError::NotPositiveDefinite`] for `A`; [`SeparatedError::Shape`].
+/// As [`Axis::new`] for the ranges; [`SeparatedError::NotPositiveDefinite`] for `A`; [`SeparatedError::Shape`].
 pub fn separate<S: Space>(
     stage: &CanonicalStage,
     space: &S,
@@ -135,7 +150,7 @@ pub fn separate<S: Space>(
         vec![inputs.all()]
     };
     let mut solution = Separated::zero(&inputs.axes, span.sources.nrows(), 1);
-    let mut reports = Vec::new();
+    let (mut found_parts, mut reports) = (Vec::new(), Vec::new());
     for (number, part) in parts.iter().enumerate() {
         let others: usize = parts.iter().skip(number + 1).map(|p| p.sources.len()).sum();
         let left = options.enrichment.max_terms.saturating_sub(solution.n_terms());
@@ -151,10 +166,31 @@ pub fn separate<S: Space>(
             if options.one_axis_start { Some(part.one_axis_terms(&inputs, &span, max_terms)?) } else { None };
         let (found, report) = enrich(&problem, &engine, start.as_ref(), Some(&measure))?;
         solution = solution.concatenate(&part.embed(&inputs, &found)?)?;
+        found_parts.push(CanonicalPart { axes: part.axes.clone(), solution: found });
         reports.push(report);
     }
     let error = fresh.stage_error(&inputs, &span, &solution);
-    Ok(Canonical { solution: solution.expand(span.basis.as_ref())?, error, reports })
+    Ok(Canonical { axes: inputs.axes, parts: found_parts, span: span.basis, error, reports })
+}
+
+impl Canonical {
+    /// Terms of all parts.
+    pub fn n_terms(&self) -> usize {
+        self.parts.iter().map(|part| part.solution.n_terms()).sum()
+    }
+
+    /// The field at a point of all axes: `(n_rows, 1)`.
+    ///
+    /// # Errors
+    /// As [`Separated::weights`].
+    pub fn evaluate(&self, point: &[f64]) -> Result<Mat<f64>, SeparatedError> {
+        check_len("coordinates of a point", self.axes.len(), point.len())?;
+        let mut coordinates = Mat::zeros(self.span.ncols(), 1);
+        for part in &self.parts {
+            coordinates += part.solution.evaluate(&point[part.axes.clone()])?;
+        }
+        Ok(product(self.span.as_ref(), coordinates.as_ref()))
+    }
 }
 
 /// Ranges for the axes from coordinates seen in snapshots, `(n_coordinates, n_samples)`: the extreme values, widened by

@@ -95,7 +95,7 @@ fn table(case: &Case, positions: usize, second: bool) -> Vec<(usize, StageError)
         let clock = Instant::now();
         let found = separate(&stage, &space, &energy, &options).unwrap();
         let (e, seconds) = (found.error, clock.elapsed().as_secs_f64());
-        let terms = found.solution.n_terms();
+        let terms = found.n_terms();
         println!(
             "  {name:18} {terms} terms, total {:.1e} state {:.1e} load {:.1e}, {seconds:.2} s, {:?}",
             e.total,
@@ -152,8 +152,8 @@ fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
         stage.loads = Mat::from_fn(192, 12, |i, s| if i == 3 * s + 150 { 2.0 } else { 0.0 });
         let space = case.space(if second { 9.0 } else { 16.0 });
         let found = separate(&stage, &space, &energy, &CanonicalOptions::repaired(1e-8, 18 + 12)).unwrap();
-        assert!(found.solution.n_terms() <= 18 + 12);
-        let axes = found.solution.axes();
+        assert!(found.n_terms() <= 18 + 12);
+        let axes = &found.axes;
         assert_eq!(axes.len(), 18 + 1 + 3 + 1);
         let point: Vec<f64> =
             axes.iter().enumerate().map(|(a, axis)| axis.at_fraction((0.37 * a as f64).fract())).collect();
@@ -168,7 +168,7 @@ fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
             load[(3 * column + 150, 0)] += 2.0 * point[18] * point[19 + c];
         }
         let exact = space.solve(&[1.0], load.as_ref()).unwrap();
-        let gap = &exact - found.solution.evaluate(&point).unwrap();
+        let gap = &exact - found.evaluate(&point).unwrap();
         assert!(gap.norm_max() < 1e-8 * exact.norm_max(), "the tolerance asked for; in fact rounding");
         // leaving any range is an error that names the axis, not a clamp
         for a in 0..axes.len() {
@@ -176,7 +176,7 @@ fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
             outside[a] = axes[a].range().1 * (1.0 + 1e-9) + 1e-9;
             let name = axes[a].name().to_string();
             assert!(
-                matches!(found.solution.evaluate(&outside), Err(SeparatedError::OutsideAxis { axis, .. }) if axis == name)
+                matches!(found.evaluate(&outside), Err(SeparatedError::OutsideAxis { axis, .. }) if axis == name)
             );
         }
     }
@@ -188,7 +188,7 @@ fn fewer_terms_than_sources_keep_the_largest_and_say_so() {
     let (stage, space, energy) = (case.stage(false, 6), case.space(16.0), case.beam.energy());
     let error = |terms: usize| {
         let found = separate(&stage, &space, &energy, &CanonicalOptions::repaired(1e-9, terms)).unwrap();
-        assert!(found.solution.n_terms() <= terms);
+        assert!(found.n_terms() <= terms);
         found.error.total
     };
     let errors: Vec<f64> = [6, 9, 12, 18].into_iter().map(error).collect();

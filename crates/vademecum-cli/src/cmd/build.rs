@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use vademecum_build::export::{check_writable, write_atomic};
-use vademecum_build::pipeline::{BuildOptions, Built, Report, StructureReport, build};
+use vademecum_build::pipeline::{BuildOptions, Built, CanonicalReport, Report, StructureReport, build};
 use vademecum_build::problem::Problem;
 use vademecum_build::progress::Listener;
 use vademecum_build::resume::Store;
@@ -130,6 +130,9 @@ pub fn print_report(report: &Report) {
             print_structure(name, s);
         }
     }
+    if let Some(c) = &certificate.canonical {
+        print_canonical(c);
+    }
     if let Some(s) = &report.separation {
         println!(
             "\nseparated: {} terms on axes of {:?} points, from {} full-order solves ({} vectors); stopped by {}",
@@ -151,6 +154,24 @@ pub fn print_report(report: &Report) {
     for timing in &report.timings {
         let memory = timing.peak_memory_bytes.map_or("?".into(), |b| bytes(b as usize));
         println!("{:<24}  {:>7.2}  {:>11}", timing.stage, timing.seconds, memory);
+    }
+}
+
+/// Prints the canonical structure's certificate.
+pub fn print_canonical(c: &CanonicalReport) {
+    print_structure("canonical", &c.structure);
+    if let Some(step) = c.left_at {
+        println!("a trajectory left its axes at step {step}; the errors are of the steps before");
+    }
+    for (i, s) in c.stages.iter().enumerate() {
+        println!(
+            "stage {}: {} terms, map error {:.2e} (state {:.2e}, load {:.2e})",
+            i + 1,
+            s.terms,
+            s.error,
+            s.state_error,
+            s.load_error
+        );
     }
 }
 

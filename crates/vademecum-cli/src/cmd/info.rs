@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
-use vademecum_build::pipeline::StructureReport;
+use vademecum_build::pipeline::{CanonicalReport, StructureReport};
 use vademecum_build::rewrite::{Loss, read_losses};
 use vademecum_eval::Mapped;
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{Canonical, File, SectionKind};
 
 use vademecum_build::parametric::RadiusSample;
 
+use super::build::print_canonical;
 use super::{print_json, rewrite_failed, whole_file};
 use crate::failure::Failure;
 use crate::player::names;
@@ -47,6 +48,7 @@ struct Report {
     structures: Vec<&'static str>,
     terms: u32,
     axes: Vec<AxisReport>,
+    canonical: Option<CanonicalAxes>,
     parameters: Vec<ParameterReport>,
     load_patterns: Vec<String>,
     probes: Vec<String>,
@@ -92,6 +94,15 @@ struct Certificates {
     energy_ratio_max: f64,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
+    canonical: Option<CanonicalReport>,
+}
+
+/// Axes of the canonical structure of one stage, and where its load can stand.
+#[derive(Serialize)]
+struct CanonicalAxes {
+    axes: Vec<usize>,
+    positions: usize,
+    direction: Option<[f64; 3]>,
 }
 
 #[derive(Serialize)]
@@ -126,7 +137,14 @@ impl Info {
         let losses = read_losses(file).map_err(|error| rewrite_failed(&self.file, error))?;
         let m = file.metadata();
         let certificate = &m.certificate;
+        let canonical = Canonical::read(file).map_err(|error| Failure::file(&self.file, error))?;
+        let canonical_report =
+            CanonicalReport::of_file(file).map_err(|error| Failure::file(&self.file, error))?;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
+        let worst = match &canonical_report {
+            Some(report) => report.structure,
+            None => StructureReport::new(worst),
+        };
         let axis = |a: &vademecum_format::Axis<'_>| AxisReport {
             name: a.name.into(),
             unit: a.unit.into(),
@@ -155,7 +173,9 @@ impl Info {
             decoded_bytes: s.decoded_length(),
             loss: losses.iter().find(|(kind, _)| *kind == s.kind()).map(|(_, loss)| *loss),
         };
-        let present = [("diagonal", m.diagonal), ("block", m.block)];
+        let present = [("diagonal", m.diagonal), ("block", m.block), ("canonical", canonical.is_some())];
+        let most = canonical_report.iter().flat_map(|report| &report.stages).map(|s| s.terms).max();
+        let terms = most.map_or(m.n_terms, |terms| terms as u32);
         Ok(Report {
             file_bytes: file.bytes().len(),
             format: format!("{}.{}", vademecum_format::MAJOR, file.minor()),
@@ -173,13 +193,14 @@ impl Info {
             alpha: m.alpha,
             beta: m.beta,
             structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
-            terms: m.n_terms,
+            terms,
+            canonical: canonical.as_ref().map(CanonicalAxes::new),
             axes: m.active_axes().iter().map(axis).collect(),
             parameters: m.active_parameters().iter().map(parameter).collect(),
             load_patterns: names(&self.file, raw, SectionKind::PatternNames)?,
             probes: names(&self.file, raw, SectionKind::ProbeNames)?,
             certificate: Certificates {
-                terms: m.n_terms,
+                terms,
                 map_error_rms: worst.map_error_rms,
                 map_error_max: worst.map_error_max,
                 spectral_radius_max: worst.spectral_radius,
@@ -188,6 +209,7 @@ impl Info {
                 energy_ratio_max: worst.energy_ratio,
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
+                canonical: canonical_report,
             },
             enrichment_history: enrichment_history(&self.file, file)?,
             radius_samples: radius_samples(&self.file, file)?,
@@ -218,6 +240,10 @@ impl Report {
             list(&self.probes),
             list(&self.load_patterns)
         );
+        if let Some(c) = &self.canonical {
+            let direction = c.direction.map_or("components".into(), |d| format!("{d:?}"));
+            println!("canonical: {:?} axes by stage; load at {} positions, {direction}", c.axes, c.positions);
+        }
         for p in &self.parameters {
             println!(
                 "parameter {}: {} to {} {}, nominal {} ({})",
@@ -244,6 +270,10 @@ impl Report {
                     c.energy_ratio
                 );
             }
+        }
+        if let Some(c) = &self.certificate.canonical {
+            println!("certificate, canonical:");
+            print_canonical(c);
         }
         self.print_separation();
         println!(
@@ -282,6 +312,19 @@ impl Report {
                 low - 1.0,
                 high - 1.0
             );
+        }
+    }
+}
+
+impl CanonicalAxes {
+    fn new(canonical: &Canonical<'_>) -> Self {
+        let stages = canonical.parts().map(|part| part.stage).max().map_or(0, |last| last + 1);
+        let of_stage = |stage| canonical.parts().filter(move |part| part.stage == stage);
+        let axes = |stage| of_stage(stage).map(|part| part.axes().count()).sum();
+        Self {
+            axes: (0..stages).map(axes).collect(),
+            positions: canonical.n_positions(),
+            direction: canonical.direction(),
         }
     }
 }

@@ -20,7 +20,7 @@ use std::path::Path;
 use vademecum_build::export::write_atomic;
 use vademecum_build::rewrite::{self, DECODED_LIMIT, RewriteError};
 use vademecum_eval::Mapped;
-use vademecum_format::{Codec, File};
+use vademecum_format::{Codec, File, SectionKind};
 
 use crate::failure::{Cause, Failure};
 
@@ -59,6 +59,17 @@ pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped, memory: &'a mut Vec<u8>) 
     }
     file.verify_all().map_err(failed)?;
     Ok(file)
+}
+
+/// Refuses a file of the canonical representation where contacts anywhere or free states are needed.
+pub fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), Failure> {
+    if file.section(SectionKind::CanonicalParts).is_none() {
+        return Ok(());
+    }
+    let text =
+        format!("{}: {what} does not know the canonical representation, whose axes end", path.display());
+    Err(Failure::new(Cause::File, text)
+        .remedy("use `run`, `verify` or `info`, or build it without `representation`"))
 }
 
 /// All bytes of a vademecum file, copied: the file itself may then be replaced.

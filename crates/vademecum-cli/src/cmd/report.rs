@@ -20,9 +20,9 @@ use vademecum_format::{File, SectionKind};
 use self::build_times::BuildTimes;
 use self::figures::Figures;
 use self::measure::{FreeRun, Timings};
-use super::make_folder;
 use super::verify::{Verified, verify};
 use super::view::title;
+use super::{make_folder, refuse_canonical};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::separation::{Enrichment, enrichment_history, radius_samples};
@@ -70,6 +70,7 @@ impl Report {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        refuse_canonical(&self.file, &file, "the report")?;
         let modes = mode_table(&self.file, &file)?;
         let bytes = mapped.bytes().len();
         let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, write_pvd, write_vtu};
 use vademecum_build::scenario::{FieldChoice, Scenario};
-use vademecum_eval::{Field, Scene, SceneOptions, State, StructureChoice};
+use vademecum_eval::{Field, Scene, SceneOptions, State, Structure, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
 use super::{make_folder, open, whole_file, write_text};
@@ -47,6 +47,17 @@ pub enum StructureArgument {
     Diagonal,
     /// One dense map.
     Block,
+    /// The chapter's separated stage maps.
+    Canonical,
+}
+
+/// Its name on the command line and in reports.
+pub fn structure_name(structure: Structure) -> &'static str {
+    match structure {
+        Structure::Diagonal => "diagonal",
+        Structure::Block => "block",
+        Structure::Canonical => "canonical",
+    }
 }
 
 impl From<StructureArgument> for StructureChoice {
@@ -55,6 +66,7 @@ impl From<StructureArgument> for StructureChoice {
             StructureArgument::Auto => StructureChoice::Auto,
             StructureArgument::Diagonal => StructureChoice::Diagonal,
             StructureArgument::Block => StructureChoice::Block,
+            StructureArgument::Canonical => StructureChoice::Canonical,
         }
     }
 }

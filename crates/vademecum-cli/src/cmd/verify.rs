@@ -6,7 +6,7 @@ use serde::Serialize;
 use vademecum_build::compare::{Comparison, Reduced, compare, coordinate_matrix};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::march::TimedLoad;
-use vademecum_build::pipeline::{BuildError, Prepared, prepare};
+use vademecum_build::pipeline::{BuildError, CanonicalReport, Prepared, prepare};
 use vademecum_build::problem::Problem;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::reduced::spectral_radius;
@@ -15,7 +15,7 @@ use vademecum_build::scenario::Scenario;
 use vademecum_eval::{Field, Loads, Mapped, Scene, SceneOptions, State, Structure};
 use vademecum_format::{File, SectionKind};
 
-use super::run::StructureArgument;
+use super::run::{StructureArgument, structure_name};
 use super::{print_json, read_file, rewrite_failed, whole_file};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
@@ -199,7 +199,7 @@ pub fn verify(
         steps,
         dofs: body.n_dof(),
         modes: metadata.n_modes as usize,
-        structure: if structure == Structure::Diagonal { "diagonal" } else { "block" },
+        structure: structure_name(structure),
         trajectory_error: full.error.error,
         projection_floor: full.error.floor,
         floor_ratio: full.error.error / full.error.floor,
@@ -321,6 +321,11 @@ fn step_radius(path: &Path, file: &File<'_>, options: &SceneOptions) -> Result<f
     let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
     let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
     let scene = Scene::bind(file, options, &mut memory, &mut work).map_err(bind)?;
+    if scene.structure() == Structure::Canonical {
+        // Unit states are far off its axes; the build has linearised the step.
+        let report = CanonicalReport::of_file(file).map_err(|error| Failure::file(path, error))?;
+        return Ok(report.map_or(f64::NAN, |report| report.structure.spectral_radius));
+    }
     let mut state = State::new(&scene, &mut state_memory).map_err(bind)?;
     let loads = Loads::new(&scene, &mut load_memory).map_err(bind)?;
     let n = 3 * scene.n_modes();

@@ -16,6 +16,7 @@ use vademecum_build::export::write_atomic;
 use vademecum_format::{File, SectionKind};
 
 use super::open;
+use super::refuse_canonical;
 use crate::console::{Console, cancelled};
 use crate::failure::{Cause, Failure};
 
@@ -77,6 +78,7 @@ impl View {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let mapped = open(&self.file, self.copy)?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        refuse_canonical(&self.file, &file, "the viewer")?;
         check(&self.file, &file)?;
         let title = title(&self.file, &file);
         console.clear();
