@@ -22,8 +22,8 @@ use crate::pod::{Apply, Basis, Pod, apply, modes_basis, pod_basis, ritz_basis};
 use crate::problem::{BasisKind, InnerProduct, Problem};
 use crate::progress::{Cancelled, Listener, Stopwatch};
 use crate::reduced::{BlockStep, DiagonalStep, FusedStep};
-use crate::report::certificate_report;
 pub use crate::report::{CertificateReport, ModeRow, Report, SeparationReport, StructureReport};
+use crate::report::{STABLE, certificate_report};
 pub(crate) use crate::report::{mode_table, table_matrix};
 use crate::response::StageResponse;
 use crate::snapshots::{self, Runs, SnapshotError};
@@ -60,9 +60,11 @@ pub enum BuildError {
     March(#[from] MarchError),
     /// More modes asked for than the snapshots span.
     #[error(
-        "`basis.modes` is {asked}; the snapshots span {found} dimensions: add positions, directions or time to `[snapshots]`"
+        "{path}: `basis.modes` is {asked}; the snapshots span {found} dimensions: add positions, directions or time to `[snapshots]`"
     )]
     TooManyModes {
+        /// The problem file and line.
+        path: String,
         /// Modes asked for.
         asked: usize,
         /// Dimension of the snapshots.
@@ -95,6 +97,8 @@ pub struct Built {
 pub struct BuildOptions {
     /// Write the file even if no structure keeps the tolerance; the certificate in it says so.
     pub keep_missed: bool,
+    /// Add terms where the fused step is unstable over live parameters; the report says what was done.
+    pub repair: bool,
 }
 
 /// A model ready to be marched: what `build`, `verify` and `modes` start from.
@@ -151,6 +155,9 @@ pub fn build(
 ) -> Result<Built, BuildError> {
     let mut watch = Stopwatch::new(listener);
     let prepared = prepare(problem, &mut watch, listener)?;
+    if carrier_size_is_free(problem, &prepared.space) {
+        return build_with_growing_carrier(problem, options, listener);
+    }
     let Prepared { body, symbolic, scheme, space, step } = &prepared;
     let (pencil, rayleigh) = (body.model.pencil(), prepared.rayleigh());
 
@@ -172,8 +179,9 @@ pub fn build(
         let certificate = watch.stage("certificate", || context.certify_fixed(&fixed))?;
         (BlockTerms::fixed(&fixed), certificate, None)
     } else {
-        parametric = watch.stage("separate over the parameters", || context.separate())?;
-        let (certificate, report) = watch.stage("certificate", || context.certify_box(&parametric))?;
+        let found = separate_and_certify(&context, options.repair, &mut watch)?;
+        let (certificate, report);
+        (parametric, certificate, report) = found;
         (parametric.terms()?, certificate, Some(report))
     };
 
@@ -247,17 +255,15 @@ impl Context<'_> {
         Ok(Some(DiagonalStep::fuse(scheme, step, self.basis.vectors.as_ref(), values)?))
     }
 
-    fn separate(&self) -> Result<Parametric, BuildError> {
+    fn separate(&self, asked: &SeparationOptions) -> Result<Parametric, BuildError> {
         let Prepared { body, symbolic, scheme, space, .. } = self.prepared;
-        let tolerance = &self.problem.tolerance;
-        let asked = SeparationOptions { tolerance: tolerance.map, max_terms: tolerance.max_terms };
         Ok(separate_responses(
             body.model.pencil(),
             symbolic,
             self.basis,
             space,
             scheme,
-            &asked,
+            asked,
             self.listener,
         )?)
     }
@@ -282,11 +288,87 @@ impl Context<'_> {
             stop: format!("{:?}", parametric.enrichment.stop),
             reduced_size: parametric.reduced_size,
             samples: parametric.samples,
+            parameters: self.prepared.space.parameters.iter().map(|p| p.name.clone()).collect(),
             worst_trajectory_at: found.worst_trajectory_at,
             worst_radius_at: found.worst_radius_at,
+            repairs: vec![],
         };
         Ok((Certificate { diagonal, block: found.worst }, report))
     }
+}
+
+/// The separated solution and its certificate; with `repair`, as often as it takes to make the step stable.
+///
+/// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection (without), and either is
+/// stable as it is: what makes the separated step unstable is what the terms miss. So the repair is more terms.
+fn separate_and_certify(
+    context: &Context<'_>,
+    repair: bool,
+    watch: &mut Stopwatch<'_>,
+) -> Result<(Parametric, Certificate, SeparationReport), BuildError> {
+    const MOST_REPAIRS: usize = 4;
+    let tolerance = &context.problem.tolerance;
+    let mut asked = SeparationOptions { tolerance: tolerance.map, max_terms: tolerance.max_terms };
+    let mut repairs = vec![];
+    loop {
+        let parametric = watch.stage("separate over the parameters", || context.separate(&asked))?;
+        let (certificate, mut report) = watch.stage("certificate", || context.certify_box(&parametric))?;
+        let radius = certificate.block.spectral_radius;
+        if !repair || radius <= STABLE || repairs.len() == MOST_REPAIRS {
+            report.repairs = repairs;
+            return Ok((parametric, certificate, report));
+        }
+        let terms = report.terms;
+        asked = SeparationOptions {
+            tolerance: (0.1 * asked.tolerance).max(1e-11),
+            max_terms: 2 * asked.max_terms,
+        };
+        let done = format!(
+            "spectral radius 1{:+.1e} at {} with {terms} terms: separated again to {:.0e}, at most {} terms",
+            radius - 1.0,
+            report.place(&report.worst_radius_at),
+            asked.tolerance,
+            asked.max_terms
+        );
+        context.listener.note(&done);
+        repairs.push(done);
+    }
+}
+
+/// Carrier sizes tried, the smallest first, when live regions turn the eigenvectors and `basis.modes` is left open.
+const CARRIER_SIZES: [usize; 4] = [8, 16, 32, 64];
+
+fn carrier_size_is_free(problem: &Problem, space: &ParameterSpace) -> bool {
+    let open = problem.basis.modes.is_none() && problem.basis.kind != BasisKind::Modes;
+    open && space.has_region_parameters()
+}
+
+/// Builds with more and more modes until the trajectories keep the tolerance over the box. More modes mend neither maps nor
+/// instability: a build that misses in those ends here.
+fn build_with_growing_carrier(
+    problem: &Problem,
+    options: &BuildOptions,
+    listener: &dyn Listener,
+) -> Result<Built, BuildError> {
+    let mut missed = None;
+    for count in CARRIER_SIZES {
+        let mut sized = problem.clone();
+        sized.basis.modes = Some(count);
+        let last = count == CARRIER_SIZES[CARRIER_SIZES.len() - 1];
+        let keep_missed = options.keep_missed && last;
+        match build(&sized, &BuildOptions { keep_missed, ..*options }, listener) {
+            Err(BuildError::ToleranceMissed(report)) if report.certificate.misses_trajectories_only() => {
+                listener.note(&format!("{count} modes do not keep the tolerance over the box"));
+                missed = Some(BuildError::ToleranceMissed(report));
+            }
+            Err(BuildError::TooManyModes { found, .. }) if missed.is_some() => {
+                listener.note(&format!("the snapshots span {found} dimensions: no carrier of {count} modes"));
+                break;
+            }
+            ended => return ended,
+        }
+    }
+    Err(missed.expect("the last size either ends the build or misses"))
 }
 
 /// A dissipative scheme at few steps per period eats energy: say so while it can still be changed. What matters is the
@@ -369,7 +451,7 @@ fn make_basis(
         (None, None) => DEFAULT_MODES.min(found),
     };
     if count > found {
-        return Err(BuildError::TooManyModes { asked: count, found });
+        return Err(BuildError::TooManyModes { path: problem.place("basis.modes"), asked: count, found });
     }
     Ok((basis_of_pod(problem, prepared, &pod, count)?, pod.n_snapshots))
 }

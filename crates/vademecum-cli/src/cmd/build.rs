@@ -15,6 +15,7 @@ use crate::failure::{Cause, Failure};
 #[command(after_help = "Examples:
   vademecum build beam.toml -o beam.vdm
   vademecum build beam.toml -o beam.vdm --json > beam.json
+  vademecum build regions.toml -o regions.vdm --repair
 Keys of the problem file: formats/problem-1.md")]
 pub struct Build {
     /// The problem file (TOML).
@@ -28,12 +29,16 @@ pub struct Build {
     /// Write the file even if no structure keeps the tolerance; its certificate says so.
     #[arg(long)]
     keep_missed: bool,
+    /// Where the step over live parameters is unstable, add terms until it is stable; the report says what was done.
+    #[arg(long)]
+    repair: bool,
 }
 
 impl Build {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
-        let built = build(&problem, &BuildOptions { keep_missed: self.keep_missed }, console)?;
+        let built =
+            build(&problem, &BuildOptions { keep_missed: self.keep_missed, repair: self.repair }, console)?;
         if cancelled() {
             return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
         }
@@ -101,9 +106,11 @@ pub fn print_report(report: &Report) {
             );
         }
         println!(
-            "worst trajectory at {:?}; largest spectral radius at {:?}",
-            s.worst_trajectory_at, s.worst_radius_at
+            "worst trajectory at {}; largest spectral radius at {}",
+            s.place(&s.worst_trajectory_at),
+            s.place(&s.worst_radius_at)
         );
+        s.repairs.iter().for_each(|done| println!("repaired: {done}"));
     }
     println!("\nstage                     seconds  peak memory");
     for timing in &report.timings {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use vademecum_build::pipeline::StructureReport;
+use vademecum_build::problem::Problem;
 use vademecum_eval::Mapped;
 use vademecum_format::{File, SectionKind};
 
@@ -84,6 +85,8 @@ struct Certificates {
     trajectory_error_max: f64,
     trajectory_floor_max: f64,
     energy_ratio_max: f64,
+    /// Steps the tolerance of the problem is good for, `null` where nothing was seen beyond the floor.
+    good_for_steps: Option<f64>,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
 }
@@ -173,6 +176,7 @@ impl Info {
                 trajectory_error_max: worst.trajectory_error,
                 trajectory_floor_max: worst.projection_floor,
                 energy_ratio_max: worst.energy_ratio,
+                good_for_steps: good_for_steps(m.problem, &StructureReport::new(worst)),
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
             },
@@ -230,12 +234,23 @@ impl Report {
                 );
             }
         }
+        if let Some(steps) = self.certificate.good_for_steps {
+            println!(
+                "the tolerance is good for about {steps:.1e} steps (error beyond the floor growing with their number)"
+            );
+        }
         println!("\nsection           element  codec  shape                     bytes");
         for s in &self.sections {
             let shape = format!("{} × {} × {}", s.shape[0], s.shape[1], s.shape[2]);
             println!("{:<16}  {:<7}  {:<5}  {shape:<20}  {:>9}", s.kind, s.element, s.codec, s.stored_bytes);
         }
     }
+}
+
+/// From the stored errors and the tolerance of the stored problem; absent without either, or when it is without end.
+fn good_for_steps(problem: &str, worst: &StructureReport) -> Option<f64> {
+    let tolerance = Problem::parse(problem, "problem", PathBuf::new()).ok()?.tolerance;
+    Some(worst.good_for_steps(tolerance.floor_ratio, tolerance.absolute)).filter(|steps| steps.is_finite())
 }
 
 fn list(names: &[String]) -> String {
