@@ -337,6 +337,8 @@ enums:
     18: factors
     19: region_stiffness
     20: region_mass
+    21: enrichment_history
+    22: radius_samples
   element:
     0: u8
     1: u32

@@ -1,6 +1,6 @@
 // The page in Chromium. Times and frames are not asserted (software drawing on a busy machine), states and step rates are.
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
 import { once } from "node:events";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -194,6 +194,83 @@ test("a mouse press pushes down where it points and the release lets it ring", a
   await context.close();
 });
 
+/** The forces [N] of all contacts. */
+const forces = (page) => page.evaluate(() => [...window.vademecum.player.contacts.values()].map(({ force }) => Array.from(force)));
+const length = (v) => Math.hypot(...v);
+const near = (found, expected, size) => found.forEach((x, i) => assert.ok(Math.abs(x - expected[i]) <= 1e-9 * size, `${found}, expected ${expected}`));
+
+test("a press pushes into the surface, along an axis or where it is dragged, with the size that is set", async () => {
+  const { page, heard, context } = await open(EXPORTED);
+  await page.evaluate(() => window.vademecum.pause());
+  const { x, y } = await pixel(page, TIP);
+  const press = async (direction, [dx, dy]) => {
+    await page.locator("#direction").selectOption(direction);
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + dx, y + dy);
+    const [force, ...others] = await forces(page);
+    assert.equal(others.length, 0);
+    await page.mouse.up();
+    assert.deepEqual(await forces(page), []);
+    return force;
+  };
+  const into = await press("normal", [0, 0]);
+  const size = length(into);
+  assert.ok(size > 0);
+  near(into, [0, 0, -size], size);
+  near(await press("+y", [0, 0]), [0, size, 0], size);
+  near(await press("-x", [0, 0]), [-size, 0, 0], size);
+  // A drag pulls in the plane of the screen: twice as far is twice as much, upwards is upwards, and across it is at a right angle.
+  const [right, farther, up] = [await press("drag", [40, 0]), await press("drag", [80, 0]), await press("drag", [0, -40])];
+  near(farther, right.map((component) => 2 * component), length(farther));
+  assert.ok(up[2] > 0.5 * length(up) && Math.abs(length(up) / length(right) - 1) < 1e-9);
+  assert.ok(Math.abs(right.reduce((sum, component, i) => sum + component * up[i], 0)) < 1e-9 * length(up) ** 2);
+  await moveSlider(page, "#force", 0.5);
+  near(await press("normal", [0, 0]), [0, 0, -Math.sqrt(10) * size], size);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
+test("sliders say their value and unit; speed, magnification, colour, edges and view do what they say", async () => {
+  const { page, heard, context } = await open(EXPORTED);
+  const said = (id) => page.locator(`${id}-out`).textContent();
+  const output = (id) => page.locator(`label[for="${id}"] output`).textContent();
+  assert.match(await said("#force"), /^[\d.]+ [mk]?N$/);
+  assert.match(await output("parameter-timeStep"), /^1 ms$/);
+  assert.match(await output("parameter-alpha"), /^[\d.]+ 1\/s$/);
+  assert.match(await output("parameter-beta"), /^[\d.]+ [nµm]?s$/);
+  await moveSlider(page, "#magnification", 1);
+  assert.equal(await said("#magnification"), "× 10");
+  for (const [color, quantity, unit] of [["v2", "velocity z", "m/s"], ["u", "displacement", "m"]]) {
+    await page.locator("#color").selectOption(color);
+    assert.equal(await page.locator("#quantity").textContent(), quantity);
+    await page.waitForFunction((u) => document.getElementById("high").textContent.endsWith(u), unit);
+  }
+  await page.locator("#wire").check();
+  assert.ok(await page.evaluate(() => document.getElementById("wire").checked));
+
+  // Slow motion at a tenth: the march keeps it however slowly frames come, but for the frames cut off at a quarter of a second.
+  await moveSlider(page, "#speed", -1);
+  assert.match(await said("#speed"), /^0\.1 × slow motion$/);
+  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
+  await page.waitForFunction(() => Math.abs(window.vademecum.state().pace?.factor / 0.1 - 1) < 0.2);
+
+  await page.evaluate(() => window.vademecum.rest());
+  await page.waitForFunction((p) => window.vademecum.at(p)[2] === 0, TIP);
+  const away = (at) => page.waitForFunction(([p, [x, y], moved]) => {
+    const [u, v] = window.vademecum.pixel(p);
+    return moved === Math.hypot(u - x, v - y) > 0.5;
+  }, [TIP, at.place, at.moved]);
+  const place = await page.evaluate((p) => window.vademecum.pixel(p), TIP);
+  await page.locator("#view").focus();
+  await page.keyboard.press("ArrowLeft");
+  await away({ place, moved: true });
+  await page.locator("#home").click();
+  await away({ place, moved: false });
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
 test("two fingers are two contacts, and the page fits a narrow screen", async () => {
   const { page, heard, context } = await open(EXPORTED, { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true, colorScheme: "dark" });
   const touch = await context.newCDPSession(page);
@@ -238,22 +315,42 @@ test("it steps more than a thousand times a second beside drawing", async () => 
   await context.close();
 });
 
-test("the report is one quiet page with its figures also as files", async () => {
-  const context = await browser.newContext({ viewport: { width: 360, height: 740 }, offline: true });
+// The figures of a report on a fixed file with a scenario, and of one on a file with live parameters and the JSON of its build.
+const REPORTS = {
+  report: ["mesh", "singular-values", "modes", "free-run", "file", "probe-tip", "difference-tip", "energy"],
+  "regions-report": ["mesh", "singular-values", "modes", "free-run", "enrichment", "axis-theta", "axis-contrast",
+    "radius-inner-stiffness", "radius-outer-stiffness", "file", "build"],
+};
+for (const [report, names] of Object.entries(REPORTS)) {
+  test(`${report}: one quiet page with its figures also as files`, async () => {
+    const context = await browser.newContext({ viewport: { width: 360, height: 740 }, offline: true });
+    const page = await context.newPage();
+    const heard = { errors: [], requests: [] };
+    page.on("console", (message) => heard.errors.push(message.text()));
+    page.on("request", (request) => request.url().startsWith("data:") || heard.requests.push(request.url()));
+    await page.goto(`file://${WORK}/${report}.html`);
+    assert.deepEqual(heard, { errors: [], requests: [`file://${WORK}/${report}.html`] });
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360);
+    const inside = await page.locator("figure svg").evaluateAll((figures) => figures.map((figure) => figure.getBoundingClientRect().height > 50));
+    assert.deepEqual(inside, names.map(() => true));
+    await page.screenshot({ path: `${WORK}/${report}.png`, fullPage: true });
+    for (const name of names) {
+      await page.goto(`file://${WORK}/${report}-figures/${name}.svg`);
+      assert.ok((await page.evaluate(() => document.querySelectorAll("text").length)) > 0, name);
+    }
+    await context.close();
+  });
+}
+
+test("the report draws what `info` prints: an error for every enrichment, a dot for every setting", async () => {
+  const context = await browser.newContext({ offline: true });
   const page = await context.newPage();
-  const heard = { errors: [], requests: [] };
-  page.on("console", (message) => heard.errors.push(message.text()));
-  page.on("request", (request) => request.url().startsWith("data:") || heard.requests.push(request.url()));
-  await page.goto(`file://${WORK}/report.html`);
-  assert.deepEqual(heard, { errors: [], requests: [`file://${WORK}/report.html`] });
-  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360);
-  const names = ["mesh", "singular-values", "modes", "free-run", "file", "probe-tip", "difference-tip", "energy"];
-  const inside = await page.locator("figure svg").evaluateAll((figures) => figures.map((figure) => figure.getBoundingClientRect().height > 50));
-  assert.deepEqual(inside, names.map(() => true));
-  for (const name of names) {
-    await page.goto(`file://${WORK}/report-figures/${name}.svg`);
-    assert.ok((await page.evaluate(() => document.querySelectorAll("text").length)) > 0, name);
-  }
+  const info = JSON.parse(execFileSync(VADEMECUM, ["info", `${WORK}/regions.vdm`, "--json"], { maxBuffer: 1 << 26 }));
+  await page.goto(`file://${WORK}/regions-report-figures/radius-inner-stiffness.svg`);
+  assert.equal(await page.locator("circle").count(), info.radius_samples.length);
+  await page.goto(`file://${WORK}/regions-report-figures/enrichment.svg`);
+  const corners = await page.locator("polyline").evaluateAll((lines) => lines.map((line) => line.points.numberOfItems));
+  assert.ok(corners.includes(info.enrichment_history.length), `${corners}`);
   await context.close();
 });
 

@@ -182,6 +182,7 @@ impl Study {
             rayleigh: self.prepared.rayleigh(),
             block: Some(BlockTerms::fixed(&responses)),
             parameters: None,
+            separation: None,
             certificate: Certificate::default(),
             mode_table: Matrix::zeros(basis.n_modes(), 6),
         };

@@ -3,6 +3,7 @@
 pub mod annotate;
 pub mod bases;
 pub mod golden;
+pub mod largest;
 pub mod long_march;
 pub mod matrices;
 pub mod program;

@@ -309,6 +309,33 @@ fn refusals_27_to_30_sections_and_lent_memory() {
     assert!(matches!(refused, Err(FormatError::LentMemory { found: 100, .. })));
 }
 
+/// The refusal of the golden file of version 1.1 after an edit of a section's directory entry.
+fn refusal_of_separation(kind: SectionKind, edit: impl FnOnce(&mut [u8])) -> FormatError {
+    let golden = vademecum_tests::golden::all();
+    let (_, mut bytes) = golden.into_iter().find(|(name, _)| *name == "separation.vdm").expect("golden");
+    let at = entry(&bytes, kind);
+    edit(&mut bytes[at..at + BLOCK]);
+    File::parse(&reseal(bytes)).map(|_| ()).expect_err("refused")
+}
+
+#[test]
+fn history_and_radii_have_the_columns_they_must_have_and_any_number_of_rows() {
+    use SectionKind as S;
+    for (kind, columns) in [(S::EnrichmentHistory, 2), (S::RadiusSamples, 5)] {
+        let number = kind.number();
+        let found = refusal_of_separation(kind, |entry| put(entry, 16, &(columns + 1_u64).to_le_bytes()));
+        let expected = FormatError::Shape { kind: number, axis: 1, found: columns + 1, expected: columns };
+        assert_eq!(found, expected);
+        let found = refusal_of_separation(kind, |entry| put(entry, 24, &2u64.to_le_bytes()));
+        assert_eq!(found, FormatError::Shape { kind: number, axis: 2, found: 2, expected: 1 });
+        // Rows the file does not have.
+        let found = refusal_of_separation(kind, |entry| put(entry, 8, &u64::MAX.to_le_bytes()));
+        assert!(matches!(found, FormatError::Length { kind, .. } if kind == number), "{found:?}");
+        let found = refusal_of_separation(kind, |entry| entry[4] = Element::F32 as u8);
+        assert_eq!(found, FormatError::Element { kind: number, found: Element::F32 as u8 });
+    }
+}
+
 #[test]
 fn optional_sections_of_later_versions_are_skipped() {
     let mut bytes = small();

@@ -36,6 +36,16 @@ fn the_writer_reproduces_every_golden_file() {
 }
 
 #[test]
+fn a_file_has_the_lowest_minor_version_that_has_its_sections() {
+    for (name, bytes) in on_disk() {
+        let file = File::parse(&bytes).expect("a file");
+        assert_eq!(file.minor(), u16::from(name == "separation.vdm"), "{name}");
+        let newest = file.sections().map(|section| section.kind().since()).max();
+        assert_eq!(newest, Some(file.minor()), "{name}");
+    }
+}
+
+#[test]
 fn every_golden_file_is_sound() {
     for (name, bytes) in on_disk() {
         let checked = check(&bytes).unwrap_or_else(|error| panic!("{name}: {error}"));

@@ -100,7 +100,7 @@ fn ours(bytes: &[u8]) -> Value {
             "stored_bytes": stored.len(), "values": values(&s) })
     };
     json!({
-        "header": { "major": vademecum_format::MAJOR, "minor": vademecum_format::MINOR,
+        "header": { "major": vademecum_format::MAJOR, "minor": file.minor(),
             "n_sections": file.sections().count(), "file_length": bytes.len() },
         "directory": file.sections().map(entry).collect::<Vec<_>>(),
         "metadata": metadata(file.metadata()),

@@ -5,30 +5,11 @@
 //! agree to rounding, and so must the frequencies.
 
 use serde_json::Value;
-use vademecum_build::Matrix;
 use vademecum_build::dynamics::lowest_modes;
-use vademecum_build::fem::{Material, Model, Pencil, Solve, Symbolic};
+use vademecum_build::fem::{Material, Model, Symbolic};
 use vademecum_build::mesh;
+use vademecum_tests::largest::largest_eigenvalue;
 use vademecum_tests::shared::shared;
-
-/// Largest eigenvalue of the pencil, from below, by power iteration on `M⁻¹K`: a few percent are enough here.
-fn largest_eigenvalue(pencil: &Pencil, symbolic: &Symbolic) -> f64 {
-    const ITERATIONS: usize = 40;
-    let factor = symbolic.factorize(pencil.mass().clone()).expect("a definite mass");
-    let mut solve = Solve::new(symbolic, 1, false);
-    // Signs that alternate pseudo-randomly lean towards the high end of the spectrum from the start.
-    let mut x = Matrix::from_fn(pencil.n_dof(), 1, |i, _| f64::from((i * i % 7) as u32) - 3.0);
-    let mut y = x.clone();
-    let mut norm = 0.0;
-    for _ in 0..ITERATIONS {
-        pencil.stiffness().mul_into(x.as_ref(), y.as_mut());
-        solve.solve_in_place(&factor, y.as_mut());
-        norm = y.col_as_slice(0).iter().map(|v| v * v).sum::<f64>().sqrt();
-        y.col_as_slice_mut(0).iter_mut().for_each(|v| *v /= norm);
-        std::mem::swap(&mut x, &mut y);
-    }
-    norm
-}
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()

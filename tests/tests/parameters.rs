@@ -76,6 +76,21 @@ fn a_build_over_three_parameters_keeps_what_it_promises() {
     assert!(number("spectral_radius_max") <= 1.0 + 1e-12);
     assert!(number("trajectory_error_max") <= 3.0 * number("trajectory_floor_max") + 1e-6);
     assert_eq!(info["parameters"].as_array().map(Vec::len), Some(3));
+    // The history ends where the solution met its tolerance; the worst sample of the radius is the one certified.
+    let history = info["enrichment_history"].as_array().expect("a history");
+    let error = |entry: &Value| entry["error"].as_f64().expect("an error");
+    assert_eq!(history.last().expect("entries")["terms"], certificate["terms"]);
+    assert!(error(&history[0]) > 1e-3 && error(history.last().expect("entries")) <= 1e-6);
+    let radii = info["radius_samples"].as_array().expect("samples");
+    assert_eq!(radii.len(), 8 + 1 + 100, "corners, the problem's own values, random points");
+    let radius = |sample: &Value| sample["spectral_radius"].as_f64().expect("a radius");
+    assert_eq!(radii.iter().map(radius).fold(0.0, f64::max), number("spectral_radius_max"));
+    let ranges = [(0.5, 2.0), (0.5, 2.0), (0.5e-3, 2e-3)];
+    for sample in radii {
+        let values =
+            sample["values"].as_array().expect("values").iter().map(|v| v.as_f64().expect("a value"));
+        assert!(values.zip(ranges).all(|(v, (low, high))| low <= v && v <= high), "{sample}");
+    }
     assert_eq!(info["axes"].as_array().map(Vec::len), Some(2), "Δt and both stages share θ");
 }
 

@@ -62,6 +62,33 @@ fn info_tells_what_a_file_holds() {
 }
 
 #[test]
+fn a_file_without_parameters_is_of_version_1_0_and_has_no_box_to_sample() {
+    let info = run([&"info", &built(), &"--json"]).json();
+    assert_eq!(info["format"], "1.0");
+    assert_eq!(info["enrichment_history"].as_array().map(Vec::len), Some(0));
+    assert_eq!(info["radius_samples"].as_array().map(Vec::len), Some(0));
+}
+
+#[test]
+fn a_report_takes_the_times_of_its_own_build_and_of_no_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [times, page] = ["build.json", "report.html"].map(|name| folder.path().join(name));
+    let length = std::fs::metadata(built()).expect("a file").len();
+    let stage = r#"{ "stage": "a stage of two seconds", "seconds": 2.0, "peak_memory_bytes": null }"#;
+    let said = |length: u64| format!(r#"{{ "file_bytes": {length}, "timings": [{stage}] }}"#);
+    std::fs::write(&times, said(length)).expect("written");
+    let report = || run([&"report", &built(), &"-o", &page, &"--build", &times]);
+    assert_eq!(report().code, Some(0), "{}", report().stderr);
+    let html = std::fs::read_to_string(&page).expect("a page");
+    assert!(html.contains("The build took 2 s") && html.contains("a stage of two seconds"));
+    assert!(folder.path().join("report-figures/build.svg").exists());
+    std::fs::write(&times, said(length + 1)).expect("written");
+    report().fails(3, &["build.json", &format!("a file of {} bytes, this one has {length}", length + 1)]);
+    std::fs::write(&times, "no JSON").expect("written");
+    report().fails(3, &["build.json"]);
+}
+
+#[test]
 fn mesh_tells_what_a_mesh_file_holds() {
     let mesh = run([&"mesh", &fixture("meshes/cube.msh"), &"--json"]).json();
     assert_eq!(mesh["elements"], 5);

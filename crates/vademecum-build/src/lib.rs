@@ -30,7 +30,11 @@ mod toml_line;
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;
 
-// The numbers worked out by hand on that page are compiled and asserted by the documentation tests.
+// The numbers worked out by hand on these pages are compiled and asserted by the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/theory/1-one-oscillator.md")]
 struct OneOscillator;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/theory/5a-separation-by-hand.md")]
+struct SeparationByHand;

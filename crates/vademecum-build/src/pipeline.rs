@@ -196,6 +196,7 @@ pub fn build(
         rayleigh,
         block: Some(block),
         parameters: Some(space),
+        separation: separation.as_ref(),
         certificate,
         mode_table: table_matrix(&mode_table),
     };
@@ -285,12 +286,14 @@ impl Context<'_> {
             terms: parametric.n_terms(),
             axis_points: parametric.axis_points(),
             history: parametric.enrichment.history.clone(),
+            history_terms: parametric.enrichment.terms.clone(),
             stop: format!("{:?}", parametric.enrichment.stop),
             reduced_size: parametric.reduced_size,
             samples: parametric.samples,
             parameters: self.prepared.space.parameters.iter().map(|p| p.name.clone()).collect(),
             worst_trajectory_at: found.worst_trajectory_at,
             worst_radius_at: found.worst_radius_at,
+            radius_samples: found.radius_samples,
             repairs: vec![],
         };
         Ok((Certificate { diagonal, block: found.worst }, report))

@@ -5,6 +5,7 @@ use vademecum_format::scheme::SchemeTable;
 use vademecum_format::{Certificate, StructureCertificate};
 
 use crate::dynamics::{Rayleigh, numerical_damping};
+use crate::parametric::RadiusSample;
 use crate::pod::Basis;
 use crate::problem::Problem;
 use crate::progress::StageTiming;
@@ -49,6 +50,8 @@ pub struct SeparationReport {
     pub axis_points: Vec<usize>,
     /// Relative error after each enrichment, at fresh points of the reduced problem.
     pub history: Vec<f64>,
+    /// Terms after each enrichment.
+    pub history_terms: Vec<usize>,
     /// Why the enrichment ended.
     pub stop: String,
     /// Vectors of the compressed space.
@@ -61,6 +64,8 @@ pub struct SeparationReport {
     pub worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
+    /// Spectral radius of the fused step at every point of the box where it was computed.
+    pub radius_samples: Vec<RadiusSample>,
     /// What `--repair` did, in order; empty without it.
     pub repairs: Vec<String>,
 }

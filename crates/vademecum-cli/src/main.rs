@@ -11,6 +11,7 @@ mod console;
 mod failure;
 mod pictures;
 mod player;
+mod separation;
 
 use std::process::ExitCode;
 

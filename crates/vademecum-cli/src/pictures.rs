@@ -71,10 +71,33 @@ pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> Draw
     };
     let ((x0, x1), (y0, y1)) = (bounds(|p| p.0), bounds(|p| p.1));
     if chart.log_y {
-        draw(path, chart, series, x0..x1, (y0 / 2.0..y1 * 2.0).log_scale())
+        draw(path, chart, series, Mark::Line, x0..x1, (y0 / 2.0..y1 * 2.0).log_scale())
     } else {
         let margin = 0.05 * (y1 - y0);
-        draw(path, chart, series, x0..x1, y0 - margin..y1 + margin)
+        draw(path, chart, series, Mark::Line, x0..x1, y0 - margin..y1 + margin)
+    }
+}
+
+/// Writes the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis; all are positive.
+pub fn dot_chart(path: &Path, chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
+    let all = || series.iter().flat_map(|s| &s.points);
+    let range = |value: fn(&(f64, f64)) -> f64| {
+        all().map(value).fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let ((x0, x1), (y0, y1)) = (range(|p| p.0), range(|p| p.1));
+    if all().any(|p| !(p.1 > 0.0 && p.0.is_finite())) || x1 <= x0 {
+        return Err("nothing to draw".into());
+    }
+    let (low, high) = (y0 / 1.5, y1 * 1.5);
+    let y = (low..high).log_scale().with_key_points(round_numbers(low, high));
+    if log_x {
+        let margin = (x1 / x0).powf(0.03);
+        let (low, high) = (x0 / margin, x1 * margin);
+        let x = (low..high).log_scale().with_key_points(round_numbers(low, high));
+        draw(path, chart, series, Mark::Dots, x, y)
+    } else {
+        let margin = 0.03 * (x1 - x0);
+        draw(path, chart, series, Mark::Dots, x0 - margin..x1 + margin, y)
     }
 }
 
@@ -146,8 +169,29 @@ fn number(value: f64) -> String {
     if power.is_empty() { digits.into() } else { format!("{digits}e{power}") }
 }
 
-fn draw<Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], x: std::ops::Range<f64>, y: Y) -> DrawResult
+/// Numbers for a logarithmic axis: 1, 2 and 5 of each decade while that is not too many, powers of ten beyond.
+fn round_numbers(low: f64, high: f64) -> Vec<f64> {
+    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+    let steps: &[f64] = if (high / low).log10() <= 3.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let stride = 1 + (last - first) as usize / 10;
+    // Read from decimals: powers of ten are not exact.
+    let number = |power: i32, step: f64| format!("{step}e{power}").parse().unwrap_or(f64::NAN);
+    let decade = |power: i32| steps.iter().map(move |&step| number(power, step));
+    let all = (first..=last).step_by(stride).flat_map(decade);
+    all.filter(|v| (low..=high).contains(v)).collect()
+}
+
+/// How the points of a series are shown.
+#[derive(Clone, Copy, PartialEq)]
+enum Mark {
+    Line,
+    Dots,
+}
+
+fn draw<X, Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
 where
+    X: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
     Y: AsRangedCoord<Value = f64>,
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
@@ -169,9 +213,18 @@ where
         .y_label_formatter(&|v: &f64| number(*v))
         .draw()?;
     for (i, line) in series.iter().enumerate() {
-        let style = COLORS[i % COLORS.len()].stroke_width(2);
+        let color = COLORS[i % COLORS.len()];
+        let style = color.stroke_width(2);
         let usable = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0);
         let points: Vec<(f64, f64)> = line.points.iter().copied().filter(usable).collect();
+        if mark == Mark::Dots {
+            let dot = color.mix(0.7).filled();
+            context
+                .draw_series(points.iter().map(|&p| Circle::new(p, 3, dot)))?
+                .label(line.name)
+                .legend(move |(x, y)| Circle::new((x + 12, y), 3, dot));
+            continue;
+        }
         // A line that covers the one before it shall not hide it.
         let (dash, gap) = DASHES[i % DASHES.len()];
         let drawn = match gap {
@@ -296,7 +349,7 @@ fn light(triangle: &[[f64; 3]; 3]) -> u8 {
 /// Writes horizontal bars: label, length, what stands at its end. Lengths are shares of the longest.
 pub fn bars(path: &Path, title: &str, rows: &[(String, f64, String)]) -> DrawResult {
     const ROW: i32 = 26;
-    const LEFT: i32 = 190;
+    const LEFT: i32 = 214;
     let longest = rows.iter().map(|row| row.1).fold(f64::MIN_POSITIVE, f64::max);
     let height = 60 + ROW * rows.len() as i32;
     let room = f64::from(SIZE.0 as i32 - LEFT - 170);
@@ -317,6 +370,14 @@ pub fn bars(path: &Path, title: &str, rows: &[(String, f64, String)]) -> DrawRes
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_logarithmic_axis_has_round_numbers() {
+        assert_eq!(round_numbers(0.4, 2.1), [0.5, 1.0, 2.0]);
+        assert_eq!(round_numbers(2e-7, 6e-6), [2e-7, 5e-7, 1e-6, 2e-6, 5e-6]);
+        assert_eq!(round_numbers(0.5, 2e5), [1.0, 10.0, 100.0, 1e3, 1e4, 1e5]);
+        assert!(round_numbers(1e-300, 1e300).len() <= 11);
+    }
 
     #[test]
     fn labels_are_short_and_exact() {

@@ -7,8 +7,8 @@ use crate::error::FormatError;
 pub const MAGIC: [u8; 8] = [0x89, 0x56, 0x44, 0x4D, 0x0D, 0x0A, 0x1A, 0x0A];
 /// Major version written and read.
 pub const MAJOR: u16 = 1;
-/// Minor version written; any is read.
-pub const MINOR: u16 = 0;
+/// Newest minor version written: a file is given the lowest one that has all its sections. Any is read.
+pub const MINOR: u16 = 1;
 /// Bytes of the header, of a directory entry, and the alignment of sections.
 pub const BLOCK: usize = 64;
 /// Most sections of a file.
@@ -16,6 +16,7 @@ pub const MAX_SECTIONS: u32 = 256;
 
 /// The header's variable fields.
 pub(crate) struct Header {
+    pub minor: u16,
     pub n_sections: u32,
     pub file_length: u64,
     pub metadata_offset: u64,
@@ -55,7 +56,7 @@ impl Header {
         let mut block = [0; BLOCK];
         put(&mut block, 0, &MAGIC);
         put(&mut block, 8, &MAJOR.to_le_bytes());
-        put(&mut block, 10, &MINOR.to_le_bytes());
+        put(&mut block, 10, &self.minor.to_le_bytes());
         put(&mut block, 12, &self.n_sections.to_le_bytes());
         put(&mut block, 16, &self.file_length.to_le_bytes());
         put(&mut block, 24, &self.metadata_offset.to_le_bytes());
@@ -86,6 +87,7 @@ impl Header {
             return Err(FormatError::SectionCount { found: n_sections, limit: MAX_SECTIONS });
         }
         Ok(Self {
+            minor: u16::from_le_bytes(take(block, 10)),
             n_sections,
             file_length: u64::from_le_bytes(take(block, 16)),
             metadata_offset: u64::from_le_bytes(take(block, 24)),

@@ -13,6 +13,7 @@ pub struct File<'a> {
     bytes: &'a [u8],
     directory: &'a [[u8; BLOCK]],
     metadata: Metadata<'a>,
+    minor: u16,
 }
 
 impl<'a> File<'a> {
@@ -36,7 +37,7 @@ impl<'a> File<'a> {
             return Err(FormatError::DirectoryChecksum { found, expected: header.directory_crc32 });
         }
         let metadata = read_metadata(bytes, &header, directory_end)?;
-        let file = Self { bytes, directory, metadata };
+        let file = Self { bytes, directory, metadata, minor: header.minor };
         file.check_sections(directory_end + header.metadata_length)?;
         file.check_structures()?;
         Ok(file)
@@ -46,6 +47,12 @@ impl<'a> File<'a> {
     #[must_use]
     pub const fn metadata(&self) -> &Metadata<'a> {
         &self.metadata
+    }
+
+    /// The minor version of the file; the major one is 1.
+    #[must_use]
+    pub const fn minor(&self) -> u16 {
+        self.minor
     }
 
     /// All bytes of the file.

@@ -54,11 +54,16 @@ pub enum SectionKind {
     RegionStiffness = 19,
     /// `BᵀM_qB` of each region at scale 1, `f64 (n_regions, r, r)`; they sum to the identity.
     RegionMass = 20,
+    /// Terms, and the error they leave at fresh points, after each enrichment of the separated solution; `f64 (any, 2)`. Since 1.1.
+    EnrichmentHistory = 21,
+    /// Points of the parameters' box, each its values and the spectral radius of the fused block step there;
+    /// `f64 (any, n_parameters + 1)`. Since 1.1.
+    RadiusSamples = 22,
 }
 
 impl SectionKind {
-    /// All kinds of version 1.0, by number.
-    pub const ALL: [Self; 20] = [
+    /// All kinds, by number.
+    pub const ALL: [Self; 22] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -79,6 +84,8 @@ impl SectionKind {
         Self::Factors,
         Self::RegionStiffness,
         Self::RegionMass,
+        Self::EnrichmentHistory,
+        Self::RadiusSamples,
     ];
 
     /// The kind with this number.
@@ -91,6 +98,15 @@ impl SectionKind {
     #[must_use]
     pub const fn number(self) -> u32 {
         self as u32
+    }
+
+    /// The minor version of the format that first has this kind.
+    #[must_use]
+    pub const fn since(self) -> u16 {
+        match self {
+            Self::EnrichmentHistory | Self::RadiusSamples => 1,
+            _ => 0,
+        }
     }
 
     /// The shape the metadata ask for; `None` where any number will do. Places past the rank are 1.
@@ -121,6 +137,8 @@ impl SectionKind {
             Self::AxisPoints => one(points),
             Self::Factors => one(terms.saturating_mul(points)),
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
+            Self::EnrichmentHistory => [None, Some(2), Some(1)],
+            Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
         }
     }
 

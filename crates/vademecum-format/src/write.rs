@@ -66,6 +66,7 @@ pub fn encode_into(
     let (header, directory) = front.split_at_mut(BLOCK);
     write_sections(sections, directory, body, directory_end, metadata_length)?;
     let block = Header {
+        minor: minor(sections),
         n_sections,
         file_length: needed as u64,
         metadata_offset: directory_end as u64,
@@ -113,6 +114,11 @@ fn entry(section: &SectionInput<'_>, offset: u64) -> Entry {
         crc32: crc32fast::hash(section.stored),
         reserved: 0,
     }
+}
+
+/// The lowest minor version that has all of the sections: readers of that version know every one.
+fn minor(sections: &[SectionInput<'_>]) -> u16 {
+    sections.iter().map(|section| section.kind.since()).max().unwrap_or(0)
 }
 
 fn count(sections: &[SectionInput<'_>]) -> Result<u32, FormatError> {

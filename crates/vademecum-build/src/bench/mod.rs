@@ -155,6 +155,7 @@ impl Study {
                 rayleigh,
                 block: responses.as_deref().map(BlockTerms::fixed),
                 parameters: None,
+                separation: None,
                 certificate: Certificate::default(),
                 mode_table: table_matrix(&table),
             };

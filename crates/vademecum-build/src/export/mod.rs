@@ -23,6 +23,7 @@ use crate::fem::DofMap;
 use crate::parametric::ParameterSpace;
 use crate::pod::Basis;
 use crate::problem::{Fields, Precision, Problem};
+use crate::report::SeparationReport;
 use crate::response::StageResponse;
 
 /// Everything a file is made of.
@@ -43,6 +44,8 @@ pub struct Parts<'a> {
     pub block: Option<BlockTerms<'a>>,
     /// Live parameters; none without a box.
     pub parameters: Option<&'a ParameterSpace>,
+    /// What the separation over the parameters did; none without them.
+    pub separation: Option<&'a SeparationReport>,
     /// What was measured.
     pub certificate: Certificate,
     /// Rows of section 16, shape (r, 6).
@@ -220,6 +223,9 @@ fn sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     if parts.parameters.is_some_and(ParameterSpace::has_region_parameters) {
         drafts.extend(region_sections(parts));
     }
+    if let Some(separation) = parts.separation {
+        drafts.extend(separation_sections(separation));
+    }
     drafts.sort_by_key(|draft| draft.kind.number());
     drafts
 }
@@ -364,4 +370,19 @@ fn node_rows<'a>(
 pub(crate) fn reduced_load(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> {
     let dot = |k: usize| force.iter().enumerate().map(|(i, f)| f * vectors[(i, k)]).sum();
     (0..vectors.ncols()).map(dot).collect()
+}
+
+/// Sections for people: how the error fell with the terms, and how stable the step is over the box.
+fn separation_sections(report: &SeparationReport) -> [Draft; 2] {
+    let history = report.history_terms.iter().zip(&report.history);
+    let radii = report.radius_samples.iter().map(|s| s.values.iter().copied().chain([s.spectral_radius]));
+    let columns = report.radius_samples.first().map_or(0, |s| s.values.len() + 1);
+    [
+        Draft::f64s(
+            SectionKind::EnrichmentHistory,
+            [report.history.len(), 2, 1],
+            history.flat_map(|(&terms, &error)| [terms as f64, error]),
+        ),
+        Draft::f64s(SectionKind::RadiusSamples, [report.radius_samples.len(), columns, 1], radii.flatten()),
+    ]
 }

@@ -17,6 +17,15 @@ use crate::reduced::{BlockStep, FusedStep, fused_radius};
 /// Random points at which stability is checked beside the corners.
 const STABILITY_POINTS: usize = 100;
 
+/// The spectral radius of the fused step at a point of the box.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct RadiusSample {
+    /// Parameter values, in the order of the problem file.
+    pub values: Vec<f64>,
+    /// Of the block structure's fused step.
+    pub spectral_radius: f64,
+}
+
 /// The certificate of a box and where its worst values lie.
 #[derive(Clone, Debug)]
 pub struct BoxCertificate {
@@ -26,6 +35,8 @@ pub struct BoxCertificate {
     pub worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
+    /// The spectral radius at the corners, at the values of the problem file and at random points, in this order.
+    pub radius_samples: Vec<RadiusSample>,
 }
 
 /// Marches unseen loads at every corner, full order beside the separated map, and checks stability over the box.
@@ -50,21 +61,24 @@ pub fn certify_box(
         Ok(certificate)
     };
     let measured = corners.par_iter().map(at_corner).collect::<Result<Vec<_>, _>>()?;
-    let (radius, worst_radius_at) = largest_radius(scheme, space, parametric, &corners)?;
+    let radius_samples = sample_radius(scheme, space, parametric, &corners)?;
+    let by_radius = |a: &&RadiusSample, b: &&RadiusSample| a.spectral_radius.total_cmp(&b.spectral_radius);
+    let least_stable = radius_samples.iter().max_by(by_radius).expect("a box has corners").clone();
     let excess = |c: &StructureCertificate| c.trajectory_error / c.projection_floor.max(f64::MIN_POSITIVE);
     let worst = (0..corners.len()).max_by(|&a, &b| excess(&measured[a]).total_cmp(&excess(&measured[b])));
     let worst = worst.expect("a box has corners");
     let energy_ratio = measured.iter().map(|c| c.energy_ratio).fold(0.0, f64::max);
     Ok(BoxCertificate {
         worst: StructureCertificate {
-            spectral_radius: radius,
+            spectral_radius: least_stable.spectral_radius,
             energy_ratio,
             map_error_rms: parametric.map_error.0,
             map_error_max: parametric.map_error.1,
             ..measured[worst]
         },
         worst_trajectory_at: corners[worst].clone(),
-        worst_radius_at,
+        worst_radius_at: least_stable.values,
+        radius_samples,
     })
 }
 
@@ -89,21 +103,19 @@ fn certify_setting(
     Ok(measured[0])
 }
 
-/// Largest spectral radius over corners and random points, and where.
-fn largest_radius(
+/// Spectral radius at the corners, at the values of the problem file and at random points.
+fn sample_radius(
     scheme: &SchemeTable,
     space: &ParameterSpace,
     parametric: &Parametric,
     corners: &[Vec<f64>],
-) -> Result<(f64, Vec<f64>), BuildError> {
+) -> Result<Vec<RadiusSample>, BuildError> {
     let points: Vec<Vec<f64>> =
         corners.iter().cloned().chain([space.nominal()]).chain(space.random(STABILITY_POINTS, 9)).collect();
-    let radius = |values: &Vec<f64>| -> Result<f64, BuildError> {
-        let setting = space.setting(values);
+    let sample = |values: Vec<f64>| -> Result<RadiusSample, BuildError> {
+        let setting = space.setting(&values);
         let states: Vec<Mat<f64>> = parametric.states(scheme, &setting)?;
-        Ok(fused_radius(scheme, &setting.step, &states)?)
+        Ok(RadiusSample { values, spectral_radius: fused_radius(scheme, &setting.step, &states)? })
     };
-    let radii = points.par_iter().map(radius).collect::<Result<Vec<_>, _>>()?;
-    let worst = (0..radii.len()).max_by(|&a, &b| radii[a].total_cmp(&radii[b])).expect("there are points");
-    Ok((radii[worst], points[worst].clone()))
+    points.into_par_iter().map(sample).collect()
 }

@@ -11,7 +11,7 @@ mod responses;
 mod separate;
 
 pub use basis::carrier_basis;
-pub use box_certificate::{BoxCertificate, certify_box};
+pub use box_certificate::{BoxCertificate, RadiusSample, certify_box};
 pub use separate::{Parametric, ParametricError, SeparationOptions, separate_responses};
 
 use vademecum_format::ParameterRole;

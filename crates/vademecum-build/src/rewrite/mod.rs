@@ -35,7 +35,8 @@ impl Keep {
     pub fn keeps(self, kind: SectionKind) -> bool {
         use SectionKind as S;
         let inside = kind == S::InteriorBasis;
-        let for_people = matches!(kind, S::SingularValues | S::ModeTable);
+        let for_people =
+            matches!(kind, S::SingularValues | S::ModeTable | S::EnrichmentHistory | S::RadiusSamples);
         let surface =
             matches!(kind, S::NodeIds | S::NodeCoordinates | S::Triangles | S::SurfaceBasis | S::BlockLoad);
         match self {

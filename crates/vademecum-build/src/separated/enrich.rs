@@ -62,6 +62,8 @@ pub enum StopReason {
 pub struct EnrichmentReport {
     /// Measured error after each enrichment.
     pub history: Vec<f64>,
+    /// Terms after each enrichment.
+    pub terms: Vec<usize>,
     /// Error of the solution returned.
     pub error: f64,
     /// Why it ended.
@@ -73,13 +75,14 @@ pub(crate) struct Progress {
     best: Separated,
     error: f64,
     history: Vec<f64>,
+    terms: Vec<usize>,
     /// Error to beat by a twentieth, and the enrichment at which it was reached.
     milestone: (f64, usize),
 }
 
 impl Progress {
     pub(crate) fn new(start: Separated, error: f64) -> Progress {
-        Progress { best: start, error, history: Vec::new(), milestone: (f64::INFINITY, 0) }
+        Progress { best: start, error, history: Vec::new(), terms: Vec::new(), milestone: (f64::INFINITY, 0) }
     }
 
     /// Records a candidate; says whether, and why, to stop.
@@ -90,6 +93,7 @@ impl Progress {
         options: &EnrichmentOptions,
     ) -> Option<StopReason> {
         self.history.push(error);
+        self.terms.push(now.n_terms());
         if error < self.error {
             self.error = error;
             self.best = now.clone();
@@ -109,7 +113,8 @@ impl Progress {
     }
 
     pub(crate) fn finish(self, stop: StopReason) -> (Separated, EnrichmentReport) {
-        (self.best.normalised(), EnrichmentReport { history: self.history, error: self.error, stop })
+        let Self { best, error, history, terms, .. } = self;
+        (best.normalised(), EnrichmentReport { history, terms, error, stop })
     }
 }
 

@@ -35,7 +35,8 @@ impl RegionAxes {
             // a range that Axis::new will refuse still needs some number of points to be refused with
             let valid = lower > 0.0 && lower < upper && upper.is_finite();
             let points = if valid { chebyshev_points(upper / lower, strip, tolerance) } else { 2 };
-            Axis::new(name, "1", lower, upper, AxisKind::Chebyshev { points }, true)
+            let unit = if name == "theta" { "s²" } else { "1" };
+            Axis::new(name, unit, lower, upper, AxisKind::Chebyshev { points }, true)
         };
         let axis = |name: &str, range: (f64, f64)| with_strip(name, range, PI);
         let live: Vec<bool> = scales.iter().map(Option::is_some).collect();

@@ -15,7 +15,8 @@ use vademecum_build::scenario::Scenario;
 use vademecum_format::File;
 
 use self::candidates::{Group, groups};
-use self::measure::{Samples, percentiles};
+use self::measure::Samples;
+pub use self::measure::percentiles;
 use self::output::{Report, Row, SchemeError};
 use super::demo::{PROBLEM, SCENARIO};
 use super::verify::{file_nodes, full_order_loads};

@@ -8,9 +8,12 @@ use vademecum_build::problem::Problem;
 use vademecum_eval::Mapped;
 use vademecum_format::{File, SectionKind};
 
+use vademecum_build::parametric::RadiusSample;
+
 use super::{print_json, whole_file};
 use crate::failure::Failure;
 use crate::player::names;
+use crate::separation::{Enrichment, enrichment_history, radius_samples};
 
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
@@ -48,6 +51,8 @@ struct Report {
     load_patterns: Vec<String>,
     probes: Vec<String>,
     certificate: Certificates,
+    enrichment_history: Vec<Enrichment>,
+    radius_samples: Vec<RadiusSample>,
     sections: Vec<SectionReport>,
     problem: String,
 }
@@ -148,7 +153,7 @@ impl Info {
         let present = [("diagonal", m.diagonal), ("block", m.block)];
         Ok(Report {
             file_bytes,
-            format: format!("{}.{}", vademecum_format::MAJOR, vademecum_format::MINOR),
+            format: format!("{}.{}", vademecum_format::MAJOR, file.minor()),
             program: m.program.into(),
             units: m.units.into(),
             mesh_hash: m.mesh_hash.iter().map(|b| format!("{b:02x}")).collect(),
@@ -180,6 +185,8 @@ impl Info {
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
             },
+            enrichment_history: enrichment_history(&self.file, file)?,
+            radius_samples: radius_samples(&self.file, file)?,
             sections: SectionKind::ALL.iter().filter_map(|&kind| file.section(kind)).map(section).collect(),
             problem: m.problem.into(),
         })
@@ -239,10 +246,37 @@ impl Report {
                 "the tolerance is good for about {steps:.1e} steps (error beyond the floor growing with their number)"
             );
         }
-        println!("\nsection           element  codec  shape                     bytes");
+        self.print_separation();
+        println!("\nsection            element  codec  shape                     bytes");
         for s in &self.sections {
             let shape = format!("{} × {} × {}", s.shape[0], s.shape[1], s.shape[2]);
-            println!("{:<16}  {:<7}  {:<5}  {shape:<20}  {:>9}", s.kind, s.element, s.codec, s.stored_bytes);
+            println!("{:<17}  {:<7}  {:<5}  {shape:<20}  {:>9}", s.kind, s.element, s.codec, s.stored_bytes);
+        }
+    }
+}
+
+impl Report {
+    /// How the terms came about and where the step was found stable.
+    fn print_separation(&self) {
+        if let (Some(first), Some(last)) = (self.enrichment_history.first(), self.enrichment_history.last()) {
+            println!(
+                "enrichment: {} steps, error {:.1e} at {} terms to {:.1e} at {}",
+                self.enrichment_history.len(),
+                first.error,
+                first.terms,
+                last.error,
+                last.terms
+            );
+        }
+        let radii = self.radius_samples.iter().map(|sample| sample.spectral_radius);
+        if !self.radius_samples.is_empty() {
+            let (low, high) = radii.fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
+            println!(
+                "spectral radius at {} points of the box: 1 {:+.1e} to 1 {:+.1e}",
+                self.radius_samples.len(),
+                low - 1.0,
+                high - 1.0
+            );
         }
     }
 }

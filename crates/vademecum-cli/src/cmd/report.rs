@@ -1,12 +1,15 @@
 //! `vademecum report`: one page that shows a build to someone who did not make it, with its figures beside it.
 
+mod build_times;
 mod figures;
 mod measure;
 mod page;
+mod separation_figures;
 
 use std::path::{Path, PathBuf};
 
 use vademecum_build::export::write_atomic;
+use vademecum_build::parametric::RadiusSample;
 use vademecum_build::pipeline::prepare;
 use vademecum_build::problem::Problem;
 use vademecum_build::progress::{Listener, Stopwatch};
@@ -14,6 +17,7 @@ use vademecum_build::scenario::Scenario;
 use vademecum_eval::{Mapped, SceneOptions};
 use vademecum_format::{File, SectionKind};
 
+use self::build_times::BuildTimes;
 use self::figures::Figures;
 use self::measure::{FreeRun, Timings};
 use super::make_folder;
@@ -21,12 +25,14 @@ use super::verify::{Verified, verify};
 use super::view::title;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::separation::{Enrichment, enrichment_history, radius_samples};
 
-/// Writes a page about a file: body, basis, modes, certificate, energy, make-up, timings.
+/// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum report body.vdm -o report.html
   vademecum report body.vdm --problem body.toml --scenario push.toml    with the full-order march beside it
+  vademecum build body.toml -o body.vdm --json > build.json && vademecum report body.vdm --build build.json
 The figures are written as SVG files too, into the folder `report-figures` beside `report.html`.")]
 pub struct Report {
     /// The vademecum file.
@@ -40,6 +46,9 @@ pub struct Report {
     /// The scenario to compare on.
     #[arg(long, requires = "problem")]
     scenario: Option<PathBuf>,
+    /// What `build --json` printed for this file: shows what the build took.
+    #[arg(long)]
+    build: Option<PathBuf>,
 }
 
 /// Everything the page shows.
@@ -52,6 +61,9 @@ struct Content<'a> {
     timings: Timings,
     free: FreeRun,
     verified: Option<Verified>,
+    history: Vec<Enrichment>,
+    radii: Vec<RadiusSample>,
+    build: Option<BuildTimes>,
 }
 
 impl Report {
@@ -59,6 +71,8 @@ impl Report {
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         let modes = mode_table(&self.file, &file)?;
+        let bytes = mapped.bytes().len();
+        let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;
         console.stage("measure");
         let timings = measure::timings(&self.file, &file)?;
         console.stage("free run");
@@ -66,8 +80,19 @@ impl Report {
         let free = measure::free_run(&self.file, &file, &lambdas)?;
         let verified = self.compare(&file, console)?;
         let title = title(&self.file, &file);
-        let bytes = mapped.bytes().len();
-        let content = Content { title, path: &self.file, bytes, file: &file, modes, timings, free, verified };
+        let content = Content {
+            title,
+            path: &self.file,
+            bytes,
+            file: &file,
+            modes,
+            timings,
+            free,
+            verified,
+            history: enrichment_history(&self.file, &file)?,
+            radii: radius_samples(&self.file, &file)?,
+            build,
+        };
 
         console.stage("draw");
         let folder = self.output.with_file_name(format!(

@@ -56,7 +56,7 @@ impl Strip {
 }
 
 /// What nobody can do any more without a section.
-const LOST: [(SectionKind, &str); 7] = [
+const LOST: [(SectionKind, &str); 9] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),
     (SectionKind::Triangles, "no surface to show"),
@@ -64,4 +64,6 @@ const LOST: [(SectionKind, &str); 7] = [
     (SectionKind::InteriorBasis, "no fields inside the body"),
     (SectionKind::SingularValues, "no singular values to report"),
     (SectionKind::ModeTable, "no table of modes to report"),
+    (SectionKind::EnrichmentHistory, "no history of the enrichment to report"),
+    (SectionKind::RadiusSamples, "no spectral radius over the parameters to report"),
 ];

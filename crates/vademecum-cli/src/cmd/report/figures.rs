@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use vademecum_format::{AxisKind, SectionKind};
 
+use super::build_times::Stage;
+use super::separation_figures::with_unit;
 use super::{Content, numbers};
 use crate::cmd::run::geometry;
 use crate::cmd::verify::Verified;
@@ -35,8 +37,11 @@ impl Figures {
         figures.body(content)?;
         figures.basis(content)?;
         figures.energy(content)?;
+        figures.enrichment(content)?;
         figures.axes(content)?;
+        figures.radius(content)?;
         figures.make_up(content)?;
+        figures.build_times(content)?;
         if let Some(verified) = &content.verified {
             figures.against_full_order(verified)?;
         }
@@ -53,7 +58,7 @@ impl Figures {
         self.drawn.len()
     }
 
-    fn add(
+    pub(super) fn add(
         &mut self,
         part: &'static str,
         name: &str,
@@ -101,24 +106,24 @@ impl Figures {
             (
                 format!("mode {}, {}", k + 1, hertz(mode[0])),
                 mode[2].max(0.0),
-                format!("{:.3} %", 100.0 * mode[2]),
+                format!("{} %", rounded(100.0 * mode[2])),
             )
         };
         let rows: Vec<_> = content.modes.iter().enumerate().map(share).take(32).collect();
-        let caption = "How much of the snapshots' energy each mode carries; modes are sorted by it.".into();
+        let caption = "How much of the snapshots' energy each mode carries.".into();
         self.add("basis", "modes", caption, |path| bars(path, "share of the snapshots' energy", &rows))
     }
 
     fn energy(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let free = &content.free;
-        let lines = [
-            Series { name: "all modes", points: free.all.clone() },
-            Series { name: "lowest mode", points: free.lowest.clone() },
-        ];
+        let run = |name, points: &[(f64, f64)]| Series { name, points: points.to_vec() };
+        let pushed = free.pushed.as_ref().map(|points| run("pushed and let go", points));
+        let lines: Vec<Series<'_>> =
+            pushed.into_iter().chain([run("bent in the lowest mode", &free.lowest)]).collect();
         let caption = format!(
-            "The body is bent, let go and left alone for {:.0} periods of its lowest mode, once with the same energy in every \
-             mode, once in the lowest mode alone. What the curves lose is the damping of the material and of the time scheme; \
-             a curve that rises would be a defect.",
+            "The body is let go and left alone for {:.0} periods of its lowest mode: after a push of half such a period, and bent in \
+             that mode alone. What the curves lose is the damping of the material and of the time scheme; a curve that keeps rising \
+             would be a defect.",
             free.periods
         );
         let chart = Chart {
@@ -154,11 +159,7 @@ impl Figures {
             let labels: Vec<String> = (0..n_terms.min(5)).map(|term| format!("term {}", term + 1)).collect();
             let lines: Vec<Series<'_>> =
                 labels.iter().enumerate().map(|(term, name)| Series { name, points: line(term) }).collect();
-            let x = if axis.unit.is_empty() {
-                axis.name.to_string()
-            } else {
-                format!("{} [{}]", axis.name, axis.unit)
-            };
+            let x = with_unit(axis.name, axis.unit);
             let title = format!("factors along {}", axis.name);
             let chart = Chart { title: &title, x: &x, y: "factor", log_y: false };
             let caption = format!(
@@ -186,6 +187,17 @@ impl Figures {
         let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by those who ask for \
              fields inside the body.";
         self.add("file", "file", caption.into(), |path| bars(path, "bytes by section", &rows))
+    }
+
+    fn build_times(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        let Some(build) = &content.build else { return Ok(()) };
+        let row = |stage: &Stage| {
+            let memory = stage.peak_memory_bytes.map_or(String::new(), |b| format!(", {}", size(b as f64)));
+            (stage.stage.clone(), stage.seconds, format!("{:.2} s{memory}", stage.seconds))
+        };
+        let rows: Vec<_> = build.timings.iter().map(row).collect();
+        let caption = "Where the build spent its time, stage by stage in order, and the most memory the program had held until the end of each.";
+        self.add("timings", "build", caption.into(), |path| bars(path, "seconds of the build", &rows))
     }
 
     fn against_full_order(&mut self, verified: &Verified) -> Result<(), Failure> {
@@ -246,6 +258,11 @@ pub fn hertz(value: f64) -> String {
     format!("{value:.digits$} Hz")
 }
 
+/// A share of 100 with three decimals; below that, two figures.
+fn rounded(percent: f64) -> String {
+    if percent >= 1e-3 || percent == 0.0 { format!("{percent:.3}") } else { format!("{percent:.1e}") }
+}
+
 /// Bytes with a unit.
 pub fn size(bytes: f64) -> String {
     let (scale, unit) = if bytes >= 1e6 {
@@ -260,6 +277,6 @@ pub fn size(bytes: f64) -> String {
 }
 
 /// Letters and digits of a name; the rest becomes `-`.
-fn file_name(name: &str) -> String {
+pub fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }

@@ -5,8 +5,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use vademecum_eval::{Contact, Field, Loads, Mapped, Scalar, Scene, SceneOptions, State, Structure};
-use vademecum_format::File;
+use vademecum_format::{File, SectionKind};
 
+use super::numbers;
+use crate::cmd::bench::percentiles;
 use crate::failure::Failure;
 
 /// Wall times on this machine \[s\].
@@ -15,14 +17,17 @@ pub struct Timings {
     pub open: f64,
     /// Binding a scene in double precision.
     pub bind: f64,
-    /// One step in single and in double precision.
-    pub step: [f64; 2],
+    /// One step in single and in double precision: median, 99th percentile and largest of bursts of 32.
+    pub step: [[f64; 3]; 2],
     /// Displacement of the whole surface in single precision.
     pub surface: f64,
     /// The structure that was stepped.
     pub structure: Structure,
 }
 
+/// Steps of a burst, so that the clock is a small part of it, and bursts measured.
+const BURST: u32 = 32;
+const BURSTS: usize = 2000;
 /// Shortest time of a measurement \[s\]; shorter ones are repeated more often.
 const LONG_ENOUGH: f64 = 0.05;
 
@@ -69,47 +74,51 @@ pub fn timings(path: &Path, file: &File<'_>) -> Result<Timings, Failure> {
     })?;
     let bind = seconds(|| with_scene::<f64, ()>(path, file, |_, _, _| Ok(())))?;
     let (single, surface, _) =
-        with_scene::<f32, _>(path, file, |scene, state, loads| steps(path, scene, state, loads))?;
+        with_scene::<f32, _>(path, file, |scene, state, loads| steps(path, file, scene, state, loads))?;
     let (double, _, structure) =
-        with_scene::<f64, _>(path, file, |scene, state, loads| steps(path, scene, state, loads))?;
+        with_scene::<f64, _>(path, file, |scene, state, loads| steps(path, file, scene, state, loads))?;
     Ok(Timings { open, bind, step: [single, double], surface, structure })
 }
 
 /// Seconds of a step under a held contact and of a surface read.
 fn steps<T: Scalar>(
     path: &Path,
+    file: &File<'_>,
     scene: &Scene<'_, T>,
     state: &mut State<'_, T>,
     loads: &mut Loads<'_, T>,
-) -> Result<(f64, f64, Structure), Failure> {
-    if scene.metadata().n_load_nodes > 0 {
-        let contact = Contact { nodes: [0; 3], weights: [1.0, 0.0, 0.0], force: [1e-3; 3] };
-        loads.add_contact(scene, &contact).map_err(|error| Failure::file(path, error))?;
+) -> Result<([f64; 3], f64, Structure), Failure> {
+    if scene.metadata().n_load_nodes > 0 || scene.metadata().n_patterns > 0 {
+        push(path, file, scene, loads)?;
     } else {
         // Without a load a body at rest would not be stepped at all.
         let (zeta, rates) = (vec![1e-3; scene.n_modes()], vec![0.0; scene.n_modes()]);
         scene.set(state, &zeta, &rates, loads).map_err(|error| Failure::file(path, error))?;
     }
-    let step = seconds(|| {
-        for _ in 0..1000 {
+    let mut bursts = Vec::with_capacity(BURSTS);
+    for _ in 0..=BURSTS {
+        let start = Instant::now();
+        for _ in 0..BURST {
             scene.step(state, loads).map_err(|error| Failure::file(path, error))?;
         }
-        Ok(())
-    })?;
+        bursts.push(start.elapsed().as_secs_f64() / f64::from(BURST));
+    }
+    // The first one warms up.
+    let step = percentiles(bursts.split_off(1));
     let mut field = vec![T::ZERO; 3 * scene.metadata().n_surface_nodes as usize];
     let surface = seconds(|| {
         let read = scene.surface_into(state, Field::Displacement, &mut field);
         black_box(&mut field);
         read.map_err(|error| Failure::file(path, error))
     })?;
-    Ok((step / 1000.0, surface, scene.structure()))
+    Ok((step, surface, scene.structure()))
 }
 
 /// Energy over an unloaded run, as a share of that at its start.
 pub struct FreeRun {
-    /// All modes start with the same energy: (time \[s\], share).
-    pub all: Vec<(f64, f64)>,
-    /// Only the lowest mode moves at first.
+    /// After a push: (time \[s\], share); none for a file without loads.
+    pub pushed: Option<Vec<(f64, f64)>>,
+    /// Only the lowest mode is bent at first.
     pub lowest: Vec<(f64, f64)>,
     /// Periods of the lowest mode.
     pub periods: f64,
@@ -119,35 +128,81 @@ pub struct FreeRun {
 const STEPS: usize = 200_000;
 const POINTS: usize = 1000;
 
-/// Lets go of a body bent by `ζ_k = 1/√λ_k` (the same elastic energy ½ in each mode) and of one bent in its lowest mode.
+/// Lets go of a body that was pushed, and of one bent in its lowest mode with the energy ½.
 pub fn free_run(path: &Path, file: &File<'_>, lambdas: &[f64]) -> Result<FreeRun, Failure> {
     let lowest = lambdas.iter().copied().filter(|&lambda| lambda > 0.0).fold(f64::INFINITY, f64::min);
-    let period = std::f64::consts::TAU / lowest.sqrt();
-    let time_step = file.metadata().time_step;
+    let (period, time_step) = (std::f64::consts::TAU / lowest.sqrt(), file.metadata().time_step);
     let steps = ((50.0 * period / time_step).ceil() as usize).clamp(100, STEPS);
-    let bent = |keep: &dyn Fn(f64) -> bool| -> Vec<f64> {
-        let start = |&lambda: &f64| if lambda > 0.0 && keep(lambda) { lambda.sqrt().recip() } else { 0.0 };
-        lambdas.iter().map(start).collect()
+    let bend = |&lambda: &f64| if lambda == lowest { lambda.sqrt().recip() } else { 0.0 };
+    let zeta: Vec<f64> = lambdas.iter().map(bend).collect();
+    let loadable = file.metadata().n_load_nodes > 0 || file.metadata().n_patterns > 0;
+    let held = ((0.5 * period / time_step).ceil() as usize).clamp(1, STEPS);
+    let pushed = if loadable {
+        Some(with_scene::<f64, _>(path, file, |scene, state, loads| {
+            let failed = |error| Failure::file(path, error);
+            push(path, file, scene, loads)?;
+            (0..held).try_for_each(|_| scene.step(state, loads).map(|_| ()).map_err(failed))?;
+            loads.clear();
+            release(path, scene, state, loads, steps)
+        })?)
+    } else {
+        None
     };
-    Ok(FreeRun {
-        all: release(path, file, &bent(&|_| true), steps)?,
-        lowest: release(path, file, &bent(&|lambda| lambda == lowest), steps)?,
-        periods: steps as f64 * time_step / period,
-    })
+    let lowest = with_scene::<f64, _>(path, file, |scene, state, loads| {
+        let at_rest = vec![0.0; zeta.len()];
+        scene.set(state, &zeta, &at_rest, loads).map_err(|error| Failure::file(path, error))?;
+        release(path, scene, state, loads, steps)
+    })?;
+    Ok(FreeRun { pushed, lowest, periods: steps as f64 * time_step / period })
 }
 
-fn release(path: &Path, file: &File<'_>, zeta: &[f64], steps: usize) -> Result<Vec<(f64, f64)>, Failure> {
-    with_scene::<f64, _>(path, file, |scene, state, loads| {
-        let energy = |state: &State<'_, f64>| scene.energy(state).map_err(|error| Failure::file(path, error));
-        scene.set(state, zeta, &vec![0.0; zeta.len()], loads).map_err(|error| Failure::file(path, error))?;
-        let first = energy(state)?;
-        let mut points = vec![(0.0, 1.0)];
-        for step in 1..=steps {
-            scene.step(state, loads).map_err(|error| Failure::file(path, error))?;
-            if step % steps.div_ceil(POINTS) == 0 {
-                points.push((step as f64 * scene.parameters().time_step, energy(state)? / first));
-            }
+/// A contact at the loadable node that the modes move most, or the first load pattern of a file without contacts.
+fn push<T: Scalar>(
+    path: &Path,
+    file: &File<'_>,
+    scene: &Scene<'_, T>,
+    loads: &mut Loads<'_, T>,
+) -> Result<(), Failure> {
+    let pushed = match file.metadata().n_load_nodes as usize {
+        0 => loads.add_pattern(scene, 0, 1e-3),
+        n_load_nodes => {
+            let basis = numbers(path, file, SectionKind::SurfaceBasis)?;
+            let size = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
+            let rows = basis.chunks_exact(3 * scene.n_modes()).map(size).take(n_load_nodes).enumerate();
+            let node = rows.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |row| row.0 as u32);
+            let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [1e-3; 3] };
+            loads.add_contact(scene, &contact)
         }
-        Ok(points)
+    };
+    pushed.map_err(|error| Failure::file(path, error))
+}
+
+/// Steps a body that nothing drives; its energy as a share of that at the start.
+fn release(
+    path: &Path,
+    scene: &Scene<'_, f64>,
+    state: &mut State<'_, f64>,
+    loads: &mut Loads<'_, f64>,
+    steps: usize,
+) -> Result<Vec<(f64, f64)>, Failure> {
+    let energy = |state: &State<'_, f64>| scene.energy(state).map_err(|error| Failure::file(path, error));
+    let first = energy(state)?;
+    let mut points = vec![(0.0, 1.0)];
+    for step in 1..=steps {
+        scene.step(state, loads).map_err(|error| Failure::file(path, error))?;
+        if step % steps.div_ceil(POINTS) == 0 {
+            points.push((step as f64 * scene.parameters().time_step, energy(state)? / first));
+        }
+    }
+    Ok(points)
+}
+
+/// The processor, where the system tells, and what the program was compiled for.
+pub fn machine() -> String {
+    let (system, processor) = (std::env::consts::OS, std::env::consts::ARCH);
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = told.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    model.map_or(format!("{processor} {system}"), |(_, name)| {
+        format!("{} ({processor} {system})", name.trim())
     })
 }

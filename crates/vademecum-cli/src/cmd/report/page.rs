@@ -6,8 +6,8 @@ use vademecum_build::pipeline::StructureReport;
 use vademecum_eval::Structure;
 use vademecum_format::SectionKind;
 
-use super::Content;
 use super::figures::{Figures, hertz, listed, size};
+use super::{Content, measure};
 use crate::cmd::view::escaped;
 
 const STYLE: &str = include_str!("../../../assets/report.css");
@@ -57,7 +57,7 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
 /// What the file is, in sentences.
 fn summary(content: &Content<'_>) -> String {
     let m = content.file.metadata();
-    let step = content.timings.step[1];
+    let step = content.timings.step[1][0];
     let lowest = content.modes.iter().map(|mode| mode[0]).fold(f64::INFINITY, f64::min);
     format!(
         "<p class=\"lead\">This file steps a body of {} nodes ({} displacement components) with {} numbers of state. Its lowest \
@@ -202,10 +202,7 @@ fn file(content: &Content<'_>) -> String {
     table(&[
         ("name", content.path.file_name().unwrap_or_default().to_string_lossy().into_owned()),
         ("size", size(content.bytes as f64)),
-        (
-            "format",
-            format!("{}.{}, written by {}", vademecum_format::MAJOR, vademecum_format::MINOR, m.program),
-        ),
+        ("format", format!("{}.{}, written by {}", vademecum_format::MAJOR, content.file.minor(), m.program)),
         (
             "time scheme",
             format!("{}, {} stages, time step {}", m.scheme_name, m.scheme.n_stages, duration(m.time_step)),
@@ -217,15 +214,29 @@ fn file(content: &Content<'_>) -> String {
 
 fn timings(content: &Content<'_>) -> String {
     let t = &content.timings;
-    let rate = |seconds: f64| format!("{} ({:.2e} a second)", duration(seconds), 1.0 / seconds);
+    let step = |[median, p99, worst]: [f64; 3]| {
+        format!(
+            "{} (99 of 100 within {}, slowest burst {})",
+            duration(median),
+            duration(p99),
+            duration(worst)
+        )
+    };
     let rows = table(&[
         ("map and open", duration(t.open)),
         ("bind a scene", duration(t.bind)),
-        ("step, 32 bit", rate(t.step[0])),
-        ("step, 64 bit", rate(t.step[1])),
+        ("step, 32 bit", step(t.step[0])),
+        ("step, 64 bit", step(t.step[1])),
         ("displacement of the whole surface, 32 bit", duration(t.surface)),
     ]);
-    format!("<p>Measured on the machine that wrote this report, one thread.</p>\n{rows}")
+    let build = content.build.as_ref().map_or(String::new(), |build| {
+        let total = duration(build.total());
+        format!("<p>The build took {total} on the machine it ran on, as it reported itself.</p>\n")
+    });
+    format!(
+        "<p>Measured when this report was written, in one thread of {}. A step is the median over bursts of 32.</p>\n{rows}{build}",
+        escaped(&measure::machine())
+    )
 }
 
 fn problem(content: &Content<'_>) -> String {
