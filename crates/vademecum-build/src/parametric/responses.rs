@@ -23,6 +23,7 @@ use crate::separated::{DenseSpace, Energy, SeparatedError, Space, compress};
 
 /// Steps of inverse iteration from `B` to the lifted basis.
 const INVERSE_ITERATIONS: usize = 2;
+
 /// The operators of a pencil, factorised with its own symbolic analysis.
 pub(super) struct PencilSpace<'a> {
     matrices: Vec<&'a SymmetricMatrix>,
@@ -55,6 +56,7 @@ impl Space for PencilSpace<'_> {
         Ok(x)
     }
 }
+
 /// The problem in one space, full or compressed: operators, basis and `M₀ B` in its coordinates.
 pub(super) struct Responses<'a, S> {
     pub(super) space: S,
@@ -157,6 +159,7 @@ pub(super) fn full_space<'a>(pencil: &'a Pencil, symbolic: &'a Symbolic, regions
         symbolic,
     }
 }
+
 /// An M-orthonormal basis that holds `B`, the responses at all points and what they are made of.
 pub(super) fn compressed_basis(
     full: &Responses<'_, PencilSpace<'_>>,

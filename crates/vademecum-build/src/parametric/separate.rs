@@ -68,6 +68,7 @@ pub struct Parametric {
     /// Relative error of loads and state over fresh points of the box against full-order solves: (rms, worst).
     pub map_error: (f64, f64),
 }
+
 /// Separates the stage responses over the box.
 ///
 /// Cost: some tens of factorisations and solves in the full space to compress it, a few thousand small dense solves and
@@ -125,6 +126,7 @@ pub fn separate_responses(
         Ok(fresh.error(&fresh.points.par_iter().map(|p| u.evaluate(p)).collect::<Result<Vec<_>, _>>()?))
     };
     let (solution, enrichment) = fit(&expansion, &options, Some(&measure))?;
+
     let n_modes = basis.n_modes();
     let block = |t: usize| solution.block(t);
     let loads: Vec<Mat<f64>> =
@@ -167,6 +169,7 @@ fn compression_points(
     points.truncate(RANDOM + CORNERS);
     Ok(points)
 }
+
 /// Sweeps over all factors after each enrichment. With two or three axes the sum is short and each sweep costs
 /// milliseconds: the terms they save are worth it. With more, ten sweeps come within a sixth of the fewest terms.
 fn update_sweeps(axes: usize) -> usize {
