@@ -258,7 +258,8 @@ fn four_regions_and_a_time_step_run_through_the_program() {
         problem = problem.replace(from, to);
     }
     let folder = tempfile::tempdir().expect("a folder");
-    let (ran, file) = build(folder.path(), &problem, &[]);
+    // A map good to 1e-3 does not keep an undamped step stable (the program says where); only the maps are asked here.
+    let (ran, file) = build(folder.path(), &problem, &["--keep-missed"]);
     let report = ran.json();
     assert_eq!(report["separation"]["stop"], "Tolerance");
     let info = vademecum(&["info", &*file, "--json"]).json();
