@@ -110,3 +110,161 @@ fn a_range_without_the_problems_own_value_and_an_unknown_region_are_named_with_t
         assert!(located, "{}", ran.stderr);
     }
 }
+
+/// Writes a problem, runs `build` on it with further arguments, and gives what came back and the path of the file.
+fn build(
+    folder: &std::path::Path,
+    problem: &str,
+    arguments: &[&str],
+) -> (vademecum_tests::program::Ran, String) {
+    let path = folder.join("p.toml");
+    std::fs::write(&path, problem).expect("written");
+    let (path, file) = (path.display().to_string(), folder.join("f.vdm").display().to_string());
+    let mut all = vec!["build", &*path, "-o", &*file, "--json"];
+    all.extend(arguments);
+    (vademecum(&all), file)
+}
+
+#[test]
+fn a_step_unstable_over_the_box_is_named_with_its_place_and_mended_on_request() {
+    // A sum of two terms misses the step by more than a nearly undamped scheme takes off.
+    let loose = PROBLEM
+        .replace("map = 1e-6\nmax_terms = 80", "map = 0.03\nmax_terms = 2")
+        .replace("modes = 6", "modes = 3");
+    let problem = format!("{loose}{PARAMETERS}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let (refused, _) = build(folder.path(), &problem, &[]);
+    assert_eq!(refused.code, Some(6), "{}", refused.stderr);
+    let place =
+        refused.stderr.lines().find(|line| line.contains("the step is unstable at")).expect("a place");
+    assert!(["root = ", "tip = ", "dt = "].iter().all(|name| place.contains(name)), "{place}");
+    assert!(refused.stderr.contains("spectral radius 1+"), "by how much: {}", refused.stderr);
+
+    let (repaired, file) = build(folder.path(), &problem, &["--repair", "--keep-missed"]);
+    let report = repaired.json();
+    let repairs = report["separation"]["repairs"].as_array().expect("a list");
+    assert!(
+        !repairs.is_empty() && repairs.iter().all(|r| r.as_str().expect("text").contains("terms")),
+        "{repairs:?}"
+    );
+    let info = vademecum(&["info", &*file, "--json"]).json();
+    let radius = info["certificate"]["spectral_radius_max"].as_f64().expect("a number");
+    assert!(radius <= 1.0 + 1e-12, "{radius}");
+}
+
+#[test]
+fn one_axis_over_a_factor_of_100_takes_at_most_20_terms_for_1e_8() {
+    let parameter = r#"
+[[parameter]]
+name = "stiffness"
+kind = "stiffness"
+range = [0.1, 10.0]
+scale = "log"
+"#;
+    // Newmark has one stage, so θ moves by the factor of the stiffness alone.
+    let problem = PROBLEM
+        .replace("map = 1e-6", "map = 1e-8")
+        .replace("step = 1e-3", "step = 1e-3\nscheme = { name = \"newmark\", beta = 0.25, gamma = 0.5 }");
+    let folder = tempfile::tempdir().expect("a folder");
+    let (ran, file) = build(folder.path(), &format!("{problem}{parameter}"), &[]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let info = vademecum(&["info", &*file, "--json"]).json();
+    let axis = &info["axes"][0];
+    let end = |key: &str| axis[key].as_f64().expect("a number");
+    assert!((end("upper") / end("lower") / 100.0 - 1.0).abs() < 1e-9, "{axis}");
+    let certificate = &info["certificate"];
+    assert!(certificate["terms"].as_u64().expect("a number") <= 20, "{certificate}");
+    assert!(certificate["map_error_rms"].as_f64().expect("a number") <= 1e-8, "{certificate}");
+    let steps = certificate["good_for_steps"].as_f64();
+    assert!(
+        steps.is_none_or(|steps| steps >= 100.0),
+        "the tolerance holds over the steps marched: {certificate}"
+    );
+}
+
+#[test]
+fn every_bad_parameter_and_basis_is_named_with_file_and_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let twice = PARAMETERS.replace("name = \"tip\"", "name = \"root\"");
+    let cases = [
+        (
+            "zero stiffness",
+            PARAMETERS.replace("range = [0.5, 2.0]", "range = [0.0, 2.0]"),
+            "parameter[0].range",
+            "range = [0.0",
+        ),
+        (
+            "negative stiffness",
+            PARAMETERS.replace("range = [0.5, 2.0]", "range = [-1.0, 2.0]"),
+            "parameter[0].range",
+            "range = [-1.0",
+        ),
+        (
+            "reversed",
+            PARAMETERS.replace("range = [0.5, 2.0]", "range = [2.0, 0.5]"),
+            "parameter[0].range",
+            "range = [2.0",
+        ),
+        (
+            "empty",
+            PARAMETERS.replace("range = [0.5, 2.0]", "range = [2.0, 2.0]"),
+            "parameter[0].range",
+            "range = [2.0",
+        ),
+        (
+            "unknown region",
+            PARAMETERS.replace("region = \"tip\"", "region = \"top\""),
+            "no region",
+            "region = \"top\"",
+        ),
+        ("twice", twice.clone(), "parameter[1].name", "name = \"root\""),
+        ("no mode", PARAMETERS.into(), "basis.modes", "modes = 0"),
+        ("too many modes", PARAMETERS.into(), "basis.modes", "modes = 400"),
+        ("too many modes, no parameter", String::new(), "basis.modes", "modes = 400"),
+        ("tolerance", PARAMETERS.into(), "tolerance.map", "map = 1e-17"),
+    ];
+    for (name, parameters, key, line) in cases {
+        let text = format!("{PROBLEM}{parameters}");
+        let text = match line {
+            line if line.starts_with("modes") => text.replace("modes = 6", line),
+            line if line.starts_with("map") => text.replace("map = 1e-6", line),
+            _ => text,
+        };
+        let found = text.lines().enumerate().filter(|(_, l)| l.starts_with(line)).last();
+        // Both regions get the bad range: the first is named.
+        let first = text.lines().position(|l| l.starts_with(line)).expect("the line");
+        let number = 1 + if name == "twice" { found.expect("the line").0 } else { first };
+        let (ran, _) = build(folder.path(), &text, &[]);
+        assert_eq!(ran.code, Some(3), "{name}: {}", ran.stderr);
+        let wanted = format!("p.toml:{number}:");
+        assert!(ran.stderr.contains(&wanted) && ran.stderr.contains(key), "{name}, {wanted}: {}", ran.stderr);
+    }
+}
+
+#[test]
+fn four_regions_and_a_time_step_run_through_the_program() {
+    let path = vademecum_tests::program::repository().join("fixtures/problems/four-materials.toml");
+    let fixture = std::fs::read_to_string(path).expect("the fixture");
+    let mut problem = fixture;
+    // The fixture coarsened: a coarse mesh, three modes, a map good to 1e-3, marches of 20 steps; the axes are the same.
+    for (from, to) in [
+        ("divisions = [24, 2, 2]", "divisions = [8, 1, 1]"),
+        ("modes = 8", "modes = 3"),
+        ("map = 1e-5", "map = 1e-3\nsteps = 20"),
+        ("floor_ratio = 1.2", "floor_ratio = 10.0"),
+        ("positions = 4", "positions = 1"),
+    ] {
+        assert!(problem.contains(from), "{from}");
+        problem = problem.replace(from, to);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    // A map good to 1e-3 does not keep an undamped step stable (the program says where); only the maps are asked here.
+    let (ran, file) = build(folder.path(), &problem, &["--keep-missed"]);
+    let report = ran.json();
+    assert_eq!(report["separation"]["stop"], "Tolerance");
+    let info = vademecum(&["info", &*file, "--json"]).json();
+    assert_eq!(info["axes"].as_array().map(Vec::len), Some(5));
+    let certificate = &info["certificate"];
+    let number = |key: &str| certificate[key].as_f64().expect("a number");
+    assert!(number("map_error_rms") <= 1e-3 && number("map_error_max") <= 1e-2, "{certificate}");
+}

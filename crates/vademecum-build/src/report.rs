@@ -60,12 +60,25 @@ pub struct SeparationReport {
     pub reduced_size: usize,
     /// Full-order solves behind it.
     pub samples: usize,
+    /// Names of the parameters whose values the next two list.
+    pub parameters: Vec<String>,
     /// Parameter values at the corner of the worst trajectory.
     pub worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
     /// Spectral radius of the fused step at every point of the box where it was computed.
     pub radius_samples: Vec<RadiusSample>,
+    /// What `--repair` did, in order; empty without it.
+    pub repairs: Vec<String>,
+}
+
+impl SeparationReport {
+    /// `name = value, …`, four digits of each.
+    pub fn place(&self, values: &[f64]) -> String {
+        let rounded = |value: &f64| format!("{value:.3e}").parse::<f64>().unwrap_or(*value);
+        let one = |(name, value): (&String, &f64)| format!("{name} = {}", rounded(value));
+        self.parameters.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// A mode as engineers ask for it.
@@ -216,6 +229,17 @@ impl StructureReport {
         }
     }
 
+    /// Steps for which the trajectory keeps a tolerance, if its error beyond the floor grows with their number.
+    ///
+    /// `u − Bζ` is the floor and, M-orthogonal to it, an error of `ζ`; that one is `√(error² − floor²)` over the steps
+    /// marched. Of an undamped motion it is a drift of phase, proportional to the steps; damping only slows it. Infinite
+    /// where nothing was seen beyond the floor. An estimate from one march, which is why it is no condition of a build.
+    pub fn good_for_steps(&self, floor_ratio: f64, absolute: f64) -> f64 {
+        let beyond =
+            |error: f64| (error * error - self.projection_floor * self.projection_floor).max(0.0).sqrt();
+        self.steps * beyond(floor_ratio * self.projection_floor + absolute) / beyond(self.trajectory_error)
+    }
+
     /// Whether the stage maps keep a tolerance; an error that is not a number does not.
     fn maps_keep(&self, tolerance: f64) -> bool {
         self.map_error_rms <= tolerance && self.map_error_max <= 10.0 * tolerance
@@ -229,7 +253,7 @@ impl StructureReport {
 }
 
 /// Largest spectral radius of a step that may be written: rounding of eigenvalues at 1 (docs/theory/5-vademecum.md).
-const STABLE: f64 = 1.0 + 1e-12;
+pub(crate) const STABLE: f64 = 1.0 + 1e-12;
 /// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of `Bζ` may swing a
 /// little where the full-order field is not quite `Bζ` (live regions).
 const BOUNDED: f64 = 1.05;
@@ -242,6 +266,11 @@ impl CertificateReport {
         let diagonal = self.diagonal.as_ref().is_some_and(keeps);
         let canonical = self.canonical.as_ref().is_some_and(|c| c.left_at.is_none() && keeps(&c.structure));
         diagonal || canonical || self.block.as_ref().is_some_and(|s| keeps(s) && s.maps_keep(self.map))
+    }
+
+    /// Whether a larger basis could mend the block structure: its maps and its stability are sound.
+    pub(crate) fn misses_trajectories_only(&self) -> bool {
+        self.block.as_ref().is_some_and(|s| s.spectral_radius <= STABLE && s.maps_keep(self.map))
     }
 }
 
@@ -266,8 +295,19 @@ impl Report {
             let left = c.left_at.map_or(String::new(), |step| format!(", left its axes at step {step}"));
             line("canonical", &c.structure) + &left
         });
+        let place = |s: &SeparationReport| {
+            let unstable = c.block.as_ref().is_some_and(|b| b.spectral_radius > STABLE);
+            let radius = format!(
+                "\n  the step is unstable at {}: `--repair` adds terms until it is stable",
+                s.place(&s.worst_radius_at)
+            );
+            let repairs: String = s.repairs.iter().map(|r| format!("\n  repaired: {r}")).collect();
+            let worst = format!("\n  worst trajectory at {}", s.place(&s.worst_trajectory_at));
+            if unstable { worst + &radius + &repairs } else { worst + &repairs }
+        };
+        let places = self.separation.as_ref().map_or(String::new(), place);
         format!(
-            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12, map error ≤ {:e}):{diagonal}{block}{canonical}",
+            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12, map error ≤ {:e}):{diagonal}{block}{canonical}{places}",
             c.floor_ratio, c.absolute, c.map
         )
     }
@@ -360,6 +400,16 @@ mod tests {
         assert!(!holds(None, Some(structure(1e-5))));
         assert!(!holds(None, Some(structure(f64::NAN))));
         assert!(holds(Some(structure(f64::NAN)), None), "closed form: no separated map to measure");
+    }
+
+    #[test]
+    fn the_steps_a_tolerance_is_good_for_follow_from_the_error_beyond_the_floor() {
+        // 3-4-5: beyond the floor of 4 the error of 5 is 3; allowed is 1.25 × 4 = 5 as well, then 2 × 4 = 8, beyond it √48.
+        let s =
+            StructureReport { trajectory_error: 5.0, projection_floor: 4.0, steps: 100.0, ..structure(1e-7) };
+        assert!((s.good_for_steps(1.25, 0.0) - 100.0).abs() < 1e-9);
+        assert!((s.good_for_steps(2.0, 0.0) - 100.0 * 48.0f64.sqrt() / 3.0).abs() < 1e-9);
+        assert_eq!(structure(1e-7).good_for_steps(1.1, 0.0), f64::INFINITY);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use vademecum_build::body::BodyError;
 use vademecum_build::mesh::MeshError;
+use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::problem::ProblemError;
 use vademecum_build::scenario::ScenarioError;
@@ -115,6 +116,7 @@ impl From<BuildError> for Failure {
             error,
             BuildError::Cancelled(_)
                 | BuildError::March(MarchError::Cancelled(_))
+                | BuildError::Parametric(ParametricError::Cancelled(_))
                 | BuildError::Snapshots(
                     SnapshotError::Cancelled(_) | SnapshotError::March(MarchError::Cancelled(_))
                 )

@@ -147,7 +147,8 @@ impl Study {
                 return Ok(modes_basis(found.vectors, found.eigenvalues));
             }
             if modes > self.max_modes() {
-                return Err(BuildError::TooManyModes { asked: modes, found: self.max_modes() });
+                let path = self.problem.place("basis.modes");
+                return Err(BuildError::TooManyModes { path, asked: modes, found: self.max_modes() });
             }
             let mut problem = self.problem.clone();
             problem.basis.kind = kind;

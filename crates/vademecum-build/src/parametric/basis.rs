@@ -64,7 +64,7 @@ pub fn carrier_basis(
     let pod = union.finish();
     let found = pod.singular_values.len();
     if count > found {
-        return Err(BuildError::TooManyModes { asked: count, found });
+        return Err(BuildError::TooManyModes { path: problem.place("basis.modes"), asked: count, found });
     }
     let (mass, stiffness) = (apply(nominal.mass()), apply(nominal.stiffness()));
     Ok(Carrier { basis: ritz_coordinates(pod_basis(&mass, &stiffness, &pod, count)), n_snapshots })

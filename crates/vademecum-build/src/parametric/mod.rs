@@ -4,8 +4,10 @@
 //! axis; scales of single regions take an axis each. The user's parameters and the axes of the solution are therefore
 //! two things, and [`ParameterSpace`] is the map between them.
 
+mod axis_map;
 mod basis;
 mod box_certificate;
+mod responses;
 mod separate;
 
 pub use basis::carrier_basis;

@@ -218,6 +218,11 @@ impl Axis {
         self.coordinate(self.upper) - self.coordinate(self.lower)
     }
 
+    /// Position along the axis in `[−1, 1]`; outside of it for a point that lies outside.
+    pub(super) fn position(&self, point: f64) -> f64 {
+        2.0 * (self.coordinate(point) - self.coordinate(self.lower)) / self.width() - 1.0
+    }
+
     /// Position of an admissible point between the ends, in `[0, 1]`.
     fn fraction(&self, point: f64) -> f64 {
         ((self.coordinate(point) - self.coordinate(self.lower)) / self.width()).clamp(0.0, 1.0)
@@ -255,7 +260,7 @@ pub(crate) fn chebyshev_points(ratio: f64, strip: f64, tolerance: f64) -> usize 
 }
 
 /// `cos(π j / (points − 1))`, from 1 down to −1, written as a sine so that it is exactly antisymmetric.
-fn chebyshev_cosine(j: usize, points: usize) -> f64 {
+pub(super) fn chebyshev_cosine(j: usize, points: usize) -> f64 {
     let n = (points - 1) as f64;
     (std::f64::consts::FRAC_PI_2 * (n - 2.0 * j as f64) / n).sin()
 }

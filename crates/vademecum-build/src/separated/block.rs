@@ -8,7 +8,8 @@
 use super::axis::Axis;
 use super::enrich::{EnrichmentOptions, EnrichmentReport};
 use super::error::{SeparatedError, check_len};
-use super::fit::{SampledBlocks, fit};
+use super::expansion::{Expansion, SampledBlocks};
+use super::fit::{Measure, fit};
 use super::linalg::{Random, axpy, norm};
 use super::problem::{AxisOperator, DenseSpace, Problem, Source, Space};
 use super::solution::Separated;
@@ -136,40 +137,18 @@ impl<S: Space> BlockProblem<S> {
         residual
     }
 
-    /// Solutions at grid points: all of them when there are at most `most`, else `most` random ones (seeded, with
-    /// repetition). Solved in parallel, collected in order.
+    /// Separates the solution, solved at up to `most` points of the grid, see [`SampledBlocks::collect`] and [`fit()`].
     ///
     /// # Errors
-    /// [`SeparatedError::NotPositiveDefinite`].
-    pub fn sample_grid(&self, most: usize, seed: u64) -> Result<SampledBlocks, SeparatedError> {
-        let lengths: Vec<usize> = self.axes.iter().map(Axis::len).collect();
-        let total = lengths.iter().fold(1usize, |n, l| n.saturating_mul(*l));
-        let mut random = Random::new(seed);
-        let digits = |mut k: usize| -> Vec<usize> { lengths.iter().map(|l| (k % l, k /= l).0).collect() };
-        let index: Vec<Vec<usize>> = if total <= most {
-            (0..total).map(digits).collect()
-        } else {
-            (0..most).map(|_| lengths.iter().map(|l| random.below(*l)).collect()).collect()
-        };
-        let at =
-            |i: &Vec<usize>| -> Vec<f64> { i.iter().zip(&self.axes).map(|(&j, a)| a.nodes()[j]).collect() };
-        let solved: Vec<Mat<f64>> = index.par_iter().map(|i| self.solve(&at(i))).collect::<Result<_, _>>()?;
-        let n = self.space.n_rows();
-        let values = Mat::from_fn(n * self.n_columns(), index.len(), |j, p| solved[p][(j % n, j / n)]);
-        Ok(SampledBlocks { axes: self.axes.clone(), index, values, n_rows: n })
-    }
-
-    /// Separates the solution from samples at up to `most` grid points, see [`fit()`].
-    ///
-    /// # Errors
-    /// As [`BlockProblem::sample_grid`] and [`fit()`].
+    /// As [`SampledBlocks::collect`] and [`fit()`].
     pub fn separate(
         &self,
         most: usize,
         options: &EnrichmentOptions,
-        measure: Option<&dyn Fn(&Separated) -> f64>,
+        measure: Option<Measure<'_, SeparatedError>>,
     ) -> Result<(Separated, EnrichmentReport), SeparatedError> {
-        fit(&self.sample_grid(most, options.seed)?, options, measure)
+        let samples = SampledBlocks::collect(&self.axes, most, None, |point| self.solve(point))?;
+        fit(&Expansion::new(&samples), options, measure)
     }
 }
 

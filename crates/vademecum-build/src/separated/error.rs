@@ -44,6 +44,12 @@ pub enum SeparatedError {
         /// Lower end as given.
         lower: f64,
     },
+    /// An expansion in polynomials needs Chebyshev points.
+    #[error("axis `{axis}` has no Chebyshev points to interpolate at")]
+    NotPolynomial {
+        /// Name of the axis.
+        axis: String,
+    },
     /// Fewer than two points on an axis.
     #[error("axis `{axis}`: {points} points are too few, at least 2 are needed")]
     TooFewPoints {

@@ -1,263 +1,236 @@
-//! Terms from sampled solutions: greedy enrichment with alternating least squares on a set of grid points.
+//! Terms from a polynomial: greedy enrichment with alternating least squares on sparse Chebyshev coefficients.
 //!
 //! When the problem in space is small, solving it at a few thousand parameter points costs less than one coupled update
-//! of the Galerkin engine, and what remains is an approximation problem. Blocks are compressed to the span they share;
-//! each new term is a rank-one fit of the residual; then all factors are re-fitted axis by axis. At a fixed axis every
-//! one of its points has its own small system, `(Σ_p k_p k_pᵀ ∘ FᵀF) δ = Σ_p k_p ∘ Fᵀe_p`, with `k_p` the product of the
-//! other factors at sample `p` and `e_p` its residual. Residuals are formed explicitly, so the normal equations only
-//! have to point downhill and do not cost half of the digits.
+//! of the Galerkin engine, and what remains is an approximation problem. In the coefficients of orthonormal
+//! polynomials it is cheap: the normal equations of axis `a` are the *same* for all its degrees,
+//! `W = (FᵀF) ∘ Π_{b≠a} (G_bᵀG_b)`, R × R and known from small Gram matrices, and only their right-hand side
+//! `Σ_ν c_ν·F ∘ Π_{b≠a} g_b(ν_b)` sees the thousands of coefficients. On sampled values each point of each axis has its own
+//! system over its own samples, a hundred times the work at 500 terms. Solved for corrections, so that a
+//! ridge moves nothing once the gradient is gone.
 
-use super::axis::Axis;
 use super::enrich::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
-use super::error::{SeparatedError, check_len};
-use super::linalg::{
-    Random, add_product, column, norm, product, solve_semidefinite, thin_svd, transposed_product,
-};
+use super::error::SeparatedError;
+use super::expansion::Expansion;
+use super::linalg::{Random, add_product, norm, product, solve_semidefinite, thin_svd, transposed_product};
 use super::solution::Separated;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-/// Solutions at grid points.
-#[derive(Clone, Debug)]
-pub struct SampledBlocks {
-    /// The axes whose points make the grid.
-    pub axes: Vec<Axis>,
-    /// Point number on each axis, one list per sample.
-    pub index: Vec<Vec<usize>>,
-    /// `(n_rows · n_columns, n_samples)`, each column one block in column-major order.
-    pub values: Mat<f64>,
-    /// Rows of a block.
-    pub n_rows: usize,
-}
+/// An error of a candidate, or the reason to give up.
+pub type Measure<'a, E> = &'a dyn Fn(&Separated) -> Result<f64, E>;
 
-/// Greedy fit of the samples, every sample counted relative to its own size, until `measure` (or, without one, the
-/// relative error over the samples) meets the tolerance. `options.update_sweeps = 0` is the plain greedy method.
+/// Greedy fit of an expansion until `measure` (or, without one, the relative error of the coefficients) meets the
+/// tolerance. `options.update_sweeps = 0` is the plain greedy method.
 ///
 /// # Errors
-/// [`SeparatedError::Shape`]; [`SeparatedError::NoConvergence`] when a sample is not finite.
-pub fn fit(
-    samples: &SampledBlocks,
+/// [`SeparatedError::NoConvergence`] when a coefficient is not finite; what `measure` gives up with.
+pub fn fit<E: From<SeparatedError>>(
+    expansion: &Expansion,
     options: &EnrichmentOptions,
-    measure: Option<&dyn Fn(&Separated) -> f64>,
-) -> Result<(Separated, EnrichmentReport), SeparatedError> {
-    check_len("sampled blocks", samples.index.len(), samples.values.ncols())?;
-    samples
-        .index
-        .iter()
-        .try_for_each(|i| check_len("point numbers of a sample", samples.axes.len(), i.len()))?;
-    let (span, fitter) = Fitter::new(samples, options)?;
-    let mut state = fitter.empty();
-    let mut progress =
-        Progress::new(Separated::zero(&samples.axes, samples.n_rows, span.nrows() / samples.n_rows), 1.0);
+    measure: Option<Measure<'_, E>>,
+) -> Result<(Separated, EnrichmentReport), E> {
+    let (span, fitter) = Fitter::new(expansion, options)?;
+    let nodal: Vec<Mat<f64>> = (0..expansion.axes.len()).map(|a| expansion.nodal(a)).collect();
+    let (axes, rows) = (&expansion.axes, expansion.n_rows);
+    let mut terms = fitter.empty();
+    let mut progress = Progress::new(Separated::zero(axes, rows, span.nrows() / rows), 1.0);
     loop {
-        // Late terms are small and many: a few at a time share one update, which also makes up for a short search.
+        // Late terms are small and many: some of them at a time share one update.
         let updated = options.update_sweeps > 0;
-        let batch = if updated { 1 + state.blocks.ncols().saturating_sub(48) / 16 } else { 1 };
-        let sweeps = if updated { options.max_sweeps.min(6) } else { options.max_sweeps };
-        for _ in 0..batch.min(options.max_terms - state.blocks.ncols()) {
-            if !fitter.add_term(&mut state, sweeps) {
+        let batch = if updated { 1 + terms.blocks.ncols().saturating_sub(48) / 8 } else { 1 };
+        let mut residual = fitter.residual(&terms);
+        for _ in 0..batch.min(options.max_terms - terms.blocks.ncols()) {
+            if !fitter.add_term(&mut terms, &mut residual, options.max_sweeps) {
                 return Ok(progress.finish(StopReason::Stagnation));
             }
         }
         // The last terms have had few updates: with room for no more, polish what is there.
-        let last = state.blocks.ncols() >= options.max_terms;
+        let last = terms.blocks.ncols() >= options.max_terms;
         for _ in 0..options.update_sweeps * if last { 8 } else { 1 } {
-            fitter.sweep(&mut state);
+            fitter.sweep(&mut terms);
         }
-        let blocks = product(span.as_ref(), state.blocks.as_ref());
-        let now = Separated::new(samples.axes.clone(), state.factors.clone(), blocks, samples.n_rows)?;
-        let error = measure.map_or_else(|| norm(state.residual.as_ref()) / fitter.size, |m| m(&now));
+        let factors = terms.factors.iter().zip(&nodal).map(|(g, n)| n * g).collect();
+        let blocks = product(span.as_ref(), terms.blocks.as_ref());
+        let now = Separated::new(axes.clone(), factors, blocks, rows)?;
+        let error = match measure {
+            Some(measure) => measure(&now)?,
+            None => norm(fitter.residual(&terms).as_ref()) / fitter.size,
+        };
         if let Some(stop) = progress.record(&now, error, options) {
             return Ok(progress.finish(stop));
         }
     }
 }
 
-/// The compressed samples, and what never changes during the fit.
-struct Fitter {
+/// What never changes during the fit.
+struct Fitter<'a> {
     lengths: Vec<usize>,
-    index: Vec<Vec<usize>>,
-    /// Samples in ascending order of their point on each axis, with the start of every point's run.
-    groups: Vec<(Vec<usize>, Vec<usize>)>,
-    /// One over the size of each sample, mean 1: least squares then sees relative errors.
-    weight: Vec<f64>,
-    /// Weighted samples in the shared span: `(n_samples, width)`.
+    index: &'a [Vec<usize>],
+    /// Coefficients in the span they share: `(n_degrees, width)`.
     values: Mat<f64>,
     size: f64,
 }
 
-/// Factors `(n_points, n_terms)` per axis, blocks `(width, n_terms)`, and `values − Σ terms` at every sample.
-struct State {
+/// Factors `(n_points, n_terms)` per axis, in coefficients, and blocks `(width, n_terms)`.
+struct Terms {
     factors: Vec<Mat<f64>>,
     blocks: Mat<f64>,
-    residual: Mat<f64>,
 }
 
-impl Fitter {
+impl<'a> Fitter<'a> {
     fn new(
-        samples: &SampledBlocks,
+        expansion: &'a Expansion,
         options: &EnrichmentOptions,
-    ) -> Result<(Mat<f64>, Fitter), SeparatedError> {
-        let count = samples.index.len();
-        let sizes: Vec<f64> = (0..count).map(|p| norm(samples.values.as_ref().subcols(p, 1))).collect();
-        let weight: Vec<f64> = sizes.iter().map(|s| if *s > 0.0 { s.recip() } else { 0.0 }).collect();
-        let weighted = Mat::from_fn(samples.values.nrows(), count, |j, p| samples.values[(j, p)] * weight[p]);
-        let span = shared_span(weighted.as_ref(), 1e-2 * options.tolerance, &mut Random::new(options.seed))?;
-        let values = transposed_product(weighted.as_ref(), span.as_ref());
-        let lengths: Vec<usize> = samples.axes.iter().map(Axis::len).collect();
-        let groups = (0..lengths.len()).map(|a| group(&samples.index, a, lengths[a])).collect();
+    ) -> Result<(Mat<f64>, Fitter<'a>), SeparatedError> {
+        let coefficients = expansion.coefficients.as_ref();
+        let span = shared_span(coefficients, 1e-2 * options.tolerance, &mut Random::new(options.seed))?;
+        let values = transposed_product(coefficients, span.as_ref());
+        let lengths = expansion.axes.iter().map(|a| a.len()).collect();
         let size = norm(values.as_ref());
-        Ok((span, Fitter { lengths, index: samples.index.clone(), groups, weight, values, size }))
+        Ok((span, Fitter { lengths, index: &expansion.index, values, size }))
     }
 
-    fn empty(&self) -> State {
-        State {
+    fn empty(&self) -> Terms {
+        Terms {
             factors: self.lengths.iter().map(|l| Mat::zeros(*l, 0)).collect(),
             blocks: Mat::zeros(self.values.ncols(), 0),
-            residual: self.values.clone(),
         }
     }
 
-    /// Products of the factors at every sample, axis `skip` left out: `(n_samples, n_terms)`, weighted by `weight` when
-    /// nothing is skipped. The weight belongs to the sample, not to the factors.
+    /// Products of the factors at every degree of the set, axis `skip` left out: `(n_degrees, n_terms)`.
     fn products(&self, factors: &[Mat<f64>], skip: Option<usize>) -> Mat<f64> {
         let terms = factors.first().map_or(0, |g| g.ncols());
-        let mut out = Mat::from_fn(self.index.len(), terms, |_, _| 1.0);
-        for (a, g) in factors.iter().enumerate().filter(|(a, _)| Some(*a) != skip) {
-            for i in 0..terms {
-                let g = column(g, i);
-                let column = out.col_as_slice_mut(i);
-                column.iter_mut().zip(&self.index).for_each(|(v, index)| *v *= g[index[a]]);
+        let column = |i: usize| {
+            let mut out = vec![1.0; self.index.len()];
+            for (a, g) in factors.iter().enumerate().filter(|(a, _)| Some(*a) != skip) {
+                let g = g.col_as_slice(i);
+                out.iter_mut().zip(self.index).for_each(|(v, nu)| *v *= g[nu[a]]);
             }
-        }
+            out
+        };
+        let columns: Vec<Vec<f64>> = (0..terms).into_par_iter().map(column).collect();
+        let mut out = Mat::zeros(self.index.len(), terms);
+        columns.iter().enumerate().for_each(|(i, c)| out.col_as_slice_mut(i).copy_from_slice(c));
         out
     }
 
-    /// Appends the best rank-one fit of the residual found by alternating directions; false when nothing is left.
-    fn add_term(&self, state: &mut State, max_sweeps: usize) -> bool {
-        let size = |p: usize| norm(state.residual.as_ref().subrows(p, 1));
-        let Some(worst) = (0..self.index.len()).max_by(|p, q| size(*p).total_cmp(&size(*q))) else {
+    /// Coefficients less the terms, `(n_degrees, width)`.
+    fn residual(&self, terms: &Terms) -> Mat<f64> {
+        let k = self.products(&terms.factors, None);
+        &self.values - parallel_product(k.as_ref(), terms.blocks.transpose())
+    }
+
+    /// Appends the best rank-one fit of the residual found by alternating directions from its largest coefficient, and
+    /// takes it off the residual; false when nothing is left.
+    fn add_term(&self, terms: &mut Terms, residual: &mut Mat<f64>, max_sweeps: usize) -> bool {
+        let mut size = vec![0.0; self.index.len()];
+        for k in 0..residual.ncols() {
+            size.iter_mut().zip(residual.col_as_slice(k)).for_each(|(s, v)| *s += v * v);
+        }
+        let Some(largest) = (0..size.len()).max_by(|&p, &q| size[p].total_cmp(&size[q])) else {
             return false;
         };
-        let mut block = Mat::from_fn(self.values.ncols(), 1, |k, _| state.residual[(worst, k)]);
-        let mut factors: Vec<Mat<f64>> =
-            self.lengths.iter().map(|l| Mat::from_fn(*l, 1, |_, _| 1.0)).collect();
+        let unit = |(a, l): (usize, &usize)| {
+            Mat::from_fn(*l, 1, |j, _| if j == self.index[largest][a] { 1.0 } else { 0.0 })
+        };
+        let mut factors: Vec<Mat<f64>> = self.lengths.iter().enumerate().map(unit).collect();
+        let mut block = Mat::from_fn(self.values.ncols(), 1, |k, _| residual[(largest, k)]);
         for _ in 0..max_sweeps {
+            let seen = product(residual.as_ref(), block.as_ref());
             let mut change = 0.0f64;
             for a in 0..self.lengths.len() {
-                let new = self.best_factor(&state.residual, &block, &factors, a);
-                let largest = new.norm_max();
-                if largest == 0.0 || !largest.is_finite() {
+                let k = self.products(&factors, Some(a));
+                let mut new = vec![0.0; self.lengths[a]];
+                (0..self.index.len()).for_each(|p| new[self.index[p][a]] += k[(p, 0)] * seen[(p, 0)]);
+                let length = new.iter().map(|v| v * v).sum::<f64>().sqrt();
+                if length == 0.0 || !length.is_finite() {
                     return false;
                 }
-                let new = Mat::from_fn(new.nrows(), 1, |j, _| new[(j, 0)] / largest);
+                let new = Mat::from_fn(new.len(), 1, |j, _| new[j] / length);
                 change = change.max((&new - &factors[a]).norm_max());
                 factors[a] = new;
             }
-            let k = self.weighted(self.products(&factors, None));
-            block = transposed_product(state.residual.as_ref(), k.as_ref());
-            let scale = norm(k.as_ref()).powi(2);
-            (0..block.nrows()).for_each(|i| block[(i, 0)] /= scale);
+            block = transposed_product(residual.as_ref(), self.products(&factors, None).as_ref());
             if change < 1e-3 {
                 break;
             }
         }
+        add_product(residual.as_mut(), -1.0, self.products(&factors, None).as_ref(), block.transpose());
         let join = |a: &Mat<f64>, b: &Mat<f64>| {
             Mat::from_fn(a.nrows(), a.ncols() + 1, |i, j| if j < a.ncols() { a[(i, j)] } else { b[(i, 0)] })
         };
-        let k = self.weighted(self.products(&factors, None));
-        add_product(state.residual.as_mut(), -1.0, k.as_ref(), block.transpose());
-        state.factors.iter_mut().zip(&factors).for_each(|(g, new)| *g = join(g, new));
-        state.blocks = join(&state.blocks, &block);
+        terms.factors.iter_mut().zip(&factors).for_each(|(g, new)| *g = join(g, new));
+        terms.blocks = join(&terms.blocks, &block);
         true
     }
 
-    /// `g_j = Σ_{p∈j} k_p ⟨e_p, f⟩ / (‖f‖² Σ_{p∈j} k_p²)` for one term.
-    fn best_factor(&self, residual: &Mat<f64>, block: &Mat<f64>, factors: &[Mat<f64>], a: usize) -> Mat<f64> {
-        let k = self.weighted(self.products(factors, Some(a)));
-        let seen = product(residual.as_ref(), block.as_ref());
-        let energy = norm(block.as_ref()).powi(2);
-        let (mut above, mut below) = (vec![0.0; self.lengths[a]], vec![0.0; self.lengths[a]]);
-        for (p, index) in self.index.iter().enumerate() {
-            above[index[a]] += k[(p, 0)] * seen[(p, 0)];
-            below[index[a]] += k[(p, 0)] * k[(p, 0)] * energy;
-        }
-        Mat::from_fn(self.lengths[a], 1, |j, _| if below[j] > 0.0 { above[j] / below[j] } else { 0.0 })
-    }
-
-    fn weighted(&self, mut k: Mat<f64>) -> Mat<f64> {
-        for i in 0..k.ncols() {
-            k.col_as_slice_mut(i).iter_mut().zip(&self.weight).for_each(|(v, w)| *v *= w);
-        }
-        k
-    }
-
     /// One update of all factors and blocks.
-    fn sweep(&self, state: &mut State) {
+    fn sweep(&self, terms: &mut Terms) {
+        let mut seen = parallel_product(self.values.as_ref(), terms.blocks.as_ref());
+        let gram = |g: &Mat<f64>| transposed_product(g.as_ref(), g.as_ref());
+        let mut grams: Vec<Mat<f64>> = terms.factors.iter().map(gram).collect();
         for a in 0..self.lengths.len() {
-            self.update_axis(state, a);
-            balance(&mut state.factors[a], &mut state.blocks);
+            let mut w = gram(&terms.blocks);
+            grams.iter().enumerate().filter(|(b, _)| *b != a).for_each(|(_, g)| hadamard(&mut w, g));
+            let pull = self.pull(&terms.factors, &seen, a);
+            let rest = pull - &w * terms.factors[a].transpose();
+            terms.factors[a] += solve_semidefinite(w.as_ref(), rest).transpose();
+            balance(&mut terms.factors[a], &mut terms.blocks, &mut seen);
+            grams[a] = gram(&terms.factors[a]);
         }
-        self.update_blocks(state);
+        let mut w = Mat::from_fn(seen.ncols(), seen.ncols(), |_, _| 1.0);
+        grams.iter().for_each(|g| hadamard(&mut w, g));
+        let k = self.products(&terms.factors, None);
+        let pull = parallel_product(k.transpose(), self.values.as_ref());
+        let rest = pull - &w * terms.blocks.transpose();
+        terms.blocks += solve_semidefinite(w.as_ref(), rest).transpose();
     }
 
-    fn update_blocks(&self, state: &mut State) {
-        let k = self.weighted(self.products(&state.factors, None));
-        let gram = transposed_product(k.as_ref(), k.as_ref());
-        let pull = transposed_product(k.as_ref(), state.residual.as_ref());
-        let correction = solve_semidefinite(gram.as_ref(), pull);
-        state.blocks = &state.blocks + correction.transpose();
-        add_product(state.residual.as_mut(), -1.0, k.as_ref(), correction.as_ref());
-    }
-
-    fn update_axis(&self, state: &mut State, a: usize) {
-        let k = self.weighted(self.products(&state.factors, Some(a)));
-        let blocks = transposed_product(state.blocks.as_ref(), state.blocks.as_ref());
-        let seen = product(state.residual.as_ref(), state.blocks.as_ref());
-        let terms = blocks.ncols();
-        let (order, starts) = &self.groups[a];
-        let mut step = Mat::zeros(self.index.len(), terms);
-        // The points of an axis are independent of each other, so threads do not change a bit.
-        let solve_at = |j: usize| {
-            let members = &order[starts[j]..starts[j + 1]];
-            let own = Mat::from_fn(members.len(), terms, |q, i| k[(members[q], i)]);
-            let gram = transposed_product(own.as_ref(), own.as_ref());
-            let gram = Mat::from_fn(terms, terms, |i, l| gram[(i, l)] * blocks[(i, l)]);
-            let pull = |i: usize| (0..members.len()).map(|q| own[(q, i)] * seen[(members[q], i)]).sum();
-            solve_semidefinite(gram.as_ref(), Mat::from_fn(terms, 1, |i, _| pull(i)))
+    /// `Σ_ν seen_ν ∘ Π_{b≠a} g_b(ν_b)` for each degree of axis `a`: `(n_terms, n_points)`.
+    fn pull(&self, factors: &[Mat<f64>], seen: &Mat<f64>, a: usize) -> Mat<f64> {
+        let k = self.products(factors, Some(a));
+        let row = |i: usize| {
+            let mut sums = vec![0.0; self.lengths[a]];
+            let both = k.col_as_slice(i).iter().zip(seen.col_as_slice(i));
+            both.zip(self.index).for_each(|((k, s), nu)| sums[nu[a]] += k * s);
+            sums
         };
-        let corrections: Vec<Mat<f64>> = (0..self.lengths[a]).into_par_iter().map(solve_at).collect();
-        for (j, correction) in corrections.iter().enumerate() {
-            for i in 0..terms {
-                state.factors[a][(j, i)] += correction[(i, 0)];
-                order[starts[j]..starts[j + 1]]
-                    .iter()
-                    .for_each(|&p| step[(p, i)] = k[(p, i)] * correction[(i, 0)]);
-            }
-        }
-        add_product(state.residual.as_mut(), -1.0, step.as_ref(), state.blocks.transpose());
+        let rows: Vec<Vec<f64>> = (0..k.ncols()).into_par_iter().map(row).collect();
+        Mat::from_fn(rows.len(), self.lengths[a], |i, j| rows[i][j])
     }
 }
 
-/// Unit largest entry for every factor, its size moved into the block.
-fn balance(g: &mut Mat<f64>, blocks: &mut Mat<f64>) {
+/// `w ← w ∘ g`.
+fn hadamard(w: &mut Mat<f64>, g: &Mat<f64>) {
+    for j in 0..w.ncols() {
+        w.col_as_slice_mut(j).iter_mut().zip(g.col_as_slice(j)).for_each(|(w, g)| *w *= g);
+    }
+}
+
+/// `A B` in column panels of one width, so that threads do not change a bit.
+fn parallel_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    const PANEL: usize = 32;
+    let panels: Vec<usize> = (0..b.ncols()).step_by(PANEL).collect();
+    let panel = |&first: &usize| product(a, b.subcols(first, PANEL.min(b.ncols() - first)));
+    let parts: Vec<Mat<f64>> = panels.par_iter().map(panel).collect();
+    let mut out = Mat::zeros(a.nrows(), b.ncols());
+    for (first, part) in panels.iter().zip(&parts) {
+        out.as_mut().subcols_mut(*first, part.ncols()).copy_from(part);
+    }
+    out
+}
+
+/// Unit length for every factor, its size moved into the block and what was seen through it.
+fn balance(g: &mut Mat<f64>, blocks: &mut Mat<f64>, seen: &mut Mat<f64>) {
     for i in 0..g.ncols() {
-        let size = column(g, i).iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let size = norm(g.as_ref().subcols(i, 1));
         if size > 0.0 {
             g.col_as_slice_mut(i).iter_mut().for_each(|v| *v /= size);
             blocks.col_as_slice_mut(i).iter_mut().for_each(|v| *v *= size);
+            seen.col_as_slice_mut(i).iter_mut().for_each(|v| *v *= size);
         }
     }
 }
-
-/// Samples sorted by their point on axis `a`, and where each point's run starts.
-fn group(index: &[Vec<usize>], a: usize, length: usize) -> (Vec<usize>, Vec<usize>) {
-    let mut order: Vec<usize> = (0..index.len()).collect();
-    order.sort_by_key(|&p| index[p][a]);
-    let starts = (0..=length).map(|j| order.partition_point(|&p| index[p][a] < j)).collect();
-    (order, starts)
-}
-
 /// Orthonormal basis of what the columns of `a` share, to a relative `tolerance` in the Frobenius norm: a decomposition
 /// of random mixtures of the columns, doubled until nothing is missed; exact when there are few columns.
 fn shared_span(a: MatRef<'_, f64>, tolerance: f64, random: &mut Random) -> Result<Mat<f64>, SeparatedError> {

@@ -8,8 +8,8 @@
 //!
 //! - [`enrich()`] solves a [`Problem`], a sum of Kronecker operators, by greedy alternating directions (chapter
 //!   eqs. 5.11–5.13) with an optional Galerkin update of all factors after each term;
-//! - [`fit()`] finds the terms from sampled solutions by alternating least squares, which is cheaper when the small
-//!   problem can simply be solved at every sample;
+//! - [`fit()`] finds the terms of an [`Expansion`] of sampled solutions by alternating least squares, which is cheaper when
+//!   the small problem can simply be solved at every sample;
 //! - [`BlockProblem`] is the family `(Σ_t c_t(μ) S_t) X = Σ_s c_s(μ) B_s` of the block representation, reduced in space
 //!   by [`reduce()`] before it is separated;
 //! - [`canonical`] is the chapter's own representation, state coordinates and load as axes.
@@ -49,8 +49,10 @@ mod block;
 pub mod canonical;
 mod enrich;
 mod error;
+mod expansion;
 mod fit;
 mod linalg;
+mod lower_set;
 mod problem;
 mod recompress;
 mod reduce;
@@ -63,7 +65,8 @@ pub use axis::{Axis, AxisKind};
 pub use block::{BlockProblem, BlockSource, FreshPoints};
 pub use enrich::{EnrichmentOptions, EnrichmentReport, StopReason, enrich};
 pub use error::SeparatedError;
-pub use fit::{SampledBlocks, fit};
+pub use expansion::{Expansion, SampledBlocks};
+pub use fit::{Measure, fit};
 pub use linalg::Random;
 pub use problem::{AxisOperator, DenseSpace, Problem, Source, Space, SparseSpace};
 pub use recompress::recompress;

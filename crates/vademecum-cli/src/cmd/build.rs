@@ -20,6 +20,7 @@ use crate::failure::{Cause, Failure};
   vademecum build beam.toml -o beam.vdm --work beam.work   change beam.toml, build again: only what depends on it
 A build that was stopped goes on where it was when it is started again: finished stages lie in OUTPUT.work until the
 file is written.
+  vademecum build regions.toml -o regions.vdm --repair
 Keys of the problem file: formats/problem-1.md")]
 pub struct Build {
     /// The problem file (TOML).
@@ -39,6 +40,9 @@ pub struct Build {
     /// Compute every stage anew, whatever is kept.
     #[arg(long)]
     fresh: bool,
+    /// Where the step over live parameters is unstable, add terms until it is stable; the report says what was done.
+    #[arg(long)]
+    repair: bool,
 }
 
 impl Build {
@@ -71,7 +75,7 @@ impl Build {
 
 impl Build {
     fn build(&self, problem: &Problem, store: &Store, console: &Console) -> Result<Built, Failure> {
-        let options = BuildOptions { keep_missed: self.keep_missed, store: Some(store) };
+        let options = BuildOptions { keep_missed: self.keep_missed, repair: self.repair, store: Some(store) };
         let built = build(problem, &options, console)?;
         if cancelled() {
             return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
@@ -146,9 +150,11 @@ pub fn print_report(report: &Report) {
             );
         }
         println!(
-            "worst trajectory at {:?}; largest spectral radius at {:?}",
-            s.worst_trajectory_at, s.worst_radius_at
+            "worst trajectory at {}; largest spectral radius at {}",
+            s.place(&s.worst_trajectory_at),
+            s.place(&s.worst_radius_at)
         );
+        s.repairs.iter().for_each(|done| println!("repaired: {done}"));
     }
     println!("\nstage                     seconds  peak memory");
     for timing in &report.timings {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use vademecum_build::pipeline::{CanonicalReport, StructureReport};
+use vademecum_build::problem::Problem;
 use vademecum_build::rewrite::{Loss, read_losses};
 use vademecum_eval::Mapped;
 use vademecum_format::{Canonical, File, SectionKind};
@@ -92,6 +93,8 @@ struct Certificates {
     trajectory_error_max: f64,
     trajectory_floor_max: f64,
     energy_ratio_max: f64,
+    /// Steps the tolerance of the problem is good for, `null` where nothing was seen beyond the floor.
+    good_for_steps: Option<f64>,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
     canonical: Option<CanonicalReport>,
@@ -207,6 +210,7 @@ impl Info {
                 trajectory_error_max: worst.trajectory_error,
                 trajectory_floor_max: worst.projection_floor,
                 energy_ratio_max: worst.energy_ratio,
+                good_for_steps: good_for_steps(m.problem, &worst),
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
                 canonical: canonical_report,
@@ -275,6 +279,11 @@ impl Report {
             println!("certificate, canonical:");
             print_canonical(c);
         }
+        if let Some(steps) = self.certificate.good_for_steps {
+            println!(
+                "the tolerance is good for about {steps:.1e} steps (error beyond the floor growing with their number)"
+            );
+        }
         self.print_separation();
         println!(
             "\nsection            element  codec     shape                     bytes  rounded, relative"
@@ -327,6 +336,12 @@ impl CanonicalAxes {
             direction: canonical.direction(),
         }
     }
+}
+
+/// From the stored errors and the tolerance of the stored problem; absent without either, or when it is without end.
+fn good_for_steps(problem: &str, worst: &StructureReport) -> Option<f64> {
+    let tolerance = Problem::parse(problem, "problem", PathBuf::new()).ok()?.tolerance;
+    Some(worst.good_for_steps(tolerance.floor_ratio, tolerance.absolute)).filter(|steps| steps.is_finite())
 }
 
 fn list(names: &[String]) -> String {
