@@ -75,6 +75,15 @@ fn quadratic() -> Vec<u8> {
     )
 }
 
+/// The bytes of one golden file.
+///
+/// # Panics
+/// If there is none of that name.
+#[must_use]
+pub fn named(name: &str) -> Vec<u8> {
+    all().into_iter().find(|file| file.0 == name).expect("a golden file").1
+}
+
 /// Name and bytes of every golden file.
 ///
 /// # Panics

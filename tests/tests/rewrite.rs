@@ -162,14 +162,14 @@ fn what_was_dropped_is_refused_by_name() {
     assert!(matches!(strip(&probes, Keep::Probes), Err(RewriteError::NothingToStrip { .. })));
     let lost = strip(&probes, Keep::Surface);
     assert!(matches!(lost, Err(RewriteError::Absent { kind: SectionKind::SurfaceBasis, .. })));
-    let parameters = &golden::all()[2].1;
+    let parameters = &golden::named("parameters.vdm");
     let no_probes = strip(parameters, Keep::Probes);
     assert!(matches!(no_probes, Err(RewriteError::Absent { kind: SectionKind::ProbeRows, .. })));
 }
 
 #[test]
 fn a_section_of_a_later_version_is_not_lost() {
-    let bytes = &golden::all()[0].1;
+    let bytes = &golden::named("fixed-f64.vdm");
     let values = [0; 8];
     let mut later = edited(bytes, |_| {}, &[section(SectionKind::SingularValues, 8, Codec::Raw, &values)]);
     // The last entry of the directory becomes kind 4000 (optional), and the checksums follow.
@@ -191,7 +191,7 @@ fn section(kind: SectionKind, decoded_length: u64, codec: Codec, stored: &[u8]) 
 
 #[test]
 fn hostile_frames_are_refused_without_their_memory() {
-    let bytes = &golden::all()[3].1;
+    let bytes = &golden::named("probes.vdm");
     // A mebibyte of zeros in a frame of some dozen bytes.
     let zeros = vec![0; 1 << 20];
     let plain = section(SectionKind::SingularValues, 1 << 20, Codec::Raw, &zeros);
@@ -236,7 +236,7 @@ fn hostile_frames_are_refused_without_their_memory() {
 
 #[test]
 fn verify_alone_finds_damage_anywhere() {
-    let bytes = &golden::all()[0].1;
+    let bytes = &golden::named("fixed-f64.vdm");
     for place in (0..bytes.len()).step_by(7) {
         let mut damaged = bytes.clone();
         damaged[place] ^= 0x10;
@@ -255,7 +255,7 @@ fn verify_alone_finds_damage_anywhere() {
 
 #[test]
 fn verify_alone_names_what_checksums_cannot_see() {
-    let bytes = &golden::all()[0].1;
+    let bytes = &golden::named("fixed-f64.vdm");
     let replaced = |kind: SectionKind, stored: &[u8]| {
         let damaged = edited(
             bytes,
@@ -294,9 +294,41 @@ fn verify_alone_names_what_checksums_cannot_see() {
     ));
 }
 
+/// The golden file of 27 terms, each alone at a point of the grid, as a sum of terms everywhere on the axes whose weights fall by
+/// half: as separated solutions are.
+fn decaying() -> Vec<u8> {
+    let bytes = golden::named("parameters.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let terms = file.metadata().n_terms as usize;
+    let scaled = |kind: SectionKind, width: usize| -> Vec<u8> {
+        let numbers = file.section(kind).expect("there").numbers().expect("numbers");
+        let of_term = |i: usize| (i / width % terms) as i32;
+        numbers.iter().enumerate().flat_map(|(i, x)| (x * 0.5f64.powi(of_term(i))).to_le_bytes()).collect()
+    };
+    let factors = file.section(SectionKind::Factors).expect("there").numbers().expect("numbers");
+    let smooth = |i: usize| 0.5 + 0.0625 * (i * 7 % 5) as f64;
+    let smooth: Vec<u8> = (0..factors.len()).flat_map(|i| smooth(i).to_le_bytes()).collect();
+    let r = file.metadata().n_modes as usize;
+    let widths =
+        [(SectionKind::BlockState, r * r), (SectionKind::BlockLoad, 3 * r), (SectionKind::PatternBlock, r)];
+    let mut replaced = widths.map(|(kind, width)| (kind, scaled(kind, width))).to_vec();
+    replaced.push((SectionKind::Factors, smooth));
+    vademecum_tests::synthetic::rewritten(
+        &bytes,
+        |_| (),
+        |section| {
+            if let Some((_, stored)) = replaced.iter().find(|(kind, _)| *kind == section.kind) {
+                assert_eq!(section.element, Element::F64);
+                section.stored = stored;
+            }
+        },
+        &[],
+    )
+}
+
 #[test]
 fn terms_are_dropped_within_a_tolerance_and_the_certificate_says_so() {
-    let bytes = &golden::all()[2].1;
+    let bytes = &decaying();
     let before = *File::parse(bytes).expect("a file").metadata();
     let mut left = usize::MAX;
     for tolerance in [1e-4, 1e-2] {

@@ -333,7 +333,7 @@ impl Space for StageSpace<'_> {
     }
 
     fn solve(&self, weights: &[f64], rhs: MatRef<'_, f64>) -> Result<Mat<f64>, SeparatedError> {
-        let mut x = &rhs * faer::Scale(1.0 / weights[0]);
+        let mut x = rhs * faer::Scale(1.0 / weights[0]);
         Solve::new(self.symbolic, x.ncols(), true).solve_in_place(&self.factor, x.as_mut());
         Ok(x)
     }

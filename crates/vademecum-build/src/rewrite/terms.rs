@@ -41,7 +41,7 @@ pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), Re
     let file = whole(bytes)?;
     super::codec::check_total(&file, DECODED_LIMIT)?;
     let terms = file.metadata().n_terms as usize;
-    if !file.metadata().block || terms < 2 || terms > MOST_TERMS {
+    if !file.metadata().block || !(2..=MOST_TERMS).contains(&terms) {
         return Err(RewriteError::NoTerms { terms });
     }
     let maps = Maps::new(&file)?;
