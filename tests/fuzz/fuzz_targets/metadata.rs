@@ -23,6 +23,9 @@ fuzz_target!(|bytes: &[u8]| {
     let sections = bytes.get(12).map_or(0, |&n| usize::from(n));
     let metadata = if bytes.starts_with(&MAGIC) { bytes.get(BLOCK * (1 + sections)..) } else { Some(bytes) };
     if let Some(metadata) = metadata {
-        assert!(File::parse(&file(metadata)).is_err(), "nothing to step with, or the sections for it are missing");
+        assert!(
+            File::parse(&file(metadata)).is_err(),
+            "nothing to step with, or the sections for it are missing"
+        );
     }
 });
