@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use super::{Problem, ProblemError, positive};
+use super::check::positive;
+use super::{Problem, ProblemError};
 
 /// The form of the stage maps in the file.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
