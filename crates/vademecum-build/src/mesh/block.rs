@@ -41,8 +41,8 @@ pub fn block(lengths: [f64; 3], divisions: [usize; 3], order: Order) -> Mesh {
 }
 
 fn corner_nodes(lengths: [f64; 3], n: [usize; 3]) -> Vec<[f64; 3]> {
-    // The quotient is taken last so that the far sides lie exactly at `lengths`.
-    let at = |k: usize, i: usize| lengths[k] * i as f64 / n[k] as f64;
+    // The far sides lie exactly at `lengths`; 0.1 · 3 / 3 does not.
+    let at = |k: usize, i: usize| if i == n[k] { lengths[k] } else { lengths[k] * i as f64 / n[k] as f64 };
     let mut nodes = Vec::with_capacity((n[0] + 1) * (n[1] + 1) * (n[2] + 1));
     for k in 0..=n[2] {
         for j in 0..=n[1] {
@@ -111,6 +111,21 @@ fn name_sides(mesh: &mut Mesh, lengths: [f64; 3]) {
             let facets = facets.filter(|f| f.iter().all(on)).map(|f| [f[0], f[1], f[2]]).collect();
             mesh.node_groups.insert(name.clone(), nodes);
             mesh.facet_groups.insert(name, facets);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_far_sides_are_where_the_lengths_say() {
+        for order in [Order::Linear, Order::Quadratic] {
+            let mesh = block([0.3, 0.1, 0.7], [7, 3, 11], order);
+            for side in ["x_max", "y_max", "z_max"] {
+                assert!(!mesh.node_groups[side].is_empty() && !mesh.facet_groups[side].is_empty(), "{side}");
+            }
         }
     }
 }
