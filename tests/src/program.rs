@@ -33,6 +33,25 @@ pub fn repository() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
+/// Name and bytes of every file in a folder of `fixtures`, by name.
+///
+/// # Panics
+/// If one cannot be read.
+#[must_use]
+pub fn fixtures(folder: &str) -> Vec<(String, Vec<u8>)> {
+    let entries =
+        std::fs::read_dir(repository().join("fixtures").join(folder)).expect("a folder of fixtures");
+    let mut files: Vec<_> = entries
+        .map(|entry| {
+            let path = entry.expect("an entry").path();
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            (name, std::fs::read(path).expect("readable"))
+        })
+        .collect();
+    files.sort();
+    files
+}
+
 /// What a run of the program gave.
 pub struct Ran {
     /// Exit code; `None` after a signal.

@@ -4,26 +4,12 @@ use vademecum_build::rewrite::check;
 use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice};
 use vademecum_format::{Canonical, Element, File, Section, SectionKind};
 use vademecum_tests::golden;
-use vademecum_tests::program::{repository, vademecum};
+use vademecum_tests::program::{fixtures, repository, vademecum};
 use vademecum_tests::stage::with_scene;
-
-/// Name and bytes of every file in the folder.
-fn on_disk() -> Vec<(String, Vec<u8>)> {
-    let folder = std::fs::read_dir(repository().join("fixtures/golden")).expect("the golden files");
-    let mut files: Vec<_> = folder
-        .map(|entry| {
-            let path = entry.expect("an entry").path();
-            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-            (name, std::fs::read(path).expect("readable"))
-        })
-        .collect();
-    files.sort();
-    files
-}
 
 #[test]
 fn the_writer_reproduces_every_golden_file() {
-    let (known, mut made) = (on_disk(), golden::all());
+    let (known, mut made) = (fixtures("golden"), golden::all());
     made.sort();
     let names = |files: &[(String, Vec<u8>)]| files.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&known), made.iter().map(|f| f.0.to_string()).collect::<Vec<_>>());
@@ -37,7 +23,7 @@ fn the_writer_reproduces_every_golden_file() {
 
 #[test]
 fn a_file_has_the_lowest_minor_version_that_has_its_sections() {
-    for (name, bytes) in on_disk() {
+    for (name, bytes) in fixtures("golden") {
         let file = File::parse(&bytes).expect("a file");
         let later = ["canonical.vdm", "quantised.vdm", "separation.vdm"].contains(&name.as_str());
         assert_eq!(file.minor(), u16::from(later), "{name}");
@@ -48,7 +34,7 @@ fn a_file_has_the_lowest_minor_version_that_has_its_sections() {
 
 #[test]
 fn every_golden_file_is_sound() {
-    for (name, bytes) in on_disk() {
+    for (name, bytes) in fixtures("golden") {
         let checked = check(&bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(checked.unknown_sections, 0);
         let path = repository().join("fixtures/golden").join(name);
@@ -60,7 +46,7 @@ fn every_golden_file_is_sound() {
 
 #[test]
 fn every_golden_file_steps_in_every_structure_it_has() {
-    for (name, bytes) in on_disk() {
+    for (name, bytes) in fixtures("golden") {
         let file = File::parse(&bytes).expect("a file");
         let metadata = *file.metadata();
         let surface = file.section(SectionKind::SurfaceBasis).is_some();

@@ -3,21 +3,7 @@
 use vademecum_build::rewrite::check;
 use vademecum_format::{Codec, Decoder, Element, File, FormatError, Section};
 use vademecum_tests::hostile;
-use vademecum_tests::program::{repository, vademecum};
-
-/// Name and bytes of every file in the folder, by name.
-fn on_disk() -> Vec<(String, Vec<u8>)> {
-    let folder = std::fs::read_dir(repository().join("fixtures/hostile")).expect("the hostile files");
-    let mut files: Vec<_> = folder
-        .map(|entry| {
-            let path = entry.expect("an entry").path();
-            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-            (name, std::fs::read(path).expect("readable"))
-        })
-        .collect();
-    files.sort();
-    files
-}
+use vademecum_tests::program::{fixtures, repository, vademecum};
 
 /// Number and name of each refusal on the page.
 fn page() -> Vec<(u32, String)> {
@@ -59,7 +45,7 @@ fn variant(error: &impl std::fmt::Debug) -> String {
 
 #[test]
 fn the_command_beside_them_writes_the_hostile_files() {
-    let (known, made) = (on_disk(), hostile::all());
+    let (known, made) = (fixtures("hostile"), hostile::all());
     let names = |files: &[(String, Vec<u8>)]| files.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&known), names(&made));
     for ((name, known), (_, made)) in known.iter().zip(&made) {
@@ -73,7 +59,7 @@ fn every_numbered_refusal_has_a_file_that_gives_it_and_nothing_else() {
     let mut given = vec![];
     let page = page();
     assert!(page.len() >= 31, "the page's table is not read: {page:?}");
-    for (name, bytes) in on_disk() {
+    for (name, bytes) in fixtures("hostile") {
         let stem = name.strip_suffix(".vdm").expect("a vademecum file");
         let mut parts = stem.split('-');
         let first = parts.next().expect("a name");
@@ -102,7 +88,7 @@ fn every_numbered_refusal_has_a_file_that_gives_it_and_nothing_else() {
 
 #[test]
 fn the_program_refuses_every_hostile_file_and_does_not_stumble() {
-    for (name, _) in on_disk() {
+    for (name, _) in fixtures("hostile") {
         let path = repository().join("fixtures/hostile").join(&name);
         let ran = vademecum(&["verify".as_ref(), path.as_os_str(), "--file-only".as_ref()]);
         // A compressed file is sound; only its numbers cannot be mapped.
