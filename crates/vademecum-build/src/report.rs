@@ -187,17 +187,9 @@ impl CanonicalReport {
             return Ok(None);
         };
         let numbers: Vec<f64> = section.numbers()?.iter().collect();
-        let [trajectory_error, projection_floor, spectral_radius, energy_ratio, rms, max, steps, left] =
-            *numbers.first_chunk().expect("the shape was checked on opening");
-        let structure = StructureCertificate {
-            trajectory_error,
-            projection_floor,
-            spectral_radius,
-            energy_ratio,
-            map_error_rms: rms,
-            map_error_max: max,
-            steps,
-        };
+        let (structure, rest) = numbers.split_first_chunk().expect("the shape was checked on opening");
+        let (left, stages) = rest.split_first().expect("the shape was checked on opening");
+        let structure = StructureCertificate::from_numbers(*structure);
         let terms =
             |stage| canonical.parts().filter(|part| part.stage == stage).map(|part| part.n_terms).sum();
         let stage = |(stage, e): (usize, &[f64; 3])| StageReport {
@@ -208,8 +200,8 @@ impl CanonicalReport {
         };
         Ok(Some(Self {
             structure: StructureReport::new(&structure),
-            left_at: (left >= 1.0).then_some(left as usize),
-            stages: numbers[8..].as_chunks().0.iter().enumerate().map(stage).collect(),
+            left_at: (*left >= 1.0).then_some(*left as usize),
+            stages: stages.as_chunks().0.iter().enumerate().map(stage).collect(),
         }))
     }
 }

@@ -166,21 +166,14 @@ pub struct StructureCertificate {
 impl Default for StructureCertificate {
     /// Nothing measured.
     fn default() -> Self {
-        let not_measured = f64::NAN;
-        Self {
-            trajectory_error: not_measured,
-            projection_floor: not_measured,
-            spectral_radius: not_measured,
-            energy_ratio: not_measured,
-            map_error_rms: not_measured,
-            map_error_max: not_measured,
-            steps: not_measured,
-        }
+        Self::from_numbers([f64::NAN; 7])
     }
 }
 
 impl StructureCertificate {
-    fn numbers(&self) -> [f64; 7] {
+    /// Its numbers in the order of the file.
+    #[must_use]
+    pub const fn numbers(&self) -> [f64; 7] {
         [
             self.trajectory_error,
             self.projection_floor,
@@ -190,6 +183,29 @@ impl StructureCertificate {
             self.map_error_max,
             self.steps,
         ]
+    }
+
+    /// From its numbers in the order of the file.
+    #[must_use]
+    pub const fn from_numbers(numbers: [f64; 7]) -> Self {
+        let [
+            trajectory_error,
+            projection_floor,
+            spectral_radius,
+            energy_ratio,
+            map_error_rms,
+            map_error_max,
+            steps,
+        ] = numbers;
+        Self {
+            trajectory_error,
+            projection_floor,
+            spectral_radius,
+            energy_ratio,
+            map_error_rms,
+            map_error_max,
+            steps,
+        }
     }
 }
 

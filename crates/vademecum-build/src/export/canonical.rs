@@ -45,17 +45,8 @@ fn factors(part: &MapPart) -> impl Iterator<Item = f64> + '_ {
 
 /// The certificate as section 29 has it; numbers that were not measured are NaN in the file, too.
 fn numbers(certificate: &CanonicalCertificate) -> Vec<f64> {
-    let s = &certificate.structure;
-    let mut numbers = vec![
-        s.trajectory_error,
-        s.projection_floor,
-        s.spectral_radius,
-        s.energy_ratio,
-        s.map_error_rms,
-        s.map_error_max,
-        s.steps,
-        certificate.left.map_or(f64::NAN, |(step, _)| step as f64),
-    ];
+    let mut numbers = certificate.structure.numbers().to_vec();
+    numbers.push(certificate.left.map_or(f64::NAN, |(step, _)| step as f64));
     numbers.extend(certificate.stages.iter().flat_map(|e| [e.total, e.state, e.load]));
     numbers
 }

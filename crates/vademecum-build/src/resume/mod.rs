@@ -125,8 +125,10 @@ impl<'a> Kept<'a> {
         inputs: impl FnOnce(Inputs) -> Inputs,
         work: impl FnOnce() -> Result<Vec<StructureCertificate>, E>,
     ) -> Result<Vec<StructureCertificate>, E> {
-        let rows = self.stage(name, inputs, || Ok(work()?.iter().map(numbers).collect::<Vec<_>>()))?;
-        Ok(rows.into_iter().map(certificate).collect())
+        let rows = self.stage(name, inputs, || {
+            Ok(work()?.iter().map(StructureCertificate::numbers).collect::<Vec<_>>())
+        })?;
+        Ok(rows.into_iter().map(StructureCertificate::from_numbers).collect())
     }
 }
 
@@ -135,37 +137,4 @@ fn moved(space: &ParameterSpace) -> impl std::fmt::Debug {
     let lowest: Vec<f64> = space.parameters.iter().map(|p| p.lower).collect();
     let moves: Vec<_> = space.parameters.iter().map(|p| (p.role, p.lower, p.upper, p.log)).collect();
     (space.setting(&lowest), moves)
-}
-
-fn numbers(c: &StructureCertificate) -> [f64; 7] {
-    [
-        c.trajectory_error,
-        c.projection_floor,
-        c.spectral_radius,
-        c.energy_ratio,
-        c.map_error_rms,
-        c.map_error_max,
-        c.steps,
-    ]
-}
-
-fn certificate(numbers: [f64; 7]) -> StructureCertificate {
-    let [
-        trajectory_error,
-        projection_floor,
-        spectral_radius,
-        energy_ratio,
-        map_error_rms,
-        map_error_max,
-        steps,
-    ] = numbers;
-    StructureCertificate {
-        trajectory_error,
-        projection_floor,
-        spectral_radius,
-        energy_ratio,
-        map_error_rms,
-        map_error_max,
-        steps,
-    }
 }
