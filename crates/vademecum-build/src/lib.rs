@@ -9,6 +9,7 @@ pub mod canonical;
 pub mod certificate;
 pub mod compare;
 pub mod dynamics;
+mod endurance;
 pub mod export;
 pub mod fem;
 pub mod field;

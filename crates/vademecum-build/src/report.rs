@@ -6,6 +6,7 @@ use vademecum_format::{Canonical, Certificate, File, FormatError, SectionKind, S
 
 use crate::canonical::CanonicalCertificate;
 use crate::dynamics::{Rayleigh, numerical_damping};
+use crate::endurance::Measured;
 use crate::parametric::RadiusSample;
 use crate::pod::Basis;
 use crate::problem::Problem;
@@ -221,15 +222,11 @@ impl StructureReport {
         }
     }
 
-    /// Steps for which the trajectory keeps a tolerance, if its error beyond the floor grows with their number.
-    ///
-    /// `u − Bζ` is the floor and, M-orthogonal to it, an error of `ζ`; that one is `√(error² − floor²)` over the steps
-    /// marched. Of an undamped motion it is a drift of phase, proportional to the steps; damping only slows it. Infinite
-    /// where nothing was seen beyond the floor. An estimate from one march, which is why it is no condition of a build.
+    /// Steps for which the trajectory keeps a tolerance, estimated from this one march, which is why it is no condition of a build: 0 where
+    /// the march missed it, infinite where nothing was seen beyond the floor.
     pub fn good_for_steps(&self, floor_ratio: f64, absolute: f64) -> f64 {
-        let beyond =
-            |error: f64| (error * error - self.projection_floor * self.projection_floor).max(0.0).sqrt();
-        self.steps * beyond(floor_ratio * self.projection_floor + absolute) / beyond(self.trajectory_error)
+        let Self { steps, trajectory_error: error, projection_floor: floor, .. } = *self;
+        Measured { steps, error, floor, floor_ratio, absolute }.good_for_steps()
     }
 
     /// Whether the stage maps keep a tolerance; an error that is not a number does not.
@@ -392,16 +389,6 @@ mod tests {
         assert!(!holds(None, Some(structure(1e-5))));
         assert!(!holds(None, Some(structure(f64::NAN))));
         assert!(holds(Some(structure(f64::NAN)), None), "closed form: no separated map to measure");
-    }
-
-    #[test]
-    fn the_steps_a_tolerance_is_good_for_follow_from_the_error_beyond_the_floor() {
-        // 3-4-5: beyond the floor of 4 the error of 5 is 3; allowed is 1.25 × 4 = 5 as well, then 2 × 4 = 8, beyond it √48.
-        let s =
-            StructureReport { trajectory_error: 5.0, projection_floor: 4.0, steps: 100.0, ..structure(1e-7) };
-        assert!((s.good_for_steps(1.25, 0.0) - 100.0).abs() < 1e-9);
-        assert!((s.good_for_steps(2.0, 0.0) - 100.0 * 48.0f64.sqrt() / 3.0).abs() < 1e-9);
-        assert_eq!(structure(1e-7).good_for_steps(1.1, 0.0), f64::INFINITY);
     }
 
     #[test]
