@@ -376,6 +376,7 @@ enums:
     28: canonical_direction
     29: canonical_certificate
     30: losses
+    31: repairs
   element:
     0: u8
     1: u32

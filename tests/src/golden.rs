@@ -41,6 +41,22 @@ fn with_separation(bytes: &[u8]) -> Vec<u8> {
     rewritten(bytes, |_| (), |_| (), &more)
 }
 
+/// A file with two lines about repairs more.
+fn with_repairs(bytes: &[u8]) -> Vec<u8> {
+    let text =
+        "spectral radius 1+2.0e-4 with 2 terms: 4 terms\nspectral radius 1+1.0e-6 with 4 terms: 8 terms";
+    let repairs = SectionInput {
+        kind: SectionKind::Repairs,
+        element: Element::U8,
+        codec: Codec::Raw,
+        required: false,
+        shape: [text.len() as u64, 1, 1],
+        decoded_length: text.len() as u64,
+        stored: text.as_bytes(),
+    };
+    rewritten(bytes, |_| (), |_| (), &[repairs])
+}
+
 /// The file of one quadratic tetrahedron: ten nodes, all of them on its surface, four triangles a face, middles of edges as corners
 /// of triangles like any other node. The order of elements is nowhere else in a file.
 fn quadratic() -> Vec<u8> {
@@ -102,6 +118,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("canonical.vdm", canonical),
         ("fixed-f64.vdm", fixed),
         ("fixed-f32.vdm", body(LAYOUT, 2).file(&newmark(0.25, 0.5), &STEP, Element::F32)),
+        ("repairs.vdm", with_repairs(&probes)),
         ("separation.vdm", with_separation(&parameters)),
         ("parameters.vdm", parameters),
         ("probes.vdm", probes),

@@ -331,12 +331,22 @@ fn contents() -> Files {
         decoded_length: 8 * ((1 << 30) - 1),
         stored: &frame(0, 8),
     };
+    let repairs = SectionInput {
+        kind: S::Repairs,
+        element: Element::U8,
+        codec: Codec::Raw,
+        required: false,
+        shape: [1, 1, 1],
+        decoded_length: 1,
+        stored: &[0xFF],
+    };
     vec![
         ("NotFinite-eigenvalue-nan", small(S::Eigenvalues, &numbers(&[f64::NAN]))),
         ("NotFinite-probe-infinite", small(S::ProbeRows, &numbers(&[f64::NEG_INFINITY]))),
         ("NotFinite-basis-nan", small(S::SurfaceBasis, &[0xFF; 12])),
         ("Index-triangle", large(S::Triangles, &triangles)),
         ("Names-empty", small(S::ProbeNames, b"\n\n\n")),
+        ("Names-repairs", rewritten(&base(), |_| (), |_| {}, &[repairs])),
         ("Points-decreasing", large(S::AxisPoints, &numbers(&[1.0, 0.0]))),
         ("Points-the-same", large(S::AxisPoints, &numbers(&[0.0, 0.0]))),
         ("Frame-none", packed(&[0; 8])),

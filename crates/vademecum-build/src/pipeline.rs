@@ -112,7 +112,7 @@ pub struct BuildOptions<'a> {
     pub keep_missed: bool,
     /// Where finished stages are kept and found again; the file is the same with and without.
     pub store: Option<&'a Store>,
-    /// Add terms where the fused step is unstable over live parameters; the report says what was done.
+    /// Add terms where the fused step is unstable over live parameters; report and file say what was done.
     pub repair: bool,
 }
 

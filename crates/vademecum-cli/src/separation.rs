@@ -1,11 +1,11 @@
-//! What a file keeps of the making of its separated solution, for people: sections 21 and 22.
+//! What a file keeps of the making of its separated solution, for people: sections 21, 22 and 31.
 
 use std::path::Path;
 
 use serde::Serialize;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_build::rewrite::{DECODED_LIMIT, decode};
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{File, FormatError, SectionKind};
 
 use crate::failure::Failure;
 
@@ -33,6 +33,15 @@ pub fn radius_samples(path: &Path, file: &File<'_>) -> Result<Vec<RadiusSample>,
     };
     let rows = values(path, file, SectionKind::RadiusSamples)?;
     Ok(rows.chunks_exact(n_parameters + 1).map(sample).collect())
+}
+
+/// What the build did to make an unstable step stable, one repair a line; none if nothing had to be.
+pub fn repairs(path: &Path, file: &File<'_>) -> Result<Vec<String>, Failure> {
+    let Some(section) = file.section(SectionKind::Repairs) else { return Ok(vec![]) };
+    let bytes = decode(&section, DECODED_LIMIT).map_err(|error| Failure::file(path, error))?;
+    let unreadable = |_| Failure::file(path, FormatError::Text { kind: SectionKind::Repairs.number() });
+    let text = String::from_utf8(bytes).map_err(unreadable)?;
+    Ok(text.lines().map(str::to_string).collect())
 }
 
 /// Numbers of a section, compressed or not; none if the file does not have it.

@@ -79,11 +79,13 @@ pub enum SectionKind {
     /// What rewriting cost, for people: kind, relative error of displacement fields, of velocity fields, largest of any mode;
     /// `f64 (any, 4)`. Since version 1.1.
     Losses = 30,
+    /// What a build did to make an unstable step stable, for people: UTF-8, one repair a line. Since version 1.1.
+    Repairs = 31,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 30] = [
+    pub const ALL: [Self; 31] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -114,6 +116,7 @@ impl SectionKind {
         Self::CanonicalDirection,
         Self::CanonicalCertificate,
         Self::Losses,
+        Self::Repairs,
     ];
 
     /// The kind with this number.
@@ -138,7 +141,7 @@ impl SectionKind {
     #[must_use]
     pub const fn since(self) -> u16 {
         match self {
-            Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses => 1,
+            Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             kind if kind.is_canonical() => 1,
             _ => 0,
         }
@@ -166,7 +169,9 @@ impl SectionKind {
             Self::BlockLoad => three(u64::from(m.n_load_nodes), terms, 3 * r),
             Self::PatternBasis => two(u64::from(m.n_patterns), r),
             Self::PatternBlock => three(u64::from(m.n_patterns), terms, r),
-            Self::PatternNames | Self::ProbeNames | Self::SingularValues => [None, Some(1), Some(1)],
+            Self::PatternNames | Self::ProbeNames | Self::SingularValues | Self::Repairs => {
+                [None, Some(1), Some(1)]
+            }
             Self::ProbeRows => two(u64::from(m.n_probes), r),
             Self::ModeTable => two(r, 6),
             Self::AxisPoints => one(points),
@@ -192,7 +197,7 @@ impl SectionKind {
         match self {
             Self::NodeIds => element == Element::U64,
             Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions => element == Element::U32,
-            Self::PatternNames | Self::ProbeNames => element == Element::U8,
+            Self::PatternNames | Self::ProbeNames | Self::Repairs => element == Element::U8,
             Self::NodeCoordinates => matches!(element, Element::F32 | Element::F64),
             Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
                 matches!(element, Element::F32 | Element::F64 | Element::I16)

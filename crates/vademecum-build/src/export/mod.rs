@@ -386,17 +386,21 @@ pub(crate) fn reduced_load(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> 
     (0..vectors.ncols()).map(dot).collect()
 }
 
-/// Sections for people: how the error fell with the terms, and how stable the step is over the box.
-fn separation_sections(report: &SeparationReport) -> [Draft; 2] {
+/// Sections for people: how the error fell with the terms, how stable the step is over the box, and what was repaired.
+fn separation_sections(report: &SeparationReport) -> Vec<Draft> {
     let history = report.history_terms.iter().zip(&report.history);
     let radii = report.radius_samples.iter().map(|s| s.values.iter().copied().chain([s.spectral_radius]));
     let columns = report.radius_samples.first().map_or(0, |s| s.values.len() + 1);
-    [
+    let mut drafts = vec![
         Draft::f64s(
             SectionKind::EnrichmentHistory,
             [report.history.len(), 2, 1],
             history.flat_map(|(&terms, &error)| [terms as f64, error]),
         ),
         Draft::f64s(SectionKind::RadiusSamples, [report.radius_samples.len(), columns, 1], radii.flatten()),
-    ]
+    ];
+    if !report.repairs.is_empty() {
+        drafts.push(Draft::names(SectionKind::Repairs, report.repairs.iter().map(String::as_str)));
+    }
+    drafts
 }

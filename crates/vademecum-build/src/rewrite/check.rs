@@ -82,6 +82,7 @@ fn check_meaning(section: &Section<'_>, raw: &[u8], metadata: &Metadata<'_>) -> 
         SectionKind::Triangles => check_triangles(raw, metadata),
         kind @ SectionKind::PatternNames => check_names(kind, raw, metadata.n_patterns),
         kind @ SectionKind::ProbeNames => check_names(kind, raw, metadata.n_probes),
+        kind @ SectionKind::Repairs => lines(kind, raw).map(|_| ()),
         SectionKind::AxisPoints => check_points(&reals(section.element(), raw), metadata),
         _ => Ok(()),
     }
@@ -103,8 +104,7 @@ fn check_triangles(raw: &[u8], metadata: &Metadata<'_>) -> Result<(), RewriteErr
 /// One name a line, as many as are counted, none empty, none twice.
 fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteError> {
     let refused = |reason| Err(RewriteError::Names { kind, reason });
-    let Ok(text) = std::str::from_utf8(raw) else { return refused("it is not UTF-8".to_string()) };
-    let names: Vec<&str> = if text.is_empty() { vec![] } else { text.split('\n').collect() };
+    let names = lines(kind, raw)?;
     if names.len() != count as usize {
         return refused(format!("it has {} names, the metadata count {count}", names.len()));
     }
@@ -114,6 +114,13 @@ fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteE
         Some(name) => refused(format!("the name `{name}` occurs twice")),
         None => Ok(()),
     }
+}
+
+/// The lines of a text.
+fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
+    let refused = |_| RewriteError::Names { kind, reason: "it is not UTF-8".to_string() };
+    let text = std::str::from_utf8(raw).map_err(refused)?;
+    Ok(if text.is_empty() { vec![] } else { text.split('\n').collect() })
 }
 
 /// Points of an axis increase and lie within its range; those of an index axis are 0, 1, ….

@@ -44,7 +44,12 @@ impl Keep {
         let inside = kind == S::InteriorBasis;
         let for_people = matches!(
             kind,
-            S::SingularValues | S::ModeTable | S::EnrichmentHistory | S::RadiusSamples | S::Losses
+            S::SingularValues
+                | S::ModeTable
+                | S::EnrichmentHistory
+                | S::RadiusSamples
+                | S::Losses
+                | S::Repairs
         );
         let surface =
             matches!(kind, S::NodeIds | S::NodeCoordinates | S::Triangles | S::SurfaceBasis | S::BlockLoad);

@@ -40,7 +40,7 @@ pub struct Build {
     /// Compute every stage anew, whatever is kept.
     #[arg(long)]
     fresh: bool,
-    /// Where the step over live parameters is unstable, add terms until it is stable; the report says what was done.
+    /// Where the step over live parameters is unstable, add terms until it is stable; report and file say what was done.
     #[arg(long)]
     repair: bool,
 }

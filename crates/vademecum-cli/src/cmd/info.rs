@@ -15,7 +15,7 @@ use super::build::print_canonical;
 use super::{print_json, rewrite_failed, whole_file};
 use crate::failure::Failure;
 use crate::player::names;
-use crate::separation::{Enrichment, enrichment_history, radius_samples};
+use crate::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
@@ -93,8 +93,10 @@ struct Certificates {
     trajectory_error_max: f64,
     trajectory_floor_max: f64,
     energy_ratio_max: f64,
-    /// Steps the tolerance of the problem is good for, `null` where nothing was seen beyond the floor.
+    /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its axes, `null` where nothing was seen beyond the floor.
     good_for_steps: Option<f64>,
+    /// What `build --repair` did, in order; empty where nothing had to be repaired.
+    repairs: Vec<String>,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
     canonical: Option<CanonicalReport>,
@@ -144,6 +146,7 @@ impl Info {
         let canonical_report =
             CanonicalReport::of_file(file).map_err(|error| Failure::file(&self.file, error))?;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
+        let left_its_axes = canonical_report.as_ref().is_some_and(|report| report.left_at.is_some());
         let worst = match &canonical_report {
             Some(report) => report.structure,
             None => StructureReport::new(worst),
@@ -210,7 +213,8 @@ impl Info {
                 trajectory_error_max: worst.trajectory_error,
                 trajectory_floor_max: worst.projection_floor,
                 energy_ratio_max: worst.energy_ratio,
-                good_for_steps: good_for_steps(m.problem, &worst),
+                good_for_steps: if left_its_axes { Some(0.0) } else { good_for_steps(m.problem, &worst) },
+                repairs: repairs(&self.file, file)?,
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
                 canonical: canonical_report,
@@ -280,10 +284,9 @@ impl Report {
             print_canonical(c);
         }
         if let Some(steps) = self.certificate.good_for_steps {
-            println!(
-                "the tolerance is good for about {steps:.1e} steps (error beyond the floor growing with their number)"
-            );
+            println!("{}", endurance(steps));
         }
+        self.certificate.repairs.iter().for_each(|done| println!("repaired: {done}"));
         self.print_separation();
         println!(
             "\nsection            element  codec     shape                     bytes  rounded, relative"
@@ -336,6 +339,13 @@ impl CanonicalAxes {
             direction: canonical.direction(),
         }
     }
+}
+
+fn endurance(steps: f64) -> String {
+    if steps == 0.0 {
+        return "the tolerance was not kept over the steps marched".into();
+    }
+    format!("the tolerance is good for about {steps:.1e} steps at least, by the drift seen")
 }
 
 /// From the stored errors and the tolerance of the stored problem; absent without either, or when it is without end.

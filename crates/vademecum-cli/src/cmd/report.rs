@@ -25,7 +25,7 @@ use super::view::title;
 use super::{make_folder, refuse_canonical};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::separation::{Enrichment, enrichment_history, radius_samples};
+use crate::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
 #[derive(clap::Args)]
@@ -63,6 +63,7 @@ struct Content<'a> {
     verified: Option<Verified>,
     history: Vec<Enrichment>,
     radii: Vec<RadiusSample>,
+    repairs: Vec<String>,
     build: Option<BuildTimes>,
 }
 
@@ -92,6 +93,7 @@ impl Report {
             verified,
             history: enrichment_history(&self.file, &file)?,
             radii: radius_samples(&self.file, &file)?,
+            repairs: repairs(&self.file, &file)?,
             build,
         };
 

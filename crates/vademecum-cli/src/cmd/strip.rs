@@ -82,7 +82,7 @@ impl Strip {
 }
 
 /// What nobody can do any more without a section.
-const LOST: [(SectionKind, &str); 9] = [
+const LOST: [(SectionKind, &str); 10] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),
     (SectionKind::Triangles, "no surface to show"),
@@ -92,4 +92,5 @@ const LOST: [(SectionKind, &str); 9] = [
     (SectionKind::ModeTable, "no table of modes to report"),
     (SectionKind::EnrichmentHistory, "no history of the enrichment to report"),
     (SectionKind::RadiusSamples, "no spectral radius over the parameters to report"),
+    (SectionKind::Repairs, "no word of what the build repaired"),
 ];

@@ -131,11 +131,13 @@ fn certificate(content: &Content<'_>) -> String {
         row("error of the stage maps at fresh parameters, worst", &|c| c.map_error_max),
         row("steps marched", &|c| c.steps),
     ];
+    let repaired = |done: &String| format!("<p>Repaired by the build: {}.</p>\n", escaped(done));
+    let repairs: String = content.repairs.iter().map(repaired).collect();
     format!(
         "<p>Measured when the file was built, on loads that no snapshot had seen. Errors are relative, over all displacement \
          components and all steps, in the norm of the mass. An error close to its floor says that more could be gained only with \
          more modes. The scene takes the cheaper structure that keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
-         <table><thead><tr><th></th><th>diagonal structure</th><th>block structure</th></tr></thead>\n<tbody>\n{}</tbody></table></div>\n",
+         <table><thead><tr><th></th><th>diagonal structure</th><th>block structure</th></tr></thead>\n<tbody>\n{}</tbody></table></div>\n{repairs}",
         if content.timings.structure == Structure::Diagonal { "diagonal" } else { "block" },
         rows.concat()
     )
