@@ -201,6 +201,29 @@ fn snapshots_of_another_mesh_are_refused() {
 
 #[cfg(unix)]
 #[test]
+fn verify_measures_a_rounded_file_by_the_fields_it_shows() {
+    const TOLERANCE: f64 = 1e-3;
+    let folder = tempfile::tempdir().expect("a folder");
+    let [file, packed] = ["b.vdm", "p.vdm"].map(|name| folder.path().join(name));
+    build(&short_beam(), &file);
+    let path = |p: &Path| p.display().to_string();
+    let ran =
+        vademecum(&["pack", &*path(&file), "-o", &path(&packed), "--tolerance", &TOLERANCE.to_string()]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let scenario = path(&repository().join("fixtures/scenarios/short-push.toml"));
+    let verified = |file: &Path| -> [f64; 2] {
+        let problem = path(&short_beam());
+        let arguments = ["verify", &*path(file), "--problem", &problem, "--scenario", &scenario, "--json"];
+        let report = vademecum(&arguments).json();
+        ["trajectory_error", "projection_floor"].map(|key| report[key].as_f64().expect("a number"))
+    };
+    let ([built, _], [rounded, floor]) = (verified(&file), verified(&packed));
+    // Fields are off by the tolerance at most, once for the basis and once for the load rows.
+    assert!(rounded <= built + 2.0 * TOLERANCE, "{rounded}, as built {built}");
+    assert!(floor <= rounded && rounded > built, "{floor}, {rounded}, as built {built}");
+}
+
+#[test]
 fn ctrl_c_in_a_build_leaves_nothing_behind() {
     use std::io::{BufRead, BufReader};
     use std::process::Stdio;

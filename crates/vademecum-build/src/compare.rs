@@ -1,9 +1,14 @@
 //! A scenario at full order beside the reduced coordinates another program marched: what `verify` rests on.
+//!
+//! The basis is what a file shows, and rounding has cost it its orthonormality: with `G = BᵀMB = LLᵀ` the same field is `(BL⁻ᵀ)(Lᵀζ)`, in an
+//! orthonormal basis of the same span.
 
-use faer::{Mat, MatRef};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, MatRef, Par, Side};
 
 use crate::body::Body;
 use crate::dynamics::FullOrder;
+use crate::fem::SymmetricMatrix;
 use crate::march::{ErrorMeter, MarchError, TimedLoad, TrajectoryError, march_full_order};
 use crate::progress::Listener;
 
@@ -20,6 +25,17 @@ pub struct Comparison {
     pub seconds_per_step: f64,
 }
 
+/// Why a comparison ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// The full-order march failed or was stopped.
+    #[error(transparent)]
+    March(#[from] MarchError),
+    /// `BᵀMB` is not positive definite.
+    #[error("the columns of the basis are not independent")]
+    DependentColumns,
+}
+
 /// What is compared.
 pub struct Reduced<'a> {
     /// Rows of `B` over the free dofs, shape (n, r).
@@ -33,19 +49,21 @@ pub struct Reduced<'a> {
 /// Marches the loads from rest and measures the reduced trajectory against it.
 ///
 /// # Errors
-/// As [`march_full_order`].
+/// [`CompareError`]: as [`march_full_order`], or a basis with dependent columns.
 pub fn compare(
     body: &Body,
     full: &FullOrder<'_>,
     loads: &[TimedLoad],
     reduced: &Reduced<'_>,
     listener: &dyn Listener,
-) -> Result<Comparison, MarchError> {
+) -> Result<Comparison, CompareError> {
     let steps = reduced.coordinates.ncols() - 1;
-    let mut meter = ErrorMeter::new(body.model.pencil().mass(), reduced.basis, 1);
+    let mass = body.model.pencil().mass();
+    let (basis, coordinates) = orthonormal(mass, reduced.basis, reduced.coordinates)?;
+    let mut meter = ErrorMeter::new(mass, basis.as_ref(), 1);
     let (mut energy, mut probes) = (Vec::with_capacity(steps + 1), vec![]);
     let seconds = march_full_order(full, loads, 1, steps, listener, |step, state| {
-        meter.add(state.displacement.as_ref(), reduced.coordinates.subcols(step, 1));
+        meter.add(state.displacement.as_ref(), coordinates.as_ref().subcols(step, 1));
         energy.push(full.energy(state, 0));
         let u = state.displacement.col_as_slice(0);
         let value =
@@ -55,7 +73,46 @@ pub fn compare(
     Ok(Comparison { error: meter.errors()[0], energy, probes, seconds_per_step: seconds / steps as f64 })
 }
 
+/// `BL⁻ᵀ` and `Lᵀζ`, `LLᵀ = BᵀMB`: the same fields in an M-orthonormal basis.
+fn orthonormal(
+    mass: &SymmetricMatrix,
+    basis: MatRef<'_, f64>,
+    coordinates: MatRef<'_, f64>,
+) -> Result<(Mat<f64>, Mat<f64>), CompareError> {
+    let mut weighted = Mat::zeros(basis.nrows(), basis.ncols());
+    mass.mul_into(basis, weighted.as_mut());
+    let gram = basis.transpose() * weighted;
+    let factor = gram.llt(Side::Lower).map_err(|_| CompareError::DependentColumns)?;
+    let mut orthonormal = basis.to_owned();
+    solve_lower_triangular_in_place(factor.L(), orthonormal.as_mut().transpose_mut(), Par::Seq);
+    Ok((orthonormal, factor.L().transpose() * coordinates))
+}
+
 /// Collects coordinates step by step.
 pub fn coordinate_matrix(n_modes: usize, flat: &[f64]) -> Mat<f64> {
     MatRef::from_column_major_slice(flat, n_modes, flat.len() / n_modes.max(1)).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::Pencil;
+
+    #[test]
+    fn an_orthonormal_basis_shows_the_same_fields_and_dependent_columns_are_refused() {
+        let mass = Mat::from_fn(3, 3, |i, j| if i == j { 2.0 + i as f64 } else { 0.5 });
+        let pencil = Pencil::from_matrices(mass.as_ref(), mass.as_ref()).expect("a pencil");
+        let basis = Mat::from_fn(3, 2, |i, j| [[1.0, 0.2], [0.1, 1.5], [0.3, -0.4]][i][j]);
+        let zeta = Mat::from_fn(2, 2, |i, j| [[1.0, -2.0], [0.5, 3.0]][i][j]);
+        let (found, coordinates) =
+            orthonormal(pencil.mass(), basis.as_ref(), zeta.as_ref()).expect("independent");
+        let gram = found.transpose() * &mass * &found;
+        assert!((gram - Mat::<f64>::identity(2, 2)).norm_max() < 1e-14);
+        assert!((&found * coordinates - &basis * &zeta).norm_max() < 1e-14);
+        let dependent = Mat::from_fn(3, 2, |i, _| 1.0 + i as f64);
+        for bad in [dependent, Mat::zeros(3, 2), Mat::full(3, 2, f64::NAN)] {
+            let refused = orthonormal(pencil.mass(), bad.as_ref(), zeta.as_ref());
+            assert!(matches!(refused, Err(CompareError::DependentColumns)));
+        }
+    }
 }

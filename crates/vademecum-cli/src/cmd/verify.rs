@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use vademecum_build::compare::{Comparison, Reduced, compare, coordinate_matrix};
+use vademecum_build::compare::{CompareError, Comparison, Reduced, compare, coordinate_matrix};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::march::TimedLoad;
 use vademecum_build::pipeline::{BuildError, CanonicalReport, Prepared, prepare};
@@ -190,7 +190,10 @@ pub fn verify(
     let loads = full_order_loads(&track, body, &file_nodes, path, file)?;
     let rows = probe_rows(body);
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
-    let full = compare(body, &full, &loads, &reduced, console).map_err(BuildError::from)?;
+    let full = compare(body, &full, &loads, &reduced, console).map_err(|error| match error {
+        CompareError::March(error) => Failure::from(BuildError::from(error)),
+        dependent => Failure::file(path, dependent),
+    })?;
 
     let release = ((track.release() / metadata.time_step).ceil() as usize).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
