@@ -148,6 +148,15 @@ fn a_step_unstable_over_the_box_is_named_with_its_place_and_mended_on_request() 
         "{repairs:?}"
     );
     let info = vademecum(&["info", &*file, "--json"]).json();
+    assert_eq!(
+        info["certificate"]["repairs"], report["separation"]["repairs"],
+        "the file says what was done"
+    );
+    let page = folder.path().join("r.html").display().to_string();
+    let drawn = vademecum(&["report", &*file, "-o", &*page]);
+    assert_eq!(drawn.code, Some(0), "{}", drawn.stderr);
+    let page = std::fs::read_to_string(&page).expect("a page");
+    assert!(page.contains("Repaired by the build: spectral radius 1+"), "the report shows it");
     let radius = info["certificate"]["spectral_radius_max"].as_f64().expect("a number");
     assert!(radius <= 1.0 + 1e-12, "{radius}");
 }
@@ -180,6 +189,32 @@ scale = "log"
         steps.is_none_or(|steps| steps >= 100.0),
         "the tolerance holds over the steps marched: {certificate}"
     );
+}
+
+#[test]
+fn a_march_as_long_as_the_certificate_promises_keeps_the_tolerance_and_a_much_longer_one_does_not() {
+    // A coarse map whose drift is seen early; the scheme damps the high modes, so the floor falls while the error grows.
+    let parameter =
+        "[[parameter]]\nname = \"stiffness\"\nkind = \"stiffness\"\nrange = [0.5, 2.0]\nscale = \"log\"\n";
+    let certificate = |steps: usize| {
+        let problem = format!("{PROBLEM}{parameter}")
+            .replace("map = 1e-6", "map = 1e-4")
+            .replace("steps = 100", &format!("steps = {steps}"));
+        let folder = tempfile::tempdir().expect("a folder");
+        let (ran, file) = build(folder.path(), &problem, &["--keep-missed"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        vademecum(&["info", &*file, "--json"]).json()["certificate"].clone()
+    };
+    let number = |certificate: &Value, key: &str| certificate[key].as_f64().expect("a number");
+    let keeps = |certificate: &Value| {
+        number(certificate, "trajectory_error_max") <= 3.0 * number(certificate, "trajectory_floor_max")
+    };
+    let promised = number(&certificate(200), "good_for_steps");
+    assert!(promised > 2.0 * 200.0, "no promise beyond the march, nothing to check: {promised}");
+    assert!(keeps(&certificate(promised as usize)), "{promised} steps were promised");
+    let beyond = certificate(3 * promised as usize);
+    assert!(!keeps(&beyond), "three times {promised} steps were kept: the promise says little");
+    assert_eq!(number(&beyond, "good_for_steps"), 0.0, "missed is missed");
 }
 
 #[test]
