@@ -5,6 +5,7 @@
 //! method's offline time is the sum of the pieces it needs, as if it had been built alone. Stepping files is the
 //! evaluator's work and is timed by the program; here are only the solvers that need no file ([`ReducedSolver`]).
 
+mod canonical;
 mod galerkin;
 mod modal;
 pub mod staged;
@@ -13,10 +14,11 @@ mod tests;
 mod trajectory;
 mod two_stage;
 
+pub use canonical::LoadSites;
 pub use galerkin::DenseGalerkin;
 pub use modal::ExactModes;
 pub use staged::ReducedSolver;
-pub use trajectory::{Projection, Reference, distance, mean_at_jumps};
+pub use trajectory::{Projection, Reference, distance, distance_on_bases, mean_at_jumps};
 pub use two_stage::TwoStage;
 
 use std::time::Instant;
@@ -26,7 +28,7 @@ use vademecum_format::scheme::SchemeTable;
 
 use faer::Mat;
 
-use crate::canonical::{CanonicalCertificate, CanonicalMap, CanonicalSetting};
+use crate::canonical::{CanonicalCertificate, CanonicalMap};
 use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::{BlockTerms, Parts, encode};
 use crate::march::TimedLoad;
@@ -35,7 +37,7 @@ use crate::pipeline::{
     BuildError, Prepared, basis_of_pod, make_pod, mode_table, prepare, stage_responses, table_matrix,
 };
 use crate::pod::{Basis, Pod, modes_basis};
-use crate::problem::{BasisKind, CanonicalEntry, ParameterEntry, ParameterKind, ParameterScale, Problem};
+use crate::problem::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
 use crate::progress::{Listener, Stopwatch};
 use crate::response::StageResponse;
 use crate::snapshots::Runs;
@@ -205,29 +207,6 @@ impl Study {
             let parametric = separate_responses(pencil, symbolic, basis, &space, scheme, &asked, listener)?;
             let form = Form { block: Some(parametric.terms()?), parameters: Some(&space), canonical: None };
             Ok((self.encode(basis, form)?, parametric.n_terms()))
-        })
-    }
-
-    /// The bytes of a file of the chapter's representation on this basis: ranges marched, stages separated. Its certificate says
-    /// nothing of trajectories (no step marched); contacts must stand at its positions.
-    ///
-    /// # Errors
-    /// [`BuildError`]: a stage that does not factorise, a separation that fails, a march that is stopped.
-    pub fn canonical_file(
-        &self,
-        basis: &Basis,
-        entry: &CanonicalEntry,
-        listener: &dyn Listener,
-    ) -> Result<Timed<Vec<u8>>, BuildError> {
-        Timed::of(|| {
-            let Prepared { body, scheme, symbolic, .. } = &self.prepared;
-            let (rayleigh, dt) = (self.prepared.rayleigh(), self.time_step());
-            let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, rayleigh)?;
-            let runs = Runs::plan(&self.problem.snapshots, body, dt, self.first_period);
-            let setting = CanonicalSetting::new(entry, &self.prepared, basis, &full, &runs, listener)?;
-            let map = setting.separate(&self.prepared, basis)?;
-            let certificate = CanonicalCertificate::of_maps(&map);
-            self.encode(basis, Form { canonical: Some((&map, &certificate)), ..Form::default() })
         })
     }
 
