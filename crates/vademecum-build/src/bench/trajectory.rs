@@ -121,7 +121,7 @@ pub fn distance(mass: &SymmetricMatrix, u: MatRef<'_, f64>, w: MatRef<'_, f64>) 
 /// `√Σ‖Bζ − B'ζ'‖²_M` of two pairs of columns and coordinates over the same instants.
 pub fn distance_on_bases(
     mass: &SymmetricMatrix,
-    [(basis, zeta), (other, other_zeta)]: [(MatRef<'_, f64>, &Mat<f64>); 2],
+    [(basis, zeta), (other, other_zeta)]: [(&Mat<f64>, &Mat<f64>); 2],
 ) -> f64 {
     norm(mass, zeta.ncols(), |start, count| {
         basis * zeta.subcols(start, count) - other * other_zeta.subcols(start, count)

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::candidates::{Group, Method};
+use super::equal_time::{self, EqualTime};
 use super::errors::Errors;
 use super::measure::{Samples, median, percentiles};
 use crate::cmd::write_text;
@@ -37,6 +38,8 @@ pub struct Report {
     pub noise: f64,
     /// Distance of each scheme at Δt from the fine march.
     pub time_scheme_error: Vec<SchemeError>,
+    /// The chapter's representation against ours, one per canonical row.
+    pub equal_time: Vec<EqualTime>,
     /// One per method, number of modes and Δt.
     pub methods: Vec<Row>,
 }
@@ -57,21 +60,25 @@ pub struct SchemeError {
 /// One method with one number of modes at one Δt.
 #[derive(Serialize)]
 pub struct Row {
-    name: String,
-    modes: Option<usize>,
-    terms: Option<usize>,
-    time_step: f64,
+    pub name: String,
+    pub modes: Option<usize>,
+    pub terms: Option<usize>,
+    pub time_step: f64,
     offline_seconds: f64,
-    file_bytes: Option<usize>,
+    pub file_bytes: Option<usize>,
     bind_us: Option<f64>,
-    step_ns_p50: f64,
+    pub step_ns_p50: f64,
     step_ns_p99: f64,
     step_ns_max: f64,
     step_spread: f64,
     times_full_order: f64,
     reconstruct_ms: Option<f64>,
     #[serde(flatten)]
-    errors: Errors,
+    pub errors: Errors,
+    /// Marches from rest whose sum is the answer; a step is one of each.
+    pub marches: usize,
+    /// Why there is no answer.
+    note: Option<String>,
     /// Steps of its own in one of the problem's.
     #[serde(skip)]
     steps_per_step: f64,
@@ -105,6 +112,8 @@ impl Row {
             times_full_order: samples.times_faster_than(at.full_order),
             reconstruct_ms: None,
             errors,
+            marches: 1,
+            note: None,
             steps_per_step: at.steps_per_step,
         }
     }
@@ -120,12 +129,21 @@ impl Row {
         Self::new(at, format!("full order, {scheme}"), samples, errors, offline_seconds)
     }
 
-    /// A reduced method.
-    pub fn reduced(at: &At<'_>, group: &Group, method: &Method, samples: &Samples, errors: Errors) -> Self {
+    /// A reduced method; `note` says why it has no answer.
+    pub fn reduced(
+        at: &At<'_>,
+        group: &Group,
+        method: &Method,
+        samples: &Samples,
+        errors: Errors,
+        note: Option<String>,
+    ) -> Self {
         Self {
+            marches: method.n_marches(),
+            note,
             modes: Some(group.basis.n_modes()),
             terms: method.terms,
-            file_bytes: method.bytes().map(<[u8]>::len),
+            file_bytes: method.file_bytes(),
             bind_us: (!samples.bind_us.is_empty()).then(|| median(samples.bind_us.clone())),
             reconstruct_ms: Some(median(samples.reconstruct_ms.clone())),
             ..Self::new(at, method.name.into(), samples, errors, method.offline_seconds)
@@ -136,7 +154,7 @@ impl Row {
     fn cells(&self) -> [String; COLUMNS.len()] {
         let whole = |value: Option<usize>| value.map_or(String::new(), |v| v.to_string());
         let real = |value: Option<f64>| value.map_or(String::new(), figures);
-        let error = |value: f64| format!("{value:.3e}");
+        let error = |value: f64| if value.is_nan() { "-".into() } else { format!("{value:.3e}") };
         let part = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.1e}"));
         let e = &self.errors;
         [
@@ -254,7 +272,12 @@ impl Report {
         line(&COLUMNS.map(|c| c.replace('_', " ")));
         line(&COLUMNS.map(|_| "---".to_string()));
         self.methods.iter().for_each(|row| line(&row.cells()));
-        text
+        let notes = self.methods.iter().filter_map(|row| Some((row, row.note.as_ref()?)));
+        for (row, note) in notes {
+            writeln!(text, "\n`{}` ({}) {note}.", row.name, row.words(self.time_step))
+                .expect("writing to a string cannot fail");
+        }
+        text + &equal_time::markdown(&self.equal_time)
     }
 
     /// What reduction costs in accuracy: against full order at the same Δt.
@@ -264,9 +287,12 @@ impl Report {
             !name.starts_with("full order")
                 && !name.starts_with("natural modes, block")
                 && name != EXACT
-                && (name.ends_with("f32") || name.contains("two-stage") || name.contains("dense solves"))
+                && (name.ends_with("f32")
+                    || ["two-stage", "dense solves", "canonical"].iter().any(|part| name.contains(part)))
         };
-        let points = self.methods.iter().filter(|row| row.time_step == self.time_step && shown(&row.name));
+        let points = self.methods.iter().filter(|row| {
+            row.time_step == self.time_step && shown(&row.name) && !row.errors.trajectory_error.is_nan()
+        });
         Picture {
             title: "time against error of the reduction; beside the points modes and terms",
             x: "median time of a step [ns]",
