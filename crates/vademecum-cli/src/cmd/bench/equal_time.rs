@@ -1,6 +1,6 @@
 //! The chapter's representation against ours at equal time: the best of our rows that steps no slower.
 //!
-//! Ours are the files on the default basis, whatever their structure and number of modes. Where the chapter superposes marches, a
+//! Ours are the files on the default basis, whatever their structure and number of modes; of some that are equally close the fastest. Where the chapter superposes marches, a
 //! step of one of them is what ours may take: a comparison in its favour.
 
 use std::fmt::Write as _;
@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::canonical::is_canonical;
-use super::output::Row;
+use super::output::{BETTER, Row};
 
 /// One canonical row and the row of ours it is held against.
 #[derive(Serialize)]
@@ -17,7 +17,7 @@ pub struct EqualTime {
     canonical: Side,
     /// Marches it superposes.
     marches: usize,
-    /// The closest of our rows that steps no slower; absent where none is as fast.
+    /// The closest of our rows that step no slower; absent where none is as fast.
     block: Option<Side>,
     /// Its error in that of ours; absent where either has none.
     ratio: Option<f64>,
@@ -48,7 +48,12 @@ impl Side {
     fn words(&self) -> String {
         let terms = self.terms.map_or(String::new(), |t| format!(", {t} terms"));
         let modes = self.modes.map_or(String::new(), |r| format!(", {r} modes"));
-        format!("`{}`{modes}{terms}: {:.2e} in {:.0} ns", self.name, self.trajectory_error, self.step_ns)
+        let error = if self.trajectory_error.is_nan() {
+            "no answer".into()
+        } else {
+            format!("{:.2e}", self.trajectory_error)
+        };
+        format!("`{}`{modes}{terms}: {error} in {:.0} ns", self.name, self.step_ns)
     }
 }
 
@@ -65,8 +70,10 @@ pub fn equal_time(rows: &[Row], time_step: f64) -> Vec<EqualTime> {
 }
 
 fn against(canonical: Side, marches: usize, ours: &[Side]) -> EqualTime {
-    let not_slower = ours.iter().filter(|side| side.step_ns <= canonical.step_ns);
-    let block = not_slower.min_by(|a, b| a.trajectory_error.total_cmp(&b.trajectory_error)).cloned();
+    let not_slower = || ours.iter().filter(|side| side.step_ns <= canonical.step_ns);
+    let least = not_slower().map(|side| side.trajectory_error).fold(f64::INFINITY, f64::min);
+    let closest = not_slower().filter(|side| BETTER * side.trajectory_error <= least);
+    let block = closest.min_by(|a, b| a.step_ns.total_cmp(&b.step_ns)).cloned();
     let ratio = block.as_ref().map(|block| canonical.trajectory_error / block.trajectory_error);
     EqualTime { canonical, marches, block, ratio: ratio.filter(|ratio| ratio.is_finite()) }
 }
@@ -81,7 +88,7 @@ pub fn markdown(rows: &[EqualTime]) -> String {
     for EqualTime { canonical, marches, block, ratio } in rows {
         let superposed = if *marches > 1 { format!(", {marches} marches") } else { String::new() };
         let ours = match (block, ratio) {
-            (Some(block), Some(ratio)) => format!("{}, {ratio:.3} times closer", block.words()),
+            (Some(block), Some(ratio)) => format!("{}, {ratio:.1} times closer", block.words()),
             (Some(block), None) => format!("{}; there is no canonical answer", block.words()),
             (None, _) => "none of ours is as fast".into(),
         };
@@ -101,9 +108,13 @@ mod tests {
 
     #[test]
     fn the_closest_row_that_is_not_slower_counts() {
-        let ours = [side(10.0, 1e-2), side(90.0, 1e-3), side(101.0, 1e-6)];
+        let ours = [side(10.0, 1e-2), side(95.0, 0.9999e-3), side(90.0, 1e-3), side(101.0, 1e-6)];
         let found = against(side(100.0, 0.5), 1, &ours);
-        assert_eq!(found.block.map(|block| block.step_ns), Some(90.0));
+        assert_eq!(
+            found.block.map(|block| block.step_ns),
+            Some(90.0),
+            "as close as the one of 95, and faster"
+        );
         assert_eq!(found.ratio, Some(500.0));
     }
 

@@ -379,7 +379,7 @@ fn draw(path: &Path, picture: &Picture<'_>) -> Result<(), Failure> {
 
 /// Points are on the front if no faster one comes within this factor of their error: digits that differ behind the second
 /// figure are no reason to step slower.
-const BETTER: f64 = 0.99;
+pub const BETTER: f64 = 0.99;
 
 /// The points no other point beats in both time and error, fastest first.
 fn front(clouds: &[Cloud<'_>]) -> Vec<(f64, f64)> {
