@@ -6,7 +6,7 @@
 //! compared at its best.
 
 use super::{Form, Study, Timed};
-use crate::canonical::{CanonicalCertificate, CanonicalSetting};
+use crate::canonical::{CanonicalCertificate, CanonicalMap, CanonicalSetting};
 use crate::dynamics::FullOrder;
 use crate::pipeline::{BuildError, Prepared};
 use crate::pod::Basis;
@@ -51,8 +51,7 @@ impl Study {
         let Prepared { body, scheme, symbolic, .. } = &self.prepared;
         let dt = self.time_step();
         let directions = (0..3).map(|c| std::array::from_fn(|k| f64::from(u8::from(k == c)))).collect();
-        let plan = Runs::plan(&self.problem.snapshots, body, dt, self.first_period);
-        let runs = Runs { nodes: sites.marched.clone(), directions, ..plan };
+        let runs = Runs { nodes: sites.marched.clone(), directions, ..self.runs.clone() };
         Timed::of(|| {
             let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, self.prepared.rayleigh())?;
             let entry = sites.entry(&[], None);
@@ -77,9 +76,21 @@ impl Study {
         Timed::of(|| {
             let map = setting.with(sites.entry(repairs, max_terms)).separate(&self.prepared, basis)?;
             let certificate = CanonicalCertificate::of_maps(&map);
-            let form = Form { canonical: Some((&map, &certificate)), ..Form::default() };
             let terms = certificate.terms.iter().copied().max().unwrap_or_default();
-            Ok((self.encode(basis, form)?, terms))
+            Ok((self.canonical_bytes(basis, &map, &certificate)?, terms))
         })
+    }
+
+    /// The bytes of a file of maps and what is known of them.
+    ///
+    /// # Errors
+    /// [`BuildError`]: numbers a file cannot hold.
+    pub fn canonical_bytes(
+        &self,
+        basis: &Basis,
+        map: &CanonicalMap,
+        certificate: &CanonicalCertificate,
+    ) -> Result<Vec<u8>, BuildError> {
+        self.encode(basis, Form { canonical: Some((map, certificate)), ..Form::default() })
     }
 }

@@ -71,6 +71,7 @@ impl<T> Timed<T> {
 pub struct Study {
     problem: Problem,
     prepared: Prepared,
+    runs: Runs,
     pod: Pod,
     first_period: f64,
     prepare_seconds: f64,
@@ -97,15 +98,31 @@ impl Study {
         let prepared = Timed::of(|| prepare(&problem, &mut Stopwatch::new(listener), listener))?;
         listener.stage("snapshots");
         let pod = Timed::of(|| decompose(&problem, &prepared.value, listener))?;
-        let (pod_value, first_period) = pod.value;
+        let (runs, pod_value, first_period) = pod.value;
         Ok(Self {
             problem,
             prepared: prepared.value,
+            runs,
             pod: pod_value,
             first_period,
             prepare_seconds: prepared.seconds,
             snapshot_seconds: pod.seconds,
         })
+    }
+
+    /// The problem, for the most modes and without live parameters.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The plan of the snapshots.
+    pub fn runs(&self) -> &Runs {
+        &self.runs
+    }
+
+    /// The snapshots, decomposed.
+    pub fn pod(&self) -> &Pod {
+        &self.pod
     }
 
     /// The model.
@@ -298,17 +315,17 @@ impl Study {
     }
 }
 
-/// Snapshots of the plan and the first natural period.
+/// The plan, its snapshots and the first natural period.
 fn decompose(
     problem: &Problem,
     prepared: &Prepared,
     listener: &dyn Listener,
-) -> Result<(Pod, f64), BuildError> {
+) -> Result<(Runs, Pod, f64), BuildError> {
     let (body, dt) = (&prepared.body, problem.time.step);
     let pencil = body.model.pencil();
     let first_period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1)?.frequencies_hz()[0];
     let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh())?;
     let runs = Runs::plan(&problem.snapshots, body, dt, first_period);
     let pod = make_pod(problem, body, &full, &runs, listener)?;
-    Ok((pod.expect("a Ritz basis is made of snapshots"), first_period))
+    Ok((runs, pod.expect("a Ritz basis is made of snapshots"), first_period))
 }
