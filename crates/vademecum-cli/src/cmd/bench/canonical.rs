@@ -17,6 +17,7 @@ use vademecum_eval::{Contact, Loads, Scene, SceneOptions, State, StepError, Stru
 use vademecum_format::File;
 
 use super::candidates::{Group, March, Method, Part, Stepper};
+use super::inputs::Bound;
 use crate::console::{Console, cancelled};
 use crate::failure::{Cause, Failure};
 use crate::player::{Track, with_scene};
@@ -35,52 +36,38 @@ pub fn is_canonical(name: &str) -> bool {
 /// A march in coordinates `(r, instants)`, or why there is none.
 pub type Played = Result<Matrix, String>;
 
-/// Adds the chapter's rows on POD vectors and the repaired row on the default basis, for some numbers of modes. `file_nodes` are the
-/// mesh nodes of the track's.
+/// Adds the chapter's rows on POD vectors and the repaired row on the default basis, for some numbers of modes.
 pub fn add(
     groups: &mut [Group],
     modes: &[usize],
     study: &Study,
-    track: &Track,
-    file_nodes: &[u32],
+    scenario: &Bound,
     console: &Console,
 ) -> Result<(), Failure> {
-    if track.contacts.is_empty() || !track.patterns.is_empty() {
+    if scenario.track.contacts.is_empty() || !scenario.track.patterns.is_empty() {
         console.note("no canonical rows: the chapter's loads are forces at nodes, the scenario has others");
         return Ok(());
     }
     for group in groups.iter_mut().filter(|group| modes.contains(&group.basis.n_modes())) {
         match group.kind {
-            BasisKind::Pod => chapter(group, study, track, file_nodes, console)?,
-            BasisKind::Ritz => repaired(group, study, track, file_nodes, console)?,
+            BasisKind::Pod => chapter(group, study, scenario, console)?,
+            BasisKind::Ritz => repaired(group, study, scenario, console)?,
             BasisKind::Modes => {}
         }
     }
     Ok(())
 }
 
-fn chapter(
-    group: &mut Group,
-    study: &Study,
-    track: &Track,
-    file_nodes: &[u32],
-    console: &Console,
-) -> Result<(), Failure> {
-    let tracks = Rc::new(node_by_node(track));
-    let sites = sites(track, &tracks, magnitudes(&tracks).fold(0.0, f64::max), file_nodes);
+fn chapter(group: &mut Group, study: &Study, scenario: &Bound, console: &Console) -> Result<(), Failure> {
+    let tracks = Rc::new(node_by_node(&scenario.track));
+    let sites = sites(study, scenario, &tracks, magnitudes(&tracks).fold(0.0, f64::max));
     separated(group, study, &sites, (CHAPTER, &[], &TERMS), &tracks, console)
 }
 
-fn repaired(
-    group: &mut Group,
-    study: &Study,
-    track: &Track,
-    file_nodes: &[u32],
-    console: &Console,
-) -> Result<(), Failure> {
-    let nodal = node_by_node(track);
-    let sites = sites(track, &nodal, magnitudes(&nodal).sum(), file_nodes);
-    let whole = Track { contacts: track.contacts.clone(), patterns: vec![] };
+fn repaired(group: &mut Group, study: &Study, scenario: &Bound, console: &Console) -> Result<(), Failure> {
+    let nodal = node_by_node(&scenario.track);
+    let sites = sites(study, scenario, &nodal, magnitudes(&nodal).sum());
+    let whole = Track { contacts: scenario.track.contacts.clone(), patterns: vec![] };
     separated(group, study, &sites, (REPAIRED, &Repair::ALL, &[None]), &Rc::new(vec![whole]), console)
 }
 
@@ -133,21 +120,23 @@ fn magnitudes(nodal: &[Track]) -> impl Iterator<Item = f64> {
     nodal.iter().flat_map(move |track| track.contacts.iter().map(move |c| size(c.0.force)))
 }
 
-/// The loaded nodes; marched are those with the largest share of a contact.
-fn sites(track: &Track, nodal: &[Track], magnitude: f64, file_nodes: &[u32]) -> LoadSites {
-    let mesh_nodes = |nodes: Vec<u32>| {
-        let mut nodes: Vec<u32> = nodes.into_iter().map(|node| file_nodes[node as usize]).collect();
+/// The loaded nodes; marched are those with the largest share of a contact, of the nodes that can move.
+fn sites(study: &Study, scenario: &Bound, nodal: &[Track], magnitude: f64) -> LoadSites {
+    let dofs = study.prepared().body.model.dofs();
+    let mesh_node = |node: u32| scenario.file_nodes[node as usize];
+    let moves = |node: u32| (0..3).any(|c| dofs.free(3 * mesh_node(node) as usize + c).is_some());
+    let heaviest = |(contact, ..): &(Contact, SurfacePoint, _)| {
+        let corners = contact.nodes.into_iter().zip(contact.weights).filter(|(node, _)| moves(*node));
+        corners.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(node, _)| mesh_node(node))
+    };
+    let each_once = |mut nodes: Vec<u32>| {
         nodes.sort_unstable();
         nodes.dedup();
         nodes
     };
-    let heaviest = |contact: &Contact| {
-        let corners = contact.nodes.into_iter().zip(contact.weights);
-        corners.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |corner| corner.0)
-    };
     LoadSites {
-        nodes: mesh_nodes(nodal.iter().map(|track| track.contacts[0].0.nodes[0]).collect()),
-        marched: mesh_nodes(track.contacts.iter().map(|(contact, ..)| heaviest(contact)).collect()),
+        nodes: each_once(nodal.iter().map(|track| mesh_node(track.contacts[0].0.nodes[0])).collect()),
+        marched: each_once(scenario.track.contacts.iter().filter_map(heaviest).collect()),
         magnitude,
     }
 }

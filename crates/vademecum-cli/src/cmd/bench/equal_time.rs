@@ -8,7 +8,8 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::canonical::is_canonical;
-use super::output::{BETTER, Row};
+use super::output::Row;
+use super::pareto::BETTER;
 
 /// One canonical row and the row of ours it is held against.
 #[derive(Serialize)]
