@@ -184,7 +184,9 @@ fn check_canonical(methods: &[Value], equal_time: &[Value]) {
     assert_eq!(chapter.len(), CANONICAL_ROWS - 1);
     for row in &chapter {
         assert_eq!((row["modes"].as_u64(), row["marches"].as_u64()), (Some(8), Some(3)), "{row}");
-        assert!(row["terms"].as_u64().is_some_and(|terms| terms <= 3 * 8 + 3 * 3), "{row}");
+        assert!(row["terms"].as_u64().is_some_and(|terms| terms <= 40), "{row}");
+        // What greedy enrichment leaves is above rounding, else nothing would be compared.
+        assert!(row["error_separation"].as_f64().is_none_or(|error| error > 1e-8), "{row}");
     }
     assert_eq!(equal_time.len(), CANONICAL_ROWS);
     for pair in equal_time {
