@@ -5,10 +5,11 @@
 
 use std::path::PathBuf;
 
+use vademecum_build::bench::Study;
 use vademecum_build::problem::Problem;
 use vademecum_build::progress::Silent;
 use vademecum_eval::StructureChoice;
-use vademecum_tests::bases::{Row, Study, VARIANTS, Variant};
+use vademecum_tests::bases::{Row, VARIANTS, Variant, compare, file};
 use vademecum_tests::long_march::{energy_ratio, precision};
 use vademecum_tests::program::repository;
 use vademecum_tests::shared::shared;
@@ -23,7 +24,7 @@ fn main() {
     let problems = if given.is_empty() { fixtures() } else { given };
     for path in problems {
         let problem = Problem::read(&path).unwrap_or_else(|error| panic!("{error}"));
-        record(Study::new(problem, *MODES.last().expect("some"), &Silent));
+        record(&Study::new(&problem, *MODES.last().expect("some"), &Silent).expect("a study"));
     }
 }
 
@@ -33,16 +34,16 @@ fn fixtures() -> Vec<PathBuf> {
     std::iter::once(fixture("cantilever.toml")).chain(liver).collect()
 }
 
-fn record(study: Study) {
-    let dofs = study.prepared.body.n_dof();
-    println!("## {}\n", study.problem.title);
+fn record(study: &Study) {
+    let dofs = study.prepared().body.n_dof();
+    println!("## {}\n", study.problem().title);
     println!(
         "{dofs} dofs, {:.1} steps per first period, {} snapshots of {} loads, {STEPS} steps of three unseen loads.\n",
-        study.steps_per_period,
-        study.pod.n_snapshots,
-        study.runs.count()
+        study.first_period() / study.time_step(),
+        study.pod().n_snapshots,
+        study.runs().count()
     );
-    let rows = study.compare(&VARIANTS, &MODES, STEPS, &Silent);
+    let rows = compare(study, &VARIANTS, &MODES, STEPS, &Silent);
     println!(
         "| basis, structure | r | error | floor | error ÷ floor | spectral radius |\n|---|---|---|---|---|---|"
     );
@@ -54,7 +55,7 @@ fn record(study: Study) {
     );
     println!("|---|---|---|---|---|");
     for modes in MODES {
-        let bytes = study.file(&study.basis(Variant::RitzBlock, modes));
+        let bytes = file(study, modes);
         for (name, structure) in [("diagonal", StructureChoice::Diagonal), ("block", StructureChoice::Block)]
         {
             let ratio = energy_ratio::<f64>(&bytes, structure, LONG);

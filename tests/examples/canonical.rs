@@ -7,20 +7,18 @@
 use std::time::Instant;
 
 use vademecum_build::Matrix;
-use vademecum_build::canonical::{CanonicalCertificate, CanonicalMap, CanonicalSetting, certify_canonical};
+use vademecum_build::bench::Study;
+use vademecum_build::canonical::{CanonicalMap, CanonicalSetting, certify_canonical};
 use vademecum_build::dynamics::FullOrder;
-use vademecum_build::export::{Parts, encode};
 use vademecum_build::fem::{Solve, Symbolic, SymmetricMatrix};
-use vademecum_build::pod::Basis;
-use vademecum_build::problem::{CanonicalEntry, Problem, Repair};
+use vademecum_build::problem::{BasisKind, CanonicalEntry, Problem, Repair};
 use vademecum_build::progress::Silent;
 use vademecum_build::separated::{
     Axis, AxisKind, BlockProblem, EnrichmentOptions, ReductionOptions, SeparatedError, Space, reduce,
 };
 use vademecum_eval::{Contact, SceneOptions, StructureChoice};
 use vademecum_format::scheme::theta;
-use vademecum_format::{Canonical, Certificate, File};
-use vademecum_tests::bases::{Study, Variant};
+use vademecum_format::{Canonical, File};
 use vademecum_tests::program::repository;
 use vademecum_tests::stage::with_scene;
 
@@ -30,27 +28,27 @@ fn main() {
     let given = std::env::args().nth(1).map(std::path::PathBuf::from);
     let path = given.unwrap_or_else(|| repository().join("fixtures/problems/canonical-beam.toml"));
     let problem = Problem::read(&path).unwrap_or_else(|error| panic!("{error}"));
-    let study = Study::new(problem, 8, &Silent);
-    println!("## {}\n", study.problem.title);
+    let study = Study::new(&problem, 8, &Silent).expect("a study");
+    println!("## {}\n", study.problem().title);
     println!(
         "{} dofs, {:.1} steps per first period, {STEPS} steps of three unseen loads.\n",
-        study.prepared.body.n_dof(),
-        study.steps_per_period
+        study.prepared().body.n_dof(),
+        study.first_period() / study.time_step()
     );
     println!(
         "| basis | r | canonical | terms | stage errors (load part) | offline s | ns a step, f64 | error | floor | left at |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for modes in [6, 8] {
-        record(&study, "pod", Variant::PodBlock, modes, &variants(modes));
+        record(&study, BasisKind::Pod, modes, &variants(modes));
     }
     // Ritz vectors are orthogonal in the stages' own matrices, which is half of what greedy enrichment lacks.
     for modes in [6, 8] {
         let rows = variants(modes);
         let ends: Vec<_> = rows.into_iter().filter(|(name, ..)| name == "chapter" || name == "all").collect();
-        record(&study, "ritz", Variant::RitzBlock, modes, &ends);
+        record(&study, BasisKind::Ritz, modes, &ends);
     }
-    if study.prepared.body.model.pencil().n_regions() == 2 {
+    if study.prepared().body.model.pencil().n_regions() == 2 {
         block_rows(&study);
     }
 }
@@ -68,15 +66,16 @@ fn variants(modes: usize) -> Vec<Row> {
     all
 }
 
-fn record(study: &Study, kind: &str, variant: Variant, modes: usize, variants: &[Row]) {
-    let prepared = &study.prepared;
+fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
+    let prepared = study.prepared();
     let pencil = prepared.body.model.pencil();
-    let (dt, rayleigh) = (study.problem.time.step, prepared.rayleigh());
+    let (dt, rayleigh) = (study.time_step(), prepared.rayleigh());
     let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, rayleigh).expect("a march");
-    let basis = study.basis(variant, modes);
-    let entry = study.problem.canonical().unwrap_or_default();
+    let basis = study.basis(kind, modes).expect("a basis").value;
+    let entry = study.problem().canonical().unwrap_or_default();
     let setting =
-        CanonicalSetting::new(&entry, prepared, &basis, &full, &study.runs, &Silent).expect("ranges");
+        CanonicalSetting::new(&entry, prepared, &basis, &full, study.runs(), &Silent).expect("ranges");
+    let name_of_basis = format!("{kind:?}").to_lowercase();
     let mut rows = vec![];
     for (name, repairs, max_terms) in variants.iter().cloned() {
         let clock = Instant::now();
@@ -85,13 +84,14 @@ fn record(study: &Study, kind: &str, variant: Variant, modes: usize, variants: &
         rows.push((name, map, clock.elapsed().as_secs_f64()));
     }
     let maps: Vec<&CanonicalMap> = rows.iter().map(|row| &row.1).collect();
-    let certificates = certify_canonical(&maps, prepared, &full, &basis, &study.runs, STEPS, &Silent);
+    let certificates = certify_canonical(&maps, prepared, &full, &basis, study.runs(), STEPS, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
-        let nanoseconds = step_nanoseconds(&file(study, &basis, map, &c));
+        let bytes = study.canonical_bytes(&basis, map, &c).expect("the writer takes it");
+        let nanoseconds = step_nanoseconds(&bytes);
         let errors: Vec<String> =
             c.stages.iter().map(|e| format!("{:.1e} ({:.0e})", e.total, e.load)).collect();
         println!(
-            "| {kind} | {modes} | {name} | {} | {} | {seconds:.1} | {nanoseconds:.0} | {:.2e} | {:.2e} | {} |",
+            "| {name_of_basis} | {modes} | {name} | {} | {} | {seconds:.1} | {nanoseconds:.0} | {:.2e} | {:.2e} | {} |",
             c.terms.iter().max().expect("a stage"),
             errors.join(", "),
             c.structure.trajectory_error,
@@ -99,24 +99,6 @@ fn record(study: &Study, kind: &str, variant: Variant, modes: usize, variants: &
             c.left.map_or("never".into(), |(step, outside)| format!("{step}: {outside}"))
         );
     }
-}
-
-fn file(study: &Study, basis: &Basis, map: &CanonicalMap, certificate: &CanonicalCertificate) -> Vec<u8> {
-    let parts = Parts {
-        problem: &study.problem,
-        body: &study.prepared.body,
-        basis,
-        scheme_name: "scheme",
-        scheme: &study.prepared.scheme,
-        rayleigh: study.prepared.rayleigh(),
-        block: None,
-        canonical: Some((map, certificate)),
-        separation: None,
-        parameters: None,
-        certificate: Certificate::default(),
-        mode_table: Matrix::zeros(basis.n_modes(), 6),
-    };
-    encode(&parts).expect("the writer takes it")
 }
 
 /// Nanoseconds of a step under a held contact, the least of twenty bursts; the body starts anew with each burst.
@@ -173,7 +155,7 @@ impl Space for Regions<'_> {
 
 /// The increment `H − B` over two stiffnesses in [½, 2], in blocks of r columns, greedy and updated.
 fn block_rows(study: &Study) {
-    let prepared = &study.prepared;
+    let prepared = study.prepared();
     let pencil = prepared.body.model.pencil();
     let theta = theta(&prepared.scheme, &prepared.step, 0).expect("a stage");
     let scaled = |q| SymmetricMatrix::combine(&[(theta, pencil.region_stiffness(q))]);
@@ -182,7 +164,7 @@ fn block_rows(study: &Study) {
     let axis = |name: &str| {
         Axis::new(name, "1", 0.5, 2.0, AxisKind::Chebyshev { points: 15 }, true).expect("an axis")
     };
-    let basis = study.basis(Variant::RitzBlock, 8);
+    let basis = study.basis(BasisKind::Ritz, 8).expect("a basis").value;
     let problem = BlockProblem::increment(
         vec![axis("kappa_1"), axis("kappa_2")],
         &[vec![0.0, 0.0]],

@@ -4,34 +4,18 @@
 //! differs between two rows is the basis and the structure and nothing else.
 
 use vademecum_build::Matrix;
+use vademecum_build::bench::Study;
 use vademecum_build::certificate::UnseenLoads;
-use vademecum_build::dynamics::{FullOrder, lowest_modes};
-use vademecum_build::export::{BlockTerms, Parts, encode};
-use vademecum_build::fem::{Pencil, Solve};
+use vademecum_build::dynamics::FullOrder;
+use vademecum_build::fem::Pencil;
 use vademecum_build::march::{TimedLoad, factors, march_full_order, stage_amplitudes};
-use vademecum_build::pipeline::{Prepared, prepare};
-use vademecum_build::pod::{Basis, Pod, pod_basis, ritz_basis};
-use vademecum_build::problem::Problem;
-use vademecum_build::progress::{Listener, Stopwatch};
+use vademecum_build::pipeline::Prepared;
+use vademecum_build::pod::{Basis, ritz_basis};
+use vademecum_build::problem::BasisKind;
+use vademecum_build::progress::Listener;
 use vademecum_build::reduced::{BlockStep, DiagonalStep, FusedStep};
 use vademecum_build::response::StageResponse;
-use vademecum_build::snapshots::{self, Runs};
-use vademecum_format::Certificate;
-use vademecum_format::scheme::{StepParameters, theta};
-
-/// A body with its snapshots decomposed: what all bases are made of.
-pub struct Study {
-    /// The problem.
-    pub problem: Problem,
-    /// Its model.
-    pub prepared: Prepared,
-    /// The snapshot plan.
-    pub runs: Runs,
-    /// The snapshots.
-    pub pod: Pod,
-    /// Steps in the first natural period.
-    pub steps_per_period: f64,
-}
+use vademecum_format::scheme::theta;
 
 /// A basis and a way to project the stages on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,192 +63,113 @@ pub struct Row {
     pub spectral_radius: f64,
 }
 
-impl Study {
-    /// Prepares a problem and decomposes its snapshots, `max_modes` Ritz modes wide.
-    ///
-    /// # Panics
-    /// If the problem cannot be built.
-    #[must_use]
-    pub fn new(problem: Problem, max_modes: usize, listener: &dyn Listener) -> Self {
-        let mut watch = Stopwatch::new(listener);
-        let prepared = prepare(&problem, &mut watch, listener).expect("a model");
-        let (body, dt) = (&prepared.body, problem.time.step);
-        let pencil = body.model.pencil();
-        let period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1).expect("a mode").frequencies_hz()[0];
-        let runs = Runs::plan(&problem.snapshots, body, dt, period);
-        let mass = |x: MatRef<'_>, y: MatMut<'_>| pencil.mass().mul_into(x, y);
-        // As the pipeline: twice what the largest basis takes.
-        let rank = 2 * max_modes * problem.basis.oversampling;
-        let full = full_order(&problem, &prepared);
-        let pod = watch.stage("snapshots", || {
-            snapshots::compute(body, &full, &runs, &mass, rank, listener).expect("snapshots")
-        });
-        drop(full);
-        let steps_per_period = period / dt;
-        Self { problem, prepared, runs, pod, steps_per_period }
-    }
-
-    fn pencil(&self) -> &Pencil {
-        self.prepared.body.model.pencil()
-    }
-
-    /// The basis of a variant.
-    ///
-    /// # Panics
-    /// If the stiffness does not factorise.
-    #[must_use]
-    pub fn basis(&self, variant: Variant, modes: usize) -> Basis {
-        let pencil = self.pencil();
-        let mass = |x: MatRef<'_>, y: MatMut<'_>| pencil.mass().mul_into(x, y);
-        let stiffness = |x: MatRef<'_>, y: MatMut<'_>| pencil.stiffness().mul_into(x, y);
-        let symbolic = &self.prepared.symbolic;
-        let oversampling = self.problem.basis.oversampling;
-        match variant {
-            Variant::RitzDiagonal | Variant::RitzBlock => {
-                let factor = symbolic.factorize(pencil.stiffness().clone()).expect("a supported body");
-                let static_response = |x: MatRef<'_>, mut y: MatMut<'_>| {
-                    pencil.mass().mul_into(x, y.as_mut());
-                    Solve::new(symbolic, y.ncols(), true).solve_in_place(&factor, y);
-                };
-                ritz_basis(&mass, &stiffness, &static_response, &self.pod, modes, oversampling)
-            }
-            Variant::PlainRitzDiagonal | Variant::PlainRitzBlock => {
-                // The carrier [V, V] has the rank of V: Ritz vectors of the POD alone.
-                let nothing_new = |x: MatRef<'_>, mut y: MatMut<'_>| y.copy_from(x);
-                ritz_basis(&mass, &stiffness, &nothing_new, &self.pod, modes, oversampling)
-            }
-            Variant::PodGalerkin | Variant::PodBlock => pod_basis(&mass, &stiffness, &self.pod, modes),
+/// The basis of a variant.
+///
+/// # Panics
+/// If the snapshots have fewer dimensions, or the stiffness does not factorise.
+#[must_use]
+pub fn basis(study: &Study, variant: Variant, modes: usize) -> Basis {
+    let of_kind = |kind| study.basis(kind, modes).expect("a basis").value;
+    match variant {
+        Variant::RitzDiagonal | Variant::RitzBlock => of_kind(BasisKind::Ritz),
+        Variant::PodGalerkin | Variant::PodBlock => of_kind(BasisKind::Pod),
+        Variant::PlainRitzDiagonal | Variant::PlainRitzBlock => {
+            let pencil = pencil(study);
+            let mass = |x: MatRef<'_>, y: MatMut<'_>| pencil.mass().mul_into(x, y);
+            let stiffness = |x: MatRef<'_>, y: MatMut<'_>| pencil.stiffness().mul_into(x, y);
+            // The carrier [V, V] has the rank of V: Ritz vectors of the POD alone.
+            let nothing_new = |x: MatRef<'_>, mut y: MatMut<'_>| y.copy_from(x);
+            let oversampling = study.problem().basis.oversampling;
+            ritz_basis(&mass, &stiffness, &nothing_new, study.pod(), modes, oversampling)
         }
     }
+}
 
-    /// Responses of all stages, full order.
-    ///
-    /// # Panics
-    /// If a stage does not factorise.
-    #[must_use]
-    pub fn responses(&self, basis: &Basis) -> Vec<StageResponse> {
-        let solve = |theta| {
-            StageResponse::solve(self.pencil(), &self.prepared.symbolic, basis.vectors.as_ref(), theta)
-                .expect("definite")
-        };
-        self.thetas().into_iter().map(solve).collect()
-    }
+/// The bytes of a file with the project's basis in both structures; its certificate is empty.
+///
+/// # Panics
+/// If a stage does not factorise, or the writer refuses it.
+#[must_use]
+pub fn file(study: &Study, modes: usize) -> Vec<u8> {
+    let basis = basis(study, Variant::RitzBlock, modes);
+    let responses = study.responses(&basis).expect("definite").value;
+    study.file(&basis, Some(&responses)).expect("the writer takes it").value
+}
 
-    fn thetas(&self) -> Vec<f64> {
-        let (scheme, parameters) = (&self.prepared.scheme, self.parameters());
-        (0..scheme.active().len()).map(|i| theta(scheme, &parameters, i).expect("a sound scheme")).collect()
-    }
-
-    fn parameters(&self) -> StepParameters {
-        let rayleigh = self.prepared.rayleigh();
-        StepParameters {
-            time_step: self.problem.time.step,
-            alpha: rayleigh.alpha,
-            beta: rayleigh.beta,
-            density: 1.0,
-            stiffness: 1.0,
-        }
-    }
-
-    /// The bytes of a file with this basis; its certificate is empty.
-    ///
-    /// # Panics
-    /// If the writer refuses it.
-    #[must_use]
-    pub fn file(&self, basis: &Basis) -> Vec<u8> {
-        let responses = self.responses(basis);
-        let parts = Parts {
-            problem: &self.problem,
-            body: &self.prepared.body,
-            basis,
-            scheme_name: "scheme",
-            scheme: &self.prepared.scheme,
-            rayleigh: self.prepared.rayleigh(),
-            block: Some(BlockTerms::fixed(&responses)),
-            canonical: None,
-            parameters: None,
-            separation: None,
-            certificate: Certificate::default(),
-            mode_table: Matrix::zeros(basis.n_modes(), 6),
-        };
-        encode(&parts).expect("the writer takes it")
-    }
-
-    /// Marches the unseen loads for `steps` steps beside every variant with every number of modes.
-    ///
-    /// # Panics
-    /// If a march fails.
-    #[must_use]
-    pub fn compare(
-        &self,
-        variants: &[Variant],
-        modes: &[usize],
-        steps: usize,
-        listener: &dyn Listener,
-    ) -> Vec<Row> {
-        let unseen = UnseenLoads::draw(&self.prepared.body, &self.runs, steps);
-        let choices: Vec<(Variant, usize)> =
-            modes.iter().flat_map(|&r| variants.iter().map(move |&v| (v, r))).collect();
-        let bases: Vec<Basis> = choices.iter().map(|&(v, r)| self.basis(v, r)).collect();
-        let responses: Vec<Vec<StageResponse>> =
-            choices.iter().zip(&bases).map(|(&(variant, _), basis)| self.stages(variant, basis)).collect();
-        let full = full_order(&self.problem, &self.prepared);
-        let mut marches: Vec<March<'_>> = choices
-            .iter()
-            .zip(bases.iter().zip(&responses))
-            .map(|(&(variant, _), (basis, responses))| {
-                March::new(basis, self.fuse(variant, basis, responses), &full, &unseen.loads)
-            })
-            .collect();
-        march_full_order(&full, &unseen.loads, unseen.loads.len(), steps, listener, |step, state| {
-            if step > 0 {
-                let displacement = state.displacement.as_ref();
-                marches.iter_mut().for_each(|march| march.advance(step - 1, self.pencil(), displacement));
-            }
+/// Marches the unseen loads for `steps` steps beside every variant with every number of modes.
+///
+/// # Panics
+/// If a march fails.
+#[must_use]
+pub fn compare(
+    study: &Study,
+    variants: &[Variant],
+    modes: &[usize],
+    steps: usize,
+    listener: &dyn Listener,
+) -> Vec<Row> {
+    let unseen = UnseenLoads::draw(&study.prepared().body, study.runs(), steps);
+    let choices: Vec<(Variant, usize)> =
+        modes.iter().flat_map(|&r| variants.iter().map(move |&v| (v, r))).collect();
+    let bases: Vec<Basis> = choices.iter().map(|&(v, r)| basis(study, v, r)).collect();
+    let responses: Vec<Vec<StageResponse>> =
+        choices.iter().zip(&bases).map(|(&(variant, _), basis)| stages(study, variant, basis)).collect();
+    let full = study.full_order(&study.prepared().scheme, study.time_step()).expect("a march").value;
+    let mut marches: Vec<March<'_>> = choices
+        .iter()
+        .zip(bases.iter().zip(&responses))
+        .map(|(&(variant, _), (basis, responses))| {
+            March::new(basis, fuse(study, variant, basis, responses), &full, &unseen.loads)
         })
-        .expect("marched");
-        choices.iter().zip(&marches).map(|(&(variant, modes), march)| march.row(variant, modes)).collect()
-    }
-
-    /// Stage responses of a variant; none for the diagonal structure, which needs eigenvalues only.
-    fn stages(&self, variant: Variant, basis: &Basis) -> Vec<StageResponse> {
-        match variant {
-            Variant::RitzDiagonal | Variant::PlainRitzDiagonal => vec![],
-            Variant::PodGalerkin => {
-                let stage =
-                    |theta| StageResponse::galerkin(basis.vectors.as_ref(), basis.stiffness.as_ref(), theta);
-                self.thetas().into_iter().map(stage).collect()
-            }
-            _ => self.responses(basis),
+        .collect();
+    march_full_order(&full, &unseen.loads, unseen.loads.len(), steps, listener, |step, state| {
+        if step > 0 {
+            let displacement = state.displacement.as_ref();
+            marches.iter_mut().for_each(|march| march.advance(step - 1, pencil(study), displacement));
         }
-    }
+    })
+    .expect("marched");
+    choices.iter().zip(&marches).map(|(&(variant, modes), march)| march.row(variant, modes)).collect()
+}
 
-    fn fuse<'a>(
-        &self,
-        variant: Variant,
-        basis: &'a Basis,
-        responses: &'a [StageResponse],
-    ) -> Box<dyn FusedStep + 'a> {
-        let (scheme, parameters, vectors) =
-            (&self.prepared.scheme, self.parameters(), basis.vectors.as_ref());
-        match variant {
-            Variant::RitzDiagonal | Variant::PlainRitzDiagonal => {
-                let eigenvalues = basis.eigenvalues.as_ref().expect("Ritz coordinates");
-                Box::new(DiagonalStep::fuse(scheme, &parameters, vectors, eigenvalues).expect("fused"))
-            }
-            _ => Box::new(BlockStep::fuse(scheme, &parameters, vectors, responses).expect("fused")),
+fn pencil(study: &Study) -> &Pencil {
+    study.prepared().body.model.pencil()
+}
+
+/// Stage responses of a variant; none for the diagonal structure, which needs eigenvalues only.
+fn stages(study: &Study, variant: Variant, basis: &Basis) -> Vec<StageResponse> {
+    match variant {
+        Variant::RitzDiagonal | Variant::PlainRitzDiagonal => vec![],
+        Variant::PodGalerkin => {
+            let Prepared { scheme, step, .. } = study.prepared();
+            let stage = |i| {
+                let theta = theta(scheme, step, i).expect("a sound scheme");
+                StageResponse::galerkin(basis.vectors.as_ref(), basis.stiffness.as_ref(), theta)
+            };
+            (0..scheme.active().len()).map(stage).collect()
         }
+        _ => study.responses(basis).expect("definite").value,
+    }
+}
+
+fn fuse<'a>(
+    study: &Study,
+    variant: Variant,
+    basis: &'a Basis,
+    responses: &'a [StageResponse],
+) -> Box<dyn FusedStep + 'a> {
+    let (Prepared { scheme, step, .. }, vectors) = (study.prepared(), basis.vectors.as_ref());
+    match variant {
+        Variant::RitzDiagonal | Variant::PlainRitzDiagonal => {
+            let eigenvalues = basis.eigenvalues.as_ref().expect("Ritz coordinates");
+            Box::new(DiagonalStep::fuse(scheme, step, vectors, eigenvalues).expect("fused"))
+        }
+        _ => Box::new(BlockStep::fuse(scheme, step, vectors, responses).expect("fused")),
     }
 }
 
 type MatRef<'a> = faer::MatRef<'a, f64>;
 type MatMut<'a> = faer::MatMut<'a, f64>;
-
-fn full_order<'a>(problem: &Problem, prepared: &'a Prepared) -> FullOrder<'a> {
-    let pencil = prepared.body.model.pencil();
-    FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, problem.time.step, prepared.rayleigh())
-        .expect("a march")
-}
 
 /// One variant under way: reduced states of all unseen loads and the sums of squares of its errors.
 struct March<'a> {

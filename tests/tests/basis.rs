@@ -1,10 +1,11 @@
 //! What the basis promises, reduced to seconds: the record at full size is `docs/benchmarks/basis.md`, made by
 //! `examples/basis.rs` from the same code.
 
+use vademecum_build::bench::Study;
 use vademecum_build::problem::Problem;
 use vademecum_build::progress::Silent;
 use vademecum_eval::StructureChoice;
-use vademecum_tests::bases::{Row, Study, Variant};
+use vademecum_tests::bases::{Row, Variant, compare, file};
 use vademecum_tests::long_march::{energy_ratio, precision};
 use vademecum_tests::program::repository;
 
@@ -13,7 +14,7 @@ const STRUCTURES: [StructureChoice; 2] = [StructureChoice::Diagonal, StructureCh
 /// The short beam, 324 dofs.
 fn study(max_modes: usize) -> Study {
     let path = repository().join("fixtures/problems/short-beam.toml");
-    Study::new(Problem::read(&path).expect("the fixture"), max_modes, &Silent)
+    Study::new(&Problem::read(&path).expect("the fixture"), max_modes, &Silent).expect("a study")
 }
 
 fn rows(rows: &[Row], variant: Variant) -> impl Iterator<Item = &Row> {
@@ -23,7 +24,7 @@ fn rows(rows: &[Row], variant: Variant) -> impl Iterator<Item = &Row> {
 #[test]
 fn both_structures_reach_the_floor_of_the_ritz_basis_and_galerkin_on_a_pod_does_not() {
     let variants = [Variant::RitzDiagonal, Variant::RitzBlock, Variant::PodGalerkin];
-    let found = study(32).compare(&variants, &[8, 16, 32], 2000, &Silent);
+    let found = compare(&study(32), &variants, &[8, 16, 32], 2000, &Silent);
     found.iter().for_each(|row| println!("{row:?}"));
     for row in &found {
         assert!(row.spectral_radius <= 1.0 + 1e-12, "{row:?}");
@@ -39,8 +40,7 @@ fn both_structures_reach_the_floor_of_the_ritz_basis_and_galerkin_on_a_pod_does_
 
 #[test]
 fn a_file_stays_bounded_for_a_million_steps() {
-    let study = study(16);
-    let bytes = study.file(&study.basis(Variant::RitzBlock, 16));
+    let bytes = file(&study(16), 16);
     for structure in STRUCTURES {
         let ratio = energy_ratio::<f64>(&bytes, structure, 1_000_000);
         println!("{structure:?}: largest energy over that at release {ratio:.9}");
@@ -51,8 +51,7 @@ fn a_file_stays_bounded_for_a_million_steps() {
 
 #[test]
 fn single_precision_stays_within_two_parts_in_a_thousand() {
-    let study = study(16);
-    let bytes = study.file(&study.basis(Variant::RitzBlock, 16));
+    let bytes = file(&study(16), 16);
     for structure in STRUCTURES {
         let apart = precision(&bytes, structure, 200_000);
         println!("{structure:?}: {apart:?}");

@@ -4,10 +4,10 @@
 //! formed once, each stage's matrix `(m + αΔt d) I + (k Δt² + βΔt d) A` is factorised once, and a step is one right-hand
 //! side and one pair of triangular solves per stage. It is the baseline the fused step is measured against.
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 use vademecum_format::scheme::{HISTORY, SchemeTable};
 
-use super::staged::{ReducedSolver, add_product, add_weighted, scheme_rest};
+use super::staged::{Frame, ReducedSolver, add_product, add_weighted};
 use crate::dynamics::Rayleigh;
 use crate::export::reduced_load;
 use crate::march::INSTANTS;
@@ -27,10 +27,9 @@ struct Stage {
 
 /// A reduced model that solves its stages densely.
 pub struct DenseGalerkin {
-    table: SchemeTable,
-    dt: f64,
-    /// Shape (n, r).
-    basis: Mat<f64>,
+    frame: Frame,
+    /// Weights of the new `(u, Δt u̇, Δt² ü)` on the history.
+    finish: [[f64; HISTORY]; 3],
     /// `A = BᵀKB`, shape (r, r).
     stiffness: Mat<f64>,
     stages: Vec<Stage>,
@@ -60,44 +59,24 @@ impl DenseGalerkin {
             }
         };
         let stages = table.active().iter().map(stage).collect();
-        Self { table: *table, dt, basis: basis.vectors.clone(), stiffness: stiffness.clone(), stages }
+        let frame = Frame::staged(basis.vectors.as_ref(), table, dt);
+        Self { frame, finish: table.finish, stiffness: stiffness.clone(), stages }
     }
 }
 
 impl ReducedSolver for DenseGalerkin {
-    fn basis(&self) -> MatRef<'_, f64> {
-        self.basis.as_ref()
-    }
-
-    fn time_step(&self) -> f64 {
-        self.dt
-    }
-
-    fn instants(&self) -> [f64; INSTANTS] {
-        self.table.instants()
-    }
-
-    /// The right-hand sides of the stages, one after the other.
-    fn load_len(&self) -> usize {
-        self.stages.len() * self.basis.ncols()
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn responses(&self, force: &[f64]) -> [Vec<f64>; INSTANTS] {
-        let reduced = reduced_load(self.basis.as_ref(), force);
+        let reduced = reduced_load(self.frame.basis.as_ref(), force);
         let at = |j: usize| self.stages.iter().flat_map(move |stage| [stage.load[j]]).collect::<Vec<_>>();
         std::array::from_fn(|j| at(j).iter().flat_map(|w| reduced.iter().map(move |f| w * f)).collect())
     }
 
-    fn rest(&self, force: &[f64]) -> Vec<f64> {
-        scheme_rest(&self.table, self.dt, force)
-    }
-
-    fn work_len(&self) -> usize {
-        3 * self.basis.ncols()
-    }
-
     fn step(&self, state: &mut [f64], load: &[f64], work: &mut [f64]) {
-        let r = self.basis.ncols();
+        let r = self.frame.n_modes();
         let (right, weighted) = work[..2 * r].split_at_mut(r);
         for (index, stage) in self.stages.iter().enumerate() {
             let known = 3 + index;
@@ -113,7 +92,7 @@ impl ReducedSolver for DenseGalerkin {
         }
         let known = 3 + self.stages.len();
         work.fill(0.0);
-        for (row, new) in self.table.finish.iter().zip(work.chunks_exact_mut(r)) {
+        for (row, new) in self.finish.iter().zip(work.chunks_exact_mut(r)) {
             add_weighted(&row[..known], state, new);
         }
         state[..3 * r].copy_from_slice(work);

@@ -5,6 +5,7 @@
 //! method's offline time is the sum of the pieces it needs, as if it had been built alone. Stepping files is the
 //! evaluator's work and is timed by the program; here are only the solvers that need no file ([`ReducedSolver`]).
 
+mod canonical;
 mod galerkin;
 mod modal;
 pub mod staged;
@@ -13,10 +14,11 @@ mod tests;
 mod trajectory;
 mod two_stage;
 
+pub use canonical::LoadSites;
 pub use galerkin::DenseGalerkin;
 pub use modal::ExactModes;
 pub use staged::ReducedSolver;
-pub use trajectory::{Projection, Reference, distance, mean_at_jumps};
+pub use trajectory::{Projection, Reference, distance, distance_on_bases, mean_at_jumps};
 pub use two_stage::TwoStage;
 
 use std::time::Instant;
@@ -26,7 +28,7 @@ use vademecum_format::scheme::SchemeTable;
 
 use faer::Mat;
 
-use crate::canonical::{CanonicalCertificate, CanonicalMap, CanonicalSetting};
+use crate::canonical::{CanonicalCertificate, CanonicalMap};
 use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::{BlockTerms, Parts, encode};
 use crate::march::TimedLoad;
@@ -35,7 +37,7 @@ use crate::pipeline::{
     BuildError, Prepared, basis_of_pod, make_pod, mode_table, prepare, stage_responses, table_matrix,
 };
 use crate::pod::{Basis, Pod, modes_basis};
-use crate::problem::{BasisKind, CanonicalEntry, ParameterEntry, ParameterKind, ParameterScale, Problem};
+use crate::problem::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
 use crate::progress::{Listener, Stopwatch};
 use crate::response::StageResponse;
 use crate::snapshots::Runs;
@@ -69,6 +71,7 @@ impl<T> Timed<T> {
 pub struct Study {
     problem: Problem,
     prepared: Prepared,
+    runs: Runs,
     pod: Pod,
     first_period: f64,
     prepare_seconds: f64,
@@ -95,15 +98,31 @@ impl Study {
         let prepared = Timed::of(|| prepare(&problem, &mut Stopwatch::new(listener), listener))?;
         listener.stage("snapshots");
         let pod = Timed::of(|| decompose(&problem, &prepared.value, listener))?;
-        let (pod_value, first_period) = pod.value;
+        let (runs, pod_value, first_period) = pod.value;
         Ok(Self {
             problem,
             prepared: prepared.value,
+            runs,
             pod: pod_value,
             first_period,
             prepare_seconds: prepared.seconds,
             snapshot_seconds: pod.seconds,
         })
+    }
+
+    /// The problem, for the most modes and without live parameters.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The plan of the snapshots.
+    pub fn runs(&self) -> &Runs {
+        &self.runs
+    }
+
+    /// The snapshots, decomposed.
+    pub fn pod(&self) -> &Pod {
+        &self.pod
     }
 
     /// The model.
@@ -208,29 +227,6 @@ impl Study {
         })
     }
 
-    /// The bytes of a file of the chapter's representation on this basis: ranges marched, stages separated. Its certificate says
-    /// nothing of trajectories (no step marched); contacts must stand at its positions.
-    ///
-    /// # Errors
-    /// [`BuildError`]: a stage that does not factorise, a separation that fails, a march that is stopped.
-    pub fn canonical_file(
-        &self,
-        basis: &Basis,
-        entry: &CanonicalEntry,
-        listener: &dyn Listener,
-    ) -> Result<Timed<Vec<u8>>, BuildError> {
-        Timed::of(|| {
-            let Prepared { body, scheme, symbolic, .. } = &self.prepared;
-            let (rayleigh, dt) = (self.prepared.rayleigh(), self.time_step());
-            let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, rayleigh)?;
-            let runs = Runs::plan(&self.problem.snapshots, body, dt, self.first_period);
-            let setting = CanonicalSetting::new(entry, &self.prepared, basis, &full, &runs, listener)?;
-            let map = setting.separate(&self.prepared, basis)?;
-            let certificate = CanonicalCertificate::of_maps(&map);
-            self.encode(basis, Form { canonical: Some((&map, &certificate)), ..Form::default() })
-        })
-    }
-
     fn encode(
         &self,
         basis: &Basis,
@@ -319,17 +315,17 @@ impl Study {
     }
 }
 
-/// Snapshots of the plan and the first natural period.
+/// The plan, its snapshots and the first natural period.
 fn decompose(
     problem: &Problem,
     prepared: &Prepared,
     listener: &dyn Listener,
-) -> Result<(Pod, f64), BuildError> {
+) -> Result<(Runs, Pod, f64), BuildError> {
     let (body, dt) = (&prepared.body, problem.time.step);
     let pencil = body.model.pencil();
     let first_period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1)?.frequencies_hz()[0];
     let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh())?;
     let runs = Runs::plan(&problem.snapshots, body, dt, first_period);
     let pod = make_pod(problem, body, &full, &runs, listener)?;
-    Ok((pod.expect("a Ritz basis is made of snapshots"), first_period))
+    Ok((runs, pod.expect("a Ritz basis is made of snapshots"), first_period))
 }

@@ -11,9 +11,7 @@
 //! (hyperbolic functions where `λ < γ²`). The odd thing: the load at the end of the step is its limit from inside,
 //! `f₁ = 2 f(h/2) − f₀`, so that loads which jump or bend on the edges of steps are met exactly.
 
-use faer::{Mat, MatRef};
-
-use super::staged::ReducedSolver;
+use super::staged::{Frame, ReducedSolver};
 use crate::dynamics::Rayleigh;
 use crate::export::reduced_load;
 use crate::march::INSTANTS;
@@ -21,9 +19,7 @@ use crate::pod::Basis;
 
 /// Natural modes, each moved exactly.
 pub struct ExactModes {
-    dt: f64,
-    /// Shape (n, r).
-    basis: Mat<f64>,
+    frame: Frame,
     modes: Vec<Propagator>,
 }
 
@@ -75,21 +71,15 @@ impl ExactModes {
         let values = basis.eigenvalues.as_ref().expect("modes have eigenvalues");
         let gamma = |value: f64| 0.5 * (damping.alpha + damping.beta * value);
         let modes = values.iter().map(|&value| Propagator::new(value, gamma(value), dt)).collect();
-        Self { dt, basis: basis.vectors.clone(), modes }
+        let instants = std::array::from_fn(|j| if j == 1 { 0.5 } else { 0.0 });
+        let frame = Frame { basis: basis.vectors.clone(), time_step: dt, instants, stages: 0 };
+        Self { frame, modes }
     }
 }
 
 impl ReducedSolver for ExactModes {
-    fn basis(&self) -> MatRef<'_, f64> {
-        self.basis.as_ref()
-    }
-
-    fn time_step(&self) -> f64 {
-        self.dt
-    }
-
-    fn instants(&self) -> [f64; INSTANTS] {
-        std::array::from_fn(|j| if j == 1 { 0.5 } else { 0.0 })
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     /// What the loads add to `q`, then to `q̇`.
@@ -98,7 +88,7 @@ impl ReducedSolver for ExactModes {
     }
 
     fn responses(&self, force: &[f64]) -> [Vec<f64>; INSTANTS] {
-        let reduced = reduced_load(self.basis.as_ref(), force);
+        let reduced = reduced_load(self.frame.basis.as_ref(), force);
         // f₁ = 2 f½ − f₀.
         let at = |weights: [f64; 2]| -> Vec<f64> {
             let row = |component: usize| {

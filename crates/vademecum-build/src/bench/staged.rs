@@ -6,25 +6,60 @@ use vademecum_format::scheme::{HISTORY, SchemeTable};
 use crate::march::{INSTANTS, TimedLoad};
 use crate::scenario::Interval;
 
-/// A reduced solver on a basis `B`, from rest.
-pub trait ReducedSolver {
+/// What every reduced solver is made on.
+pub struct Frame {
     /// `B`, shape (n, r).
-    fn basis(&self) -> MatRef<'_, f64>;
+    pub basis: Mat<f64>,
     /// Δt \[s\].
-    fn time_step(&self) -> f64;
-    /// Instants of a step at which it looks at loads, as fractions of Δt.
-    fn instants(&self) -> [f64; INSTANTS];
+    pub time_step: f64,
+    /// Instants of a step at which loads are looked at, as fractions of Δt.
+    pub instants: [f64; INSTANTS],
+    /// Stages of its scheme that are solved one after the other.
+    pub stages: usize,
+}
+
+impl Frame {
+    /// That of a scheme whose stages are taken one after the other.
+    pub(super) fn staged(basis: MatRef<'_, f64>, table: &SchemeTable, time_step: f64) -> Self {
+        let (instants, stages) = (table.instants(), table.active().len());
+        Self { basis: basis.to_owned(), time_step, instants, stages }
+    }
+
+    /// Number of modes r.
+    pub fn n_modes(&self) -> usize {
+        self.basis.ncols()
+    }
+}
+
+/// A reduced solver on a basis `B`, from rest. Lengths and the start are those of a scheme taken stage by stage unless it
+/// says otherwise.
+pub trait ReducedSolver {
+    /// What it is made on.
+    fn frame(&self) -> &Frame;
     /// What a force over the free dofs adds to the load vector of a step, per unit of its factor at each instant; empty for
     /// an instant it does not use.
     fn responses(&self, force: &[f64]) -> [Vec<f64>; INSTANTS];
-    /// Length of the load vector.
-    fn load_len(&self) -> usize;
-    /// The state at rest under the reduced force `BᵀF`, length r: coordinates first, then what it keeps besides.
-    fn rest(&self, force: &[f64]) -> Vec<f64>;
-    /// Length of the scratch a step wants.
-    fn work_len(&self) -> usize;
     /// One step of the state under a load vector. No allocation.
     fn step(&self, state: &mut [f64], load: &[f64], work: &mut [f64]);
+
+    /// Length of the load vector: what the loads add to each stage, one after the other.
+    fn load_len(&self) -> usize {
+        self.frame().stages * self.frame().n_modes()
+    }
+
+    /// The state at rest under the reduced force `BᵀF`, length r, coordinates first: `u, Δt u̇, Δt² ü` with `ζ̈ = BᵀF`, and a
+    /// block per stage.
+    fn rest(&self, force: &[f64]) -> Vec<f64> {
+        let (r, Frame { time_step, stages, .. }) = (force.len(), self.frame());
+        let mut state = vec![0.0; (3 + stages) * r];
+        state[2 * r..3 * r].iter_mut().zip(force).for_each(|(a, f)| *a = time_step * time_step * f);
+        state
+    }
+
+    /// Length of the scratch a step wants: the new state.
+    fn work_len(&self) -> usize {
+        3 * self.frame().n_modes()
+    }
 }
 
 /// A load as a solver sees it.
@@ -38,7 +73,7 @@ pub struct Load {
 pub fn reduce(solver: &dyn ReducedSolver, loads: &[TimedLoad]) -> Vec<Load> {
     let reduce = |load: &TimedLoad| Load {
         responses: solver.responses(&load.force),
-        reduced: crate::export::reduced_load(solver.basis(), &load.force),
+        reduced: crate::export::reduced_load(solver.frame().basis.as_ref(), &load.force),
         when: load.when,
     };
     loads.iter().map(reduce).collect()
@@ -46,7 +81,7 @@ pub fn reduce(solver: &dyn ReducedSolver, loads: &[TimedLoad]) -> Vec<Load> {
 
 /// The load vector of step `step`.
 fn load_vector(solver: &dyn ReducedSolver, loads: &[Load], step: usize) -> Vec<f64> {
-    let (dt, instants) = (solver.time_step(), solver.instants());
+    let Frame { time_step: dt, instants, .. } = solver.frame();
     sum(solver, loads, |load, j| load.when.factor((step as f64 + instants[j]) * dt))
 }
 
@@ -68,7 +103,7 @@ fn sum(solver: &dyn ReducedSolver, loads: &[Load], factor: impl Fn(&Load, usize)
 
 /// At rest under the loads at time zero.
 pub fn start(solver: &dyn ReducedSolver, loads: &[Load]) -> Vec<f64> {
-    let mut force = vec![0.0; solver.basis().ncols()];
+    let mut force = vec![0.0; solver.frame().n_modes()];
     for load in loads {
         let factor = load.when.factor(0.0);
         force.iter_mut().zip(&load.reduced).for_each(|(sum, f)| *sum += factor * f);
@@ -78,7 +113,7 @@ pub fn start(solver: &dyn ReducedSolver, loads: &[Load]) -> Vec<f64> {
 
 /// Coordinates at each instant of a march from rest, the start included; shape (r, steps + 1).
 pub fn play(solver: &dyn ReducedSolver, loads: &[TimedLoad], steps: usize) -> Mat<f64> {
-    let r = solver.basis().ncols();
+    let r = solver.frame().n_modes();
     let loads = reduce(solver, loads);
     let mut state = start(solver, &loads);
     let mut work = vec![0.0; solver.work_len()];
@@ -118,14 +153,6 @@ pub(super) fn add_weighted(weights: &[f64], history: &[f64], out: &mut [f64]) {
             axpy(weight, block, out);
         }
     }
-}
-
-/// State of a scheme: `u, Δt u̇, Δt² ü` and one block per stage, each of length r; at rest with `ζ̈ = BᵀF`.
-pub(super) fn scheme_rest(table: &SchemeTable, dt: f64, force: &[f64]) -> Vec<f64> {
-    let r = force.len();
-    let mut state = vec![0.0; (3 + table.active().len()) * r];
-    state[2 * r..3 * r].iter_mut().zip(force).for_each(|(a, f)| *a = dt * dt * f);
-    state
 }
 
 const _: () = assert!(HISTORY == 2 + INSTANTS);

@@ -71,13 +71,19 @@ impl Reference {
     /// What a basis can hold of it.
     pub fn project(&self, mass: &SymmetricMatrix, basis: MatRef<'_, f64>) -> Projection {
         let coordinates = basis.transpose() * &self.weighted;
-        let mut floor = 0.0;
-        for start in (0..self.displacement.ncols()).step_by(AT_ONCE) {
-            let count = AT_ONCE.min(self.displacement.ncols() - start);
-            let held = basis * coordinates.subcols(start, count);
-            floor += squared_norm(mass, (self.displacement.subcols(start, count) - held).as_ref());
-        }
-        Projection { coordinates, floor: floor.sqrt(), norm: self.norm }
+        let floor = self.apart(mass, basis, &coordinates);
+        Projection { coordinates, floor, norm: self.norm }
+    }
+
+    /// `‖u − Bζ‖ ÷ ‖u‖` for columns `B`, M-orthonormal or not.
+    pub fn error(&self, mass: &SymmetricMatrix, basis: MatRef<'_, f64>, coordinates: &Mat<f64>) -> f64 {
+        self.apart(mass, basis, coordinates) / self.norm
+    }
+
+    fn apart(&self, mass: &SymmetricMatrix, basis: MatRef<'_, f64>, coordinates: &Mat<f64>) -> f64 {
+        norm(mass, self.displacement.ncols(), |start, count| {
+            self.displacement.subcols(start, count) - basis * coordinates.subcols(start, count)
+        })
     }
 }
 
@@ -109,16 +115,26 @@ impl Projection {
 
 /// `√Σ‖u − w‖²_M` of two trajectories, both (n, instants).
 pub fn distance(mass: &SymmetricMatrix, u: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
-    let part = |start: usize| {
-        let count = AT_ONCE.min(w.ncols() - start);
-        squared_norm(mass, (u.subcols(start, count) - w.subcols(start, count)).as_ref())
-    };
-    (0..w.ncols()).step_by(AT_ONCE).map(part).sum::<f64>().sqrt()
+    norm(mass, w.ncols(), |start, count| u.subcols(start, count) - w.subcols(start, count))
 }
 
-/// `Σ_j x_jᵀ M x_j` over the columns.
-fn squared_norm(mass: &SymmetricMatrix, columns: MatRef<'_, f64>) -> f64 {
-    let mut weighted = Mat::zeros(columns.nrows(), columns.ncols());
-    mass.mul_into(columns, weighted.as_mut());
-    (0..columns.ncols()).map(|j| columns.col(j).transpose() * weighted.col(j)).sum()
+/// `√Σ‖Bζ − B'ζ'‖²_M` of two pairs of columns and coordinates over the same instants.
+pub fn distance_on_bases(
+    mass: &SymmetricMatrix,
+    [(basis, zeta), (other, other_zeta)]: [(&Mat<f64>, &Mat<f64>); 2],
+) -> f64 {
+    norm(mass, zeta.ncols(), |start, count| {
+        basis * zeta.subcols(start, count) - other * other_zeta.subcols(start, count)
+    })
+}
+
+/// `√Σ_j x_jᵀ M x_j` over the columns of a trajectory that is given some instants at a time: the first, how many.
+fn norm(mass: &SymmetricMatrix, instants: usize, columns: impl Fn(usize, usize) -> Mat<f64>) -> f64 {
+    let squared = |start: usize| {
+        let columns = columns(start, AT_ONCE.min(instants - start));
+        let mut weighted = Mat::zeros(columns.nrows(), columns.ncols());
+        mass.mul_into(columns.as_ref(), weighted.as_mut());
+        (0..columns.ncols()).map(|j| columns.col(j).transpose() * weighted.col(j)).sum::<f64>()
+    };
+    (0..instants).step_by(AT_ONCE).map(squared).sum::<f64>().sqrt()
 }

@@ -9,20 +9,18 @@
 //! so a step costs one product with an r × r matrix per stage, `2 r²` multiply-adds for Bathe's scheme, against `9 r²` of the
 //! fused map. What fusing saves is the passes over short vectors between the products; what it costs are products.
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 use vademecum_format::scheme::{SchemeError, SchemeTable, StageCoefficients, StepParameters};
 
-use super::staged::{ReducedSolver, add_product, add_weighted, axpy, scheme_rest};
+use super::staged::{Frame, ReducedSolver, add_product, add_weighted, axpy};
 use crate::export::reduced_load;
 use crate::march::INSTANTS;
 use crate::response::StageResponse;
 
 /// A reduced model that applies the responses of its stages one after the other.
 pub struct TwoStage {
+    frame: Frame,
     table: SchemeTable,
-    dt: f64,
-    /// Shape (n, r).
-    basis: Mat<f64>,
     stages: Vec<StageCoefficients>,
     responses: Vec<StageResponse>,
 }
@@ -40,9 +38,8 @@ impl TwoStage {
     ) -> Result<Self, SchemeError> {
         let stage = |i| StageCoefficients::new(table, parameters, i);
         Ok(Self {
+            frame: Frame::staged(basis, table, parameters.time_step),
             table: *table,
-            dt: parameters.time_step,
-            basis: basis.to_owned(),
             stages: (0..table.active().len()).map(stage).collect::<Result<_, _>>()?,
             responses: responses.to_vec(),
         })
@@ -50,25 +47,12 @@ impl TwoStage {
 }
 
 impl ReducedSolver for TwoStage {
-    fn basis(&self) -> MatRef<'_, f64> {
-        self.basis.as_ref()
-    }
-
-    fn time_step(&self) -> f64 {
-        self.dt
-    }
-
-    fn instants(&self) -> [f64; INSTANTS] {
-        self.table.instants()
-    }
-
-    /// The increments that the loads add to each stage, one after the other.
-    fn load_len(&self) -> usize {
-        self.stages.len() * self.basis.ncols()
+    fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     fn responses(&self, force: &[f64]) -> [Vec<f64>; INSTANTS] {
-        let base = reduced_load(self.basis.as_ref(), force);
+        let base = reduced_load(self.frame.basis.as_ref(), force);
         let rows: Vec<Vec<f64>> =
             self.responses.iter().map(|s| reduced_load(s.increment.as_ref(), force)).collect();
         let stages = || self.table.active().iter().zip(&self.stages).zip(&rows);
@@ -83,16 +67,8 @@ impl ReducedSolver for TwoStage {
         std::array::from_fn(at)
     }
 
-    fn rest(&self, force: &[f64]) -> Vec<f64> {
-        scheme_rest(&self.table, self.dt, force)
-    }
-
-    fn work_len(&self) -> usize {
-        3 * self.basis.ncols()
-    }
-
     fn step(&self, state: &mut [f64], load: &[f64], work: &mut [f64]) {
-        let r = self.basis.ncols();
+        let r = self.frame.n_modes();
         let (x, combined) = work[..2 * r].split_at_mut(r);
         for (index, (stage, response)) in self.stages.iter().zip(&self.responses).enumerate() {
             let known = 3 + index;

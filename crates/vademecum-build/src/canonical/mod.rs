@@ -128,6 +128,11 @@ impl CanonicalSetting {
         &self.positions
     }
 
+    /// The same with loads at these mesh nodes.
+    pub fn at(self, positions: Vec<u32>) -> Self {
+        Self { positions, ..self }
+    }
+
     /// The same with other options of the separation (`repairs`, `tolerance`, `max_terms`, `points`).
     pub fn with(&self, entry: CanonicalEntry) -> Self {
         let (projector, ranges) = (self.projector.clone(), self.ranges.clone());

@@ -1,9 +1,13 @@
 //! `vademecum bench`: run time against error, method by method, in one process on one scenario.
 
 mod candidates;
+mod canonical;
+mod equal_time;
 mod errors;
+mod inputs;
 mod measure;
 mod output;
+mod pareto;
 
 use std::path::{Path, PathBuf};
 
@@ -12,28 +16,26 @@ use vademecum_build::bench::{Reference, Study, Timed, distance, mean_at_jumps};
 use vademecum_build::dynamics::{FullOrder, SchemeKind};
 use vademecum_build::march::TimedLoad;
 use vademecum_build::pipeline::BuildError;
-use vademecum_build::problem::Problem;
 use vademecum_build::progress::Listener;
-use vademecum_build::scenario::Scenario;
-use vademecum_format::File;
 
 use self::candidates::{Extent, Group, March, groups};
+use self::equal_time::equal_time;
 use self::errors::{Marches, mass, thinned};
+use self::inputs::Bound;
+pub use self::inputs::{problem_or_demo, scenario_or_push};
 pub use self::measure::percentiles;
 use self::measure::{Candidates, Samples};
 use self::output::{At, Report, Row, SchemeError};
-use super::demo::{PROBLEM, SCENARIO};
-use super::verify::{file_nodes, full_order_loads};
 use super::{make_folder, print_json};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::player::Track;
 
 /// Compares every way to get the answer: seconds offline, time per step, and error, on the same scenario.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
-  vademecum bench -o bench --quick                  the demo's beam and scenario, a minute
+  vademecum bench -o bench --quick                  the demo's beam and scenario, under two minutes
   vademecum bench body.toml --scenario push.toml -o bench --modes 8,16,32
+With 6 to 8 modes the chapter's representation (canonical) plays the scenario too; what ours has over it at equal time stands below the table.
 Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean: docs/benchmarks/pareto.md")]
 pub struct Bench {
     /// The problem file (TOML); the demo's beam if absent.
@@ -110,12 +112,19 @@ impl Bench {
                 Failure::new(Cause::Input, text).remedy("ask for fewer `--modes`, or add to `[snapshots]`")
             );
         }
-        let groups = groups(&study, &self.extent(modes), console)?;
+        let extent = self.extent(modes);
+        let mut groups = groups(&study, &extent, console)?;
+        // What errors about a file in memory call it.
+        let name = Path::new("the bench's file");
+        let bytes = groups.iter().flat_map(Group::file).next().expect("every group has a file");
+        let bound = Bound::new(name, bytes, &scenario, &study)?;
+        canonical::add(&mut groups, &extent.canonical, &study, &bound, console)?;
+        let Bound { track, loads, .. } = &bound;
         let split = usize::from(self.split.unwrap_or(if self.quick { 4 } else { 8 }));
         let quick = self.quick;
         let scheme = problem.time.scheme;
-        let run =
-            Run { study: &study, scenario: &scenario, groups: &groups, scheme, steps, split, quick, console };
+        let march = March { name, track, loads, time_step: study.time_step(), steps, stride: 1 };
+        let run = Run { study: &study, groups: &groups, march, scheme, steps, split, quick, console };
         let report = run.report(problem.title.clone())?;
         console.clear();
         report.write(&self.output)?;
@@ -138,58 +147,24 @@ impl Bench {
         modes
     }
 
-    /// Files with a live parameter take long to make: a few of them.
+    /// Files with a live parameter take long to make, those of the chapter's representation with many modes too: a few of them.
     fn extent(&self, modes: Vec<usize>) -> Extent {
         let separated = modes.iter().copied().filter(|r| (8..=16).contains(r)).collect();
+        let canonical = modes.iter().copied().filter(|r| (6..=8).contains(r)).collect();
         let tolerances = match (&self.tolerance[..], self.quick) {
             ([], true) => vec![],
             ([], false) => vec![1e-3, 1e-5, 1e-7],
             (asked, _) => asked.to_vec(),
         };
-        Extent { modes, separated, tolerances }
+        Extent { modes, separated, tolerances, canonical }
     }
-}
-
-/// The problem of a file, or the demo's.
-pub fn problem_or_demo(path: Option<&Path>) -> Result<Problem, Failure> {
-    Ok(match path {
-        Some(path) => Problem::read(path)?,
-        None => Problem::parse(PROBLEM, "the demo's problem", PathBuf::new())?,
-    })
-}
-
-/// The scenario of a file; without one the demo's for its problem, a push for another.
-pub fn scenario_or_push(
-    path: Option<&Path>,
-    problem: Option<&Path>,
-    study: &Study,
-) -> Result<Scenario, Failure> {
-    Ok(match (path, problem) {
-        (Some(path), _) => Scenario::read(path)?,
-        (None, None) => Scenario::parse(SCENARIO, "the demo's scenario")?,
-        (None, Some(_)) => Scenario::parse(&push(study), "the bench's own scenario")?,
-    })
-}
-
-/// An oblique push on the middle one of the loadable triangles, 200 steps long, and 1 800 steps free.
-fn push(study: &Study) -> String {
-    let body = &study.prepared().body;
-    let triangle = body.loadable[body.loadable.len() / 2];
-    let corners = triangle.map(|node| body.model.mesh().nodes[node as usize]);
-    let center: [f64; 3] = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
-    let dt = study.time_step();
-    format!(
-        "duration = {:e}\n[[contact]]\npoint = {center:?}\nforce = [0.3, -0.5, -0.8]\nend = {:e}\n",
-        2000.0 * dt,
-        200.0 * dt
-    )
 }
 
 /// One comparison.
 struct Run<'a> {
     study: &'a Study,
-    scenario: &'a Scenario,
     groups: &'a [Group],
+    march: March<'a>,
     scheme: SchemeKind,
     steps: usize,
     split: usize,
@@ -205,34 +180,18 @@ struct Solver<'a> {
 
 impl Run<'_> {
     fn report(&self, title: String) -> Result<Report, Failure> {
-        let mut files = self.groups.iter().flat_map(Group::file);
-        let bytes = files.next().expect("every group has a file");
-        // What errors about a file in memory call it.
-        let name = PathBuf::from("the bench's file");
-        let file = File::parse(bytes).map_err(|error| Failure::file(&name, error))?;
-        let track = Track::bind(&name, &file, self.scenario)?;
-        let body = &self.study.prepared().body;
-        let loads = full_order_loads(&track, body, &file_nodes(&name, &file, body)?, &name, &file)?;
-
+        let March { name, track, loads, .. } = self.march;
         self.console.stage("factorise");
         let solvers =
             self.schemes().iter().map(|s| self.solver(s, self.dt())).collect::<Result<Vec<_>, _>>()?;
         self.console.stage("time the steps");
         let rounds = if self.quick { 3 } else { 7 };
         let full: Vec<_> = solvers.iter().map(|s| &s.full.value).collect();
-        let candidates = Candidates { full: &full, groups: self.groups, track: &track, loads: &loads };
-        let samples = measure::all(&name, &candidates, rounds)?;
+        let candidates = Candidates { full: &full, groups: self.groups, track, loads };
+        let samples = measure::all(name, &candidates, rounds)?;
 
-        let fine = self.fine_march(&loads)?;
-        let march = March {
-            name: &name,
-            track: &track,
-            loads: &loads,
-            time_step: self.dt(),
-            steps: self.steps,
-            stride: 1,
-        };
-        let comparison = Comparison { run: self, samples: &samples, fine, march };
+        let fine = self.fine_march(loads)?;
+        let comparison = Comparison { run: self, samples: &samples, fine, march: self.march };
         let (mut methods, mut time_scheme_error) = comparison.rows(&solvers)?;
         for length in if self.quick { &TIME_STEPS[2..3] } else { &TIME_STEPS[..] } {
             let (rows, error) = comparison.rows_at(*length, &samples[solvers.len()..])?;
@@ -241,7 +200,7 @@ impl Run<'_> {
         }
         Ok(Report {
             title,
-            dofs: body.n_dof(),
+            dofs: self.study.prepared().body.n_dof(),
             steps: self.steps,
             time_step: self.dt(),
             steps_per_first_period: self.study.first_period() / self.dt(),
@@ -251,6 +210,7 @@ impl Run<'_> {
             clock_ns_per_step: measure::clock(),
             noise: measure::noise(&samples),
             time_scheme_error,
+            equal_time: equal_time(&methods, self.dt()),
             methods,
         })
     }
@@ -289,7 +249,12 @@ impl Run<'_> {
     }
 
     /// A solver's own march at the instants of the problem's steps, or at every `times`-th.
-    fn march(&self, solver: &Solver<'_>, length: TimeStep, loads: &[TimedLoad]) -> Result<Matrix, Failure> {
+    fn march_full_order(
+        &self,
+        solver: &Solver<'_>,
+        length: TimeStep,
+        loads: &[TimedLoad],
+    ) -> Result<Matrix, Failure> {
         self.console.stage(&format!("march full order, {}, {:e} s", solver.scheme, solver.full.value.dt()));
         let TimeStep { times, parts } = length;
         Ok(self.study.march(&solver.full.value, parts, loads, self.steps / times, self.console)?)
@@ -308,7 +273,7 @@ impl Run<'_> {
         let error_mean_at_jumps = if self.quick {
             None
         } else {
-            let mean = self.march(solver, length, &at_mean(solver, loads))?;
+            let mean = self.march_full_order(solver, length, &at_mean(solver, loads))?;
             Some(distance(mass(self.study), mean.as_ref(), fine.displacement.as_ref()) / fine.norm)
         };
         let (scheme, time_step) = (solver.scheme.to_string(), solver.full.value.dt());
@@ -338,13 +303,13 @@ impl Comparison<'_> {
     fn rows(&self, solvers: &[Solver<'_>]) -> Result<(Vec<Row>, Vec<SchemeError>), Failure> {
         let Self { run, samples, fine, march } = self;
         let at = At { time_step: run.dt(), steps_per_step: 1.0, full_order: &samples[0] };
-        let own = run.march(&solvers[0], SAME, march.loads)?;
+        let own = run.march_full_order(&solvers[0], SAME, march.loads)?;
         let marches = Marches::new(run.study, fine.clone(), own);
         let (mut rows, mut scheme_errors) = (vec![], vec![]);
         for (index, (solver, samples)) in solvers.iter().zip(*samples).enumerate() {
             let errors = match index {
                 0 => marches.of_full_order(),
-                _ => marches.of_other_scheme(run.study, &run.march(solver, SAME, march.loads)?),
+                _ => marches.of_other_scheme(run.study, &run.march_full_order(solver, SAME, march.loads)?),
             };
             let (name, offline) = (solver.scheme.to_string(), run.offline_seconds(solver));
             rows.push(Row::full_order(&at, &name, offline, samples, errors));
@@ -361,7 +326,7 @@ impl Comparison<'_> {
         let TimeStep { times, parts } = length;
         let time_step = run.dt() * times as f64 / parts as f64;
         let solver = run.solver(&run.scheme, time_step)?;
-        let own = run.march(&solver, length, march.loads)?;
+        let own = run.march_full_order(&solver, length, march.loads)?;
         let marches = Marches::new(run.study, thinned(fine, times), own);
         let steps = parts * (run.steps / times);
         let march = March { time_step, steps, stride: parts, ..*march };
@@ -386,8 +351,8 @@ impl Comparison<'_> {
         self.run.console.stage("march reduced");
         let mut rows = vec![];
         for group in self.run.groups {
-            for (index, errors) in marches.of_group(self.run.study, group, march, &wanted)? {
-                rows.push(Row::reduced(at, group, &group.methods[index], &samples[index], errors));
+            for (index, errors, why) in marches.of_group(self.run.study, group, march, &wanted)? {
+                rows.push(Row::reduced(at, group, &group.methods[index], &samples[index], errors, why));
             }
             samples = &samples[group.methods.len()..];
         }

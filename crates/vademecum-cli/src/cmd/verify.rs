@@ -248,7 +248,7 @@ fn missing(path: &Path, kind: SectionKind) -> Failure {
 }
 
 /// Rows of `B` over the free dofs of the model, from the file.
-fn free_basis(
+pub fn free_basis(
     path: &Path,
     file: &File<'_>,
     body: &vademecum_build::body::Body,

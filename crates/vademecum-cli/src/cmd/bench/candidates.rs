@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::rc::Rc;
+use std::time::Instant;
 
 use vademecum_build::Matrix;
 use vademecum_build::bench::{ReducedSolver, Study, Timed, staged};
@@ -10,18 +11,30 @@ use vademecum_build::march::TimedLoad;
 use vademecum_build::pod::Basis;
 use vademecum_build::problem::BasisKind;
 use vademecum_build::progress::Listener;
+use vademecum_build::rewrite;
 use vademecum_eval::{Scalar, SceneOptions, StructureChoice};
 use vademecum_format::File;
 
+use super::canonical::{self, Played};
 use super::errors::thinned;
+use crate::cmd::rewrite_failed;
+use crate::cmd::verify::{file_nodes, free_basis};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::player::{Track, play_in};
 
+/// Relative error of fields that the quantised file may bring, and the level it is packed with: what is shipped.
+const QUANTISED: f64 = 1e-4;
+const ZSTD_LEVEL: i32 = 19;
+
 /// A basis and the methods on it.
 pub struct Group {
+    /// Kind of the basis.
+    pub kind: BasisKind,
     /// The basis.
     pub basis: Basis,
+    /// Wall time up to the basis \[s\], in the offline time of each of its methods.
+    pub shared_seconds: f64,
     /// The methods; one that differs from another stands after it.
     pub methods: Vec<Method>,
 }
@@ -38,6 +51,16 @@ pub struct Method {
     pub terms: Option<usize>,
     /// The method of the group it differs from in one thing.
     pub differs: Option<(Part, usize)>,
+    /// Its file as it is shipped, where shipping rounds the basis.
+    pub shipped: Option<Shipped>,
+}
+
+/// A packed file whose basis is rounded.
+pub struct Shipped {
+    /// Bytes of the packed file.
+    pub file_bytes: usize,
+    /// The basis it holds, over the free dofs, shape (n, r).
+    pub basis: Matrix,
 }
 
 /// What a method differs in from another one of its group.
@@ -45,7 +68,7 @@ pub struct Method {
 pub enum Part {
     /// Responses summed from terms instead of solved.
     Separation,
-    /// f32 instead of f64.
+    /// f32 instead of f64, or a basis of 16 bits.
     Rounding,
 }
 
@@ -67,6 +90,13 @@ pub enum Stepper {
         /// f32 instead of f64.
         single: bool,
     },
+    /// A file of the chapter's maps through the evaluator, in f64.
+    Canonical {
+        /// The file.
+        bytes: Vec<u8>,
+        /// The loads of each march; the answer is the sum of the marches.
+        tracks: Rc<Vec<Track>>,
+    },
 }
 
 /// Which rows a comparison has beside those it always has.
@@ -78,6 +108,8 @@ pub struct Extent {
     pub separated: Vec<usize>,
     /// Tolerances of the separated files.
     pub tolerances: Vec<f64>,
+    /// Numbers of modes with files of the chapter's representation.
+    pub canonical: Vec<usize>,
 }
 
 /// All groups, by modes.
@@ -101,7 +133,7 @@ fn pod(study: &Study, modes: usize) -> Result<Group, Failure> {
         vec![solver("pod-galerkin, dense solves f64", shared + dense.seconds, dense.value, false)];
     let names = ["pod block two-stage f64", "pod block f64", "pod block f32"];
     block(study, &basis, shared, names, &mut methods)?;
-    Ok(Group { basis, methods })
+    Ok(Group { kind: BasisKind::Pod, basis, shared_seconds: shared, methods })
 }
 
 fn ritz(study: &Study, modes: usize, tolerances: &[f64], console: &Console) -> Result<Group, Failure> {
@@ -109,6 +141,7 @@ fn ritz(study: &Study, modes: usize, tolerances: &[f64], console: &Console) -> R
     let shared = study.prepare_seconds() + study.snapshot_seconds() + seconds;
     let mut methods = vec![];
     diagonal(study, &basis, shared, ["ritz diagonal f64", "ritz diagonal f32"], &mut methods)?;
+    methods.push(quantised(study, &methods)?);
     let names = ["ritz block two-stage f64", "ritz block f64", "ritz block f32"];
     block(study, &basis, shared, names, &mut methods)?;
     let exact = methods.len() - 2;
@@ -125,7 +158,26 @@ fn ritz(study: &Study, modes: usize, tolerances: &[f64], console: &Console) -> R
             methods.push(Method { terms: Some(terms), differs: Some(differs), ..method });
         }
     }
-    Ok(Group { basis, methods })
+    Ok(Group { kind: BasisKind::Ritz, basis, shared_seconds: shared, methods })
+}
+
+/// The diagonal file, the first method, packed with a basis of 16 bits.
+fn quantised(study: &Study, methods: &[Method]) -> Result<Method, Failure> {
+    let name = Path::new("the bench's quantised file");
+    let start = Instant::now();
+    let exact = methods[0].bytes().expect("the diagonal structure is a file");
+    let rewritten = |error| rewrite_failed(name, error);
+    let packed = rewrite::pack_within(exact, ZSTD_LEVEL, QUANTISED).map_err(rewritten)?;
+    let seconds = methods[0].offline_seconds + start.elapsed().as_secs_f64();
+    let bytes = Rc::new(rewrite::unpack(&packed, rewrite::DECODED_LIMIT).map_err(rewritten)?);
+    let file = File::parse(&bytes).map_err(|error| Failure::file(name, error))?;
+    let body = &study.prepared().body;
+    let basis = free_basis(name, &file, body, &file_nodes(name, &file, body)?)?;
+    Ok(Method {
+        differs: Some((Part::Rounding, 0)),
+        shipped: Some(Shipped { file_bytes: packed.len(), basis }),
+        ..through_file("ritz quantised f64", seconds, &bytes, StructureChoice::Diagonal, false)
+    })
 }
 
 fn natural(study: &Study, modes: usize) -> Result<Group, Failure> {
@@ -138,7 +190,7 @@ fn natural(study: &Study, modes: usize) -> Result<Group, Failure> {
     let names =
         ["natural modes, block two-stage f64", "natural modes, block f64", "natural modes, block f32"];
     block(study, &basis, shared, names, &mut methods)?;
-    Ok(Group { basis, methods })
+    Ok(Group { kind: BasisKind::Modes, basis, shared_seconds: shared, methods })
 }
 
 /// The diagonal structure in both precisions.
@@ -192,7 +244,7 @@ fn solver(
     exact_in_time: bool,
 ) -> Method {
     let stepper = Stepper::Solver { solver: Box::new(solver), exact_in_time };
-    Method { name, offline_seconds, stepper, terms: None, differs: None }
+    Method { name, offline_seconds, stepper, terms: None, differs: None, shipped: None }
 }
 
 fn through_file(
@@ -203,7 +255,7 @@ fn through_file(
     single: bool,
 ) -> Method {
     let stepper = Stepper::File { bytes: Rc::clone(bytes), structure, single };
-    Method { name, offline_seconds, stepper, terms: None, differs: None }
+    Method { name, offline_seconds, stepper, terms: None, differs: None, shipped: None }
 }
 
 impl Group {
@@ -236,6 +288,21 @@ impl Method {
         match &self.stepper {
             Stepper::Solver { .. } => None,
             Stepper::File { bytes, .. } => Some(bytes),
+            Stepper::Canonical { bytes, .. } => Some(bytes),
+        }
+    }
+
+    /// Bytes of the file as it is shipped.
+    pub fn file_bytes(&self) -> Option<usize> {
+        let shipped = self.shipped.as_ref().map(|shipped| shipped.file_bytes);
+        shipped.or_else(|| self.bytes().map(<[u8]>::len))
+    }
+
+    /// Marches from rest whose sum is its answer.
+    pub fn n_marches(&self) -> usize {
+        match &self.stepper {
+            Stepper::Canonical { tracks, .. } => tracks.len(),
+            _ => 1,
         }
     }
 
@@ -244,18 +311,19 @@ impl Method {
         matches!(self.stepper, Stepper::Solver { exact_in_time: true, .. })
     }
 
-    /// Its coordinates from rest at the instants kept, the start included; shape (r, instants).
-    pub fn play(&self, march: &March<'_>) -> Result<Matrix, Failure> {
+    /// Its coordinates from rest at the instants kept, the start included; shape (r, instants). Or why it has none.
+    pub fn play(&self, march: &March<'_>) -> Result<Played, Failure> {
         let all = self.play_all(march)?;
-        Ok(if march.stride == 1 { all } else { thinned(&all, march.stride) })
+        Ok(if march.stride == 1 { all } else { all.map(|all| thinned(&all, march.stride)) })
     }
 
-    fn play_all(&self, march: &March<'_>) -> Result<Matrix, Failure> {
-        match &self.stepper {
-            Stepper::Solver { solver, .. } => Ok(staged::play(solver.as_ref(), march.loads, march.steps)),
-            Stepper::File { bytes, structure, single: false } => play_file::<f64>(bytes, *structure, march),
-            Stepper::File { bytes, structure, single: true } => play_file::<f32>(bytes, *structure, march),
-        }
+    fn play_all(&self, march: &March<'_>) -> Result<Played, Failure> {
+        Ok(Ok(match &self.stepper {
+            Stepper::Solver { solver, .. } => staged::play(solver.as_ref(), march.loads, march.steps),
+            Stepper::File { bytes, structure, single: false } => play_file::<f64>(bytes, *structure, march)?,
+            Stepper::File { bytes, structure, single: true } => play_file::<f32>(bytes, *structure, march)?,
+            Stepper::Canonical { bytes, tracks } => return canonical::play(bytes, tracks, march),
+        }))
     }
 }
 

@@ -9,10 +9,10 @@
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::bench::{Reference, Study, distance};
+use vademecum_build::bench::{Projection, Reference, Study, distance, distance_on_bases};
 use vademecum_build::fem::SymmetricMatrix;
 
-use super::candidates::{Group, March, Part};
+use super::candidates::{Group, March, Method, Part, Shipped};
 use crate::failure::Failure;
 
 /// Error of a method and its parts; the parts a method does not have are `None`.
@@ -30,7 +30,7 @@ pub struct Errors {
     pub error_space: Option<f64>,
     /// From solved responses to terms over the live parameters.
     pub error_separation: Option<f64>,
-    /// From f64 to f32.
+    /// From f64 to f32, or from the basis as built to one of 16 bits.
     pub error_rounding: Option<f64>,
 }
 
@@ -86,54 +86,99 @@ impl Marches {
         group: &Group,
         march: &March<'_>,
         wanted: impl Fn(&str) -> bool,
-    ) -> Result<Vec<(usize, Errors)>, Failure> {
-        let (mass, basis) = (mass(study), group.basis.vectors.as_ref());
-        let (fine, full) = (self.fine.project(mass, basis), self.full.project(mass, basis));
-        // Of the full-order march's norm in that of the fine one.
-        let scale = self.full.norm / self.fine.norm;
-        let apart = |a: &Matrix, b: &Matrix| (a - b).norm_l2() / self.fine.norm;
+    ) -> Result<Vec<(usize, Errors, Option<String>)>, Failure> {
+        let on_basis = OnBasis::new(self, mass(study), &group.basis.vectors);
         let mut played: Vec<Option<(Matrix, Errors)>> = vec![];
-        for method in &group.methods {
+        let mut found = vec![];
+        for (index, method) in group.methods.iter().enumerate() {
             if !wanted(method.name) {
                 played.push(None);
                 continue;
             }
-            let coordinates = method.play(march)?;
-            let (trajectory_error, error_total) = (full.error(&coordinates), fine.error(&coordinates));
-            let own = Errors {
-                trajectory_error,
-                projection_floor: full.floor(),
-                error_total,
-                error_time: if method.exact_in_time() { 0.0 } else { self.time },
-                error_space: Some(if method.exact_in_time() {
-                    error_total
-                } else {
-                    scale * trajectory_error
-                }),
-                error_separation: None,
-                error_rounding: None,
-            };
-            let base = method.differs.and_then(|(part, index)| Some((part, played[index].as_ref()?)));
-            let errors = match base {
-                None => own,
-                Some((part, (base, errors))) => {
-                    let part_error = Some(apart(&coordinates, base));
-                    let known = Errors {
-                        error_space: errors.error_space,
-                        error_separation: errors.error_separation,
-                        error_rounding: errors.error_rounding,
-                        ..own
-                    };
-                    match part {
-                        Part::Separation => Errors { error_separation: part_error, ..known },
-                        Part::Rounding => Errors { error_rounding: part_error, ..known },
-                    }
+            match method.play(march)? {
+                Ok(coordinates) => {
+                    let base = method.differs.and_then(|(part, index)| Some((part, played[index].as_ref()?)));
+                    let errors = on_basis.errors(method, &coordinates, base);
+                    found.push((index, errors, None));
+                    played.push(Some((coordinates, errors)));
                 }
-            };
-            played.push(Some((coordinates, errors)));
+                Err(why) => {
+                    found.push((index, on_basis.none(), Some(why)));
+                    played.push(None);
+                }
+            }
         }
-        let errors = played.into_iter().enumerate();
-        Ok(errors.filter_map(|(index, found)| Some((index, found?.1))).collect())
+        Ok(found)
+    }
+}
+
+/// The full-order marches seen on a basis.
+struct OnBasis<'a> {
+    marches: &'a Marches,
+    mass: &'a SymmetricMatrix,
+    basis: &'a Matrix,
+    fine: Projection,
+    full: Projection,
+}
+
+impl<'a> OnBasis<'a> {
+    fn new(marches: &'a Marches, mass: &'a SymmetricMatrix, basis: &'a Matrix) -> Self {
+        let [fine, full] = [&marches.fine, &marches.full].map(|march| march.project(mass, basis.as_ref()));
+        Self { marches, mass, basis, fine, full }
+    }
+
+    /// Of a march on it; `base` is the one it differs from in one part.
+    fn errors(
+        &self,
+        method: &Method,
+        coordinates: &Matrix,
+        base: Option<(Part, &(Matrix, Errors))>,
+    ) -> Errors {
+        let Marches { fine, full, time } = self.marches;
+        let [trajectory_error, error_total] = match &method.shipped {
+            None => [self.full.error(coordinates), self.fine.error(coordinates)],
+            Some(Shipped { basis, .. }) => {
+                [full, fine].map(|march| march.error(self.mass, basis.as_ref(), coordinates))
+            }
+        };
+        let exact_in_time = method.exact_in_time();
+        // Of the full-order march's norm in that of the fine one.
+        let space = if exact_in_time { error_total } else { full.norm / fine.norm * trajectory_error };
+        let own = Errors {
+            trajectory_error,
+            projection_floor: self.full.floor(),
+            error_total,
+            error_time: if exact_in_time { 0.0 } else { *time },
+            error_space: Some(space),
+            error_separation: None,
+            error_rounding: None,
+        };
+        let Some((part, (base, of_base))) = base else { return own };
+        let apart = match &method.shipped {
+            None => (coordinates - base).norm_l2(),
+            Some(shipped) => {
+                distance_on_bases(self.mass, [(&shipped.basis, coordinates), (self.basis, base)])
+            }
+        } / fine.norm;
+        let Errors { error_space, error_separation, error_rounding, .. } = *of_base;
+        let known = Errors { error_space, error_separation, error_rounding, ..own };
+        match part {
+            Part::Separation => Errors { error_separation: Some(apart), ..known },
+            Part::Rounding => Errors { error_rounding: Some(apart), ..known },
+        }
+    }
+
+    /// Of a march that came to no end.
+    fn none(&self) -> Errors {
+        Errors {
+            trajectory_error: f64::NAN,
+            projection_floor: self.full.floor(),
+            error_total: f64::NAN,
+            error_time: self.marches.time,
+            error_space: None,
+            error_separation: None,
+            error_rounding: None,
+        }
     }
 }
 

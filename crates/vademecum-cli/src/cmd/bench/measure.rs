@@ -16,6 +16,7 @@ use vademecum_eval::{Field, Scalar, Scene, SceneOptions, State, StructureChoice}
 use vademecum_format::{File, SectionKind};
 
 use super::candidates::{Group, Stepper};
+use super::canonical::with_marches;
 use crate::console::cancelled;
 use crate::failure::{Cause, Failure};
 use crate::player::{Track, with_scene};
@@ -69,6 +70,7 @@ pub fn all(name: &Path, candidates: &Candidates<'_>, rounds: usize) -> Result<Ve
                 Stepper::File { bytes, structure, single: true } => {
                     through_file::<f32>(name, bytes, *structure, track, samples)?;
                 }
+                Stepper::Canonical { bytes, tracks } => canonical(name, bytes, tracks, samples)?,
             }
             if cancelled() {
                 return Err(Failure::new(Cause::Stopped, "stopped on request"));
@@ -101,9 +103,9 @@ fn solve(solver: &dyn ReducedSolver, loads: &[TimedLoad], samples: &mut Samples)
     let (held, mut state) = (staged::held(solver, &loads), staged::start(solver, &loads));
     let mut work = vec![0.0; solver.work_len()];
     samples.step_ns.push(bursts(|| solver.step(&mut state, black_box(&held), &mut work)));
-    let mut field = vec![0.0; solver.basis().nrows()];
+    let mut field = vec![0.0; solver.frame().basis.nrows()];
     samples.reconstruct_ms.extend(repeats(1e3, || {
-        staged::reconstruct_into(solver.basis(), &state, &mut field);
+        staged::reconstruct_into(solver.frame().basis.as_ref(), &state, &mut field);
         black_box(&mut field);
     }));
 }
@@ -137,6 +139,31 @@ fn through_file<T: Scalar>(
             return Err(Failure::file(name, error));
         }
         reconstruct(name, &file, scene, state, samples)
+    })
+}
+
+/// A step of every march. One that leaves its ranges starts anew: a step costs the same wherever the state is.
+fn canonical(name: &Path, bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), Failure> {
+    let file = File::parse(bytes).map_err(|error| Failure::file(name, error))?;
+    for _ in 0..REPEATS {
+        let start = Instant::now();
+        with_marches(name, &file, None, tracks.len(), |_, _| {
+            samples.bind_us.push(1e6 * start.elapsed().as_secs_f64());
+            Ok(())
+        })?;
+    }
+    with_marches(name, &file, None, tracks.len(), |scene, marches| {
+        for (track, (_, loads)) in tracks.iter().zip(&mut *marches) {
+            track.apply(scene, &vec![[1.0; 4]; track.contacts.len()], loads)?;
+        }
+        samples.step_ns.push(bursts(|| {
+            for (state, loads) in &mut *marches {
+                if scene.step(state, black_box(loads)).is_err() {
+                    state.rest();
+                }
+            }
+        }));
+        reconstruct(name, &file, scene, &marches[0].0, samples)
     })
 }
 

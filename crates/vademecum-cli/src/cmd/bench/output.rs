@@ -1,4 +1,4 @@
-//! The record of a comparison: JSON, CSV, a Markdown table, and the picture of time against error.
+//! The record of a comparison: JSON, CSV and a Markdown table; the pictures are drawn from the same rows.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -6,11 +6,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::candidates::{Group, Method};
+use super::equal_time::{self, EqualTime};
 use super::errors::Errors;
 use super::measure::{Samples, median, percentiles};
+use super::pareto;
 use crate::cmd::write_text;
-use crate::failure::{Cause, Failure};
-use crate::pictures::{Chart, Cloud, scatter};
+use crate::failure::Failure;
 
 /// Everything a comparison found.
 #[derive(Serialize)]
@@ -37,6 +38,8 @@ pub struct Report {
     pub noise: f64,
     /// Distance of each scheme at Δt from the fine march.
     pub time_scheme_error: Vec<SchemeError>,
+    /// The chapter's representation against ours, one per canonical row.
+    pub equal_time: Vec<EqualTime>,
     /// One per method, number of modes and Δt.
     pub methods: Vec<Row>,
 }
@@ -57,24 +60,28 @@ pub struct SchemeError {
 /// One method with one number of modes at one Δt.
 #[derive(Serialize)]
 pub struct Row {
-    name: String,
-    modes: Option<usize>,
-    terms: Option<usize>,
-    time_step: f64,
+    pub name: String,
+    pub modes: Option<usize>,
+    pub terms: Option<usize>,
+    pub time_step: f64,
     offline_seconds: f64,
-    file_bytes: Option<usize>,
+    pub file_bytes: Option<usize>,
     bind_us: Option<f64>,
-    step_ns_p50: f64,
+    pub step_ns_p50: f64,
     step_ns_p99: f64,
     step_ns_max: f64,
     step_spread: f64,
     times_full_order: f64,
     reconstruct_ms: Option<f64>,
     #[serde(flatten)]
-    errors: Errors,
+    pub errors: Errors,
+    /// Marches from rest whose sum is the answer; a step is one of each.
+    pub marches: usize,
+    /// Why there is no answer.
+    note: Option<String>,
     /// Steps of its own in one of the problem's.
     #[serde(skip)]
-    steps_per_step: f64,
+    pub steps_per_step: f64,
 }
 
 /// What the rows of one Δt share.
@@ -105,6 +112,8 @@ impl Row {
             times_full_order: samples.times_faster_than(at.full_order),
             reconstruct_ms: None,
             errors,
+            marches: 1,
+            note: None,
             steps_per_step: at.steps_per_step,
         }
     }
@@ -120,12 +129,21 @@ impl Row {
         Self::new(at, format!("full order, {scheme}"), samples, errors, offline_seconds)
     }
 
-    /// A reduced method.
-    pub fn reduced(at: &At<'_>, group: &Group, method: &Method, samples: &Samples, errors: Errors) -> Self {
+    /// A reduced method; `note` says why it has no answer.
+    pub fn reduced(
+        at: &At<'_>,
+        group: &Group,
+        method: &Method,
+        samples: &Samples,
+        errors: Errors,
+        note: Option<String>,
+    ) -> Self {
         Self {
+            marches: method.n_marches(),
+            note,
             modes: Some(group.basis.n_modes()),
             terms: method.terms,
-            file_bytes: method.bytes().map(<[u8]>::len),
+            file_bytes: method.file_bytes(),
             bind_us: (!samples.bind_us.is_empty()).then(|| median(samples.bind_us.clone())),
             reconstruct_ms: Some(median(samples.reconstruct_ms.clone())),
             ..Self::new(at, method.name.into(), samples, errors, method.offline_seconds)
@@ -136,7 +154,7 @@ impl Row {
     fn cells(&self) -> [String; COLUMNS.len()] {
         let whole = |value: Option<usize>| value.map_or(String::new(), |v| v.to_string());
         let real = |value: Option<f64>| value.map_or(String::new(), figures);
-        let error = |value: f64| format!("{value:.3e}");
+        let error = |value: f64| if value.is_nan() { "-".into() } else { format!("{value:.3e}") };
         let part = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.1e}"));
         let e = &self.errors;
         [
@@ -201,8 +219,7 @@ impl Report {
         write_text(&folder.join("bench.json"), &json)?;
         write_text(&folder.join("bench.csv"), &self.csv())?;
         write_text(&folder.join("bench.md"), &self.markdown())?;
-        draw(&folder.join("pareto.svg"), &self.of_reduction())?;
-        draw(&folder.join("pareto-total.svg"), &self.of_everything())
+        pareto::draw(folder, self)
     }
 
     /// Distance of the fine march from the most natural modes, each moved exactly: what is left of its own time error, and the
@@ -254,135 +271,30 @@ impl Report {
         line(&COLUMNS.map(|c| c.replace('_', " ")));
         line(&COLUMNS.map(|_| "---".to_string()));
         self.methods.iter().for_each(|row| line(&row.cells()));
-        text
-    }
-
-    /// What reduction costs in accuracy: against full order at the same Δt.
-    fn of_reduction(&self) -> Picture<'_> {
-        // In print f64 lies on f32, and the natural modes of either structure on each other.
-        let shown = |name: &str| {
-            !name.starts_with("full order")
-                && !name.starts_with("natural modes, block")
-                && name != EXACT
-                && (name.ends_with("f32") || name.contains("two-stage") || name.contains("dense solves"))
-        };
-        let points = self.methods.iter().filter(|row| row.time_step == self.time_step && shown(&row.name));
-        Picture {
-            title: "time against error of the reduction; beside the points modes and terms",
-            x: "median time of a step [ns]",
-            y: "relative error against full order with the same Δt",
-            points: points
-                .map(|row| {
-                    (
-                        row.name.as_str(),
-                        row.step_ns_p50,
-                        row.errors.trajectory_error,
-                        row.words(self.time_step),
-                    )
-                })
-                .collect(),
+        let notes = self.methods.iter().filter_map(|row| Some((row, row.note.as_ref()?)));
+        for (row, note) in notes {
+            writeln!(text, "\n`{}` ({}) {note}.", row.name, row.words(self.time_step))
+                .expect("writing to a string cannot fail");
         }
-    }
-
-    /// What everything costs in accuracy, the time scheme included; of the reduced methods those with the most modes, the
-    /// others lie on them.
-    fn of_everything(&self) -> Picture<'_> {
-        let cloud = |row: &'_ Row| -> Option<&'static str> {
-            let shown = [
-                "full order",
-                "pod-galerkin, dense solves f64",
-                "ritz diagonal f32",
-                "ritz separated f32",
-                EXACT,
-            ];
-            shown.into_iter().find(|name| row.name.starts_with(name))
-        };
-        let most = self.methods.iter().filter_map(|row| row.modes).max();
-        let point = |row: &Row| {
-            if row.terms.is_none() && row.modes.is_some_and(|r| Some(r) != most) {
-                return None;
-            }
-            let scheme = row.name.strip_prefix("full order, ");
-            let words = [scheme.map(str::to_string), Some(row.words(self.time_step))];
-            let words: Vec<String> = words.into_iter().flatten().filter(|w| !w.is_empty()).collect();
-            let time = row.steps_per_step * row.step_ns_p50;
-            Some((cloud(row)?, time, row.errors.error_total, words.join(", ")))
-        };
-        Picture {
-            title: "time against total error; beside the points modes, terms, and Δt where it is another",
-            x: "median time of a march per Δt of the problem [ns]",
-            y: "relative error against the fine full-order march",
-            points: self.methods.iter().filter_map(point).collect(),
-        }
+        text + &equal_time::markdown(&self.equal_time)
     }
 }
 
 /// Modal truncation without a time scheme.
-const EXACT: &str = "natural modes, exact f64";
+pub const EXACT: &str = "natural modes, exact f64";
 
 impl Row {
     /// Modes, terms, and Δt where it is another than the problem's.
-    fn words(&self, time_step: f64) -> String {
+    pub fn words(&self, time_step: f64) -> String {
         let dt = (self.time_step != time_step).then(|| format!("{} Δt", self.time_step / time_step));
         let words = [self.modes.map(|r| r.to_string()), self.terms.map(|t| format!("{t} terms")), dt];
         words.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }
 
-/// Points of time and error to be drawn, each with its cloud and a word beside it.
-struct Picture<'a> {
-    title: &'a str,
-    x: &'a str,
-    y: &'a str,
-    points: Vec<(&'a str, f64, f64, String)>,
-}
-
-fn draw(path: &Path, picture: &Picture<'_>) -> Result<(), Failure> {
-    let mut clouds: Vec<Cloud<'_>> = vec![];
-    for (name, time, error, word) in &picture.points {
-        let point = (*time, *error, word.clone());
-        match clouds.iter_mut().find(|cloud| cloud.name == *name) {
-            Some(cloud) => cloud.points.push(point),
-            None => clouds.push(Cloud { name, points: vec![point] }),
-        }
-    }
-    let chart = Chart { title: picture.title, x: picture.x, y: picture.y, log_y: true };
-    let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
-    scatter(path, &chart, &clouds, &front(&clouds)).map_err(failed)
-}
-
-/// Points are on the front if no faster one comes within this factor of their error: digits that differ behind the second
-/// figure are no reason to step slower.
-const BETTER: f64 = 0.99;
-
-/// The points no other point beats in both time and error, fastest first.
-fn front(clouds: &[Cloud<'_>]) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> =
-        clouds.iter().flat_map(|c| c.points.iter().map(|p| (p.0, p.1))).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut least = f64::INFINITY;
-    points.retain(|p| {
-        let better = p.1 < BETTER * least;
-        least = least.min(p.1);
-        better
-    });
-    points
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_front_falls() {
-        let points = [(3.0, 0.5), (1.0, 0.9), (2.0, 1.0), (4.0, 0.6), (5.0, 0.1), (6.0, 0.0999)];
-        let cloud = |p: &[(f64, f64)]| p.iter().map(|&(x, y)| (x, y, String::new())).collect();
-        let clouds = [
-            Cloud { name: "a", points: cloud(&points[..2]) },
-            Cloud { name: "b", points: cloud(&points[2..]) },
-        ];
-        assert_eq!(front(&clouds), [(1.0, 0.9), (3.0, 0.5), (5.0, 0.1)]);
-    }
 
     #[test]
     fn three_figures() {
