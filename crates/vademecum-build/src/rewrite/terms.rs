@@ -3,7 +3,7 @@
 //!
 //! At a point of the axes the maps are `Σ_t g_t E_t` and `Σ_t g_t F_t` (increments of the state's and of the loads' map). Leaving out the terms
 //! `D` changes them by `Σ_D g_t E_t`; its Frobenius norm over that of the whole sum is the error, measured with Gram matrices at
-//! every point of the axes' grid, or at 4096 of them chosen without pattern.
+//! every point of the axes' grid, or at 4096 of them chosen without pattern; the state's mode by mode, as the build's certificate has it.
 
 use vademecum_format::{Codec, Element, File, Metadata, Section, SectionKind};
 
@@ -80,13 +80,15 @@ impl Maps {
     fn new(file: &File<'_>) -> Result<Self, RewriteError> {
         let metadata = file.metadata();
         let (terms, r) = (metadata.n_terms as usize, metadata.n_modes as usize);
-        let states = reals_of(file, SectionKind::BlockState)?.unwrap_or_default();
+        let factors = reals_of(file, SectionKind::Factors)?.unwrap_or_default();
+        let points = grid(metadata, &factors);
+        let mut states = reals_of(file, SectionKind::BlockState)?.unwrap_or_default();
+        scale_modes(&mut states, r, &points);
         let mut grams = vec![gram(terms, r * r, &states)];
         if let Some(loads) = reals_of(file, SectionKind::BlockLoad)? {
             grams.push(gram(terms, 3 * r, &loads));
         }
-        let factors = reals_of(file, SectionKind::Factors)?.unwrap_or_default();
-        Ok(Self { terms, grams, points: grid(metadata, &factors) })
+        Ok(Self { terms, grams, points })
     }
 
     /// Root of the mean square and largest error of leaving out all but the first terms.
@@ -108,6 +110,20 @@ impl Maps {
         let own = |s: usize| gram[s * self.terms..][first..self.terms].iter();
         let row = |s: usize| g[s] * own(s).zip(&g[first..]).map(|(x, g)| x * g).sum::<f64>();
         (first..self.terms).map(row).sum::<f64>().max(0.0)
+    }
+}
+
+/// Divides entry `(k, l)` of every `E_t` by `s_k s_l`, with `s_k²` the mean of `|E_kk|` over the points: `E` spans the decades between
+/// the lowest and the highest mode, and every mode gets the tolerance, as in the build.
+fn scale_modes(states: &mut [f64], r: usize, points: &[Vec<f64>]) {
+    let entry = |g: &[f64], k: usize| -> f64 {
+        states.chunks_exact(r * r).zip(g).map(|(e, g)| g * e[k * r + k]).sum::<f64>().abs()
+    };
+    let mean = |k: usize| points.iter().map(|g| entry(g, k)).sum::<f64>() / points.len() as f64;
+    let scales: Vec<f64> =
+        (0..r).map(|k| mean(k).sqrt()).map(|s| if s > 0.0 { s.recip() } else { 0.0 }).collect();
+    for (place, value) in states.iter_mut().enumerate() {
+        *value *= scales[place / r % r] * scales[place % r];
     }
 }
 
