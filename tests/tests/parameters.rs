@@ -102,13 +102,14 @@ fn a_build_over_three_parameters_keeps_what_it_promises() {
 fn fewer_terms_keep_a_coarser_tolerance(path: &str) {
     let bytes = std::fs::read(path).expect("a file");
     let file = File::parse(&bytes).expect("a file");
+    let n = file.metadata().n_load_nodes;
+    let contact = Contact { nodes: [n / 3, n / 2, n - 1], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
     let march = |n_terms: Option<usize>, values: [f64; 3]| {
         let mut options = SceneOptions { terms: n_terms, ..SceneOptions::default() };
         for (place, value) in values.into_iter().enumerate() {
             options.set(file.metadata(), place, value).expect("in range");
         }
         with_scene::<f64, _>(&bytes, &options, |scene, state, loads| {
-            let contact = Contact { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
             loads.add_contact(scene, &contact).expect("a contact");
             let mut all = vec![];
             for _ in 0..STEPS {

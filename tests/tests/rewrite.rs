@@ -348,7 +348,7 @@ fn terms_are_dropped_within_a_tolerance_and_the_certificate_says_so() {
         check(&fewer).expect("sound");
         // The step's displacement under a held contact differs by no more than the maps do, a few hundred steps on.
         let [a, b] = [bytes, &fewer].map(|bytes| contact_field(bytes, 100));
-        let first = SceneOptions { terms: Some(left), ..block() };
+        let first = SceneOptions { terms: Some(left), ..block_options() };
         assert_eq!(contact_field_with(bytes, &first, 100), b, "a scene of the first terms of the whole file");
         let off = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         let size = a.iter().map(|a| a * a).sum::<f64>().sqrt();
@@ -373,10 +373,10 @@ fn terms_are_dropped_within_a_tolerance_and_the_certificate_says_so() {
 
 /// The surface after some steps under a held contact, block structure.
 fn contact_field(bytes: &[u8], steps: usize) -> Vec<f64> {
-    contact_field_with(bytes, &block(), steps)
+    contact_field_with(bytes, &block_options(), steps)
 }
 
-fn block() -> SceneOptions {
+fn block_options() -> SceneOptions {
     SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() }
 }
 
