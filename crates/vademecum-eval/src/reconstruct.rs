@@ -32,7 +32,7 @@ fn reconstruct_with<T: Scalar, const N: usize>(
     x: &[T],
     scale: T,
     out: &mut [T],
-    read: impl Fn([u8; N]) -> T,
+    read: impl Fn([u8; N]) -> T + Copy,
 ) {
     match x.as_chunks() {
         ([a], []) => short_rows(rows, &[*a], scale, out, read),
@@ -50,30 +50,52 @@ fn short_rows<T: Scalar, const N: usize, const Q: usize>(
     x: &[[T; QUAD]; Q],
     scale: T,
     out: &mut [T],
-    read: impl Fn([u8; N]) -> T,
+    read: impl Fn([u8; N]) -> T + Copy,
 ) {
     let (blocks, rest) = rows.as_chunks::<QUAD>().0.as_chunks::<Q>().0.as_chunks::<QUAD>();
     let (out, out_rest) = out.as_chunks_mut::<QUAD>();
-    let partial = |row: &[[[u8; N]; QUAD]; Q]| {
-        // The row is read before it is summed: read one by one, some counts and precisions end in moves of single bytes.
-        let row = row.map(|quad| quad.map(&read));
-        let mut sums = [[T::ZERO; QUAD]; 2];
-        for q in 0..Q {
-            for k in 0..QUAD {
-                sums[q % 2][k] += row[q][k] * x[q][k];
-            }
-        }
-        let [mut even, odd] = sums;
-        even.iter_mut().zip(odd).for_each(|(even, odd)| *even += odd);
-        even
-    };
-    let finish = |[a, b, c, d]: [T; QUAD]| scale * ((a + c) + (b + d));
     for (rows, out) in blocks.iter().zip(out) {
         // Keeps the compiler from taking several blocks at once, which with AVX2 and AVX-512 it does byte by byte, six times slower.
         let rows = core::hint::black_box(rows);
-        *out = [partial(&rows[0]), partial(&rows[1]), partial(&rows[2]), partial(&rows[3])].map(finish);
+        let mut sums = [[T::ZERO; QUAD]; QUAD];
+        for row in 0..QUAD {
+            sums[row] = partial_sums(&rows[row], x, read);
+        }
+        for row in 0..QUAD {
+            out[row] = scale * ((sums[row][0] + sums[row][2]) + (sums[row][1] + sums[row][3]));
+        }
     }
-    rest.iter().zip(out_rest).for_each(|(row, out)| *out = finish(partial(row)));
+    for (row, out) in rest.iter().zip(out_rest) {
+        let [a, b, c, d] = partial_sums(row, x, read);
+        *out = scale * ((a + c) + (b + d));
+    }
+}
+
+/// Columns `k mod 4` of a row; every second quad into a sum of its own.
+#[inline(always)]
+fn partial_sums<T: Scalar, const N: usize, const Q: usize>(
+    row: &[[[u8; N]; QUAD]; Q],
+    x: &[[T; QUAD]; Q],
+    read: impl Fn([u8; N]) -> T + Copy,
+) -> [T; QUAD] {
+    // The row is read before it is summed: read one by one, some counts and precisions end in moves of single bytes.
+    let mut values = [[T::ZERO; QUAD]; Q];
+    for q in 0..Q {
+        for k in 0..QUAD {
+            values[q][k] = read(row[q][k]);
+        }
+    }
+    let mut sums = [[T::ZERO; QUAD]; 2];
+    for q in 0..Q {
+        for k in 0..QUAD {
+            sums[q % 2][k] += values[q][k] * x[q][k];
+        }
+    }
+    let [mut even, odd] = sums;
+    for k in 0..QUAD {
+        even[k] += odd[k];
+    }
+    even
 }
 
 /// Rows of any number of columns.
@@ -83,7 +105,7 @@ fn any_rows<T: Scalar, const N: usize>(
     x: &[T],
     scale: T,
     out: &mut [T],
-    read: impl Fn([u8; N]) -> T,
+    read: impl Fn([u8; N]) -> T + Copy,
 ) {
     let (wide, narrow) = x.as_chunks::<WIDTH>();
     for (row, out) in rows.chunks_exact(x.len().max(1)).zip(out) {
