@@ -1,7 +1,7 @@
 //! Cost against the number of live parameters: the table of `docs/benchmarks/parameters.md`.
 //!
-//! `cargo run --release -p vademecum-tests --example parameters [-- MOST]` builds the body of `fixtures/problems/four-materials.toml` with
-//! 1 to MOST (6) parameters: the time step, the stiffness of one region after the other, the density of the last.
+//! `cargo run --release -p vademecum-tests --example parameters [-- COUNT ...]` builds the body of `fixtures/problems/four-materials.toml`
+//! with each COUNT (1 to 6) of parameters: the time step, the stiffness of one region after the other, the density of the last.
 
 use std::time::Instant;
 
@@ -16,12 +16,16 @@ use vademecum_tests::program::repository;
 const CHANGES: usize = 501;
 
 fn main() {
-    let most = std::env::args().nth(1).map_or(6, |n| n.parse().expect("a number of parameters"));
+    let mut counts: Vec<usize> =
+        std::env::args().skip(1).map(|n| n.parse().expect("a number of parameters")).collect();
+    if counts.is_empty() {
+        counts = (1..=6).collect();
+    }
     println!(
         "| parameters | points of the axes | stopped by | terms | map error, rms | worst | separate \\[s\\] | file \\[bytes\\] | set \\[µs\\] |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for count in 1..=most.min(6) {
+    for count in counts {
         row(count);
     }
 }

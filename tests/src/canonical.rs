@@ -86,15 +86,10 @@ pub fn file(
         (S::CanonicalCertificate, Element::F64, [certificate.len(), 1], f64s(&certificate)),
     ];
     let block = [S::BlockState, S::BlockLoad, S::PatternBlock, S::AxisPoints, S::Factors];
-    let kept = base.sections().filter(|s| !block.contains(&s.kind())).map(|s| SectionInput {
-        kind: s.kind(),
-        element: s.element(),
-        codec: Codec::Raw,
-        required: s.is_required(),
-        shape: s.shape(),
-        decoded_length: s.decoded_length(),
-        stored: s.stored(),
-    });
+    let kept = base
+        .sections()
+        .filter(|s| !block.contains(&s.kind()))
+        .map(|s| SectionInput { codec: Codec::Raw, ..s.into() });
     let added = own.iter().map(|(kind, element, shape, bytes)| SectionInput {
         kind: *kind,
         element: *element,

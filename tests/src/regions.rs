@@ -2,7 +2,7 @@
 //! dofs, nominal mass the identity. Its separated file is exact at the nodes of a tensor grid: one term per grid point, with
 //! Lagrange's cardinal functions as factors.
 
-use crate::synthetic::{Layout, Random, encode};
+use crate::synthetic::{Layout, Random, encode, orthonormal};
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
 use vademecum_format::{
     Axis, AxisKind, AxisRole, Certificate, Element, MAX_AXES, MAX_PARAMETERS, MAX_REGIONS, Metadata,
@@ -88,21 +88,11 @@ impl TwoRegions {
             }
             k
         });
-        let mut columns: Vec<Vec<f64>> = Vec::new();
-        for k in 0..R {
+        let basis = orthonormal(N, R, |k| {
             let mut column: Vec<f64> = random.numbers(N).iter().map(|x| 0.3 * x).collect();
             column[k * N / R] += 1.0;
-            for _ in 0..2 {
-                for known in &columns {
-                    let along: f64 = known.iter().zip(&column).map(|(a, b)| a * b).sum();
-                    column.iter_mut().zip(known).for_each(|(c, k)| *c -= along * k);
-                }
-                let norm = column.iter().map(|c| c * c).sum::<f64>().sqrt();
-                column.iter_mut().for_each(|c| *c /= norm);
-            }
-            columns.push(column);
-        }
-        let basis = (0..N * R).map(|i| columns[i % R][i / R]).collect();
+            column
+        });
         Self { basis, mass, stiffness }
     }
 

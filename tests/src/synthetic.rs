@@ -7,7 +7,7 @@
 use vademecum_format::scheme::{SchemeTable, Stage, StepParameters, theta};
 use vademecum_format::{
     Axis, AxisKind, AxisRole, Certificate, Codec, Element, File, MAX_AXES, MAX_PARAMETERS, Metadata,
-    Parameter, Section, SectionInput, SectionKind, encode_into, encoded_len,
+    Parameter, SectionInput, SectionKind, encode_into, encoded_len,
 };
 
 /// A small linear congruential generator: the same numbers everywhere.
@@ -93,11 +93,11 @@ fn jacobi(a: &mut [f64], r: usize, basis: &mut [f64]) -> Vec<f64> {
     (0..r).map(|k| a[k * r + k]).collect()
 }
 
-/// Orthonormal columns by Gram–Schmidt, twice: `(n, columns)`, row by row.
-fn orthonormal(n: usize, columns: usize, random: &mut Random) -> Vec<f64> {
+/// Columns of `n` made orthonormal one after the other by Gram–Schmidt, twice: `(n, columns)`, row by row.
+pub(crate) fn orthonormal(n: usize, columns: usize, mut column: impl FnMut(usize) -> Vec<f64>) -> Vec<f64> {
     let mut q: Vec<Vec<f64>> = Vec::new();
-    for _ in 0..columns {
-        let mut column = random.numbers(n);
+    for k in 0..columns {
+        let mut column = column(k);
         for _ in 0..2 {
             for known in &q {
                 let along: f64 = known.iter().zip(&column).map(|(a, b)| a * b).sum();
@@ -155,7 +155,7 @@ impl Body {
         let (n, r) = (3 * layout.n_nodes(), layout.r);
         let omega2: Vec<f64> = (0..n).map(|i| (30.0 * 1e3f64.powf(i as f64 / n as f64)).powi(2)).collect();
         let mass: Vec<f64> = random.numbers(n).iter().map(|x| 0.02 + 0.01 * x).collect();
-        let mut eigenvectors = orthonormal(n, n, &mut random);
+        let mut eigenvectors = orthonormal(n, n, |_| random.numbers(n));
         for (row, mass) in eigenvectors.chunks_exact_mut(n).zip(&mass) {
             row.iter_mut().for_each(|v| *v /= mass.sqrt());
         }
@@ -359,16 +359,7 @@ pub fn rewritten<'a>(
     more: &[SectionInput<'a>],
 ) -> Vec<u8> {
     let file = File::parse(bytes).expect("a file");
-    let as_it_is = |s: Section<'a>| SectionInput {
-        kind: s.kind(),
-        element: s.element(),
-        codec: s.codec(),
-        required: s.is_required(),
-        shape: s.shape(),
-        decoded_length: s.decoded_length(),
-        stored: s.stored(),
-    };
-    let mut inputs: Vec<SectionInput<'a>> = file.sections().map(as_it_is).collect();
+    let mut inputs: Vec<SectionInput<'a>> = file.sections().map(SectionInput::from).collect();
     inputs.iter_mut().for_each(section);
     inputs.extend_from_slice(more);
     let mut changed = *file.metadata();
@@ -379,21 +370,11 @@ pub fn rewritten<'a>(
 }
 
 fn orthonormal_near_identity(n: usize, r: usize, random: &mut Random) -> Vec<f64> {
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    for k in 0..r {
+    orthonormal(n, r, |k| {
         let mut column: Vec<f64> = random.numbers(n).iter().map(|x| 0.02 * x).collect();
         column[k] += 1.0;
-        for _ in 0..2 {
-            for known in &columns {
-                let along: f64 = known.iter().zip(&column).map(|(a, b)| a * b).sum();
-                column.iter_mut().zip(known).for_each(|(c, k)| *c -= along * k);
-            }
-            let norm = column.iter().map(|c| c * c).sum::<f64>().sqrt();
-            column.iter_mut().for_each(|c| *c /= norm);
-        }
-        columns.push(column);
-    }
-    (0..n * r).map(|i| columns[i % r][i / r]).collect()
+        column
+    })
 }
 
 /// `A B`, `A` with `inner` columns, all row by row.

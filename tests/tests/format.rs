@@ -28,18 +28,7 @@ fn refusal(edit: impl FnOnce(&mut Vec<u8>)) -> FormatError {
 fn rewritten(edit: impl FnOnce(&mut Metadata<'_>)) -> Result<usize, FormatError> {
     let bytes = small();
     let file = File::parse(&bytes).expect("a file");
-    let sections: Vec<SectionInput<'_>> = file
-        .sections()
-        .map(|s| SectionInput {
-            kind: s.kind(),
-            element: s.element(),
-            codec: s.codec(),
-            required: s.is_required(),
-            shape: s.shape(),
-            decoded_length: s.decoded_length(),
-            stored: s.stored(),
-        })
-        .collect();
+    let sections: Vec<SectionInput<'_>> = file.sections().map(SectionInput::from).collect();
     let mut metadata = *file.metadata();
     edit(&mut metadata);
     let mut out = vec![0; encoded_len(&metadata, &sections)?];

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use vademecum_build::problem::{Problem, ProblemError};
 use vademecum_build::scenario::{Scenario, ScenarioError};
+use vademecum_build::toml_file::TomlError;
 use vademecum_tests::program::repository;
 
 fn page(name: &str) -> String {
@@ -163,9 +164,15 @@ fn bad_problems() -> Vec<(usize, String)> {
 #[test]
 fn every_refusal_of_a_problem_happens_and_names_its_key() {
     let rows = refusals(&page("problem-1.md"));
-    assert!(matches!(Problem::read(&PathBuf::from("no such file")), Err(ProblemError::Unreadable { .. })));
+    assert!(matches!(
+        Problem::read(&PathBuf::from("no such file")),
+        Err(ProblemError::Toml(TomlError::Unreadable { .. }))
+    ));
     for text in ["no TOML", "colour = 1", "[time]\nstep = \"1\"", "[[support]]\non = {}"] {
-        assert!(matches!(problem(&whole(text)), Err(ProblemError::Malformed { .. })), "{text}");
+        assert!(
+            matches!(problem(&whole(text)), Err(ProblemError::Toml(TomlError::Malformed { .. }))),
+            "{text}"
+        );
     }
     let bad = bad_problems();
     for (number, fragment) in &bad {
@@ -190,9 +197,15 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         (7, "duration = 1.0\n[[pattern]]\nname = \"a\"\namplitude = inf".into()),
     ];
     let rows = refusals(&page("scenario-1.md"));
-    assert!(matches!(Scenario::read(&PathBuf::from("no such file")), Err(ScenarioError::Unreadable { .. })));
+    assert!(matches!(
+        Scenario::read(&PathBuf::from("no such file")),
+        Err(ScenarioError(TomlError::Unreadable { .. }))
+    ));
     for text in ["duration", "", "duration = 1.0\ncolour = 1"] {
-        assert!(matches!(Scenario::parse(text, "page.toml"), Err(ScenarioError::Malformed { .. })), "{text}");
+        assert!(
+            matches!(Scenario::parse(text, "page.toml"), Err(ScenarioError(TomlError::Malformed { .. }))),
+            "{text}"
+        );
     }
     for (number, text) in &bad {
         let (_, key) = rows.iter().find(|(n, _)| n == number).expect("a row of the page");

@@ -228,59 +228,28 @@ scale = "log"
 #[test]
 fn every_bad_parameter_and_basis_is_named_with_file_and_line() {
     let folder = tempfile::tempdir().expect("a folder");
-    let twice = PARAMETERS.replace("name = \"tip\"", "name = \"root\"");
-    let cases = [
-        (
-            "zero stiffness",
-            PARAMETERS.replace("range = [0.5, 2.0]", "range = [0.0, 2.0]"),
-            "parameter[0].range",
-            "range = [0.0",
-        ),
-        (
-            "negative stiffness",
-            PARAMETERS.replace("range = [0.5, 2.0]", "range = [-1.0, 2.0]"),
-            "parameter[0].range",
-            "range = [-1.0",
-        ),
-        (
-            "reversed",
-            PARAMETERS.replace("range = [0.5, 2.0]", "range = [2.0, 0.5]"),
-            "parameter[0].range",
-            "range = [2.0",
-        ),
-        (
-            "empty",
-            PARAMETERS.replace("range = [0.5, 2.0]", "range = [2.0, 2.0]"),
-            "parameter[0].range",
-            "range = [2.0",
-        ),
-        (
-            "unknown region",
-            PARAMETERS.replace("region = \"tip\"", "region = \"top\""),
-            "no region",
-            "region = \"top\"",
-        ),
-        ("twice", twice.clone(), "parameter[1].name", "name = \"root\""),
-        ("no mode", PARAMETERS.into(), "basis.modes", "modes = 0"),
-        ("too many modes", PARAMETERS.into(), "basis.modes", "modes = 400"),
-        ("too many modes, no parameter", String::new(), "basis.modes", "modes = 400"),
-        ("tolerance", PARAMETERS.into(), "tolerance.map", "map = 1e-17"),
-    ];
-    for (name, parameters, key, line) in cases {
-        let text = format!("{PROBLEM}{parameters}");
-        let text = match line {
-            line if line.starts_with("modes") => text.replace("modes = 6", line),
-            line if line.starts_with("map") => text.replace("map = 1e-6", line),
-            _ => text,
-        };
-        let found = text.lines().enumerate().filter(|(_, l)| l.starts_with(line)).last();
-        // Both regions get the bad range: the first is named.
-        let first = text.lines().position(|l| l.starts_with(line)).expect("the line");
-        let number = 1 + if name == "twice" { found.expect("the line").0 } else { first };
+    let whole = format!("{PROBLEM}{PARAMETERS}");
+    let range = "range = [0.5, 2.0]";
+    for (problem, good, bad, key) in [
+        (&*whole, range, "range = [0.0, 2.0]", "parameter[0].range"),
+        (&whole, range, "range = [-1.0, 2.0]", "parameter[0].range"),
+        (&whole, range, "range = [2.0, 0.5]", "parameter[0].range"),
+        (&whole, range, "range = [2.0, 2.0]", "parameter[0].range"),
+        (&whole, "region = \"tip\"\nyoung", "region = \"top\"\nyoung", "no region"),
+        (&whole, "region = \"tip\"\nrange", "region = \"top\"\nrange", "no region"),
+        (&whole, "name = \"tip\"\nkind", "name = \"root\"\nkind", "parameter[1].name"),
+        (&whole, "modes = 6", "modes = 0", "basis.modes"),
+        (&whole, "modes = 6", "modes = 400", "basis.modes"),
+        (PROBLEM, "modes = 6", "modes = 400", "basis.modes"),
+        (&whole, "map = 1e-6", "map = 1e-17", "tolerance.map"),
+    ] {
+        assert!(problem.contains(good), "{good}");
+        let text = problem.replacen(good, bad, 1);
+        let number = 1 + text.lines().zip(problem.lines()).position(|(a, b)| a != b).expect("a changed line");
         let (ran, _) = build(folder.path(), &text, &[]);
-        assert_eq!(ran.code, Some(3), "{name}: {}", ran.stderr);
+        assert_eq!(ran.code, Some(3), "{bad}: {}", ran.stderr);
         let wanted = format!("p.toml:{number}:");
-        assert!(ran.stderr.contains(&wanted) && ran.stderr.contains(key), "{name}, {wanted}: {}", ran.stderr);
+        assert!(ran.stderr.contains(&wanted) && ran.stderr.contains(key), "{bad}, {wanted}: {}", ran.stderr);
     }
 }
 

@@ -188,15 +188,7 @@ fn edited(
     let parts: Vec<_> = file.sections().map(|s| (s, s.stored().to_vec())).collect();
     let mut made = vec![];
     for (s, mut stored) in parts {
-        let mut input = SectionInput {
-            kind: s.kind(),
-            element: s.element(),
-            codec: s.codec(),
-            required: false,
-            shape: s.shape(),
-            decoded_length: s.decoded_length(),
-            stored: &[],
-        };
+        let mut input = SectionInput { required: false, stored: &[], ..s.into() };
         edit(&mut input, &mut stored);
         made.push((input, stored));
     }

@@ -51,18 +51,7 @@ fn large() -> Vec<u8> {
 /// The file with its sections changed, and new ones after them.
 fn edited<'a>(bytes: &'a [u8], edit: impl Fn(&mut SectionInput<'a>), more: &[SectionInput<'a>]) -> Vec<u8> {
     let file = File::parse(bytes).expect("a file");
-    let mut inputs: Vec<SectionInput<'a>> = file
-        .sections()
-        .map(|s| SectionInput {
-            kind: s.kind(),
-            element: s.element(),
-            codec: s.codec(),
-            required: s.is_required(),
-            shape: s.shape(),
-            decoded_length: s.decoded_length(),
-            stored: s.stored(),
-        })
-        .collect();
+    let mut inputs: Vec<SectionInput<'a>> = file.sections().map(SectionInput::from).collect();
     inputs.iter_mut().for_each(edit);
     inputs.extend_from_slice(more);
     let mut out = vec![0; encoded_len(file.metadata(), &inputs).expect("a length")];

@@ -197,18 +197,18 @@ fn constrained_dofs(problem: &Problem, mesh: &Mesh) -> Result<Vec<bool>, BodyErr
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.
 fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
     let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
-    let error =
-        |found: String| BodyError::Region { path: problem.place("material"), found, regions: names() };
+    let error = |key: &str, found| BodyError::Region { path: problem.place(key), found, regions: names() };
     let fits = |entry: &str, region: &mesh::Region| entry == region.name || entry == region.tag.to_string();
-    for entry in problem.materials.iter().filter(|entry| entry.region != "*") {
+    for (i, entry) in problem.materials.iter().enumerate().filter(|(_, entry)| entry.region != "*") {
         if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {
-            return Err(error(format!("`{}` is no region", entry.region)));
+            return Err(error(&format!("material[{i}].region"), format!("`{}` is no region", entry.region)));
         }
     }
     let material = |region: &mesh::Region| {
         let named = problem.materials.iter().find(|entry| fits(&entry.region, region));
         let entry = named.or_else(|| problem.materials.iter().find(|entry| entry.region == "*"));
-        let entry = entry.ok_or_else(|| error(format!("no material for region `{}`", region.name)))?;
+        let entry =
+            entry.ok_or_else(|| error("material", format!("no material for region `{}`", region.name)))?;
         Ok(Material { young: entry.young, poisson: entry.poisson, density: entry.density })
     };
     mesh.regions.iter().map(material).collect()

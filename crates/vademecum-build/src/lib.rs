@@ -28,7 +28,7 @@ pub mod scenario;
 pub mod separated;
 pub mod snapshots;
 pub mod target;
-mod toml_line;
+pub mod toml_file;
 
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;

@@ -16,38 +16,14 @@ use serde::{Deserialize, Serialize};
 use crate::dynamics::{Damping, DampingError, Rayleigh, SchemeError, SchemeKind};
 use crate::mesh::Order;
 use crate::mesh::select::Selection;
+use crate::toml_file::{self, TomlError};
 
 /// A problem file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ProblemError {
-    /// The file cannot be read.
-    #[error("{path}: cannot be read")]
-    Unreadable {
-        /// The file.
-        path: String,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The text is not a problem: syntax, an unknown or missing key, a value of the wrong type.
-    #[error("{path}: {message}")]
-    Malformed {
-        /// The file.
-        path: String,
-        /// Line, key, what was found and what was expected.
-        message: String,
-    },
-    /// A value that no problem can have.
-    #[error("{path}: `{key}` is {found}; expected {expected}")]
-    Impossible {
-        /// The file and line.
-        path: String,
-        /// Path of the key, such as `material[1].young`.
-        key: String,
-        /// The value found.
-        found: String,
-        /// What a usable value is.
-        expected: &'static str,
-    },
+    /// The file cannot be read, is not a problem, or has a value that no problem can have.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
     /// A time scheme with a parameter outside its range.
     #[error("{path}: `time.scheme`")]
     Scheme {
@@ -571,17 +547,13 @@ fn one() -> f64 {
 impl Problem {
     /// Reads and checks a problem file.
     pub fn read(path: &Path) -> Result<Self, ProblemError> {
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ProblemError::Unreadable { path: name.clone(), source })?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        Self::parse(&text, &name, folder)
+        Self::parse(&toml_file::read(path)?, &path.display().to_string(), folder)
     }
 
     /// Reads and checks a problem from its text; relative paths start from `folder`, messages name `path`.
     pub fn parse(text: &str, path: &str, folder: PathBuf) -> Result<Self, ProblemError> {
-        let mut problem: Problem = toml::from_str(text)
-            .map_err(|error| ProblemError::Malformed { path: path.into(), message: error.to_string() })?;
+        let mut problem: Problem = toml_file::parse(text, path)?;
         problem.text = text.into();
         problem.folder = folder;
         problem.path = path.into();
@@ -596,86 +568,9 @@ impl Problem {
 
     /// `file:line` of a key, for messages.
     pub fn place(&self, key: &str) -> String {
-        crate::toml_line::place(&self.path, &self.text, key)
+        toml_file::place(&self.path, &self.text, key)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SMALL: &str = r#"
-        [mesh]
-        block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1] }
-        [[material]]
-        young = 2e11
-        poisson = 0.3
-        density = 7800.0
-        [[support]]
-        on = { group = "x_min" }
-        [load]
-        [time]
-        step = 1e-3
-    "#;
-
-    fn parse(text: &str) -> Result<Problem, ProblemError> {
-        Problem::parse(text, "p.toml", PathBuf::new())
-    }
-
-    #[test]
-    fn the_smallest_problem_has_the_documented_defaults() {
-        let p = parse(SMALL).unwrap();
-        assert_eq!(p.basis.kind, BasisKind::Ritz);
-        assert_eq!(p.basis.oversampling, 4);
-        assert_eq!(p.snapshots.positions, 12);
-    }
-
-    #[test]
-    fn an_unknown_key_is_refused_with_its_line() {
-        let text = SMALL.replace("poisson = 0.3", "poison = 0.3");
-        let message = parse(&text).unwrap_err().to_string();
-        assert!(message.contains("line 6") && message.contains("poison"), "{message}");
-    }
-
-    #[test]
-    fn schemes_and_damping_out_of_range_are_named_with_their_line() {
-        for (scheme, part) in [
-            ("{ name = \"bathe\", rho_infinity = 0.5 }", "unknown field"),
-            ("\"bathe\"", "a table with the scheme's name"),
-            ("{ name = \"newmark\", beta = 0.1, gamma = 0.5 }", "p.toml:13: `time.scheme`"),
-            ("{ name = \"bathe\" }\n[damping]\nratios = [[0.5, 5.0], [0.001, 80.0]]", "p.toml:14: `damping`"),
-        ] {
-            let text = SMALL.replace("step = 1e-3", &format!("step = 1e-3\nscheme = {scheme}"));
-            let message = parse(&text).unwrap_err().to_string();
-            assert!(message.contains(part), "{message}");
-        }
-    }
-
-    #[test]
-    fn impossible_values_are_named_by_key() {
-        for (from, to, key) in [
-            ("young = 2e11", "young = -1.0", "material[0].young"),
-            ("poisson = 0.3", "poisson = 0.5", "material[0].poisson"),
-            ("step = 1e-3", "step = 0.0", "time.step"),
-            ("divisions = [4, 1, 1]", "divisions = [4, 0, 1]", "mesh.block.divisions"),
-            ("[load]", "[damping]\nalpha = -1.0\n[load]", "damping.alpha"),
-            ("[load]", "[basis]\nmodes = 0\n[load]", "basis.modes"),
-            (
-                "[load]",
-                "[load]\n[[load.pattern]]\nname = \"g\"\nacceleration = [nan, 0, 0]",
-                "load.pattern[0]",
-            ),
-            (
-                "[load]",
-                "[[output.probe]]\nname = \"p\"\npoint = [inf, 0, 0]\ndirection = [0, 0, 1]\n[load]",
-                "output.probe[0].point",
-            ),
-            ("\"x_min\" }", "\"x_min\" }\ncomponents = []", "support[0].components"),
-        ] {
-            match parse(&SMALL.replace(from, to)).unwrap_err() {
-                ProblemError::Impossible { key: found, .. } => assert_eq!(found, key),
-                other => panic!("{other}"),
-            }
-        }
-    }
-}
+mod tests;

@@ -6,38 +6,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::toml_file::{self, TomlError};
+
 /// A scenario file that cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum ScenarioError {
-    /// The file cannot be read.
-    #[error("{path}: cannot be read")]
-    Unreadable {
-        /// The file.
-        path: String,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The text is not a scenario.
-    #[error("{path}: {message}")]
-    Malformed {
-        /// The file.
-        path: String,
-        /// Line, key, what was found and what was expected.
-        message: String,
-    },
-    /// A value that no scenario can have.
-    #[error("{path}: `{key}` is {found}; expected {expected}")]
-    Impossible {
-        /// The file.
-        path: String,
-        /// Path of the key, such as `contact[0].start`.
-        key: String,
-        /// The value found.
-        found: String,
-        /// What a usable value is.
-        expected: &'static str,
-    },
-}
+#[error(transparent)]
+pub struct ScenarioError(#[from] pub TomlError);
 
 /// Loads over time, from rest.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -181,16 +155,12 @@ impl Interval {
 impl Scenario {
     /// Reads and checks a scenario file.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ScenarioError::Unreadable { path: name.clone(), source })?;
-        Self::parse(&text, &name)
+        Self::parse(&toml_file::read(path)?, &path.display().to_string())
     }
 
     /// Reads and checks a scenario from its text; messages name `path`.
     pub fn parse(text: &str, path: &str) -> Result<Self, ScenarioError> {
-        let scenario: Scenario = toml::from_str(text)
-            .map_err(|error| ScenarioError::Malformed { path: path.into(), message: error.to_string() })?;
+        let scenario: Scenario = toml_file::parse(text, path)?;
         scenario.check(path, text)?;
         Ok(scenario)
     }
@@ -201,9 +171,9 @@ impl Scenario {
     }
 
     fn check(&self, path: &str, text: &str) -> Result<(), ScenarioError> {
-        let require = |holds: bool, key: String, found: String, expected| {
-            let path = crate::toml_line::place(path, text, &key);
-            if holds { Ok(()) } else { Err(ScenarioError::Impossible { path, key, found, expected }) }
+        let require = |holds: bool, key: String, found: String, expected| -> Result<(), ScenarioError> {
+            let path = toml_file::place(path, text, &key);
+            if holds { Ok(()) } else { Err(TomlError::Impossible { path, key, found, expected }.into()) }
         };
         let duration = self.duration > 0.0 && self.duration.is_finite();
         require(duration, "duration".into(), self.duration.to_string(), "a positive time in seconds")?;
@@ -255,6 +225,6 @@ mod tests {
         let unknown = "duration = 1.0\n[[contact]]\npoint=[0,0,0]\nforce=[0,0,1]\nstrat=1.0";
         assert!(Scenario::parse(unknown, "s.toml").is_err());
         let empty = "duration = 1.0\n[[contact]]\npoint=[0,0,0]\nforce=[0,0,1]\nstart=1.0\nend=1.0";
-        assert!(matches!(Scenario::parse(empty, "s.toml"), Err(ScenarioError::Impossible { .. })));
+        assert!(matches!(Scenario::parse(empty, "s.toml"), Err(ScenarioError(TomlError::Impossible { .. }))));
     }
 }

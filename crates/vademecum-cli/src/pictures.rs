@@ -1,8 +1,10 @@
 //! Pictures as SVG: line charts and the outline of a body.
 
+use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
@@ -50,7 +52,8 @@ const DASHES: [(u32, u32); 4] = [(1, 0), (7, 7), (2, 5), (12, 4)];
 /// Size of every picture \[px\].
 const SIZE: (u32, u32) = (900, 480);
 
-type DrawResult = Result<(), Box<dyn std::error::Error>>;
+type DrawResult = Result<(), Box<dyn Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Writes a line chart.
 pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> DrawResult {
@@ -117,21 +120,7 @@ pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud<'_>], front: &[(f
     };
     let root = SVGBackend::new(path, (SIZE.0, SIZE.1 + 120)).into_drawing_area();
     root.fill(&WHITE)?;
-    let mut context = ChartBuilder::on(&root)
-        .caption(chart.title, ("sans-serif", 20))
-        .margin(12)
-        .x_label_area_size(44)
-        .y_label_area_size(86)
-        .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
-    context
-        .configure_mesh()
-        .x_desc(chart.x)
-        .y_desc(chart.y)
-        .label_style(("sans-serif", 14))
-        .light_line_style(RGBColor(238, 238, 238))
-        .x_label_formatter(&|v: &f64| number(*v))
-        .y_label_formatter(&|v: &f64| number(*v))
-        .draw()?;
+    let mut context = axes(&root, chart, range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
     let pale = RGBColor(215, 215, 215);
     context.draw_series(LineSeries::new(front.iter().copied(), pale.stroke_width(9)))?;
     for (i, cloud) in clouds.iter().enumerate() {
@@ -189,15 +178,19 @@ enum Mark {
     Dots,
 }
 
-fn draw<X, Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
+/// Title, axes and grid.
+fn axes<'a, X, Y>(
+    root: &Area<'a>,
+    chart: &Chart<'_>,
+    x: X,
+    y: Y,
+) -> Result<ChartContext<'a, SVGBackend<'a>, Cartesian2d<X::CoordDescType, Y::CoordDescType>>, Box<dyn Error>>
 where
     X: AsRangedCoord<Value = f64>,
     X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
     Y: AsRangedCoord<Value = f64>,
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
-    let root = SVGBackend::new(path, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
     let mut context = ChartBuilder::on(&root)
         .caption(chart.title, ("sans-serif", 20))
         .margin(12)
@@ -213,6 +206,19 @@ where
         .x_label_formatter(&|v: &f64| number(*v))
         .y_label_formatter(&|v: &f64| number(*v))
         .draw()?;
+    Ok(context)
+}
+
+fn draw<X, Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
+where
+    X: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+{
+    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut context = axes(&root, chart, x, y)?;
     for (i, line) in series.iter().enumerate() {
         let color = COLORS[i % COLORS.len()];
         let style = color.stroke_width(2);

@@ -38,7 +38,6 @@ fn reconstruct_with<T: Scalar, const N: usize>(
         ([a], []) => short_rows(rows, &[*a], scale, out, read),
         ([a, b], []) => short_rows(rows, &[*a, *b], scale, out, read),
         ([a, b, c], []) => short_rows(rows, &[*a, *b, *c], scale, out, read),
-        ([a, b, c, d, e], []) => short_rows(rows, &[*a, *b, *c, *d, *e], scale, out, read),
         _ => any_rows(rows, x, scale, out, read),
     }
 }

@@ -57,15 +57,7 @@ fn planned<'a>(
     let mut inputs = [SectionInput::NONE; MAX_INPUTS];
     let mut count = 0;
     for (place, section) in inputs.iter_mut().zip(file.sections().filter(|s| wanted(s.kind()))) {
-        *place = SectionInput {
-            kind: section.kind(),
-            element: section.element(),
-            codec: Codec::Raw,
-            required: section.is_required(),
-            shape: section.shape(),
-            decoded_length: section.decoded_length(),
-            stored: &[],
-        };
+        *place = SectionInput { codec: Codec::Raw, stored: &[], ..section.into() };
         count += 1;
     }
     (inputs, count)

@@ -5,7 +5,7 @@ use crate::error::FormatError;
 use crate::layout::{BLOCK, Entry, Header, MAX_SECTIONS, align};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
 use crate::read::File;
-use crate::section::{Codec, Element, SectionKind};
+use crate::section::{Codec, Element, Section, SectionKind};
 use bincode::Encode;
 use bincode::enc::EncoderImpl;
 use bincode::enc::write::SizeWriter;
@@ -31,6 +31,21 @@ pub struct SectionInput<'a> {
     pub decoded_length: u64,
     /// The coded bytes.
     pub stored: &'a [u8],
+}
+
+impl<'a> From<Section<'a>> for SectionInput<'a> {
+    /// The section as it stands in its file.
+    fn from(section: Section<'a>) -> Self {
+        Self {
+            kind: section.kind,
+            element: section.element,
+            codec: section.codec,
+            required: section.required,
+            shape: section.shape,
+            decoded_length: section.decoded_length,
+            stored: section.stored,
+        }
+    }
 }
 
 #[cfg(feature = "zstd")]

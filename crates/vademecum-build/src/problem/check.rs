@@ -1,6 +1,7 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
 use super::{ParameterKind, ParameterScale, Problem, ProblemError};
+use crate::toml_file::TomlError;
 
 impl Problem {
     pub(super) fn check(&self) -> Result<(), ProblemError> {
@@ -209,12 +210,8 @@ impl Problem {
         if holds {
             return Ok(());
         }
-        Err(ProblemError::Impossible {
-            path: self.place(key),
-            key: key.into(),
-            found: format!("{found:?}"),
-            expected,
-        })
+        let found = format!("{found:?}");
+        Err(TomlError::Impossible { path: self.place(key), key: key.into(), found, expected }.into())
     }
 }
 

@@ -20,7 +20,7 @@ pub use pack::{pack, pack_within, read_losses};
 pub use round::{Loss, WORST_MODE};
 pub use terms::{Dropped, drop_terms, fewest_terms};
 
-use vademecum_format::{Codec, File, Metadata, Section, SectionInput, SectionKind, encode_into, encoded_len};
+use vademecum_format::{Codec, File, Metadata, SectionInput, SectionKind, encode_into, encoded_len};
 
 /// Bytes of the header, and of each entry of the directory.
 const BLOCK: usize = vademecum_format::BLOCK;
@@ -77,11 +77,8 @@ pub fn strip(bytes: &[u8], keep: Keep) -> Result<Vec<u8>, RewriteError> {
     if let Some(&kind) = keep.needs().iter().find(|&&kind| file.section(kind).is_none()) {
         return Err(RewriteError::Absent { kind, keep });
     }
-    let kept: Vec<SectionInput<'_>> = file
-        .sections()
-        .filter(|section| keep.keeps(section.kind()))
-        .map(|section| as_it_is(&section))
-        .collect();
+    let kept: Vec<SectionInput<'_>> =
+        file.sections().filter(|section| keep.keeps(section.kind())).map(SectionInput::from).collect();
     if keep != Keep::All && kept.len() == file.sections().count() {
         return Err(RewriteError::NothingToStrip { keep });
     }
@@ -103,21 +100,9 @@ pub fn unpack(bytes: &[u8], limit: u64) -> Result<Vec<u8>, RewriteError> {
     }
     let inputs: Vec<SectionInput<'_>> = raw
         .iter()
-        .map(|(section, raw)| SectionInput { codec: Codec::Raw, stored: raw, ..as_it_is(section) })
+        .map(|(section, raw)| SectionInput { codec: Codec::Raw, stored: raw, ..SectionInput::from(*section) })
         .collect();
     write(&file, &inputs)
-}
-
-fn as_it_is<'a>(section: &Section<'a>) -> SectionInput<'a> {
-    SectionInput {
-        kind: section.kind(),
-        element: section.element(),
-        codec: section.codec(),
-        required: section.is_required(),
-        shape: section.shape(),
-        decoded_length: section.decoded_length(),
-        stored: section.stored(),
-    }
 }
 
 /// The file, undamaged, if every section of it is known.

@@ -63,7 +63,7 @@ fn repack(bytes: &[u8], level: i32, tolerance: Option<f64>) -> Result<Vec<u8>, R
             codec: p.codec,
             decoded_length: p.decoded_length,
             stored: &p.stored,
-            ..super::as_it_is(&p.section)
+            ..p.section.into()
         })
         .collect();
     if !table.is_empty() {

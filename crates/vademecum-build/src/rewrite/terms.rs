@@ -5,11 +5,11 @@
 //! `D` changes them by `Σ_D g_t E_t`; its Frobenius norm over that of the whole sum is the error, measured with Gram matrices at
 //! every point of the axes' grid, or at 4096 of them chosen without pattern; the state's mode by mode, as the build's certificate has it.
 
-use vademecum_format::{Codec, Element, File, Metadata, Section, SectionKind};
+use vademecum_format::{Codec, Element, File, Metadata, Section, SectionInput, SectionKind};
 
 use super::codec::decode;
 use super::pack::reals_of;
-use super::{DECODED_LIMIT, RewriteError, as_it_is, whole};
+use super::{DECODED_LIMIT, RewriteError, whole};
 
 /// Most terms a file may have here: the Gram matrices hold their square.
 const MOST_TERMS: usize = 4096;
@@ -187,7 +187,7 @@ fn without(file: &File<'_>, dropped: &Dropped) -> Result<Vec<u8>, RewriteError> 
     }
     let mut inputs = vec![];
     for (section, changed) in &parts {
-        let mut input = as_it_is(section);
+        let mut input = SectionInput::from(*section);
         if let Some(bytes) = changed {
             let asked = input.kind.shape(&metadata);
             input.shape = [0, 1, 2].map(|i| asked[i].unwrap_or(input.shape[i]));

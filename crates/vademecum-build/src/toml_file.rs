@@ -1,6 +1,54 @@
-//! Where a key stands in a TOML text, for messages about values that parse but make no sense.
+//! Reading the files people write (problems, scenarios), and messages that say where in them something is wrong.
 
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
+
+/// A file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum TomlError {
+    /// The file cannot be read.
+    #[error("{path}: cannot be read")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The text is not what the file should hold: syntax, an unknown or missing key, a value of the wrong type.
+    #[error("{path}: {message}")]
+    Malformed {
+        /// The file.
+        path: String,
+        /// Line, key, what was found and what was expected.
+        message: String,
+    },
+    /// A value that cannot be.
+    #[error("{path}: `{key}` is {found}; expected {expected}")]
+    Impossible {
+        /// The file and line.
+        path: String,
+        /// Path of the key, such as `material[1].young`.
+        key: String,
+        /// The value found.
+        found: String,
+        /// What a usable value is.
+        expected: &'static str,
+    },
+}
+
+/// The text of a file.
+pub(crate) fn read(path: &Path) -> Result<String, TomlError> {
+    std::fs::read_to_string(path)
+        .map_err(|source| TomlError::Unreadable { path: path.display().to_string(), source })
+}
+
+/// What a text says; messages name `path`.
+pub(crate) fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
+    toml::from_str(text)
+        .map_err(|error| TomlError::Malformed { path: path.into(), message: error.to_string() })
+}
 
 /// Line (from 1) of a key such as `parameter[1].range`; of its nearest parent that is there if the key itself is not.
 pub(crate) fn line_of(text: &str, key: &str) -> Option<usize> {
