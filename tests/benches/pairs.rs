@@ -9,6 +9,7 @@ use vademecum_eval::{
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
 use vademecum_tests::galerkin::galerkin_file;
+use vademecum_tests::random_terms::random_terms;
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
@@ -266,6 +267,44 @@ fn needs(structure: StructureChoice) {
     });
 }
 
+/// One file of 60 terms, bound to fewer and fewer of them.
+fn terms() {
+    let bytes = random_terms(8, 60, &STEP);
+    let file = File::parse(&bytes).expect("a file");
+    for terms in [60, 30, 10] {
+        let options = SceneOptions { terms: Some(terms), ..options(StructureChoice::Block) };
+        let sizes = Scene::<f32>::sizes(&file, &options).expect("sizes");
+        let (mut memory, mut lent) = (vec![0.0f32; sizes.scene], vec![0.0f32; sizes.scene]);
+        let (mut work, mut state) = (vec![0.0; sizes.work], vec![0.0f32; sizes.state]);
+        let mut scene = Scene::bind(&file, &options, &mut memory, &mut work).expect("bound");
+        let held = Scene::bind(&file, &options, &mut lent, &mut work).expect("bound");
+        let mut state = State::new(&scene, &mut state).expect("memory");
+        let mut loads = vec![0.0f32; sizes.loads];
+        let mut loads = Loads::new(&held, &mut loads).expect("memory");
+        let mut value = 1.0;
+        let times = in_turns(
+            20,
+            &mut [
+                &mut || {
+                    value = if value > 1.9 { 0.6 } else { value + 0.01 };
+                    keep(scene.set_parameter(0, black_box(value), &mut state, &mut work));
+                },
+                &mut || {
+                    loads.clear();
+                    keep(loads.add_contact(&held, &CONTACT));
+                },
+            ],
+        );
+        let cost = held.cost();
+        assert_eq!(cost.terms, terms);
+        for (name, bytes, (fastest, median)) in
+            [("set a parameter", cost.bind_bytes, times[0]), ("add a contact", cost.contact_bytes, times[1])]
+        {
+            println!("| {terms} | {name} | {bytes} | {:.0} | {:.0} |", 1e9 * fastest, 1e9 * median);
+        }
+    }
+}
+
 fn main() {
     println!(
         "| structure | precision | modes | loop, ns | batch, ns | loop ÷ batch | two threads, ns | 10⁶ steps/s |\n|---|---|---|---|---|---|---|---|"
@@ -293,4 +332,6 @@ fn main() {
     println!("\n| structure | need | bytes | fastest, ns | median, ns |\n|---|---|---|---|---|");
     needs(StructureChoice::Diagonal);
     needs(StructureChoice::Block);
+    println!("\n| terms | need | bytes | fastest, ns | median, ns |\n|---|---|---|---|---|");
+    terms();
 }

@@ -11,6 +11,7 @@ pub mod largest;
 pub mod long_march;
 pub mod matrices;
 pub mod program;
+pub mod random_terms;
 pub mod regions;
 pub mod shared;
 pub mod stage;

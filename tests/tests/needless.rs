@@ -1,9 +1,11 @@
 //! A scene reads what its needs ask for and nothing else: with every other number of the file poisoned, the bits stay the same, and what
 //! is read is as much as [`Scene::cost`] says.
 
-use vademecum_eval::{Contact, Cost, Field, Loads, Scene, SceneOptions, State, StepError, StructureChoice};
+use vademecum_eval::{
+    BindError, Contact, Cost, Field, Loads, Scene, SceneOptions, State, StepError, StructureChoice,
+};
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Element, File, SectionKind as S};
+use vademecum_format::{Element, File, Section, SectionKind, SectionKind as S};
 use vademecum_tests::regions::{LAYOUT, R, TwoRegions, chebyshev};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, bathe, encode};
@@ -36,6 +38,21 @@ fn poisoned(bytes: &[u8], needed: impl Fn(S, usize) -> bool) -> (Vec<u8>, usize)
         contents.push((kind, element, stored));
     }
     (encode(file.metadata(), &contents), kept)
+}
+
+/// The file with a NaN for the numbers of one section that are not wanted.
+fn poisoned_section(bytes: &[u8], poisoned: SectionKind, unwanted: impl Fn(usize) -> bool) -> Vec<u8> {
+    let file = File::parse(bytes).expect("a file");
+    let content = |section: Section<'_>| {
+        let mut stored = section.stored().to_vec();
+        let numbers = stored.chunks_exact_mut(section.element().size() as usize).enumerate();
+        numbers
+            .filter(|(index, _)| section.kind() == poisoned && unwanted(*index))
+            .for_each(|(_, x)| x.fill(0xff));
+        (section.kind(), section.element(), stored)
+    };
+    let contents: Vec<_> = file.sections().map(content).collect();
+    encode(file.metadata(), &contents)
 }
 
 /// The node of a number of a basis or of the load rows.
@@ -184,6 +201,60 @@ fn terms_that_vanish_at_the_parameters_are_not_read() {
         let (clean, _) = bits(&bytes, &options, Need::Contact);
         assert_eq!(bits(&poisoned(&bytes, unread).0, &options, Need::Contact).0, clean);
     }
+}
+
+/// Binding, a change of parameters, a contact, a pattern and steps, of a scene that keeps its number of terms throughout.
+fn life_with_terms(bytes: &[u8], options: &SceneOptions) -> (Vec<u64>, Cost) {
+    let file = File::parse(bytes).expect("a file");
+    let sizes = Scene::<f64>::sizes(&file, options).expect("sizes");
+    let [mut memory, mut work, mut state_memory, mut load_memory] =
+        [sizes.scene, sizes.work, sizes.state, sizes.loads].map(|length| vec![0.0; length]);
+    let mut scene = Scene::bind(&file, options, &mut memory, &mut work).expect("bound");
+    let mut state = State::new(&scene, &mut state_memory).expect("memory");
+    scene.set_parameter(0, 1.5, &mut state, &mut work).expect("in range");
+    let mut loads = Loads::new(&scene, &mut load_memory).expect("memory");
+    loads.add_pattern(&scene, 0, 0.3).expect("pattern");
+    let numbers = life(&scene, &mut state, &mut loads, Need::Contact);
+    (numbers.iter().map(|x| x.to_bits()).collect(), scene.cost())
+}
+
+#[test]
+fn terms_a_scene_leaves_out_are_not_touched() {
+    let (common, contrast) = (chebyshev(5, 1e-8, 1e-5, true), [0.5, 1.0, 2.0]);
+    let bytes = TwoRegions::new(1).separated(&bathe(), &STEP, &common, &contrast, &[]);
+    let file = File::parse(&bytes).expect("a file");
+    let n_terms = file.metadata().n_terms as usize;
+    let block = SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() };
+    let mut before = None;
+    for terms in [n_terms, 11, 6] {
+        let options = SceneOptions { terms: Some(terms), ..block };
+        let (clean, cost) = life_with_terms(&bytes, &options);
+        assert_eq!(cost.terms, terms);
+        assert_eq!(cost.bind_bytes, 8 * (terms * R * R + 8 + terms * 8));
+        assert_eq!(cost.contact_bytes, 8 * R * 9 * (1 + terms));
+        assert_eq!(cost.pattern_bytes, 8 * R * (1 + terms));
+        assert_ne!(before.replace(clean.clone()), Some(clean.clone()), "the terms left out count");
+        // Only terms in use are left numbers; of the factors, those of 5 points come first.
+        let term = |kind: S, index: usize| match kind {
+            S::BlockState => index / (R * R),
+            S::BlockLoad => index / (3 * R) % n_terms,
+            S::PatternBlock => index / R % n_terms,
+            _ => index.checked_sub(5 * n_terms).map_or(index / 5, |index| index / 3),
+        };
+        for kind in [S::BlockState, S::BlockLoad, S::PatternBlock, S::Factors] {
+            let poisoned = poisoned_section(&bytes, kind, |index| term(kind, index) >= terms);
+            assert_eq!(life_with_terms(&poisoned, &options).0, clean, "{kind:?} past term {terms}");
+        }
+    }
+    for asked in [0, n_terms + 1] {
+        let found = Scene::<f64>::sizes(&file, &SceneOptions { terms: Some(asked), ..block });
+        assert_eq!(found, Err(BindError::Terms { asked, found: n_terms }));
+    }
+    // A term of a stage axis is a stage.
+    let bytes = Body::open(LAYOUT, 1).file(&bathe(), &STEP, Element::F32);
+    let found =
+        Scene::<f64>::sizes(&File::parse(&bytes).expect("a file"), &SceneOptions { terms: Some(1), ..block });
+    assert_eq!(found, Err(BindError::Terms { asked: 1, found: 2 }));
 }
 
 #[test]

@@ -2,7 +2,10 @@
 //! build saw, beside a full-order march of a problem that has them fixed.
 
 use serde_json::Value;
+use vademecum_eval::{Contact, SceneOptions};
+use vademecum_format::File;
 use vademecum_tests::program::vademecum;
+use vademecum_tests::stage::with_scene;
 
 /// A short beam of two materials; `PARAMETERS` is replaced by live parameters or left out.
 const PROBLEM: &str = r#"
@@ -92,6 +95,46 @@ fn a_build_over_three_parameters_keeps_what_it_promises() {
         assert!(values.zip(ranges).all(|(v, (low, high))| low <= v && v <= high), "{sample}");
     }
     assert_eq!(info["axes"].as_array().map(Vec::len), Some(2), "Δt and both stages share θ");
+    fewer_terms_keep_a_coarser_tolerance(&path(&file));
+}
+
+/// The error that a scene of fewer terms has, measured against the scene of all, at values of the parameters in the middle of nowhere.
+fn fewer_terms_keep_a_coarser_tolerance(path: &str) {
+    let bytes = std::fs::read(path).expect("a file");
+    let file = File::parse(&bytes).expect("a file");
+    let n = file.metadata().n_load_nodes;
+    let contact = Contact { nodes: [n / 3, n / 2, n - 1], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+    let march = |n_terms: Option<usize>, values: [f64; 3]| {
+        let mut options = SceneOptions { terms: n_terms, ..SceneOptions::default() };
+        for (place, value) in values.into_iter().enumerate() {
+            options.set(file.metadata(), place, value).expect("in range");
+        }
+        with_scene::<f64, _>(&bytes, &options, |scene, state, loads| {
+            loads.add_contact(scene, &contact).expect("a contact");
+            let mut all = vec![];
+            for _ in 0..STEPS {
+                scene.step(state, loads).expect("a step");
+                all.extend_from_slice(state.zeta());
+            }
+            all
+        })
+    };
+    const STEPS: usize = 100;
+    let mut fewest = file.metadata().n_terms as usize;
+    for tolerance in [1e-4, 1e-3, 1e-2] {
+        let info = vademecum(&["info", path, "--terms-for", &tolerance.to_string(), "--json"]).json();
+        let terms = info["fewest_terms"]["left"].as_u64().expect("a number") as usize;
+        assert!(terms < fewest, "{terms} terms for {tolerance:e}");
+        fewest = terms;
+        for values in [[0.6, 1.7, 1.3e-3], [1.9, 0.7, 0.6e-3], [1.1, 1.2, 1e-3]] {
+            let (some, all) = (march(Some(terms), values), march(None, values));
+            let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+            let off = norm(&mut some.iter().zip(&all).map(|(a, b)| a - b)) / norm(&mut all.iter().copied());
+            println!("{terms} terms for {tolerance:e}, at {values:?}: {off:.1e}");
+            // Each step adds no more than the maps' error, relative to what it changes: at most its number times as much.
+            assert!(0.0 < off && off <= tolerance * STEPS as f64, "{terms} terms: {off:e}");
+        }
+    }
 }
 
 #[test]

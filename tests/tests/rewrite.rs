@@ -337,6 +337,8 @@ fn terms_are_dropped_within_a_tolerance_and_the_certificate_says_so() {
         check(&fewer).expect("sound");
         // The step's displacement under a held contact differs by no more than the maps do, a few hundred steps on.
         let [a, b] = [bytes, &fewer].map(|bytes| contact_field(bytes, 100));
+        let first = SceneOptions { terms: Some(left), ..block_options() };
+        assert_eq!(contact_field_with(bytes, &first, 100), b, "a scene of the first terms of the whole file");
         let off = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         let size = a.iter().map(|a| a * a).sum::<f64>().sqrt();
         assert!(0.0 < off && off < 100.0 * tolerance * size, "{off} of {size} at {tolerance}");
@@ -360,8 +362,15 @@ fn terms_are_dropped_within_a_tolerance_and_the_certificate_says_so() {
 
 /// The surface after some steps under a held contact, block structure.
 fn contact_field(bytes: &[u8], steps: usize) -> Vec<f64> {
-    let options = SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() };
-    with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
+    contact_field_with(bytes, &block_options(), steps)
+}
+
+fn block_options() -> SceneOptions {
+    SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() }
+}
+
+fn contact_field_with(bytes: &[u8], options: &SceneOptions, steps: usize) -> Vec<f64> {
+    with_scene::<f64, _>(bytes, options, |scene, state, loads| {
         let contact = Contact { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
         loads.add_contact(scene, &contact).expect("a contact");
         (0..steps).for_each(|_| {

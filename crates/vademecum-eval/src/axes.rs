@@ -123,14 +123,15 @@ impl<'w> Axes<'w> {
         Ok(())
     }
 
-    /// The weights of all terms where the axes stand, into `out`; `factors` as the file stores them.
+    /// The weights of the first terms where the axes stand, into `out`; `factors` as the file stores them.
     pub fn term_weights(&self, metadata: &Metadata<'_>, factors: &[[u8; 8]], out: &mut [f64]) {
         out.fill(1.0);
+        let n_terms = metadata.n_terms as usize;
         let (mut basis_left, mut factors_left) = (&*self.basis, factors);
         for axis in metadata.active_axes() {
             let n = axis.n_points as usize;
             let Some((basis, rest)) = basis_left.split_at_checked(n) else { return };
-            let Some((rows, factors_rest)) = factors_left.split_at_checked(n * out.len()) else { return };
+            let Some((rows, factors_rest)) = factors_left.split_at_checked(n * n_terms) else { return };
             (basis_left, factors_left) = (rest, factors_rest);
             // `next`, not `zip`: see `fuse_modes`.
             let mut rows = rows.chunks_exact(n.max(1));

@@ -46,8 +46,8 @@ impl<T: Scalar> Scene<'_, T> {
         let (bind_numbers, step_operations) = match shape.structure {
             Structure::Diagonal => (r, 9 * r),
             Structure::Block => {
-                let all = separated.terms.len() + separated.points.len() + separated.factors.len();
-                (all, 9 * r * r)
+                let factors = shape.n_terms * separated.points.len();
+                (shape.n_terms * r * r + separated.points.len() + factors, 9 * r * r)
             }
             Structure::Canonical => {
                 // An interpolation and a product for each axis and term, then the terms' sum.

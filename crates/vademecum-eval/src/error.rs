@@ -71,6 +71,13 @@ pub enum BindError {
         /// Its value.
         value: f64,
     },
+    /// So many terms cannot be had: a file without live parameters needs all it has, others at least one; a bound scene keeps its number.
+    Terms {
+        /// Terms asked for.
+        asked: usize,
+        /// Terms there are.
+        found: usize,
+    },
     /// The stages of the block structure have no eigenvectors in common; step it dense.
     NotDiagonalisable {
         /// What is left beside the diagonals.
@@ -279,6 +286,12 @@ impl fmt::Display for BindError {
             }
             Self::BadOption { value } => {
                 write!(out, "tolerance or rest threshold {value:e}: expected 0 or more")
+            }
+            Self::Terms { asked, found } => {
+                write!(
+                    out,
+                    "{asked} of {found} terms: a stage axis needs every term, a bound scene keeps its own"
+                )
             }
             Self::NotFinite => write!(out, "the fused step is not finite in this precision; use f64"),
         }

@@ -3,6 +3,7 @@
 //! the new state is not (or overflows when summed).
 
 use crate::scalar::Scalar;
+use vademecum_format::Numbers;
 
 /// Modes handled at once by the diagonal kernel; strides are multiples of it.
 pub(crate) const LANES: usize = 16;
@@ -107,9 +108,20 @@ fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {
     sums.iter().fold(T::ZERO, |total, &sum| total + sum)
 }
 
-/// `out += scale · row` for a row of the file.
-pub(crate) fn add_row<T: Scalar>(row: vademecum_format::Numbers<'_>, scale: T, out: &mut [T]) {
-    for (out, value) in out.iter_mut().zip(row.iter()) {
-        *out += scale * T::from_f64(value);
+/// `out += scale · row` for a row of the file; the kind of its numbers is looked at once.
+pub(crate) fn add_row<T: Scalar>(row: Numbers<'_>, scale: T, out: &mut [T]) {
+    match row {
+        Numbers::F32(row) => {
+            add_scaled(row.iter().map(|&bytes| T::from_f32(f32::from_le_bytes(bytes))), scale, out)
+        }
+        Numbers::F64(row) => {
+            add_scaled(row.iter().map(|&bytes| T::from_f64(f64::from_le_bytes(bytes))), scale, out)
+        }
+        Numbers::I16(_) => add_scaled(row.iter().map(T::from_f64), scale, out),
     }
+}
+
+#[inline(always)]
+fn add_scaled<T: Scalar>(row: impl Iterator<Item = T>, scale: T, out: &mut [T]) {
+    out.iter_mut().zip(row).for_each(|(out, value)| *out += scale * value);
 }

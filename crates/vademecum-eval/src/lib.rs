@@ -63,6 +63,7 @@ mod options;
 mod output;
 mod quantised;
 mod rebind;
+mod reconstruct;
 mod rest;
 mod scalar;
 mod scene;

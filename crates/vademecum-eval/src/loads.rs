@@ -140,7 +140,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         }
         let basis = scene.sections.surface.ok_or(LoadError::Missing { kind: SectionKind::SurfaceBasis })?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
-        let (r, n_terms) = (self.shape.r, self.shape.n_terms);
+        let (r, n_terms, stored) = (self.shape.r, self.shape.n_terms, scene.metadata.n_terms as usize);
         let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         direct.fill(T::ZERO);
         for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
@@ -163,7 +163,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
             for (t, component, force) in
                 (0..n_terms).flat_map(|t| (0..3).zip(contact.force).map(move |(c, f)| (t, c, f)))
             {
-                let at = ((node as usize * n_terms + t) * 3 + component) * r;
+                let at = ((node as usize * stored + t) * 3 + component) * r;
                 add_term(scene, t, block.row(at, r), weight * force, stages);
             }
         }
@@ -183,13 +183,13 @@ impl<'m, T: Scalar> Loads<'m, T> {
         let basis =
             scene.sections.pattern_basis.ok_or(LoadError::Missing { kind: SectionKind::PatternBasis })?;
         let block = self.block_rows(scene.sections.pattern_block, SectionKind::PatternBlock)?;
-        let (r, n_terms) = (self.shape.r, self.shape.n_terms);
+        let (r, n_terms, stored) = (self.shape.r, self.shape.n_terms, scene.metadata.n_terms as usize);
         let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
         direct.fill(T::ZERO);
         basis.row(index * r, r).into_iter().for_each(|row| add_row(row, T::from_f64(1.0), direct));
         copy_to_stages(direct, stages);
         for t in 0..n_terms {
-            add_term(scene, t, block.row((index * n_terms + t) * r, r), 1.0, stages);
+            add_term(scene, t, block.row((index * stored + t) * r, r), 1.0, stages);
         }
         self.apply(scene, p);
         Ok(())

@@ -54,6 +54,10 @@ pub struct SceneOptions {
     /// An unloaded body is put at rest once the sum of its `3r` absolute state numbers \[m kg^½\] is at or below this, or at or
     /// below [`Scalar::REST`](crate::Scalar::REST). [`Scene::energy_at_rest`](crate::Scene::energy_at_rest) tells the energy that goes with it.
     pub rest_below: f64,
+    /// Of the separated solution of the block structure only the first so many terms; all if `None`. The build puts the strongest first; what
+    /// leaving terms out costs in accuracy is told by `vademecum info --terms-for`, and no certificate of the file speaks of it.
+    /// Binding, parameters, contacts and patterns then neither read nor add up the other terms.
+    pub terms: Option<usize>,
 }
 
 impl Default for SceneOptions {
@@ -69,6 +73,7 @@ impl Default for SceneOptions {
             alpha: None,
             beta: None,
             rest_below: 0.0,
+            terms: None,
         }
     }
 }

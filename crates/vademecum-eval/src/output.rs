@@ -1,7 +1,7 @@
 //! Reading a state: probes, nodes, the surface, the whole body, energy. Each costs what it reads and nothing else.
 
 use crate::error::OutputError;
-use crate::quantised::reconstruct_quantised;
+use crate::reconstruct::reconstruct;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
@@ -141,85 +141,12 @@ fn form<T: Scalar>(x: &[T], y: impl Fn(usize) -> f64) -> f64 {
     x.iter().enumerate().map(|(k, x)| x.to_f64() * y(k)).sum()
 }
 
+/// `Σ_k row_k x_k`; the kind of the numbers is looked at once a row.
 fn dot<T: Scalar>(row: Numbers<'_>, x: &[T]) -> f64 {
-    row.iter().zip(x).map(|(row, x)| row * x.to_f64()).sum()
-}
-
-/// `out_d = scale Σ_k B_dk x_k` for all rows of `B`.
-fn reconstruct<T: Scalar>(rows: Numbers<'_>, x: &[T], scale: T, out: &mut [T]) {
-    match rows {
-        Numbers::F32(rows) => {
-            reconstruct_with(rows, x, scale, out, |bytes| T::from_f32(f32::from_le_bytes(bytes)))
-        }
-        Numbers::F64(rows) => {
-            reconstruct_with(rows, x, scale, out, |bytes| T::from_f64(f64::from_le_bytes(bytes)))
-        }
-        Numbers::I16(rows) => reconstruct_quantised(rows, x, scale, out),
-    }
-}
-
-/// Columns of a row handled at once.
-const WIDTH: usize = 8;
-/// Rows of [`WIDTH`] columns handled at once: their sums are then finished side by side.
-const ROWS: usize = 4;
-
-#[inline(always)]
-fn reconstruct_with<T: Scalar, const N: usize>(
-    rows: &[[u8; N]],
-    x: &[T],
-    scale: T,
-    out: &mut [T],
-    read: impl Fn([u8; N]) -> T,
-) {
-    let (wide, narrow) = x.as_chunks::<WIDTH>();
-    if let ([x], []) = (wide, narrow) {
-        return reconstruct_eight(rows, x, scale, out, read);
-    }
-    for (row, out) in rows.chunks_exact(x.len().max(1)).zip(out) {
-        let (row_wide, row_narrow) = row.as_chunks::<WIDTH>();
-        let mut sums = [T::ZERO; WIDTH];
-        for (row, x) in row_wide.iter().zip(wide) {
-            for k in 0..WIDTH {
-                sums[k] += read(row[k]) * x[k];
-            }
-        }
-        for ((bytes, &x), sum) in row_narrow.iter().zip(narrow).zip(&mut sums) {
-            *sum += read(*bytes) * x;
-        }
-        let [a, b, c, d, e, f, g, h] = sums;
-        *out = scale * (((a + e) + (c + g)) + ((b + f) + (d + h)));
-    }
-}
-
-/// The same bits for 8 modes, where finishing the sum of each row alone would cost more than reading it.
-#[inline(always)]
-fn reconstruct_eight<T: Scalar, const N: usize>(
-    rows: &[[u8; N]],
-    x: &[T; WIDTH],
-    scale: T,
-    out: &mut [T],
-    read: impl Fn([u8; N]) -> T,
-) {
-    let (blocks, rest) = rows.as_chunks::<WIDTH>().0.as_chunks::<ROWS>();
-    let (out, out_rest) = out.as_chunks_mut::<ROWS>();
-    let half = |row: &[[u8; N]; WIDTH]| {
-        let row = row.map(&read);
-        let mut sums = [T::ZERO; WIDTH / 2];
-        for k in 0..WIDTH / 2 {
-            sums[k] = row[k] * x[k] + row[k + 4] * x[k + 4];
-        }
-        sums
-    };
-    for (rows, out) in blocks.iter().zip(out) {
-        // Keeps the compiler from taking several blocks at once, which with AVX2 and AVX-512 it does byte by byte, six times slower.
-        let rows = core::hint::black_box(rows);
-        let sums = [half(&rows[0]), half(&rows[1]), half(&rows[2]), half(&rows[3])];
-        for row in 0..ROWS {
-            out[row] = scale * ((sums[row][0] + sums[row][2]) + (sums[row][1] + sums[row][3]));
-        }
-    }
-    for (row, out) in rest.iter().zip(out_rest) {
-        let sums = half(row);
-        *out = scale * ((sums[0] + sums[2]) + (sums[1] + sums[3]));
+    let x = x.iter().map(|x| x.to_f64());
+    match row {
+        Numbers::F32(row) => row.iter().zip(x).map(|(&row, x)| f64::from(f32::from_le_bytes(row)) * x).sum(),
+        Numbers::F64(row) => row.iter().zip(x).map(|(&row, x)| f64::from_le_bytes(row) * x).sum(),
+        Numbers::I16(_) => row.iter().zip(x).map(|(row, x)| row * x).sum(),
     }
 }

@@ -40,7 +40,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// Binds the scene to other options where it is; for several parameters at once, or several states, each of which then wants
-    /// [`State::carry`]. The structure stays: the options' choice must be the scene's structure or `Auto`.
+    /// [`State::carry`]. The structure stays, and so does the number of terms: the options' choice must be the scene's structure or `Auto`.
     ///
     /// # Errors
     /// [`BindError`]; the scene is then unchanged.
@@ -55,6 +55,12 @@ impl<T: Scalar> Scene<'_, T> {
         }
         match self.shape.structure {
             Structure::Diagonal if options.moves_a_region() => return Err(BindError::NotDiagonal),
+            Structure::Block => {
+                let (asked, found) = (shape::terms(&self.metadata, options)?, self.shape.n_terms);
+                if asked != found {
+                    return Err(BindError::Terms { asked, found });
+                }
+            }
             _ => {}
         }
         let (found, needed) = (work.len(), self.shape.work_len());

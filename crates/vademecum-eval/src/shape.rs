@@ -5,7 +5,7 @@ use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
 use vademecum_format::scheme::fuse_work_len;
-use vademecum_format::{Canonical, File, Metadata, StructureCertificate};
+use vademecum_format::{AxisRole, Canonical, File, Metadata, StructureCertificate};
 
 /// Largest certified spectral radius of a step that counts as stable: rounding of eigenvalues at 1, as the build judges it.
 const STABLE: f64 = 1.0 + 1e-12;
@@ -16,7 +16,7 @@ pub(crate) struct Shape {
     pub structure: Structure,
     pub r: usize,
     pub n_stages: usize,
-    /// Terms; of the canonical structure the most of a part.
+    /// Terms in use; of the canonical structure the most of a part.
     pub n_terms: usize,
     /// Points of all axes; of the canonical structure all numbers of its factors and terms.
     pub n_points: usize,
@@ -115,11 +115,23 @@ pub(crate) fn shape(file: &File<'_>, options: &SceneOptions) -> Result<Shape, Bi
             let (factors, terms) = canonical.lengths();
             (canonical.max_terms(), factors.saturating_add(terms))
         }),
-        Structure::Block => (metadata.n_terms as usize, metadata.n_axis_points() as usize),
+        Structure::Block => (terms(metadata, options)?, metadata.n_axis_points() as usize),
         Structure::Diagonal => (0, 0),
     };
     let n_stages = metadata.scheme.active().len();
     Ok(Shape { structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points })
+}
+
+/// The terms a block scene of these options adds up: the first of the file's.
+pub(crate) fn terms(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<usize, BindError> {
+    let found = metadata.n_terms as usize;
+    let asked = options.terms.unwrap_or(found);
+    // On a stage axis every term is a stage of its own.
+    let fixed = metadata.active_axes().iter().any(|axis| matches!(axis.role, AxisRole::Stage));
+    if asked == found || (!fixed && (1..found).contains(&asked)) {
+        return Ok(asked);
+    }
+    Err(BindError::Terms { asked, found })
 }
 
 /// What does not depend on the file.

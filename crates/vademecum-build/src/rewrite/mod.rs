@@ -18,7 +18,7 @@ pub use codec::{DECODED_LIMIT, decode};
 pub use error::RewriteError;
 pub use pack::{pack, pack_within, read_losses};
 pub use round::{Loss, WORST_MODE};
-pub use terms::{Dropped, drop_terms};
+pub use terms::{Dropped, drop_terms, fewest_terms};
 
 use vademecum_format::{Codec, File, Metadata, SectionInput, SectionKind, encode_into, encoded_len};
 

@@ -1,13 +1,14 @@
-//! A separated solution with fewer terms: those go first that count least, as long as the maps stay within a tolerance.
+//! A separated solution with fewer terms: the last go first (the build puts the strongest in front), as long as the maps stay within a
+//! tolerance. A scene bound to the first terms of the whole file (`SceneOptions::terms`) is the same scene.
 //!
 //! At a point of the axes the maps are `Σ_t g_t E_t` and `Σ_t g_t F_t` (increments of the state's and of the loads' map). Leaving out the terms
 //! `D` changes them by `Σ_D g_t E_t`; its Frobenius norm over that of the whole sum is the error, measured with Gram matrices at
-//! every point of the axes' grid, or at 4096 of them chosen without pattern.
+//! every point of the axes' grid, or at 4096 of them chosen without pattern; the state's mode by mode, as the build's certificate has it.
 
 use vademecum_format::{Codec, Element, File, Metadata, Section, SectionInput, SectionKind};
 
 use super::codec::decode;
-use super::pack::{reals_of, term_strengths};
+use super::pack::reals_of;
 use super::{DECODED_LIMIT, RewriteError, whole};
 
 /// Most terms a file may have here: the Gram matrices hold their square.
@@ -28,13 +29,12 @@ pub struct Dropped {
     pub error_max: f64,
 }
 
-/// The file without the terms a tolerance on the maps does not need. The error is added to the map errors of the block structure's certificate;
-/// its other figures are set to "not measured", since nothing was marched.
+/// The fewest first terms that keep the maps within a tolerance of those of all terms.
 ///
 /// # Errors
 /// [`RewriteError::Tolerance`]; [`RewriteError::NoTerms`] if the file has no block structure or every term is needed;
 /// [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`], [`RewriteError::TooLarge`].
-pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), RewriteError> {
+pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteError> {
     if !(1e-12..=0.1).contains(&tolerance) {
         return Err(RewriteError::Tolerance { tolerance });
     }
@@ -45,22 +45,28 @@ pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), Re
         return Err(RewriteError::NoTerms { terms });
     }
     let maps = Maps::new(&file)?;
-    let order = weakest_first(&file, &maps)?;
-    // Errors grow with the number dropped but for luck; the half-open range ends at a number that is too many.
-    let (mut sound, mut too_many) = (0, terms);
-    while sound + 1 < too_many {
-        let middle = sound.midpoint(too_many);
-        let kept = maps.error(&order[..middle]).1 <= tolerance;
-        *(if kept { &mut sound } else { &mut too_many }) = middle;
+    // Errors fall with the number kept but for luck; the half-open range begins at a number that is too small.
+    let (mut too_few, mut enough) = (0, terms);
+    while too_few + 1 < enough {
+        let middle = too_few.midpoint(enough);
+        let sound = maps.error(middle).1 <= tolerance;
+        *(if sound { &mut enough } else { &mut too_few }) = middle;
     }
-    if sound == 0 {
+    if enough == terms {
         return Err(RewriteError::NoTerms { terms });
     }
-    let (error_rms, error_max) = maps.error(&order[..sound]);
-    let mut kept = order[sound..].to_vec();
-    kept.sort_unstable();
-    let dropped = Dropped { before: terms, left: kept.len(), error_rms, error_max };
-    Ok((without(&file, &kept, &dropped)?, dropped))
+    let (error_rms, error_max) = maps.error(enough);
+    Ok(Dropped { before: terms, left: enough, error_rms, error_max })
+}
+
+/// The file with the [`fewest_terms`] for a tolerance. The error is added to the map errors of the block structure's certificate;
+/// its other figures are set to "not measured", since nothing was marched.
+///
+/// # Errors
+/// Those of [`fewest_terms`].
+pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), RewriteError> {
+    let dropped = fewest_terms(bytes, tolerance)?;
+    Ok((without(&whole(bytes)?, &dropped)?, dropped))
 }
 
 /// Gram matrices of the terms' space parts, and the products of factors at points of the axes.
@@ -74,21 +80,22 @@ impl Maps {
     fn new(file: &File<'_>) -> Result<Self, RewriteError> {
         let metadata = file.metadata();
         let (terms, r) = (metadata.n_terms as usize, metadata.n_modes as usize);
-        let states = reals_of(file, SectionKind::BlockState)?.unwrap_or_default();
+        let factors = reals_of(file, SectionKind::Factors)?.unwrap_or_default();
+        let points = grid(metadata, &factors);
+        let mut states = reals_of(file, SectionKind::BlockState)?.unwrap_or_default();
+        scale_modes(&mut states, r, &points);
         let mut grams = vec![gram(terms, r * r, &states)];
         if let Some(loads) = reals_of(file, SectionKind::BlockLoad)? {
             grams.push(gram(terms, 3 * r, &loads));
         }
-        let factors = reals_of(file, SectionKind::Factors)?.unwrap_or_default();
-        Ok(Self { terms, grams, points: grid(metadata, &factors) })
+        Ok(Self { terms, grams, points })
     }
 
-    /// Root of the mean square and largest error of leaving these terms out.
-    fn error(&self, dropped: &[usize]) -> (f64, f64) {
-        let all: Vec<usize> = (0..self.terms).collect();
+    /// Root of the mean square and largest error of leaving out all but the first terms.
+    fn error(&self, kept: usize) -> (f64, f64) {
         let (mut sum, mut largest, mut count) = (0.0, 0.0f64, 0.0f64);
         for (g, gram) in self.points.iter().flat_map(|g| self.grams.iter().map(move |gram| (g, gram))) {
-            let (off, of) = (self.form(gram, g, dropped), self.form(gram, g, &all));
+            let (off, of) = (self.form(gram, g, kept), self.form(gram, g, 0));
             if of > 0.0 {
                 sum += off / of;
                 largest = largest.max((off / of).sqrt());
@@ -98,10 +105,25 @@ impl Maps {
         ((sum / count.max(1.0)).sqrt(), largest)
     }
 
-    /// `|Σ_t g_t X_t|²` over some terms.
-    fn form(&self, gram: &[f64], g: &[f64], terms: &[usize]) -> f64 {
-        let row = |&s: &usize| g[s] * terms.iter().map(|&t| gram[s * self.terms + t] * g[t]).sum::<f64>();
-        terms.iter().map(row).sum::<f64>().max(0.0)
+    /// `|Σ_t g_t X_t|²` over the terms from `first` on.
+    fn form(&self, gram: &[f64], g: &[f64], first: usize) -> f64 {
+        let own = |s: usize| gram[s * self.terms..][first..self.terms].iter();
+        let row = |s: usize| g[s] * own(s).zip(&g[first..]).map(|(x, g)| x * g).sum::<f64>();
+        (first..self.terms).map(row).sum::<f64>().max(0.0)
+    }
+}
+
+/// Divides entry `(k, l)` of every `E_t` by `s_k s_l`, with `s_k²` the mean of `|E_kk|` over the points: `E` spans the decades between
+/// the lowest and the highest mode, and every mode gets the tolerance, as in the build.
+fn scale_modes(states: &mut [f64], r: usize, points: &[Vec<f64>]) {
+    let entry = |g: &[f64], k: usize| -> f64 {
+        states.chunks_exact(r * r).zip(g).map(|(e, g)| g * e[k * r + k]).sum::<f64>().abs()
+    };
+    let mean = |k: usize| points.iter().map(|g| entry(g, k)).sum::<f64>() / points.len() as f64;
+    let scales: Vec<f64> =
+        (0..r).map(|k| mean(k).sqrt()).map(|s| if s > 0.0 { s.recip() } else { 0.0 }).collect();
+    for (place, value) in states.iter_mut().enumerate() {
+        *value *= scales[place / r % r] * scales[place % r];
     }
 }
 
@@ -142,22 +164,10 @@ fn grid(metadata: &Metadata<'_>, factors: &[f64]) -> Vec<Vec<f64>> {
     (0..all.min(MOST_POINTS)).map(product).collect()
 }
 
-/// Terms by how much they can count at most.
-fn weakest_first(file: &File<'_>, maps: &Maps) -> Result<Vec<usize>, RewriteError> {
-    let strengths = term_strengths(file)?;
-    let size = |gram: &[f64], t: usize| strengths[t] * gram[t * maps.terms + t].sqrt();
-    let largest = |gram: &[f64]| (0..maps.terms).map(|t| size(gram, t)).fold(f64::MIN_POSITIVE, f64::max);
-    let scales: Vec<f64> = maps.grams.iter().map(|gram| largest(gram)).collect();
-    let weight = |t: usize| maps.grams.iter().zip(&scales).map(|(g, s)| size(g, t) / s).fold(0.0, f64::max);
-    let mut order: Vec<usize> = (0..maps.terms).collect();
-    order.sort_by(|&a, &b| weight(a).total_cmp(&weight(b)));
-    Ok(order)
-}
-
-/// The file with these terms only.
-fn without(file: &File<'_>, kept: &[usize], dropped: &Dropped) -> Result<Vec<u8>, RewriteError> {
+/// The file with its first terms only.
+fn without(file: &File<'_>, dropped: &Dropped) -> Result<Vec<u8>, RewriteError> {
     let mut metadata = *file.metadata();
-    metadata.n_terms = kept.len() as u32;
+    metadata.n_terms = dropped.left as u32;
     let block = &mut metadata.certificate.block;
     block.map_error_rms += dropped.error_rms;
     block.map_error_max += dropped.error_max;
@@ -172,7 +182,7 @@ fn without(file: &File<'_>, kept: &[usize], dropped: &Dropped) -> Result<Vec<u8>
     }
     let mut parts = vec![];
     for section in file.sections() {
-        let changed = selected(file.metadata(), &section, kept)?;
+        let changed = selected(file.metadata(), &section, dropped.left)?;
         parts.push((section, changed));
     }
     let mut inputs = vec![];
@@ -190,11 +200,11 @@ fn without(file: &File<'_>, kept: &[usize], dropped: &Dropped) -> Result<Vec<u8>
     super::write_with(&metadata, &inputs)
 }
 
-/// The decoded bytes of a section that has terms, with these only; `None` if it has none.
+/// The decoded bytes of a section that has terms, with the first only; `None` if it has none.
 fn selected(
     metadata: &Metadata<'_>,
     section: &Section<'_>,
-    kept: &[usize],
+    kept: usize,
 ) -> Result<Option<Vec<u8>>, RewriteError> {
     use SectionKind as S;
     let (r, terms) = (metadata.n_modes as usize, metadata.n_terms as usize);
@@ -228,10 +238,7 @@ fn selected(
     Ok(Some(take(&raw, terms, width * size, kept)))
 }
 
-/// Of bytes `(any, terms, width)`, those of the terms kept.
-fn take(bytes: &[u8], terms: usize, width: usize, kept: &[usize]) -> Vec<u8> {
-    let one = |all: &[u8]| -> Vec<u8> {
-        kept.iter().flat_map(|t| all[t * width..(t + 1) * width].to_vec()).collect()
-    };
-    bytes.chunks_exact(terms * width).flat_map(one).collect()
+/// Of bytes `(any, terms, width)`, those of the first terms.
+fn take(bytes: &[u8], terms: usize, width: usize, kept: usize) -> Vec<u8> {
+    bytes.chunks_exact(terms * width).flat_map(|all| &all[..kept * width]).copied().collect()
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 use vademecum_build::pipeline::{CanonicalReport, StructureReport};
 use vademecum_build::problem::Problem;
-use vademecum_build::rewrite::{Loss, read_losses};
+use vademecum_build::rewrite::{Dropped, Loss, fewest_terms, read_losses};
 use vademecum_eval::Mapped;
 use vademecum_format::{Canonical, File, SectionKind};
 
@@ -20,13 +20,17 @@ use crate::separation::{Enrichment, enrichment_history, radius_samples, repairs}
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
-  vademecum info body.vdm --json")]
+  vademecum info body.vdm --json
+  vademecum info body.vdm --terms-for 1e-3")]
 pub struct Info {
     /// The vademecum file.
     file: PathBuf,
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    /// Print how many terms of the separated solution keep its maps within this relative error, such as 1e-3 (reads all load rows).
+    #[arg(long, value_name = "TOLERANCE")]
+    terms_for: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -55,6 +59,9 @@ struct Report {
     probes: Vec<String>,
     certificate: Certificates,
     enrichment_history: Vec<Enrichment>,
+    /// With `--terms-for`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fewest_terms: Option<Dropped>,
     radius_samples: Vec<RadiusSample>,
     sections: Vec<SectionReport>,
     problem: String,
@@ -128,7 +135,11 @@ impl Info {
         let mut memory = vec![];
         let raw = whole_file(&self.file, &mapped, &mut memory)?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
-        let report = self.report(&file, &raw)?;
+        let mut report = self.report(&file, &raw)?;
+        if let Some(tolerance) = self.terms_for {
+            let found = fewest_terms(mapped.bytes(), tolerance);
+            report.fewest_terms = Some(found.map_err(|error| rewrite_failed(&self.file, error))?);
+        }
         if self.json {
             print_json(&report);
         } else {
@@ -220,6 +231,7 @@ impl Info {
                 canonical: canonical_report,
             },
             enrichment_history: enrichment_history(&self.file, file)?,
+            fewest_terms: None,
             radius_samples: radius_samples(&self.file, file)?,
             sections: SectionKind::ALL.iter().filter_map(|&kind| file.section(kind)).map(section).collect(),
             problem: m.problem.into(),
@@ -313,6 +325,12 @@ impl Report {
                 first.terms,
                 last.error,
                 last.terms
+            );
+        }
+        if let Some(fewest) = &self.fewest_terms {
+            println!(
+                "the first {} of {} terms: error of the maps {:.1e} (rms), {:.1e} (largest)",
+                fewest.left, fewest.before, fewest.error_rms, fewest.error_max
             );
         }
         let radii = self.radius_samples.iter().map(|sample| sample.spectral_radius);

@@ -33,6 +33,9 @@ pub struct Run {
     /// Time step \[s\]; the file's if absent (diagonal structure only).
     #[arg(long)]
     time_step: Option<f64>,
+    /// Only the first so many terms of the separated solution; `info --terms-for` tells how many a tolerance takes.
+    #[arg(long)]
+    terms: Option<usize>,
     /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite it in place.
     #[arg(long)]
     copy: bool,
@@ -81,6 +84,7 @@ impl Run {
         let options = SceneOptions {
             structure: self.structure.into(),
             time_step: self.time_step,
+            terms: self.terms,
             ..SceneOptions::default()
         };
         let track = Track::bind(&self.file, &file, &scenario)?;
