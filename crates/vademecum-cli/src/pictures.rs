@@ -54,6 +54,7 @@ const SIZE: (u32, u32) = (900, 480);
 
 type DrawResult = Result<(), Box<dyn Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
 /// Writes a line chart.
 pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> DrawResult {
@@ -184,14 +185,14 @@ fn axes<'a, X, Y>(
     chart: &Chart<'_>,
     x: X,
     y: Y,
-) -> Result<ChartContext<'a, SVGBackend<'a>, Cartesian2d<X::CoordDescType, Y::CoordDescType>>, Box<dyn Error>>
+) -> Result<Axes<'a, X::CoordDescType, Y::CoordDescType>, Box<dyn Error>>
 where
     X: AsRangedCoord<Value = f64>,
     X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
     Y: AsRangedCoord<Value = f64>,
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
-    let mut context = ChartBuilder::on(&root)
+    let mut context = ChartBuilder::on(root)
         .caption(chart.title, ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(44)
