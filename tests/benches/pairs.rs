@@ -1,5 +1,5 @@
 //! What is compared is run in turns, in one process: batch and loop, modes and dense map, fields and a plain copy, one need and another.
-//! `cargo bench -p vademecum-tests --bench pairs` prints the tables of `docs/benchmarks/step.md`.
+//! `cargo bench -p vademecum-tests --bench pairs [-- batch modes fields needs terms]` prints the tables of `docs/benchmarks/step.md`.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -306,32 +306,51 @@ fn terms() {
 }
 
 fn main() {
-    println!(
-        "| structure | precision | modes | loop, ns | batch, ns | loop ÷ batch | two threads, ns | 10⁶ steps/s |\n|---|---|---|---|---|---|---|---|"
+    let asked: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let table = |name: &str, head: &str, rows: &dyn Fn()| {
+        if asked.is_empty() || asked.iter().any(|word| word == name) {
+            println!("\n{head}\n{}|", "|---".repeat(head.matches('|').count() - 1));
+            rows();
+        }
+    };
+    table(
+        "batch",
+        "| structure | precision | modes | loop, ns | batch, ns | loop ÷ batch | two threads, ns | 10⁶ steps/s |",
+        &|| {
+            for r in [8, 64] {
+                batch::<f32>(StructureChoice::Diagonal, r);
+                batch::<f64>(StructureChoice::Diagonal, r);
+            }
+            batch::<f32>(StructureChoice::Block, 8);
+            batch::<f64>(StructureChoice::Block, 8);
+        },
     );
-    for r in [8, 64] {
-        batch::<f32>(StructureChoice::Diagonal, r);
-        batch::<f64>(StructureChoice::Diagonal, r);
-    }
-    batch::<f32>(StructureChoice::Block, 8);
-    batch::<f64>(StructureChoice::Block, 8);
-    println!(
-        "\n| precision | modes | bind, µs | diagonalise, µs | dense, ns | modes, 1 a call, ns | 16 a call | 1000 a call | pays after, 16 a call | 1000 a call |\n|---|---|---|---|---|---|---|---|---|---|"
+    table(
+        "modes",
+        "| precision | modes | bind, µs | diagonalise, µs | dense, ns | modes, 1 a call, ns | 16 a call | 1000 a call | pays after, 16 a call | 1000 a call |",
+        &|| {
+            for r in [8, 16, 32, 64, 96] {
+                modes::<f32>(r);
+                modes::<f64>(r);
+            }
+        },
     );
-    for r in [8, 16, 32, 64, 96] {
-        modes::<f32>(r);
-        modes::<f64>(r);
-    }
-    println!(
-        "\n| file | field | modes | ms | GB/s | copy, GB/s | ratio | of the medians |\n|---|---|---|---|---|---|---|---|"
-    );
-    for (element, r) in [(Element::F32, 8), (Element::F64, 8), (Element::F32, 12), (Element::F32, 32)] {
-        field::<f32>(element, r);
-        field::<f64>(element, r);
-    }
-    println!("\n| structure | need | bytes | fastest, ns | median, ns |\n|---|---|---|---|---|");
-    needs(StructureChoice::Diagonal);
-    needs(StructureChoice::Block);
-    println!("\n| terms | need | bytes | fastest, ns | median, ns |\n|---|---|---|---|---|");
-    terms();
+    table("fields", "| file | field | modes | ms | GB/s | copy, GB/s | ratio | of the medians |", &|| {
+        for (element, r) in [
+            (Element::F32, 8),
+            (Element::F64, 8),
+            (Element::F32, 12),
+            (Element::F32, 20),
+            (Element::F32, 30),
+            (Element::F32, 32),
+        ] {
+            field::<f32>(element, r);
+            field::<f64>(element, r);
+        }
+    });
+    table("needs", "| structure | need | bytes | fastest, ns | median, ns |", &|| {
+        needs(StructureChoice::Diagonal);
+        needs(StructureChoice::Block);
+    });
+    table("terms", "| terms | need | bytes | fastest, ns | median, ns |", &terms);
 }
