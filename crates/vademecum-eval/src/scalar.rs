@@ -4,9 +4,40 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Mul, Sub};
 
 mod sealed {
-    pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
+    use crate::reconstruct::{QUAD, binary32, short_rows, short_rows_f32};
+
+    /// Closed to others, with the kernel that differs.
+    pub trait Sealed: Sized {
+        /// `scale B x` for rows of `4 Q` binary32 numbers.
+        fn short_rows_f32<const Q: usize>(
+            rows: &[[u8; 4]],
+            x: &[[Self; QUAD]; Q],
+            scale: Self,
+            out: &mut [Self],
+        );
+    }
+
+    impl Sealed for f32 {
+        fn short_rows_f32<const Q: usize>(
+            rows: &[[u8; 4]],
+            x: &[[Self; QUAD]; Q],
+            scale: Self,
+            out: &mut [Self],
+        ) {
+            short_rows_f32(rows, x, scale, out);
+        }
+    }
+
+    impl Sealed for f64 {
+        fn short_rows_f32<const Q: usize>(
+            rows: &[[u8; 4]],
+            x: &[[Self; QUAD]; Q],
+            scale: Self,
+            out: &mut [Self],
+        ) {
+            short_rows(rows, x, scale, out, binary32);
+        }
+    }
 }
 
 /// `f32` or `f64`.
