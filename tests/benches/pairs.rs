@@ -338,6 +338,7 @@ fn main() {
             (Element::F32, 8),
             (Element::F64, 8),
             (Element::F32, 12),
+            (Element::F32, 16),
             (Element::F32, 20),
             (Element::F32, 30),
             (Element::F32, 32),
