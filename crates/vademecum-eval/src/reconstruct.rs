@@ -53,6 +53,7 @@ pub(crate) fn short_rows_f32<const Q: usize>(
     scale: f32,
     out: &mut [f32],
 ) {
+    const { assert!(Q >= 1 && Q <= 4, "the sums below are written out for these") };
     let (blocks, rest) = rows.as_chunks::<QUAD>().0.as_chunks::<Q>().0.as_chunks::<QUAD>();
     let (out, out_rest) = out.as_chunks_mut::<QUAD>();
     let x = x.map(f32x4::new);
