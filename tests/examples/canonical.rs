@@ -7,11 +7,10 @@
 use std::time::Instant;
 
 use vademecum_build::Matrix;
-use vademecum_build::bench::Study;
-use vademecum_build::canonical::{CanonicalMap, CanonicalSetting, certify_canonical};
+use vademecum_build::chapter::{ChapterMap, ChapterSetting, certify_chapter};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::fem::{Solve, Symbolic, SymmetricMatrix};
-use vademecum_build::problem::{BasisKind, CanonicalEntry, Problem, Repair};
+use vademecum_build::input::{BasisKind, ChapterEntry, Problem, Repair};
 use vademecum_build::progress::Silent;
 use vademecum_build::separated::{
     Axis, AxisKind, BlockProblem, EnrichmentOptions, ReductionOptions, SeparatedError, Space, reduce,
@@ -19,6 +18,7 @@ use vademecum_build::separated::{
 use vademecum_eval::{Contact, SceneOptions, StructureChoice};
 use vademecum_format::scheme::theta;
 use vademecum_format::{Canonical, File};
+use vademecum_study::bench::Study;
 use vademecum_tests::program::repository;
 use vademecum_tests::stage::with_scene;
 
@@ -74,17 +74,17 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
     let basis = study.basis(kind, modes).expect("a basis").value;
     let entry = study.problem().canonical().unwrap_or_default();
     let setting =
-        CanonicalSetting::new(&entry, prepared, &basis, &full, study.runs(), &Silent).expect("ranges");
+        ChapterSetting::new(&entry, prepared, &basis, &full, study.runs(), &Silent).expect("ranges");
     let name_of_basis = format!("{kind:?}").to_lowercase();
     let mut rows = vec![];
     for (name, repairs, max_terms) in variants.iter().cloned() {
         let clock = Instant::now();
-        let options = CanonicalEntry { repairs, max_terms, ..entry.clone() };
+        let options = ChapterEntry { repairs, max_terms, ..entry.clone() };
         let map = setting.with(options).separate(prepared, &basis).expect("a separation");
         rows.push((name, map, clock.elapsed().as_secs_f64()));
     }
-    let maps: Vec<&CanonicalMap> = rows.iter().map(|row| &row.1).collect();
-    let certificates = certify_canonical(&maps, prepared, &full, &basis, study.runs(), STEPS, &Silent);
+    let maps: Vec<&ChapterMap> = rows.iter().map(|row| &row.1).collect();
+    let certificates = certify_chapter(&maps, prepared, &full, &basis, study.runs(), STEPS, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
         let bytes = study.canonical_bytes(&basis, map, &c).expect("the writer takes it");
         let nanoseconds = step_nanoseconds(&bytes);

@@ -1,7 +1,7 @@
 //! Writes the golden files into `fixtures/golden`: `cargo run --release -p vademecum-tests --example golden`. What it changes is a
 //! change of the format, or of the numbers in `tests/src/golden.rs`.
 
-use vademecum_build::export::write_atomic;
+use vademecum_build::store::write_atomic;
 use vademecum_tests::program::repository;
 
 fn main() -> std::io::Result<()> {

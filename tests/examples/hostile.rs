@@ -1,6 +1,6 @@
 //! Writes the hostile files into `fixtures/hostile`: `cargo run --release -p vademecum-tests --example hostile`.
 
-use vademecum_build::export::write_atomic;
+use vademecum_build::store::write_atomic;
 use vademecum_tests::program::repository;
 
 fn main() -> std::io::Result<()> {

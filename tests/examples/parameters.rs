@@ -5,8 +5,8 @@
 
 use std::time::Instant;
 
+use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, Built, build};
-use vademecum_build::problem::Problem;
 use vademecum_build::progress::Silent;
 use vademecum_eval::{Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::File;
@@ -36,14 +36,13 @@ fn row(count: usize) {
     let step = problem.parameters.pop().expect("the time step stands last");
     let mut density = problem.parameters.last().expect("a region").clone();
     density.name = "tip density".into();
-    density.kind = vademecum_build::problem::ParameterKind::Density;
+    density.kind = vademecum_build::input::ParameterKind::Density;
     problem.parameters.insert(0, step);
     problem.parameters.push(density);
     problem.parameters.truncate(count);
     // The maps are what is compared; few steps keep the marches at up to 64 corners short.
     problem.tolerance.steps = 20;
-    let built =
-        build(&problem, &BuildOptions { keep_missed: true, ..Default::default() }, &Silent).expect("a build");
+    let built = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
     let report = &built.report;
     let separation = report.separation.as_ref().expect("parameters");
     let block = report.certificate.block.as_ref().expect("a block structure");

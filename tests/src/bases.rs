@@ -4,18 +4,18 @@
 //! differs between two rows is the basis and the structure and nothing else.
 
 use vademecum_build::Matrix;
-use vademecum_build::bench::Study;
+use vademecum_build::basis::{Basis, ritz_basis};
 use vademecum_build::certificate::UnseenLoads;
 use vademecum_build::dynamics::FullOrder;
+use vademecum_build::dynamics::{TimedLoad, factors, march_full_order, stage_amplitudes};
 use vademecum_build::fem::Pencil;
-use vademecum_build::march::{TimedLoad, factors, march_full_order, stage_amplitudes};
-use vademecum_build::pipeline::Prepared;
-use vademecum_build::pod::{Basis, ritz_basis};
-use vademecum_build::problem::BasisKind;
+use vademecum_build::input::BasisKind;
+use vademecum_build::prepared::Prepared;
 use vademecum_build::progress::Listener;
-use vademecum_build::reduced::{BlockStep, DiagonalStep, FusedStep};
 use vademecum_build::response::StageResponse;
+use vademecum_build::response::reduced::{BlockStep, DiagonalStep, FusedStep};
 use vademecum_format::scheme::theta;
+use vademecum_study::bench::Study;
 
 /// A basis and a way to project the stages on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +108,7 @@ pub fn compare(
     steps: usize,
     listener: &dyn Listener,
 ) -> Vec<Row> {
-    let unseen = UnseenLoads::draw(&study.prepared().body, study.runs(), steps);
+    let unseen = UnseenLoads::draw(&study.prepared().body, study.runs(), steps).timed();
     let choices: Vec<(Variant, usize)> =
         modes.iter().flat_map(|&r| variants.iter().map(move |&v| (v, r))).collect();
     let bases: Vec<Basis> = choices.iter().map(|&(v, r)| basis(study, v, r)).collect();
@@ -119,10 +119,10 @@ pub fn compare(
         .iter()
         .zip(bases.iter().zip(&responses))
         .map(|(&(variant, _), (basis, responses))| {
-            March::new(basis, fuse(study, variant, basis, responses), &full, &unseen.loads)
+            March::new(basis, fuse(study, variant, basis, responses), &full, &unseen)
         })
         .collect();
-    march_full_order(&full, &unseen.loads, unseen.loads.len(), steps, listener, |step, state| {
+    march_full_order(&full, &unseen, unseen.len(), steps, listener, |step, state| {
         if step > 0 {
             let displacement = state.displacement.as_ref();
             marches.iter_mut().for_each(|march| march.advance(step - 1, pencil(study), displacement));

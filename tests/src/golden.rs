@@ -4,9 +4,9 @@
 use crate::canonical::Terms;
 use crate::regions::TwoRegions;
 use crate::synthetic::{Body, Layout, bathe, newmark, rewritten};
-use vademecum_build::rewrite::{Keep, strip};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind, encode_into, encoded_len};
+use vademecum_rewrite::{Keep, strip};
 
 const LAYOUT: Layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
 const STEP: StepParameters =

@@ -1,10 +1,10 @@
 //! What the basis promises, reduced to seconds: the record at full size is `docs/benchmarks/basis.md`, made by
 //! `examples/basis.rs` from the same code.
 
-use vademecum_build::bench::Study;
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
 use vademecum_build::progress::Silent;
 use vademecum_eval::StructureChoice;
+use vademecum_study::bench::Study;
 use vademecum_tests::bases::{Row, Variant, compare, file};
 use vademecum_tests::long_march::{energy_ratio, precision};
 use vademecum_tests::program::repository;

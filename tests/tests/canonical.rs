@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::pipeline::{BuildError, BuildOptions, Built, build};
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, Outcome, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::{
     BindError, Contact, LoadError, Scalar, SceneOptions, Status, StepError, StructureChoice,
@@ -258,16 +258,16 @@ fn short_beam(options: &str) -> Problem {
     Problem::parse(&text, "short-beam.toml", PathBuf::new()).expect("a problem")
 }
 
-fn built(options: &str, keep_missed: bool) -> Result<Built, BuildError> {
-    build(&short_beam(options), &BuildOptions { keep_missed, ..Default::default() }, &Silent)
+fn outcome(options: &str) -> Outcome {
+    build(&short_beam(options), &BuildOptions::default(), &Silent).expect("a build")
 }
 
 #[test]
 fn all_repairs_reach_the_floor_within_the_rank_of_the_exact_map() {
     for components in [false, true] {
         let options = format!("{REPAIRS}\ncomponents = {components}");
-        let built = built(&options, false).expect("it keeps its tolerance");
-        let c = built.report.certificate.canonical.as_ref().expect("canonical");
+        let built = outcome(&options).kept().expect("it keeps its tolerance");
+        let c = built.report.certificate.chapter.as_ref().expect("canonical");
         let rank = 3 * 4 + 20 * if components { 3 } else { 1 };
         for stage in &c.stages {
             assert!(stage.terms <= rank, "{stage:?}");
@@ -283,14 +283,11 @@ fn all_repairs_reach_the_floor_within_the_rank_of_the_exact_map() {
 
 #[test]
 fn the_chapters_own_misses_its_tolerance_and_says_so() {
-    let Err(BuildError::ToleranceMissed(report)) = built("", false) else {
-        panic!("greedy terms are not good enough")
-    };
-    let c = report.certificate.canonical.as_ref().expect("canonical");
+    let Outcome::Missed(missed) = outcome("") else { panic!("greedy terms are not good enough") };
+    let c = missed.report.certificate.chapter.as_ref().expect("canonical");
     assert!(c.stages.iter().all(|stage| stage.error > 1e-6 && stage.load_error > 1e-3), "{c:?}");
     assert!(c.left_at.is_some() || c.structure.floor_ratio > 2.0, "{c:?}");
-    let kept = built("", true).expect("kept on request");
-    let opened = File::parse(&kept.bytes).expect("a file");
+    let opened = File::parse(&missed.bytes).expect("a file");
     assert!(Canonical::read(&opened).expect("sound").is_some());
 }
 
@@ -301,9 +298,8 @@ fn without_a_margin_the_certificate_reports_where_it_left() {
     let mut text = problem.text.replace("duration = 0.1", "duration = 0.1\nhold = 0.002");
     text = text.replace("positions = 2\n", "positions = 1\ndirections = [[0.0, 1.0, 0.0]]\n");
     let problem = Problem::parse(&text, "short-beam.toml", PathBuf::new()).expect("a problem");
-    let built =
-        build(&problem, &BuildOptions { keep_missed: true, ..Default::default() }, &Silent).expect("a file");
-    let c = built.report.certificate.canonical.as_ref().expect("canonical");
+    let built = build(&problem, &BuildOptions::default(), &Silent).expect("a file").either();
+    let c = built.report.certificate.chapter.as_ref().expect("canonical");
     assert!(c.left_at.is_some(), "a push along z on ranges of pushes along y: {c:?}");
     assert_eq!(c.structure.steps as usize + 1, c.left_at.unwrap_or(0));
     assert!(!built.report.certificate.holds());

@@ -6,8 +6,8 @@ use serde_json::Value;
 use vademecum_build::Matrix;
 use vademecum_build::fem::{Pencil, SymmetricMatrix};
 use vademecum_build::field::read_npy;
-use vademecum_build::pipeline::{Prepared, prepare};
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
 use vademecum_tests::program::{repository, vademecum};
 

@@ -1,7 +1,7 @@
 //! Every hostile file gives the refusal of its name, from the library and from the program, and every refusal has its file.
 
-use vademecum_build::rewrite::check;
 use vademecum_format::{Codec, Decoder, Element, File, FormatError, Section};
+use vademecum_rewrite::check;
 use vademecum_tests::hostile;
 use vademecum_tests::program::{fixtures, repository, vademecum};
 

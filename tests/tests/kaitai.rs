@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use serde_json::{Value, json};
-use vademecum_build::rewrite::{pack, pack_within};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{AxisRole, Blocks, Codec, Element, File, Metadata, ParameterRole, Section};
+use vademecum_rewrite::{pack, pack_within};
 use vademecum_tests::golden;
 use vademecum_tests::program::repository;
 use vademecum_tests::synthetic::{Body, Layout, bathe};

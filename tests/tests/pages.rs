@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::problem::{Problem, ProblemError};
-use vademecum_build::scenario::{Scenario, ScenarioError};
-use vademecum_build::toml_file::TomlError;
+use vademecum_build::input::toml_file::TomlError;
+use vademecum_build::input::{Problem, ProblemError};
+use vademecum_study::scenario::{Scenario, ScenarioError};
 use vademecum_tests::program::repository;
 
 fn page(name: &str) -> String {

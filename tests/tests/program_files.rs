@@ -6,14 +6,14 @@ use std::process::Command;
 
 use serde_json::Value;
 use vademecum_build::Matrix;
+use vademecum_build::basis::Runs;
+use vademecum_build::dynamics::Interval;
 use vademecum_build::dynamics::{FullOrder, lowest_modes};
+use vademecum_build::dynamics::{TimedLoad, march_full_order};
 use vademecum_build::field::{self, Cells, write_npy, write_vtu};
-use vademecum_build::march::{TimedLoad, march_full_order};
-use vademecum_build::pipeline::{Prepared, prepare};
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
-use vademecum_build::scenario::Interval;
-use vademecum_build::snapshots::Runs;
 use vademecum_format::{File, SectionKind};
 use vademecum_tests::program::{command, repository, vademecum};
 

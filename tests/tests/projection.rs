@@ -6,11 +6,12 @@
 
 use proptest::prelude::*;
 use vademecum_build::Matrix;
+use vademecum_build::certificate::StructureReport;
 use vademecum_build::dynamics::SchemeKind;
 use vademecum_build::fem::{Pencil, Symbolic};
-use vademecum_build::reduced::fused_radius;
-use vademecum_build::report::{CertificateReport, StructureReport};
+use vademecum_build::report::CertificateReport;
 use vademecum_build::response::StageResponse;
+use vademecum_build::response::reduced::fused_radius;
 use vademecum_format::StructureCertificate;
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
 use vademecum_tests::synthetic::Random;
@@ -264,7 +265,7 @@ fn the_certificate_refuses_the_counterexample_and_other_schemes_take_it() {
         CertificateReport {
             diagonal: None,
             block,
-            canonical: None,
+            chapter: None,
             floor_ratio: 1.1,
             absolute: 1e-6,
             map: 1e-6,

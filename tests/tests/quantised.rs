@@ -2,14 +2,14 @@
 
 use std::sync::OnceLock;
 
-use vademecum_build::rewrite::{
-    DECODED_LIMIT, Keep, WORST_MODE, check, pack, pack_within, read_losses, strip, unpack,
-};
 use vademecum_eval::{Contact, Field, Scalar, SceneOptions, StructureChoice};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{
     Blocks, Codec, Decoder, Element, File, FormatError, SectionInput, SectionKind, encode_into, encoded_len,
     unpack_into, unpacked_len,
+};
+use vademecum_rewrite::{
+    DECODED_LIMIT, Keep, WORST_MODE, check, pack, pack_within, read_losses, strip, unpack,
 };
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, Random, bathe};

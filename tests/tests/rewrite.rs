@@ -6,12 +6,12 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use vademecum_build::rewrite::{
-    DECODED_LIMIT, Keep, RewriteError, check, drop_terms, pack, pack_within, strip, unpack,
-};
 use vademecum_eval::{Contact, Field, LoadError, SceneOptions, StructureChoice};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Codec, Element, File, SectionInput, SectionKind, encode_into, encoded_len};
+use vademecum_rewrite::{
+    DECODED_LIMIT, Keep, RewriteError, check, drop_terms, pack, pack_within, strip, unpack,
+};
 use vademecum_tests::golden;
 use vademecum_tests::program::{command, program, repository, vademecum};
 use vademecum_tests::stage::with_scene;

@@ -3,33 +3,24 @@
 //! Read [`pipeline`] first: it is the whole build on one page. Each folder is a stage and hands a whole, immutable
 //! value to the next; nothing flows back.
 
-pub mod bench;
-pub mod body;
-pub mod canonical;
+pub mod basis;
 pub mod certificate;
-pub mod compare;
+pub mod chapter;
 pub mod dynamics;
-mod endurance;
 pub mod export;
 pub mod fem;
 pub mod field;
-pub mod march;
+pub mod input;
+pub mod linalg;
 pub mod mesh;
 pub mod parametric;
 pub mod pipeline;
-pub mod pod;
-pub mod problem;
+pub mod prepared;
 pub mod progress;
-pub mod reduced;
 pub mod report;
 pub mod response;
-pub mod resume;
-pub mod rewrite;
-pub mod scenario;
 pub mod separated;
-pub mod snapshots;
-pub mod target;
-pub mod toml_file;
+pub mod store;
 
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;

@@ -29,6 +29,18 @@ pub trait Listener: Sync {
     }
 }
 
+/// Whether an error goes back to the user's wish to stop.
+pub fn is_cancelled(error: &(dyn std::error::Error + 'static)) -> bool {
+    let mut next = Some(error);
+    while let Some(error) = next {
+        if error.is::<Cancelled>() {
+            return true;
+        }
+        next = error.source();
+    }
+    false
+}
+
 /// Hears nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
@@ -87,8 +99,8 @@ impl<'a> Stopwatch<'a> {
     }
 
     /// The timings so far.
-    pub fn timings(self) -> Vec<StageTiming> {
-        self.timings
+    pub fn timings(&self) -> Vec<StageTiming> {
+        self.timings.clone()
     }
 }
 

@@ -5,12 +5,19 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-use vademecum_build::body::BodyError;
+use vademecum_build::basis::BasisError;
+use vademecum_build::dynamics::ModesError;
+use vademecum_build::input::ProblemError;
 use vademecum_build::mesh::MeshError;
-use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
-use vademecum_build::problem::ProblemError;
-use vademecum_build::scenario::ScenarioError;
+use vademecum_build::prepared::{BodyError, PrepareError};
+use vademecum_build::progress::is_cancelled;
+use vademecum_build::report::ToleranceMissed;
+use vademecum_study::StudyError;
+use vademecum_study::scenario::ScenarioError;
+
+/// What to do about a mesh that cannot be used.
+const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
 
 /// A failed command.
 #[derive(Debug)]
@@ -102,43 +109,62 @@ impl From<ScenarioError> for Failure {
 
 impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
-        Self::new(Cause::Mesh, error)
-            .remedy("`vademecum mesh FILE` shows what the file holds and every problem found")
+        Self::new(Cause::Mesh, error).remedy(MESH)
     }
 }
 
 impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
-        use vademecum_build::dynamics::ModesError;
-        use vademecum_build::march::MarchError;
-        use vademecum_build::snapshots::SnapshotError;
-        let cancelled = matches!(
-            error,
-            BuildError::Cancelled(_)
-                | BuildError::March(MarchError::Cancelled(_))
-                | BuildError::Parametric(ParametricError::Cancelled(_))
-                | BuildError::Snapshots(
-                    SnapshotError::Cancelled(_) | SnapshotError::March(MarchError::Cancelled(_))
-                )
-        );
-        if cancelled {
+        const KEYS: &str = "see formats/problem-1.md for every key and its range";
+        if is_cancelled(&error) {
             return Self::new(Cause::Stopped, "stopped on request; nothing was written");
         }
-        match error {
-            BuildError::Body(BodyError::Mesh(mesh)) => mesh.into(),
-            BuildError::Body(BodyError::Model(_)) => Self::new(Cause::Numerics, error)
-                .remedy("check `[[support]]` (all six rigid motions must be held) and `[[material]]`"),
-            BuildError::Modes(ModesError::LostInRounding { .. }) => Self::new(Cause::Numerics, error)
-                .remedy("hold every part of the body; thicken or refine what is a thousand times as long as thick"),
-            BuildError::Body(_) | BuildError::Damping(_) | BuildError::Scheme(_) | BuildError::Table(_) => {
-                Self::new(Cause::Input, error).remedy("see formats/problem-1.md for every key and its range")
-            }
-            BuildError::Snapshots(_) | BuildError::TooManyModes { .. } => Self::new(Cause::Input, error),
-            BuildError::ToleranceMissed(_) => Self::new(Cause::Tolerance, error).remedy(
-                "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to write it all the same",
+        let (cause, remedy) = match &error {
+            BuildError::Prepare(PrepareError::Body(BodyError::Mesh(_))) => (Cause::Mesh, MESH),
+            BuildError::Prepare(PrepareError::Body(BodyError::Model(_))) => (
+                Cause::Numerics,
+                "check `[[support]]` (all six rigid motions must be held) and `[[material]]`",
             ),
-            BuildError::Format(_) => Self::new(Cause::File, error),
-            _ => Self::new(Cause::Numerics, error),
+            BuildError::Modes(ModesError::LostInRounding { .. })
+            | BuildError::Basis(BasisError::Modes(ModesError::LostInRounding { .. })) => (
+                Cause::Numerics,
+                "hold every part of the body; thicken or refine what is a thousand times as long as thick",
+            ),
+            BuildError::Prepare(PrepareError::Factor(_)) => (Cause::Numerics, ""),
+            BuildError::Prepare(_) => (Cause::Input, KEYS),
+            BuildError::Basis(BasisError::Snapshots(_) | BasisError::TooManyModes { .. }) => {
+                (Cause::Input, "")
+            }
+            BuildError::Format(_) => (Cause::File, ""),
+            _ => (Cause::Numerics, ""),
+        };
+        let failure = Self::new(cause, error);
+        if remedy.is_empty() { failure } else { failure.remedy(remedy) }
+    }
+}
+
+impl From<PrepareError> for Failure {
+    fn from(error: PrepareError) -> Self {
+        BuildError::from(error).into()
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Build(error) => error.into(),
+            error if is_cancelled(&error) => {
+                Self::new(Cause::Stopped, "stopped on request; nothing was written")
+            }
+            error => Self::new(Cause::Numerics, error),
         }
+    }
+}
+
+impl From<ToleranceMissed> for Failure {
+    fn from(error: ToleranceMissed) -> Self {
+        Self::new(Cause::Tolerance, error).remedy(
+            "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to write it all the same",
+        )
     }
 }

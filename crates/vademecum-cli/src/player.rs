@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::time::Instant;
 
-use vademecum_build::scenario::{Interval, Scenario};
+use vademecum_build::dynamics::Interval;
 use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State, Surface, SurfacePoint};
 use vademecum_format::{Canonical, File, SectionKind};
+use vademecum_study::scenario::Scenario;
 
 use crate::console::cancelled;
 use crate::failure::{Cause, Failure};
@@ -22,7 +23,7 @@ impl Track {
     /// Finds each contact's triangle and each pattern's number.
     pub fn bind(path: &Path, file: &File<'_>, scenario: &Scenario) -> Result<Self, Failure> {
         let canonical = Canonical::read(file).map_err(|error| Failure::file(path, error))?;
-        let contact = |entry: &vademecum_build::scenario::ContactEntry| {
+        let contact = |entry: &vademecum_study::scenario::ContactEntry| {
             let surface = Surface::new(file).map_err(|error| Failure::file(path, error))?;
             let point = match &canonical {
                 Some(canonical) => nearest_position(path, file, canonical, entry.point)?,
@@ -32,7 +33,7 @@ impl Track {
             Ok((contact, point, entry.when()))
         };
         let names = names(path, file, SectionKind::PatternNames)?;
-        let pattern = |entry: &vademecum_build::scenario::PatternUse| {
+        let pattern = |entry: &vademecum_study::scenario::PatternUse| {
             let index = names.iter().position(|name| *name == entry.name).ok_or_else(|| {
                 let known = if names.is_empty() { "none".into() } else { names.join(", ") };
                 let text = format!("the file has no load pattern `{}`; it has {known}", entry.name);

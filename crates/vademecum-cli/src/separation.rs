@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 use vademecum_build::parametric::RadiusSample;
-use vademecum_build::rewrite::{DECODED_LIMIT, decode};
 use vademecum_format::{File, FormatError, SectionKind};
+use vademecum_rewrite::{DECODED_LIMIT, decode};
 
 use crate::failure::Failure;
 

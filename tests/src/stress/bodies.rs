@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use tempfile::TempDir;
 use vademecum_build::dynamics::{SchemeKind, lowest_modes};
+use vademecum_build::input::Problem;
 use vademecum_build::mesh::{Order, block};
-use vademecum_build::pipeline::{BuildError, prepare};
-use vademecum_build::problem::Problem;
+use vademecum_build::pipeline::BuildError;
+use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
 
 /// A beam clamped at x = 0 and pulled at its end by the load pattern `pull`.

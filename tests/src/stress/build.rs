@@ -1,21 +1,36 @@
 //! The scenario of most cells: build the problem, read its certificate, march the file in both precisions.
 
-use vademecum_build::body::BodyError;
+use vademecum_build::basis::BasisError;
+use vademecum_build::certificate::StructureReport;
 use vademecum_build::dynamics::ModesError;
 use vademecum_build::fem::ModelError;
-use vademecum_build::pipeline::{BuildError, BuildOptions, Report, StructureReport, build};
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildError, BuildOptions, Built, build};
+use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::Silent;
+use vademecum_build::report::{BuildReport, ToleranceMissed};
 use vademecum_eval::StructureChoice;
 
 use super::{Form, Measured, Outcome};
 use crate::long_march::precision;
 
+/// Builds; or how the build was refused.
+///
+/// # Errors
+/// [`Outcome::Refused`] with what was measured, [`Outcome::Wrong`].
+pub fn build_kept(problem: &Problem) -> Result<Built, Outcome> {
+    let outcome = build(problem, &BuildOptions::default(), &Silent).map_err(|error| refused(&error))?;
+    outcome.kept().map_err(|ToleranceMissed(report)| {
+        let measured = structures(&report).into_iter().map(|(_, measured)| measured).collect();
+        Outcome::Refused("tolerance missed".into(), measured)
+    })
+}
+
 /// Builds, and measures what was built.
 pub fn certified(problem: &Problem, form: Form) -> Outcome {
-    let built = match build(problem, &BuildOptions::default(), &Silent) {
+    let built = match build_kept(problem) {
         Ok(built) => built,
-        Err(error) => return refused(&error),
+        Err(refused) => return refused,
     };
     let steps = form.pick(10_000, 200_000);
     let measured = structures(&built.report).into_iter().map(|(choice, measured)| {
@@ -26,7 +41,7 @@ pub fn certified(problem: &Problem, form: Form) -> Outcome {
 }
 
 /// The certificate of each structure of a report.
-pub fn structures(report: &Report) -> Vec<(StructureChoice, Measured)> {
+pub fn structures(report: &BuildReport) -> Vec<(StructureChoice, Measured)> {
     let c = &report.certificate;
     let measured = |structure, s: &StructureReport| Measured {
         spectral_radius: s.spectral_radius,
@@ -44,14 +59,14 @@ pub fn structures(report: &Report) -> Vec<(StructureChoice, Measured)> {
 /// A refusal, by its name without its numbers, with what the build had measured.
 pub fn refused(error: &BuildError) -> Outcome {
     let name = match error {
-        BuildError::Body(BodyError::Model(ModelError::Unsupported { .. })) => "unsupported",
-        BuildError::TooManyModes { .. } => "more modes than the snapshots span",
-        BuildError::Modes(ModesError::LostInRounding { .. }) => "lost in rounding",
-        BuildError::Modes(ModesError::Count { .. }) => "more modes than dofs",
-        BuildError::ToleranceMissed(report) => {
-            let measured = structures(report).into_iter().map(|(_, measured)| measured).collect();
-            return Outcome::Refused("tolerance missed".into(), measured);
+        BuildError::Prepare(PrepareError::Body(BodyError::Model(ModelError::Unsupported { .. }))) => {
+            "unsupported"
         }
+        BuildError::Basis(BasisError::TooManyModes { .. }) => "more modes than the snapshots span",
+        BuildError::Modes(ModesError::LostInRounding { .. })
+        | BuildError::Basis(BasisError::Modes(ModesError::LostInRounding { .. })) => "lost in rounding",
+        BuildError::Modes(ModesError::Count { .. })
+        | BuildError::Basis(BasisError::Modes(ModesError::Count { .. })) => "more modes than dofs",
         other => return Outcome::Wrong(format!("{other:?}")),
     };
     Outcome::Refused(name.into(), vec![])

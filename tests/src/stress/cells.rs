@@ -1,8 +1,8 @@
 //! The table: what is stressed, how far, and what must come of it.
 
 use vademecum_build::dynamics::SchemeKind;
+use vademecum_build::input::Problem;
 use vademecum_build::pipeline::BuildError;
-use vademecum_build::problem::Problem;
 
 use super::bodies::{Beam, Cube, parse, timed};
 use super::build::certified;

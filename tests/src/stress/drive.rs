@@ -2,15 +2,15 @@
 
 use std::f64::consts::TAU;
 
+use vademecum_build::dynamics::INSTANTS;
 use vademecum_build::dynamics::lowest_modes;
-use vademecum_build::march::INSTANTS;
-use vademecum_build::pipeline::{BuildOptions, Prepared, build, prepare};
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
 use vademecum_eval::format::File;
 use vademecum_eval::{Loads, Scalar, Scene, State, StructureChoice};
 
-use super::build::{refused, structures};
+use super::build::{build_kept, structures};
 use super::reference::{Story, basis_of, errors};
 use super::{Form, Measured, Outcome};
 use crate::long_march::taking;
@@ -46,9 +46,9 @@ pub fn tiny(problem: &Problem, form: Form) -> Outcome {
 
 /// Pushes whose amplitude alternates between the smallest denormal and nothing: no step may fail, nothing may move.
 pub fn denormal(problem: &Problem, form: Form) -> Outcome {
-    let built = match build(problem, &BuildOptions::default(), &Silent) {
+    let built = match build_kept(problem) {
         Ok(built) => built,
-        Err(error) => return refused(&error),
+        Err(refused) => return refused,
     };
     let (steps, load) = (form.pick(1000, 100_000), Load::Denormal);
     let mut measured = vec![];
@@ -93,9 +93,9 @@ impl Story for Load {
 
 /// Builds, then marches the story full order and through each structure in both precisions.
 pub fn compare<S: Story>(problem: &Problem, steps: usize, tell: impl Fn(&Prepared) -> S) -> Outcome {
-    let built = match build(problem, &BuildOptions::default(), &Silent) {
+    let built = match build_kept(problem) {
         Ok(built) => built,
-        Err(error) => return refused(&error),
+        Err(refused) => return refused,
     };
     let prepared = prepare(problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared before");
     let story = tell(&prepared);

@@ -1,12 +1,10 @@
 //! NaN and infinity as load, state, option and parameter: an error each, and nothing changed.
 
-use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::problem::Problem;
-use vademecum_build::progress::Silent;
+use vademecum_build::input::Problem;
 use vademecum_eval::format::File;
 use vademecum_eval::{Contact, Scalar, Scene, SceneOptions, State, StepError, StructureChoice};
 
-use super::build::{refused, structures};
+use super::build::{build_kept, structures};
 use super::{Form, Measured, Outcome};
 use crate::long_march::{middle_contact, taking};
 use crate::stage::with_scene;
@@ -15,9 +13,9 @@ const BAD: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
 /// Every way in, both structures, both precisions.
 pub fn not_finite(problem: &Problem, _: Form) -> Outcome {
-    let built = match build(problem, &BuildOptions::default(), &Silent) {
+    let built = match build_kept(problem) {
         Ok(built) => built,
-        Err(error) => return refused(&error),
+        Err(refused) => return refused,
     };
     let structures = structures(&built.report);
     let mut faults = vec![];

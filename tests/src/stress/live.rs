@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use vademecum_build::march::INSTANTS;
-use vademecum_build::parametric::{LiveParameter, ParameterSpace};
-use vademecum_build::problem::Problem;
+use vademecum_build::dynamics::INSTANTS;
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::{LiveParameter, ParameterSpace};
 
 use super::drive::compare;
 use super::reference::Story;

@@ -1,10 +1,8 @@
 //! Marches of a million (reduced) to a hundred million steps: the energy of a released body stays bounded in both precisions.
 
-use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::problem::Problem;
-use vademecum_build::progress::Silent;
+use vademecum_build::input::Problem;
 
-use super::build::{refused, structures};
+use super::build::{build_kept, structures};
 use super::{Form, Measured, Outcome};
 use crate::long_march::energy_ratio;
 
@@ -24,9 +22,9 @@ pub fn stiff(problem: &Problem, form: Form) -> Outcome {
 }
 
 fn march(problem: &Problem, steps: usize) -> Outcome {
-    let built = match build(problem, &BuildOptions::default(), &Silent) {
+    let built = match build_kept(problem) {
         Ok(built) => built,
-        Err(error) => return refused(&error),
+        Err(refused) => return refused,
     };
     let mut measured = vec![];
     for (structure, certified) in structures(&built.report) {

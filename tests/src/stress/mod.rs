@@ -20,8 +20,8 @@ mod units;
 pub use cells::cells;
 pub use record::{markdown, row};
 
+use vademecum_build::input::Problem;
 use vademecum_build::pipeline::BuildError;
-use vademecum_build::problem::Problem;
 
 /// Spectral radius above which a step counts as unstable; as the build judges it (`report.rs`).
 pub const STABLE: f64 = 1.0 + 1e-12;

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 
 use vademecum_build::Matrix;
-use vademecum_build::body::Body;
+use vademecum_build::dynamics::{ErrorMeter, INSTANTS, TrajectoryError};
 use vademecum_build::dynamics::{FullOrder, StageLoads, State};
-use vademecum_build::march::{ErrorMeter, INSTANTS, TrajectoryError};
-use vademecum_build::pipeline::Prepared;
+use vademecum_build::prepared::Body;
+use vademecum_build::prepared::Prepared;
 use vademecum_eval::format::File;
 use vademecum_format::SectionKind;
 

@@ -1,11 +1,9 @@
 //! The same body in SI and in millimetres, tonnes and megapascals: the same answer.
 
-use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::problem::Problem;
-use vademecum_build::progress::Silent;
+use vademecum_build::input::Problem;
 use vademecum_eval::{Field, StructureChoice};
 
-use super::build::{refused, structures};
+use super::build::{build_kept, structures};
 use super::drive::distance;
 use super::{Form, Measured, Outcome};
 use crate::long_march::taking;
@@ -17,11 +15,9 @@ const ALIKE: f64 = 1e-10;
 
 /// Displacements over 500 steps of the push `pull` in both unit systems.
 pub fn same_answer(problem: &Problem, form: Form) -> Outcome {
-    let both = [problem.clone(), in_millimetres(problem)]
-        .map(|problem| build(&problem, &BuildOptions::default(), &Silent));
-    let [Ok(si), Ok(mm)] = &both else {
-        let error = both.iter().find_map(|b| b.as_ref().err()).expect("one failed");
-        return refused(error);
+    let (si, mm) = match (build_kept(problem), build_kept(&in_millimetres(problem))) {
+        (Ok(si), Ok(mm)) => (si, mm),
+        (Err(refused), _) | (_, Err(refused)) => return refused,
     };
     let steps = form.pick(500, 5000);
     let compared = structures(&si.report).into_iter().map(|(structure, certified)| {

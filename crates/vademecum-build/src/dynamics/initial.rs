@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::full_order::{FullOrder, FullOrderError, State};
 use crate::fem::{Pencil, contiguous_mut};
+use crate::linalg::column_groups;
 
 impl FullOrder<'_> {
     /// A state with `Δt² ü = Δt² M⁻¹ (F − K u − C u̇)`, the acceleration the forces of that instant demand (never assumed
@@ -35,9 +36,8 @@ impl FullOrder<'_> {
             }
         }
         let mut acceleration = Mat::zeros(n, columns);
-        let solved: Vec<Option<()>> = acceleration
-            .as_mut()
-            .par_col_chunks_mut(1)
+        let solved: Vec<Option<()>> = column_groups(acceleration.as_mut(), 1)
+            .into_par_iter()
             .enumerate()
             .map(|(j, x)| solve_mass(pencil, rhs.col_as_slice(j), contiguous_mut(x, 0)))
             .collect();

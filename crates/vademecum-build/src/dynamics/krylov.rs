@@ -7,6 +7,7 @@ use faer::{Accum, Mat, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
 use crate::fem::{Factor, Pencil, Solve, contiguous};
+use crate::linalg::Random;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by symmetry),
 /// and a full group for the solver.
@@ -28,7 +29,7 @@ pub(super) struct Krylov<'a> {
     expanded: usize,
     /// `projected[(i, j)] = v_iᵀ M K⁻¹ M v_j` for expanded `j`.
     projected: Mat<f64>,
-    random: SplitMix,
+    random: Random,
 }
 
 /// Rayleigh–Ritz pairs, `θ` descending.
@@ -55,7 +56,7 @@ impl<'a> Krylov<'a> {
             used: 0,
             expanded: 0,
             projected: Mat::zeros(capacity, capacity),
-            random: SplitMix(1),
+            random: Random::new(1),
         };
         space.add_random_block();
         space
@@ -74,7 +75,7 @@ impl<'a> Krylov<'a> {
     pub fn add_random_block(&mut self) {
         let n = self.basis.nrows();
         let width = BLOCK.min(self.basis.ncols() - self.used);
-        let noise = Mat::from_fn(n, width, |_, _| self.random.next());
+        let noise = Mat::from_fn(n, width, |_, _| 2.0 * self.random.uniform() - 1.0);
         let mut smooth = Mat::zeros(n, width);
         self.pencil.mass().mul_into(noise.as_ref(), smooth.as_mut());
         self.solve.solve_in_place(self.factor, smooth.as_mut());
@@ -282,18 +283,4 @@ pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> (Vec<f64>, Mat<f64>) {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// The generator of Steele, Lea and Flood (2014): the same numbers on every machine.
-struct SplitMix(u64);
-
-impl SplitMix {
-    /// Uniform in [−1, 1).
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 }

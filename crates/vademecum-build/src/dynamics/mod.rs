@@ -3,12 +3,21 @@
 mod damping;
 mod full_order;
 mod initial;
+mod interval;
 pub(crate) mod krylov;
+mod march;
+mod mode_table;
 mod modes;
 pub mod schemes;
 
 pub use damping::{Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
+pub use interval::Interval;
+pub(crate) use march::march_stages;
+pub use march::{
+    ErrorMeter, INSTANTS, MarchError, TimedLoad, TrajectoryError, factors, march_full_order, stage_amplitudes,
+};
+pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub use modes::{Modes, ModesError, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
 

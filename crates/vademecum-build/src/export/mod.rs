@@ -1,34 +1,28 @@
-//! From the built parts to the bytes of a file, and from the bytes to the disk.
+//! From the built parts to the bytes of a file.
 //!
 //! Rounding to the file's precision happens here and nowhere before.
 
-mod canonical;
 mod curve;
-mod disk;
+mod draft;
 mod order;
 
-pub(crate) use disk::is_temporary;
-pub use disk::{check_writable, write_atomic};
+pub use draft::Draft;
 pub use order::NodeOrder;
 
 use faer::{Mat, MatRef};
 use vademecum_format::FormatError;
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::{
-    Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_PARAMETERS, MAX_REGIONS, Metadata, Parameter,
-};
-use vademecum_format::{Codec, Element, SectionKind};
-use vademecum_format::{SectionInput, encode_into, encoded_len};
+use vademecum_format::{Axis, Certificate, MAX_AXES, MAX_PARAMETERS, MAX_REGIONS, Metadata, Parameter};
+use vademecum_format::{Element, SectionInput, SectionKind, encode_into, encoded_len};
 
-use crate::body::Body;
-use crate::canonical::{CanonicalCertificate, CanonicalMap};
+use crate::basis::Basis;
 use crate::dynamics::Rayleigh;
 use crate::fem::DofMap;
-use crate::parametric::ParameterSpace;
-use crate::pod::Basis;
-use crate::problem::{Fields, Precision, Problem};
-use crate::report::SeparationReport;
-use crate::response::StageResponse;
+use crate::input::{Fields, Problem};
+use crate::linalg::{project, symmetric_part};
+use crate::parametric::SeparationRecord;
+use crate::prepared::{Body, ParameterSpace};
+use crate::response::BlockTerms;
 
 /// Everything a file is made of.
 pub struct Parts<'a> {
@@ -36,6 +30,8 @@ pub struct Parts<'a> {
     pub problem: &'a Problem,
     /// The body.
     pub body: &'a Body,
+    /// Its nodes in the order of the file.
+    pub order: &'a NodeOrder,
     /// The basis.
     pub basis: &'a Basis,
     /// Name of the scheme, with its parameters.
@@ -46,61 +42,18 @@ pub struct Parts<'a> {
     pub rayleigh: Rayleigh,
     /// The block structure.
     pub block: Option<BlockTerms<'a>>,
-    /// The canonical structure instead of the others, with what was measured of it.
-    pub canonical: Option<(&'a CanonicalMap, &'a CanonicalCertificate)>,
+    /// Whether the diagonal structure is offered, where the basis allows it.
+    pub diagonal: bool,
+    /// Sections of another structure.
+    pub others: Vec<Draft>,
     /// Live parameters; none without a box.
     pub parameters: Option<&'a ParameterSpace>,
     /// What the separation over the parameters did; none without them.
-    pub separation: Option<&'a SeparationReport>,
+    pub separation: Option<&'a SeparationRecord>,
     /// What was measured.
     pub certificate: Certificate,
     /// Rows of section 16, shape (r, 6).
     pub mode_table: Mat<f64>,
-}
-
-/// The terms of the block structure: `E_t` and the load columns, and the factors on every axis.
-pub struct BlockTerms<'a> {
-    /// The axes.
-    pub axes: Vec<AxisTable<'a>>,
-    /// Space part of `C − I` of each term, shape (r, r).
-    pub states: Vec<Mat<f64>>,
-    /// Space part of `H − B` of each term over the free dofs, shape (n, r).
-    pub loads: Vec<Mat<f64>>,
-}
-
-/// An axis with its points and factors.
-pub struct AxisTable<'a> {
-    /// As the file keeps it.
-    pub axis: Axis<'a>,
-    /// Its points.
-    pub points: Vec<f64>,
-    /// Factors, shape (terms, points).
-    pub factors: Mat<f64>,
-}
-
-impl BlockTerms<'static> {
-    /// At fixed parameters: one index axis, the stage, and one term per stage.
-    pub fn fixed(responses: &[StageResponse]) -> Self {
-        let stages = responses.len();
-        let points = (0..stages).map(|i| i as f64).collect();
-        Self {
-            axes: vec![AxisTable {
-                axis: stage_axis(stages as u32),
-                points,
-                factors: Mat::identity(stages, stages),
-            }],
-            states: responses.iter().map(|r| r.state.clone()).collect(),
-            loads: responses.iter().map(|r| r.increment.clone()).collect(),
-        }
-    }
-}
-
-/// A section before it is laid out.
-struct Draft {
-    kind: SectionKind,
-    element: Element,
-    shape: [u64; 3],
-    bytes: Vec<u8>,
 }
 
 /// The bytes of the file.
@@ -108,8 +61,10 @@ struct Draft {
 /// # Errors
 /// [`FormatError`] for numbers a file cannot hold (a count past the format's limits, a value that is not finite).
 pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
-    let order = NodeOrder::new(parts.body);
-    let drafts = sections(parts, &order);
+    let order = parts.order;
+    let own = sections(parts, order);
+    let mut drafts: Vec<&Draft> = own.iter().chain(&parts.others).collect();
+    drafts.sort_by_key(|draft| draft.kind.number());
     let tables = parts.block.as_ref().map_or(&[][..], |block| &block.axes);
     let mut axes = [Axis::UNUSED; MAX_AXES];
     axes.iter_mut().zip(tables).for_each(|(axis, table)| *axis = table.axis);
@@ -138,11 +93,11 @@ pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
         n_regions: parts.body.model.mesh().regions.len().min(MAX_REGIONS) as u32,
         n_parameters,
         parameters,
-        diagonal: parts.basis.eigenvalues.is_some() && parts.canonical.is_none(),
+        diagonal: parts.diagonal && parts.basis.eigenvalues.is_some(),
         block: parts.block.is_some(),
         certificate: parts.certificate,
     };
-    let inputs: Vec<SectionInput<'_>> = drafts.iter().map(Draft::input).collect();
+    let inputs: Vec<SectionInput<'_>> = drafts.iter().map(|draft| draft.input()).collect();
     let mut bytes = vec![0; encoded_len(&metadata, &inputs)?];
     encode_into(&metadata, &inputs, &mut bytes)?;
     Ok(bytes)
@@ -166,64 +121,6 @@ fn file_parameters(space: Option<&ParameterSpace>) -> ([Parameter<'_>; MAX_PARAM
     (parameters, live.len() as u32)
 }
 
-impl Draft {
-    fn input(&self) -> SectionInput<'_> {
-        SectionInput {
-            kind: self.kind,
-            element: self.element,
-            codec: Codec::Raw,
-            required: self.kind.is_canonical(),
-            shape: self.shape,
-            decoded_length: self.bytes.len() as u64,
-            stored: &self.bytes,
-        }
-    }
-
-    fn f64s(kind: SectionKind, shape: [usize; 3], values: impl IntoIterator<Item = f64>) -> Self {
-        let bytes = values.into_iter().flat_map(f64::to_le_bytes).collect();
-        Self { kind, element: Element::F64, shape: shape.map(|s| s as u64), bytes }
-    }
-
-    fn reals(
-        kind: SectionKind,
-        precision: Precision,
-        shape: [usize; 3],
-        values: impl IntoIterator<Item = f64>,
-    ) -> Self {
-        match precision {
-            Precision::F64 => Self::f64s(kind, shape, values),
-            Precision::F32 => {
-                let bytes = values.into_iter().flat_map(|v| (v as f32).to_le_bytes()).collect();
-                Self { kind, element: Element::F32, shape: shape.map(|s| s as u64), bytes }
-            }
-        }
-    }
-
-    fn u32s(kind: SectionKind, shape: [usize; 3], values: impl IntoIterator<Item = u32>) -> Self {
-        let bytes = values.into_iter().flat_map(u32::to_le_bytes).collect();
-        Self { kind, element: Element::U32, shape: shape.map(|s| s as u64), bytes }
-    }
-
-    fn names<'a>(kind: SectionKind, names: impl Iterator<Item = &'a str>) -> Self {
-        let bytes = names.collect::<Vec<_>>().join("\n").into_bytes();
-        Self { kind, element: Element::U8, shape: [bytes.len() as u64, 1, 1], bytes }
-    }
-}
-
-/// At fixed parameters the separated solution has one axis, the stage, and one term per stage.
-fn stage_axis(n_stages: u32) -> Axis<'static> {
-    Axis {
-        name: "stage",
-        unit: "",
-        role: AxisRole::Stage,
-        kind: AxisKind::Index,
-        log: false,
-        lower: 0.0,
-        upper: f64::from(n_stages - 1),
-        n_points: n_stages,
-    }
-}
-
 fn sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     let mut drafts = geometry_sections(parts, order);
     drafts.extend(basis_sections(parts, order));
@@ -231,16 +128,12 @@ fn sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     if let Some(block) = &parts.block {
         drafts.extend(block_sections(parts, block, order));
     }
-    if let Some((map, certificate)) = parts.canonical {
-        drafts.extend(canonical::sections(map, certificate, order));
-    }
     if parts.parameters.is_some_and(ParameterSpace::has_region_parameters) {
         drafts.extend(region_sections(parts));
     }
     if let Some(separation) = parts.separation {
         drafts.extend(separation_sections(separation));
     }
-    drafts.sort_by_key(|draft| draft.kind.number());
     drafts
 }
 
@@ -296,12 +189,12 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
     let r = basis.n_modes();
     let mut drafts = vec![];
     if !body.patterns.is_empty() {
-        let rows = body.patterns.iter().flat_map(|(_, force)| reduced_load(basis.vectors.as_ref(), force));
+        let rows = body.patterns.iter().flat_map(|(_, force)| project(basis.vectors.as_ref(), force));
         drafts.push(Draft::f64s(SectionKind::PatternBasis, [body.patterns.len(), r, 1], rows));
         drafts.push(Draft::names(SectionKind::PatternNames, body.patterns.iter().map(|p| p.0.as_str())));
     }
     if !body.probes.is_empty() {
-        let row = |probe: &crate::body::Probe| -> Vec<f64> {
+        let row = |probe: &crate::prepared::Probe| -> Vec<f64> {
             let rows: Vec<f64> =
                 node_rows(body.model.dofs(), basis.vectors.as_ref(), &[probe.node]).collect();
             (0..r).map(|k| (0..3).map(|c| probe.direction[c] * rows[c * r + k]).sum()).collect()
@@ -336,7 +229,7 @@ fn block_sections(parts: &Parts<'_>, block: &BlockTerms<'_>, order: &NodeOrder) 
     if !patterns.is_empty() {
         let rows = patterns
             .iter()
-            .flat_map(|(_, force)| block.loads.iter().flat_map(move |l| reduced_load(l.as_ref(), force)));
+            .flat_map(|(_, force)| block.loads.iter().flat_map(move |l| project(l.as_ref(), force)));
         drafts.push(Draft::f64s(SectionKind::PatternBlock, [patterns.len(), terms, r], rows));
     }
     drafts
@@ -349,8 +242,8 @@ fn region_sections(parts: &Parts<'_>) -> Vec<Draft> {
     let projected = |matrix: &crate::fem::SymmetricMatrix| {
         let mut image = Mat::zeros(basis.nrows(), r);
         matrix.mul_into(basis, image.as_mut());
-        let product = basis.transpose() * image;
-        (0..r * r).map(move |k| 0.5 * (product[(k / r, k % r)] + product[(k % r, k / r)]))
+        let product = symmetric_part((basis.transpose() * image).as_ref());
+        (0..r * r).map(move |k| product[(k / r, k % r)])
     };
     vec![
         Draft::f64s(
@@ -380,14 +273,8 @@ fn node_rows<'a>(
     })
 }
 
-/// `VᵀF`, length r.
-pub(crate) fn reduced_load(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> {
-    let dot = |k: usize| force.iter().enumerate().map(|(i, f)| f * vectors[(i, k)]).sum();
-    (0..vectors.ncols()).map(dot).collect()
-}
-
 /// Sections for people: how the error fell with the terms, how stable the step is over the box, and what was repaired.
-fn separation_sections(report: &SeparationReport) -> Vec<Draft> {
+fn separation_sections(report: &SeparationRecord) -> Vec<Draft> {
     let history = report.history_terms.iter().zip(&report.history);
     let radii = report.radius_samples.iter().map(|s| s.values.iter().copied().chain([s.spectral_radius]));
     let columns = report.radius_samples.first().map_or(0, |s| s.values.len() + 1);

@@ -1,7 +1,7 @@
 //! The order of nodes and triangles in a file: what a contact needs first, what only a whole field needs last.
 
 use super::curve;
-use crate::body::Body;
+use crate::prepared::Body;
 
 /// Nodes and triangles in file order.
 #[derive(Clone, Debug)]
@@ -9,6 +9,8 @@ pub struct NodeOrder {
     /// Mesh node of each file node: loadable ones, other surface nodes, interior ones; along a Hilbert
     /// curve in each part.
     pub nodes: Vec<u32>,
+    /// File node of each mesh node.
+    pub file_node: Vec<u32>,
     /// Number of loadable nodes.
     pub n_load: usize,
     /// Number of surface nodes, the loadable ones included.
@@ -38,6 +40,6 @@ impl NodeOrder {
         let others = body.surface.iter().filter(|triangle| !loadable.contains(*triangle));
         let triangles = body.loadable.iter().chain(others);
         let triangles: Vec<[u32; 3]> = triangles.map(|t| t.map(|node| file_node[node as usize])).collect();
-        Self { nodes, n_load, n_surface, triangles, n_load_triangles: body.loadable.len() }
+        Self { nodes, file_node, n_load, n_surface, triangles, n_load_triangles: body.loadable.len() }
     }
 }

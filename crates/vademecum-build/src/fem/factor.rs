@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use super::pencil::Pencil;
 use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
+use crate::linalg::column_groups;
 
 /// Right-hand sides solved together by one thread: 16 columns cost less than 4 single ones, and groups of 8 leave work
 /// for two threads.
@@ -217,7 +218,8 @@ fn solve_groups(memories: &mut [MemBuffer], factor: &Factor, rhs: MatMut<'_, f64
         }
         return;
     }
-    rhs.par_col_chunks_mut(SOLVE_GROUP)
+    column_groups(rhs, SOLVE_GROUP)
+        .into_par_iter()
         .zip(memories.par_iter_mut())
         .for_each(|(group, memory)| factor.solve_group(group, memory));
 }

@@ -4,6 +4,7 @@ use super::assembly::{NodeGraph, assemble};
 use super::element::{ElementError, Material};
 use super::pencil::Pencil;
 use crate::mesh::Mesh;
+use crate::store::{Hashed, Inputs};
 
 /// Marks a constrained dof in the map from dofs to free indices.
 const CONSTRAINED: u32 = u32::MAX;
@@ -277,4 +278,17 @@ fn rank(mut gram: [[f64; 6]; 6]) -> usize {
         }
     }
     6
+}
+
+/// The matrices of all regions on their pattern, and the dofs they stand for. Mesh, materials and supports act on the
+/// dynamics through these alone.
+impl Hashed for Model {
+    fn add_to(&self, inputs: Inputs) -> Inputs {
+        let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());
+        let shape = inputs.indices(self.dofs().dof_of_free()).value(&self.dofs().n_dof());
+        let shape = (0..pattern.n()).fold(shape, |inputs, j| inputs.indices(pattern.rows_of(j)));
+        (0..pencil.n_regions()).fold(shape, |inputs, q| {
+            inputs.numbers(pencil.region_mass(q).values()).numbers(pencil.region_stiffness(q).values())
+        })
+    }
 }

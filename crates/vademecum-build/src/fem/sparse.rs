@@ -11,6 +11,8 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{MatMut, MatRef};
 use rayon::prelude::*;
 
+use crate::linalg::row_groups;
+
 /// Rows one parallel task handles: some 100 µs of work, far above the cost of handing a task over.
 const ROW_CHUNK: usize = 2048;
 
@@ -173,7 +175,7 @@ fn mul_rows<const N: usize>(pattern: &Pattern, parts: [(&[f64], MatRef<'_, f64>)
     if pattern.n() <= ROW_CHUNK {
         task((0, y));
     } else {
-        y.par_row_chunks_mut(ROW_CHUNK).enumerate().for_each(task);
+        row_groups(y, ROW_CHUNK).into_par_iter().enumerate().for_each(task);
     }
 }
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{FieldError, Matrix, io_error};
-use crate::mesh::vtk_array::decode;
-use crate::mesh::vtk_xml::{Shell, arrays};
+use crate::mesh::vtk::array::decode;
+use crate::mesh::vtk::xml::{Shell, arrays};
 use crate::mesh::{Mesh, bounding_box, quality::norm, quality::sub};
 
 /// One array of point data.

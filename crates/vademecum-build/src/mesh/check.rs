@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::problem::Problem;
+use super::flaw::Flaw;
 use super::quality::{FACES, corners, degree_2_points, degree_4_rule, flatness, jacobian_10, quality, ten};
 use super::raw::{RawMesh, Tetrahedra};
 use super::{Mesh, Order, Region};
@@ -13,7 +13,7 @@ use super::{Mesh, Order, Region};
 /// The mended mesh and what is still wrong with it.
 pub(crate) struct Checked {
     pub mesh: Mesh,
-    pub problems: Vec<Problem>,
+    pub problems: Vec<Flaw>,
     pub unused_nodes: usize,
     pub reoriented: usize,
 }
@@ -22,14 +22,14 @@ pub(crate) struct Checked {
 pub(crate) fn check(raw: &RawMesh) -> Checked {
     let mut problems = Vec::new();
     if !raw.unsupported.is_empty() {
-        problems.push(Problem::UnsupportedElements(raw.unsupported.clone()));
+        problems.push(Flaw::UnsupportedElements(raw.unsupported.clone()));
     }
     let (linear, quadratic) = (raw.linear.region.len(), raw.quadratic.region.len());
     if linear > 0 && quadratic > 0 {
-        problems.push(Problem::MixedOrders { linear, quadratic });
+        problems.push(Flaw::MixedOrders { linear, quadratic });
     }
     if linear + quadratic == 0 && raw.unsupported.is_empty() {
-        problems.push(Problem::NoTetrahedra);
+        problems.push(Flaw::NoTetrahedra);
     }
     let (order, elements) = match linear >= quadratic {
         true => (Order::Linear, &raw.linear),
@@ -179,7 +179,7 @@ fn sliver_note(mesh: &mut Mesh) {
     }
 }
 
-fn degenerate(mesh: &Mesh) -> Option<Problem> {
+fn degenerate(mesh: &Mesh) -> Option<Flaw> {
     let flat = |e: &&[u32]| {
         let p = corners(&mesh.nodes, e);
         // A NaN, from coordinates beyond 1e100, counts as flat too.
@@ -190,10 +190,10 @@ fn degenerate(mesh: &Mesh) -> Option<Problem> {
     let first = flat.first()?;
     let p = corners(&mesh.nodes, first);
     let position = std::array::from_fn(|k| p.iter().map(|x| x[k]).sum::<f64>() / 4.0);
-    Some(Problem::DegenerateElements { count: flat.len(), first: ids(mesh, first), position })
+    Some(Flaw::DegenerateElements { count: flat.len(), first: ids(mesh, first), position })
 }
 
-fn folded(mesh: &Mesh) -> Option<Problem> {
+fn folded(mesh: &Mesh) -> Option<Flaw> {
     if mesh.order == Order::Linear {
         return None;
     }
@@ -210,11 +210,11 @@ fn folded(mesh: &Mesh) -> Option<Problem> {
             first = first.or(Some(ids(mesh, element)));
         }
     }
-    first.map(|first| Problem::FoldedElements { count, first, worst })
+    first.map(|first| Flaw::FoldedElements { count, first, worst })
 }
 
 /// Nodes closer than 1e-12 of the bounding box diagonal, which is what writing 16 digits leaves of one position.
-fn duplicates(mesh: &Mesh) -> Option<Problem> {
+fn duplicates(mesh: &Mesh) -> Option<Flaw> {
     let (low, high) = super::bounding_box(&mesh.nodes);
     let tolerance = 1e-12 * super::quality::norm(super::quality::sub(high, low));
     if !(tolerance > 0.0 && tolerance.is_finite()) {
@@ -241,7 +241,7 @@ fn duplicates(mesh: &Mesh) -> Option<Problem> {
     }
     let (a, b) = first?;
     let first = [mesh.node_ids[a as usize], mesh.node_ids[b]];
-    Some(Problem::DuplicateNodes { count, first, position: mesh.nodes[b] })
+    Some(Flaw::DuplicateNodes { count, first, position: mesh.nodes[b] })
 }
 
 /// Bodies by shared nodes: the label of each node's body, labels from 0 in node order.
@@ -266,7 +266,7 @@ fn bodies(mesh: &Mesh) -> Vec<u32> {
     (0..parent.len() as u32).map(|i| root(&mut parent, i)).collect()
 }
 
-fn disconnected(mesh: &Mesh) -> Option<Problem> {
+fn disconnected(mesh: &Mesh) -> Option<Flaw> {
     let body = bodies(mesh);
     let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
     for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
@@ -278,11 +278,11 @@ fn disconnected(mesh: &Mesh) -> Option<Problem> {
     let mut sizes: Vec<(u32, usize)> = sizes.into_iter().collect();
     sizes.sort_by_key(|&(root, size)| (std::cmp::Reverse(size), root));
     let nodes = sizes.iter().map(|&(root, _)| mesh.node_ids[root as usize]).collect();
-    Some(Problem::Disconnected { elements: sizes.iter().map(|s| s.1).collect(), nodes })
+    Some(Flaw::Disconnected { elements: sizes.iter().map(|s| s.1).collect(), nodes })
 }
 
 /// Looks at faces: more than two elements on one is a problem, two on the same side of it a fold worth a note.
-fn faces(mesh: &mut Mesh, problems: &mut Vec<Problem>) {
+fn faces(mesh: &mut Mesh, problems: &mut Vec<Flaw>) {
     let mut sides: Vec<([u32; 3], bool)> = Vec::with_capacity(mesh.element_region.len() * 4);
     for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
         sides.extend(FACES.iter().map(|face| sorted_with_parity(face.map(|i| element[i]))));
@@ -298,7 +298,7 @@ fn faces(mesh: &mut Mesh, problems: &mut Vec<Problem>) {
         }
     }
     if let Some(first) = first {
-        problems.push(Problem::OverlappingElements { count: crowded, first });
+        problems.push(Flaw::OverlappingElements { count: crowded, first });
     }
     if folds > 0 {
         mesh.notes.push(format!(

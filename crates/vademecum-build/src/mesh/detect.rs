@@ -4,8 +4,9 @@ use std::path::Path;
 
 use super::check::check;
 use super::error::{MeshError, shown};
+use super::load::load;
 use super::raw::RawMesh;
-use super::{Mesh, gmsh, inp, medit, mfem, tetgen, vtk, vtu};
+use super::{Mesh, gmsh, inp, medit, mfem, tetgen, vtk};
 
 /// Reads a mesh that can be computed with.
 ///
@@ -36,10 +37,6 @@ pub fn parse(path: &Path) -> Result<RawMesh, MeshError> {
     parse_bytes(path, &bytes)
 }
 
-pub(crate) fn load(path: &Path) -> Result<Vec<u8>, MeshError> {
-    std::fs::read(path).map_err(|source| MeshError::Io { file: path.to_path_buf(), source })
-}
-
 /// The same, for content at hand; `path` gives the extension, neighbours and the name in messages.
 pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     // A byte order mark of some editors.
@@ -53,7 +50,7 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
     } else if starts("# vtk DataFile") {
         vtk::parse(path, bytes)
     } else if starts("<?xml") || starts("<VTKFile") {
-        vtu::parse(path, bytes)
+        vtk::parse_vtu(path, bytes)
     } else if starts("MFEM ") {
         mfem::parse(path, bytes)
     } else if starts("MeshVersionFormatted") {

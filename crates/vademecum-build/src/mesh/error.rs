@@ -3,31 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::problem::Problem;
-
-/// Where in a file a fault lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// Line of a text file, counted from 1.
-    Line(usize),
-    /// Offset in a binary file, counted from 0.
-    Byte(usize),
-    /// Cell of a file that stores its cells as arrays, counted from 0.
-    Cell(usize),
-    /// The file as a whole.
-    Whole,
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Place::Line(line) => write!(f, "line {line}"),
-            Place::Byte(byte) => write!(f, "byte {byte}"),
-            Place::Cell(cell) => write!(f, "cell {cell}"),
-            Place::Whole => write!(f, "the whole file"),
-        }
-    }
-}
+use super::flaw::Flaw;
+use super::place::Place;
 
 /// One fault of a file: where, what was found, what was expected, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,11 +61,11 @@ pub enum MeshError {
         /// The file.
         file: PathBuf,
         /// What is wrong, the gravest first, never empty.
-        problems: Vec<Problem>,
+        problems: Vec<Flaw>,
     },
 }
 
-fn sentences(problems: &[Problem]) -> String {
+fn sentences(problems: &[Flaw]) -> String {
     let all: Vec<String> = problems.iter().map(|p| p.to_string()).collect();
     all.join("; ")
 }
@@ -103,7 +80,7 @@ impl MeshError {
     }
 
     /// The problems of an unsound mesh, empty for the other variants.
-    pub fn problems(&self) -> &[Problem] {
+    pub fn problems(&self) -> &[Flaw] {
         match self {
             MeshError::Unsound { problems, .. } => problems,
             _ => &[],

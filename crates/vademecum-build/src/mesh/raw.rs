@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::error::{At, MeshError, Place};
+use super::error::{At, MeshError};
+use super::flaw::UnsupportedCells;
+use super::place::Place;
 
 /// The shape of a cell in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,17 +45,6 @@ impl CellKind {
             _ => 3,
         }
     }
-}
-
-/// Volume cells of one kind that cannot be computed with.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnsupportedCells {
-    /// Their kind in words, for instance `8-node hexahedron`.
-    pub kind: String,
-    /// How many there are.
-    pub count: usize,
-    /// Where the first one is.
-    pub first: Place,
 }
 
 /// The tetrahedra of one order.

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::Mesh;
-use super::detect::{load, sound};
+use super::detect::sound;
 use super::error::MeshError;
+use super::load::load;
 use super::raw::{CellKind, RawMesh};
 use super::text::{Number, Text};
 

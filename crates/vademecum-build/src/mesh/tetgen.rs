@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::detect::load;
 use super::error::MeshError;
+use super::load::load;
 use super::quality::{EDGES, dot, sub};
 use super::raw::{CellKind, NodeIndex, RawMesh};
 use super::text::{Number, Text, tokens};

@@ -4,7 +4,8 @@
 
 use std::path::Path;
 
-use super::error::{At, MeshError, Place, shown};
+use super::error::{At, MeshError, shown};
+use super::place::Place;
 
 /// A cursor over a file that is read by lines, by tokens or by bytes.
 pub(crate) struct Text<'a> {

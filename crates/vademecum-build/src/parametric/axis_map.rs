@@ -2,7 +2,7 @@
 
 use vademecum_format::{AxisRole, MAX_REGIONS};
 
-use super::{ParameterSpace, Setting};
+use crate::prepared::{ParameterSpace, Setting};
 use crate::separated::{Axis, AxisKind, RegionAxes, SeparatedError, chebyshev_points};
 
 /// From θ and region factors to a point on the axes.

@@ -15,8 +15,8 @@ use faer::linalg::solvers::DenseSolveCore as _;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::ParametricError;
 use super::axis_map::{AxisMap, weights};
+use super::error::ParametricError;
 use crate::fem::{Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::progress::Listener;
 use crate::separated::{DenseSpace, Energy, SeparatedError, Space, compress};

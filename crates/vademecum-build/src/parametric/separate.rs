@@ -2,22 +2,23 @@
 
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
-use vademecum_format::scheme::{SchemeError, SchemeTable, theta};
+use vademecum_format::scheme::{SchemeTable, theta};
 use vademecum_format::{Axis as FileAxis, AxisKind as FileAxisKind, AxisRole};
 
 use super::axis_map::AxisMap;
+use super::error::ParametricError;
+use super::record::SeparationRecord;
 use super::responses::{
     PencilSpace, Response, Responses, compressed, compressed_basis, full_space, mode_scales,
 };
-use super::{ParameterSpace, Setting};
-use crate::export::{AxisTable, BlockTerms};
+use crate::basis::Basis;
 use crate::fem::{Pencil, Symbolic};
-use crate::pod::Basis;
-use crate::progress::{Cancelled, Listener};
+use crate::prepared::{ParameterSpace, Setting};
+use crate::progress::Listener;
 use crate::response::StageResponse;
+use crate::response::{AxisTable, BlockTerms};
 use crate::separated::{
-    Axis, DenseSpace, Energy, EnrichmentOptions, EnrichmentReport, Expansion, SampledBlocks, Separated,
-    SeparatedError, fit,
+    Axis, DenseSpace, Energy, EnrichmentOptions, EnrichmentReport, Expansion, SampledBlocks, Separated, fit,
 };
 
 /// Fresh points at which errors are measured.
@@ -26,20 +27,6 @@ const FRESH: usize = 200;
 const FIRST_SAMPLES: usize = 1000;
 /// See [`FIRST_SAMPLES`].
 const MOST_SAMPLES: usize = 16_000;
-
-/// Why there are no separated responses.
-#[derive(Debug, thiserror::Error)]
-pub enum ParametricError {
-    /// The separation itself.
-    #[error("the separated solution")]
-    Separated(#[from] SeparatedError),
-    /// The scheme refuses a parameter.
-    #[error("`parameter`")]
-    Scheme(#[from] SchemeError),
-    /// On request.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
 
 /// How far the separation goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,10 +44,10 @@ pub struct Parametric {
     /// Factors, and blocks in the compressed space: loads above states.
     solution: Separated,
     /// `H − B` of each term, shape (n, r).
-    #[serde(with = "crate::resume::matrix::list")]
+    #[serde(with = "crate::linalg::stored::list")]
     loads: Vec<Mat<f64>>,
     /// `E` of each term, shape (r, r).
-    #[serde(with = "crate::resume::matrix::list")]
+    #[serde(with = "crate::linalg::stored::list")]
     states: Vec<Mat<f64>>,
     /// What the enrichment did.
     pub enrichment: EnrichmentReport,
@@ -318,19 +305,22 @@ impl Parametric {
         (0..scheme.active().len()).map(response).collect()
     }
 
-    /// Only the square parts, for stability over many settings.
-    ///
-    /// # Errors
-    /// If the setting lies outside the box.
-    pub fn states(&self, scheme: &SchemeTable, setting: &Setting) -> Result<Vec<Mat<f64>>, ParametricError> {
-        let state = |stage: usize| {
-            let theta = theta(scheme, &setting.step, stage)?;
-            let weights = self.solution.weights(&self.map.point(theta, setting)?)?;
-            let mut state = Mat::zeros(self.states[0].nrows(), self.states[0].ncols());
-            weights.iter().zip(&self.states).for_each(|(&w, s)| state += s * faer::Scale(w));
-            Ok(state)
-        };
-        (0..scheme.active().len()).map(state).collect()
+    /// What the separation did; what a certificate measures of it is still empty.
+    pub(crate) fn record(&self) -> SeparationRecord {
+        SeparationRecord {
+            terms: self.n_terms(),
+            axis_points: self.axis_points(),
+            history: self.enrichment.history.clone(),
+            history_terms: self.enrichment.terms.clone(),
+            stop: self.enrichment.stop,
+            reduced_size: self.reduced_size,
+            samples: self.samples,
+            parameters: vec![],
+            worst_trajectory_at: vec![],
+            worst_radius_at: vec![],
+            radius_samples: vec![],
+            repairs: vec![],
+        }
     }
 
     /// The terms as the file keeps them.

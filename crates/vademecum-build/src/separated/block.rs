@@ -10,9 +10,10 @@ use super::enrich::{EnrichmentOptions, EnrichmentReport};
 use super::error::{SeparatedError, check_len};
 use super::expansion::{Expansion, SampledBlocks};
 use super::fit::{Measure, fit};
-use super::linalg::{Random, axpy, norm};
+use super::linalg::{axpy, norm};
 use super::problem::{AxisOperator, DenseSpace, Problem, Source, Space};
 use super::solution::Separated;
+use crate::linalg::Random;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 

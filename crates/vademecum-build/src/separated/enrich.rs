@@ -6,10 +6,11 @@
 //! update: after each new term all factors on one axis at a time are solved for again, together.
 
 use super::error::SeparatedError;
-use super::linalg::{Random, column, dot, inner, norm, product, transposed_product};
+use super::linalg::{column, dot, inner, norm, product, transposed_product};
 use super::problem::{AxisOperator, Problem, Space};
 use super::solution::Separated;
 use super::update::update;
+use crate::linalg::Random;
 use faer::{Mat, MatRef};
 
 /// How a greedy enrichment is run.
@@ -54,6 +55,16 @@ pub enum StopReason {
     MaxTerms,
     /// Further terms do not lower the error.
     Stagnation,
+}
+
+impl std::fmt::Display for StopReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Tolerance => "the tolerance",
+            Self::MaxTerms => "the largest number of terms",
+            Self::Stagnation => "stagnation: further terms did not lower the error",
+        })
+    }
 }
 
 /// What an enrichment did. The solution returned beside it is the best one seen, not the last, in the order and scaling

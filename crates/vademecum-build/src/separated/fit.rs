@@ -11,8 +11,9 @@
 use super::enrich::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
 use super::error::SeparatedError;
 use super::expansion::Expansion;
-use super::linalg::{Random, add_product, norm, product, solve_semidefinite, thin_svd, transposed_product};
+use super::linalg::{add_product, norm, product, solve_semidefinite, thin_svd, transposed_product};
 use super::solution::Separated;
+use crate::linalg::Random;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 

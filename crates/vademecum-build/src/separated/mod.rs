@@ -44,20 +44,19 @@
 //! # Ok::<(), SeparatedError>(())
 //! ```
 
-mod axis;
+pub(crate) mod axis;
 mod block;
-pub mod canonical;
-mod enrich;
-mod error;
+pub(crate) mod enrich;
+pub(crate) mod error;
 mod expansion;
 mod fit;
-mod linalg;
+pub(crate) mod linalg;
 mod lower_set;
-mod problem;
+pub(crate) mod problem;
 mod recompress;
-mod reduce;
+pub(crate) mod reduce;
 mod regions;
-mod solution;
+pub(crate) mod solution;
 mod update;
 
 pub(crate) use axis::chebyshev_points;
@@ -67,7 +66,6 @@ pub use enrich::{EnrichmentOptions, EnrichmentReport, StopReason, enrich};
 pub use error::SeparatedError;
 pub use expansion::{Expansion, SampledBlocks};
 pub use fit::{Measure, fit};
-pub use linalg::Random;
 pub use problem::{AxisOperator, DenseSpace, Problem, Source, Space, SparseSpace};
 pub use recompress::recompress;
 pub use reduce::{Energy, Reduction, ReductionOptions, compress, reduce};
@@ -77,8 +75,6 @@ pub use solution::Separated;
 #[cfg(test)]
 mod block_tests;
 #[cfg(test)]
-mod canonical_tests;
-#[cfg(test)]
-mod surrogate;
+pub(crate) mod surrogate;
 #[cfg(test)]
 mod tests;

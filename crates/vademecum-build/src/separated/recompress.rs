@@ -2,9 +2,10 @@
 
 use super::enrich::{EnrichmentOptions, enrich};
 use super::error::SeparatedError;
-use super::linalg::{Random, column, product, thin_svd, transposed_product};
+use super::linalg::{column, product, thin_svd, transposed_product};
 use super::problem::{DenseSpace, Problem, Source};
 use super::solution::Separated;
+use crate::linalg::Random;
 use faer::Mat;
 
 /// The same function with as few terms as are found for the relative `tolerance`, never more than it has.

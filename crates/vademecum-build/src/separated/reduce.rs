@@ -8,8 +8,9 @@
 use super::axis::Axis;
 use super::block::{BlockProblem, BlockSource};
 use super::error::{SeparatedError, check_len};
-use super::linalg::{Random, add_product, inner, norm, product, thin_svd, transposed_product};
+use super::linalg::{add_product, inner, norm, product, thin_svd, transposed_product};
 use super::problem::{DenseSpace, Space};
+use crate::linalg::Random;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 

@@ -9,9 +9,9 @@ use faer::{Mat, MatRef};
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Separated {
     axes: Vec<Axis>,
-    #[serde(with = "crate::resume::matrix::list")]
+    #[serde(with = "crate::linalg::stored::list")]
     factors: Vec<Mat<f64>>,
-    #[serde(with = "crate::resume::matrix")]
+    #[serde(with = "crate::linalg::stored")]
     blocks: Mat<f64>,
     n_rows: usize,
 }

@@ -12,11 +12,11 @@ mod pareto;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::Matrix;
-use vademecum_build::bench::{Reference, Study, Timed, distance, mean_at_jumps};
+use vademecum_build::dynamics::TimedLoad;
 use vademecum_build::dynamics::{FullOrder, SchemeKind};
-use vademecum_build::march::TimedLoad;
-use vademecum_build::pipeline::BuildError;
 use vademecum_build::progress::Listener;
+use vademecum_study::StudyError;
+use vademecum_study::bench::{Reference, Study, Timed, distance, mean_at_jumps};
 
 use self::candidates::{Extent, Group, March, groups};
 use self::equal_time::equal_time;
@@ -236,7 +236,7 @@ impl Run<'_> {
     }
 
     fn solver(&self, scheme: &SchemeKind, time_step: f64) -> Result<Solver<'_>, Failure> {
-        let table = scheme.table().map_err(BuildError::from)?;
+        let table = scheme.table().map_err(StudyError::from)?;
         Ok(Solver { scheme: *scheme, full: self.study.full_order(&table, time_step)? })
     }
 

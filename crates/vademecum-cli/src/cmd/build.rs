@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::export::{check_writable, write_atomic};
-use vademecum_build::pipeline::{BuildOptions, Built, CanonicalReport, Report, StructureReport, build};
-use vademecum_build::problem::Problem;
+use vademecum_build::certificate::StructureReport;
+use vademecum_build::chapter::ChapterReport;
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::progress::Listener;
-use vademecum_build::resume::Store;
+use vademecum_build::report::BuildReport;
+use vademecum_build::store::{Store, check_writable, write_atomic};
 
 use super::print_json;
 use crate::console::{Console, cancelled};
@@ -75,8 +77,9 @@ impl Build {
 
 impl Build {
     fn build(&self, problem: &Problem, store: &Store, console: &Console) -> Result<Built, Failure> {
-        let options = BuildOptions { keep_missed: self.keep_missed, repair: self.repair, store: Some(store) };
-        let built = build(problem, &options, console)?;
+        let options = BuildOptions { repair: self.repair, store: Some(store) };
+        let outcome = build(problem, &options, console)?;
+        let built = if self.keep_missed { outcome.either() } else { outcome.kept()? };
         if cancelled() {
             return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
         }
@@ -105,7 +108,7 @@ pub fn bytes(length: usize) -> String {
 }
 
 /// Prints a build's report.
-pub fn print_report(report: &Report) {
+pub fn print_report(report: &BuildReport) {
     println!(
         "{} nodes, {} elements, {} free dofs; {} snapshots; {} modes; {:.1} steps per first period",
         report.nodes,
@@ -134,8 +137,8 @@ pub fn print_report(report: &Report) {
             print_structure(name, s);
         }
     }
-    if let Some(c) = &certificate.canonical {
-        print_canonical(c);
+    if let Some(c) = &certificate.chapter {
+        print_chapter(c);
     }
     if let Some(s) = &report.separation {
         println!(
@@ -163,9 +166,9 @@ pub fn print_report(report: &Report) {
     }
 }
 
-/// Prints the canonical structure's certificate.
-pub fn print_canonical(c: &CanonicalReport) {
-    print_structure("canonical", &c.structure);
+/// Prints the certificate of the chapter's structure.
+pub fn print_chapter(c: &ChapterReport) {
+    print_structure("chapter", &c.structure);
     if let Some(step) = c.left_at {
         println!("a trajectory left its axes at step {step}; the errors are of the steps before");
     }

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use vademecum_build::export::write_atomic;
-use vademecum_build::pipeline::{BuildOptions, Report, build, prepare};
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Silent, Stopwatch};
-use vademecum_build::scenario::Scenario;
+use vademecum_build::report::BuildReport;
+use vademecum_build::store::write_atomic;
 use vademecum_eval::{Mapped, SceneOptions};
+use vademecum_study::scenario::Scenario;
 
 use super::build::print_report;
 use super::run::geometry;
@@ -40,7 +42,7 @@ struct DemoReport<'a> {
     #[serde(flatten)]
     verify: &'a verify::Report,
     long_run: &'a LongRun,
-    build: &'a Report,
+    build: &'a BuildReport,
 }
 
 impl Demo {
@@ -52,7 +54,7 @@ impl Demo {
         write_text(&self.output.join("scenario.toml"), SCENARIO)?;
         let path = self.output.join("demo.vdm");
 
-        let built = build(&problem, &BuildOptions::default(), console)?;
+        let built = build(&problem, &BuildOptions::default(), console)?.kept()?;
         write_atomic(&path, &built.bytes).map_err(|error| Failure::io(&path, error))?;
         let mapped = Mapped::open(&path).map_err(|error| Failure::file(&path, error))?;
         let file = mapped.file().map_err(|error| Failure::file(&path, error))?;
@@ -77,7 +79,7 @@ impl Demo {
 
     fn draw(
         &self,
-        report: &Report,
+        report: &BuildReport,
         verified: &Verified,
         nodes: &[[f64; 3]],
         triangles: &[[u32; 3]],
@@ -109,7 +111,7 @@ impl Demo {
         line_chart(&self.output.join("energy.svg"), &energy, &lines).map_err(failed)
     }
 
-    fn print(&self, report: &Report, verified: &Verified, long: &LongRun) {
+    fn print(&self, report: &BuildReport, verified: &Verified, long: &LongRun) {
         print_report(report);
         println!();
         verified.report.print();
@@ -131,7 +133,7 @@ fn over_time<'a>(name: &'a str, values: &[f64], width: usize, verified: &Verifie
 }
 
 /// Held nodes and contact points.
-fn marks(prepared: &vademecum_build::pipeline::Prepared, track: &Track) -> Vec<(usize, [f64; 3])> {
+fn marks(prepared: &vademecum_build::prepared::Prepared, track: &Track) -> Vec<(usize, [f64; 3])> {
     let (mesh, dofs) = (prepared.body.model.mesh(), prepared.body.model.dofs());
     let held = |node: &usize| (0..3).all(|c| dofs.free(3 * node + c).is_none());
     let nodes = (0..mesh.nodes.len()).filter(held).map(|node| (0, mesh.nodes[node]));

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::bench::Study;
-use vademecum_build::body::Body;
+use vademecum_build::dynamics::Interval;
+use vademecum_build::dynamics::TimedLoad;
 use vademecum_build::field::{self, write_matrix_market, write_npy};
-use vademecum_build::march::TimedLoad;
-use vademecum_build::problem::BasisKind;
+use vademecum_build::input::BasisKind;
+use vademecum_build::prepared::Body;
 use vademecum_build::progress::Listener;
-use vademecum_build::scenario::{Interval, Scenario};
 use vademecum_format::File;
+use vademecum_study::bench::Study;
+use vademecum_study::scenario::Scenario;
 
 use super::bench::{problem_or_demo, scenario_or_push};
 use super::verify::{file_nodes, full_order_loads};

@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
-use vademecum_build::pipeline::{CanonicalReport, StructureReport};
-use vademecum_build::problem::Problem;
-use vademecum_build::rewrite::{Dropped, Loss, fewest_terms, read_losses};
+use vademecum_build::certificate::StructureReport;
+use vademecum_build::chapter::ChapterReport;
+use vademecum_build::input::Problem;
 use vademecum_eval::Mapped;
 use vademecum_format::{Canonical, File, SectionKind};
+use vademecum_rewrite::{Dropped, Loss, fewest_terms, read_losses};
 
 use vademecum_build::parametric::RadiusSample;
 
-use super::build::print_canonical;
+use super::build::print_chapter;
 use super::{print_json, rewrite_failed, whole_file};
 use crate::failure::Failure;
 use crate::player::names;
@@ -106,7 +107,7 @@ struct Certificates {
     repairs: Vec<String>,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
-    canonical: Option<CanonicalReport>,
+    canonical: Option<ChapterReport>,
 }
 
 /// Axes of the canonical structure of one stage, and where its load can stand.
@@ -155,7 +156,7 @@ impl Info {
         let certificate = &m.certificate;
         let canonical = Canonical::read(file).map_err(|error| Failure::file(&self.file, error))?;
         let canonical_report =
-            CanonicalReport::of_file(file).map_err(|error| Failure::file(&self.file, error))?;
+            ChapterReport::of_file(file).map_err(|error| Failure::file(&self.file, error))?;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
         let left_its_axes = canonical_report.as_ref().is_some_and(|report| report.left_at.is_some());
         let worst = match &canonical_report {
@@ -293,7 +294,7 @@ impl Report {
         }
         if let Some(c) = &self.certificate.canonical {
             println!("certificate, canonical:");
-            print_canonical(c);
+            print_chapter(c);
         }
         if let Some(steps) = self.certificate.good_for_steps {
             println!("{}", endurance(steps));

@@ -17,10 +17,10 @@ pub mod view;
 
 use std::path::Path;
 
-use vademecum_build::export::write_atomic;
-use vademecum_build::rewrite::{self, DECODED_LIMIT, RewriteError};
+use vademecum_build::store::write_atomic;
 use vademecum_eval::Mapped;
 use vademecum_format::{Codec, File, SectionKind};
+use vademecum_rewrite::{self, DECODED_LIMIT, RewriteError};
 
 use crate::failure::{Cause, Failure};
 
@@ -53,8 +53,8 @@ pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped, memory: &'a mut Vec<u8>) 
     };
     let file = mapped.file().map_err(failed)?;
     if file.sections().any(|section| section.codec() != Codec::Raw) {
-        *memory =
-            rewrite::unpack(mapped.bytes(), DECODED_LIMIT).map_err(|error| rewrite_failed(path, error))?;
+        *memory = vademecum_rewrite::unpack(mapped.bytes(), DECODED_LIMIT)
+            .map_err(|error| rewrite_failed(path, error))?;
         return File::parse(memory).map_err(failed);
     }
     file.verify_all().map_err(failed)?;

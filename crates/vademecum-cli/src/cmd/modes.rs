@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use vademecum_build::dynamics::{lowest_modes, numerical_damping};
-use vademecum_build::pipeline::{BuildError, prepare};
-use vademecum_build::problem::Problem;
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::BuildError;
+use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 
 use super::print_json;

@@ -8,14 +8,14 @@ mod separation_figures;
 
 use std::path::{Path, PathBuf};
 
-use vademecum_build::export::write_atomic;
+use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
-use vademecum_build::pipeline::prepare;
-use vademecum_build::problem::Problem;
+use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
-use vademecum_build::scenario::Scenario;
+use vademecum_build::store::write_atomic;
 use vademecum_eval::{Mapped, SceneOptions};
 use vademecum_format::{File, SectionKind};
+use vademecum_study::scenario::Scenario;
 
 use self::build_times::BuildTimes;
 use self::figures::Figures;

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, write_pvd, write_vtu};
-use vademecum_build::scenario::{FieldChoice, Scenario};
 use vademecum_eval::{Field, Scene, SceneOptions, State, Structure, StructureChoice};
 use vademecum_format::{File, SectionKind};
+use vademecum_study::scenario::{FieldChoice, Scenario};
 
 use super::{make_folder, open, whole_file, write_text};
 use crate::console::Console;

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::rewrite::{self, Keep};
-use vademecum_build::scenario::Scenario;
-use vademecum_build::target::check_target;
 use vademecum_format::{File, SectionKind};
+use vademecum_rewrite::{self, Keep};
+use vademecum_study::scenario::Scenario;
+use vademecum_study::target::check_target;
 
 use super::{read_file, rewrite_failed, write_file};
 use crate::failure::Failure;
@@ -54,10 +54,10 @@ impl Strip {
         };
         let failed = |error| rewrite_failed(&self.file, error);
         let bytes = read_file(&self.file)?;
-        let mut stripped = rewrite::strip(&bytes, keep).map_err(failed)?;
+        let mut stripped = vademecum_rewrite::strip(&bytes, keep).map_err(failed)?;
         let mut dropped_terms = None;
         if let Some(tolerance) = self.terms_for {
-            let (fewer, dropped) = rewrite::drop_terms(&stripped, tolerance).map_err(failed)?;
+            let (fewer, dropped) = vademecum_rewrite::drop_terms(&stripped, tolerance).map_err(failed)?;
             stripped = fewer;
             dropped_terms = Some(dropped);
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::rewrite;
+use vademecum_rewrite as rewrite;
 
 use super::{read_file, rewrite_failed, write_file};
 use crate::failure::Failure;

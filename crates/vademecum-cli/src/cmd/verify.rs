@@ -3,17 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use vademecum_build::compare::{CompareError, Comparison, Reduced, compare, coordinate_matrix};
+use vademecum_build::chapter::ChapterReport;
 use vademecum_build::dynamics::FullOrder;
-use vademecum_build::march::TimedLoad;
-use vademecum_build::pipeline::{BuildError, CanonicalReport, Prepared, prepare};
-use vademecum_build::problem::Problem;
+use vademecum_build::dynamics::TimedLoad;
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::BuildError;
+use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
-use vademecum_build::reduced::spectral_radius;
-use vademecum_build::rewrite::check;
-use vademecum_build::scenario::Scenario;
+use vademecum_build::response::reduced::spectral_radius;
 use vademecum_eval::{Field, Loads, Mapped, Scene, SceneOptions, State, Structure};
 use vademecum_format::{File, SectionKind};
+use vademecum_rewrite::check;
+use vademecum_study::StudyError;
+use vademecum_study::compare::{CompareError, Comparison, Reduced, compare, coordinate_matrix};
+use vademecum_study::scenario::Scenario;
 
 use super::run::{StructureArgument, structure_name};
 use super::{print_json, read_file, rewrite_failed, whole_file};
@@ -191,7 +194,7 @@ pub fn verify(
     let rows = probe_rows(body);
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
     let full = compare(body, &full, &loads, &reduced, console).map_err(|error| match error {
-        CompareError::March(error) => Failure::from(BuildError::from(error)),
+        CompareError::March(error) => Failure::from(StudyError::from(error)),
         dependent => Failure::file(path, dependent),
     })?;
 
@@ -227,7 +230,7 @@ pub fn verify(
 pub fn file_nodes(
     path: &Path,
     file: &File<'_>,
-    body: &vademecum_build::body::Body,
+    body: &vademecum_build::prepared::Body,
 ) -> Result<Vec<u32>, Failure> {
     let mesh = body.model.mesh();
     let by_id: std::collections::HashMap<u64, u32> =
@@ -251,7 +254,7 @@ fn missing(path: &Path, kind: SectionKind) -> Failure {
 pub fn free_basis(
     path: &Path,
     file: &File<'_>,
-    body: &vademecum_build::body::Body,
+    body: &vademecum_build::prepared::Body,
     file_nodes: &[u32],
 ) -> Result<vademecum_build::Matrix, Failure> {
     let r = file.metadata().n_modes as usize;
@@ -279,7 +282,7 @@ pub fn free_basis(
 /// The loads of a track as forces over the free dofs.
 pub fn full_order_loads(
     track: &Track,
-    body: &vademecum_build::body::Body,
+    body: &vademecum_build::prepared::Body,
     file_nodes: &[u32],
     path: &Path,
     file: &File<'_>,
@@ -305,8 +308,8 @@ pub fn full_order_loads(
 }
 
 /// Each probe as weights on free dofs.
-fn probe_rows(body: &vademecum_build::body::Body) -> Vec<Vec<(u32, f64)>> {
-    let row = |probe: &vademecum_build::body::Probe| {
+fn probe_rows(body: &vademecum_build::prepared::Body) -> Vec<Vec<(u32, f64)>> {
+    let row = |probe: &vademecum_build::prepared::Probe| {
         let component = |c: usize| {
             let free = body.model.dofs().free(3 * probe.node as usize + c)?;
             Some((free, probe.direction[c]))
@@ -326,7 +329,7 @@ fn step_radius(path: &Path, file: &File<'_>, options: &SceneOptions) -> Result<f
     let scene = Scene::bind(file, options, &mut memory, &mut work).map_err(bind)?;
     if scene.structure() == Structure::Canonical {
         // Unit states are far off its axes; the build has linearised the step.
-        let report = CanonicalReport::of_file(file).map_err(|error| Failure::file(path, error))?;
+        let report = ChapterReport::of_file(file).map_err(|error| Failure::file(path, error))?;
         return Ok(report.map_or(f64::NAN, |report| report.structure.spectral_radius));
     }
     let mut state = State::new(&scene, &mut state_memory).map_err(bind)?;

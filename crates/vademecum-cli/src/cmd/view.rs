@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use vademecum_build::export::write_atomic;
+use vademecum_build::store::write_atomic;
 use vademecum_format::{File, SectionKind};
 
 use super::open;

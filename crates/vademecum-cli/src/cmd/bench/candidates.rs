@@ -5,15 +5,15 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use vademecum_build::Matrix;
-use vademecum_build::bench::{ReducedSolver, Study, Timed, staged};
-use vademecum_build::compare::coordinate_matrix;
-use vademecum_build::march::TimedLoad;
-use vademecum_build::pod::Basis;
-use vademecum_build::problem::BasisKind;
+use vademecum_build::basis::Basis;
+use vademecum_build::dynamics::TimedLoad;
+use vademecum_build::input::BasisKind;
 use vademecum_build::progress::Listener;
-use vademecum_build::rewrite;
 use vademecum_eval::{Scalar, SceneOptions, StructureChoice};
 use vademecum_format::File;
+use vademecum_rewrite as rewrite;
+use vademecum_study::bench::{ReducedSolver, Study, Timed, staged};
+use vademecum_study::compare::coordinate_matrix;
 
 use super::canonical::{self, Played};
 use super::errors::thinned;

@@ -10,11 +10,11 @@ use std::path::Path;
 use std::rc::Rc;
 
 use vademecum_build::Matrix;
-use vademecum_build::bench::{LoadSites, Study, Timed};
-use vademecum_build::problem::{BasisKind, Repair};
+use vademecum_build::input::{BasisKind, Repair};
 use vademecum_build::progress::Listener;
 use vademecum_eval::{Contact, Loads, Scene, SceneOptions, State, StepError, StructureChoice, SurfacePoint};
 use vademecum_format::File;
+use vademecum_study::bench::{LoadSites, Study, Timed};
 
 use super::candidates::{Group, March, Method, Part, Stepper};
 use super::inputs::Bound;

@@ -9,8 +9,8 @@
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::bench::{Projection, Reference, Study, distance, distance_on_bases};
 use vademecum_build::fem::SymmetricMatrix;
+use vademecum_study::bench::{Projection, Reference, Study, distance, distance_on_bases};
 
 use super::candidates::{Group, March, Method, Part, Shipped};
 use crate::failure::Failure;

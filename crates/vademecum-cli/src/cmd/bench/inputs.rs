@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use vademecum_build::bench::Study;
-use vademecum_build::march::TimedLoad;
-use vademecum_build::problem::Problem;
-use vademecum_build::scenario::Scenario;
+use vademecum_build::dynamics::TimedLoad;
+use vademecum_build::input::Problem;
 use vademecum_format::File;
+use vademecum_study::bench::Study;
+use vademecum_study::scenario::Scenario;
 
 use crate::cmd::demo::{PROBLEM, SCENARIO};
 use crate::cmd::verify::{file_nodes, full_order_loads};

@@ -9,11 +9,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use vademecum_build::Matrix;
-use vademecum_build::bench::{ReducedSolver, staged};
 use vademecum_build::dynamics::FullOrder;
-use vademecum_build::march::{INSTANTS, TimedLoad};
+use vademecum_build::dynamics::{INSTANTS, TimedLoad};
 use vademecum_eval::{Field, Scalar, Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::{File, SectionKind};
+use vademecum_study::bench::{ReducedSolver, staged};
 
 use super::candidates::{Group, Stepper};
 use super::canonical::with_marches;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use vademecum_build::pipeline::StructureReport;
+use vademecum_build::certificate::StructureReport;
 use vademecum_eval::Structure;
 use vademecum_format::SectionKind;
 

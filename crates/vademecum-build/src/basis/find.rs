@@ -1,0 +1,145 @@
+//! From a problem to its basis: which snapshots, which vectors, how many.
+
+use faer::prelude::ReborrowMut;
+
+use super::carrier::carrier_basis;
+use super::error::BasisError;
+use super::pod::{Apply, Pod, apply};
+use super::ritz::{Basis, modes_basis, pod_basis, ritz_basis};
+use super::snapshots::{Runs, SnapshotError, compute, import};
+use crate::dynamics::{FullOrder, Modes, lowest_modes};
+use crate::fem::{FactorError, Solve};
+use crate::input::{BasisKind, InnerProduct, Problem};
+use crate::prepared::{Body, Prepared};
+use crate::progress::Listener;
+use crate::store::{Inputs, Kept};
+
+/// The snapshots of the plan, or those of another program, decomposed; none for natural modes, which need none.
+///
+/// # Errors
+/// [`SnapshotError`].
+pub fn decompose(
+    problem: &Problem,
+    body: &Body,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    listener: &dyn Listener,
+) -> Result<Option<Pod>, SnapshotError> {
+    if problem.basis.kind == BasisKind::Modes {
+        return Ok(None);
+    }
+    let pencil = body.model.pencil();
+    let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
+    let identity = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| y.copy_from(x);
+    let inner_product: Apply<'_> = match problem.basis.inner_product {
+        InnerProduct::Mass => &mass,
+        InnerProduct::Stiffness => &stiffness,
+        InnerProduct::Identity => &identity,
+    };
+    let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
+    let rank = max_rank(problem);
+    let pod = if imported {
+        import(body, problem, inner_product, rank, listener)?
+    } else {
+        compute(body, full, runs, inner_product, rank, listener)?
+    };
+    Ok(Some(pod))
+}
+
+/// POD vectors kept while streaming: twice what the basis takes, so that truncation stays far below what is used.
+fn max_rank(problem: &Problem) -> usize {
+    const BY_ENERGY: usize = 128;
+    2 * problem.basis.modes.map_or(BY_ENERGY, |r| r * oversampling(problem)).max(16)
+}
+
+fn oversampling(problem: &Problem) -> usize {
+    if problem.basis.kind == BasisKind::Ritz { problem.basis.oversampling } else { 1 }
+}
+
+const DEFAULT_MODES: usize = 8;
+
+/// Snapshots and the basis of the kind asked for, with the number of snapshots.
+///
+/// # Errors
+/// [`BasisError`].
+pub fn find_basis(
+    problem: &Problem,
+    prepared: &Prepared,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    kept: &Kept<'_>,
+) -> Result<(Basis, usize), BasisError> {
+    if prepared.space.has_region_parameters() && problem.basis.kind != BasisKind::Modes {
+        let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
+        let carrier = carrier_basis(problem, prepared, runs, count, kept)?;
+        return Ok((carrier.basis, carrier.n_snapshots));
+    }
+    let inputs = |inputs: Inputs| basis_inputs(inputs, problem, prepared, runs);
+    kept.stage("basis", inputs, || nominal_basis(problem, prepared, full, runs, kept.listener))
+}
+
+/// The same at the values of the problem file.
+fn nominal_basis(
+    problem: &Problem,
+    prepared: &Prepared,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    listener: &dyn Listener,
+) -> Result<(Basis, usize), BasisError> {
+    let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
+    let Some(pod) = decompose(problem, body, full, runs, listener)? else {
+        let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
+        let Modes { vectors, eigenvalues, .. } = lowest_modes(pencil, &prepared.symbolic, count)?;
+        return Ok((modes_basis(vectors, eigenvalues), 0));
+    };
+    let found = pod.singular_values.len();
+    let count = match (problem.basis.modes, problem.basis.energy) {
+        (Some(count), _) => count,
+        (None, Some(fraction)) => pod.count_for_energy(fraction),
+        (None, None) => DEFAULT_MODES.min(found),
+    };
+    if count > found {
+        return Err(BasisError::TooManyModes { path: problem.place("basis.modes"), asked: count, found });
+    }
+    Ok((basis_of_pod(problem, prepared, &pod, count)?, pod.n_snapshots))
+}
+
+/// The basis of the kind asked for, `pod` or `ritz`, from a decomposition of the snapshots.
+///
+/// # Errors
+/// [`FactorError`]: a stiffness that does not factorise.
+pub fn basis_of_pod(
+    problem: &Problem,
+    prepared: &Prepared,
+    pod: &Pod,
+    count: usize,
+) -> Result<Basis, FactorError> {
+    let pencil = prepared.body.model.pencil();
+    let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
+    let basis = if problem.basis.kind == BasisKind::Pod {
+        pod_basis(&mass, &stiffness, pod, count)
+    } else {
+        let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
+        let static_response = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| {
+            pencil.mass().mul_into(x, y.rb_mut());
+            Solve::new(&prepared.symbolic, y.ncols(), true).solve_in_place(&factor, y);
+        };
+        ritz_basis(&mass, &stiffness, &static_response, pod, count, problem.basis.oversampling)
+    };
+    Ok(basis)
+}
+
+/// What the basis at the values of the problem file depends on, beside the model.
+fn basis_inputs(inputs: Inputs, problem: &Problem, prepared: &Prepared, runs: &Runs) -> Inputs {
+    let Prepared { scheme, step, body, .. } = prepared;
+    let plan = &problem.snapshots;
+    let imported = plan.npy.iter().chain(plan.vtu.iter().flatten());
+    match problem.basis.kind {
+        BasisKind::Modes => inputs.value(&problem.basis),
+        _ if plan.npy.is_some() || plan.vtu.is_some() => {
+            let known = inputs.value(&(&problem.basis, &plan.field, body.mesh_hash));
+            imported.fold(known, |inputs, path| inputs.file(&problem.resolve(path)))
+        }
+        _ => inputs.value(&(&problem.basis, scheme, step, runs)),
+    }
+}

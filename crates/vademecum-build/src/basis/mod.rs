@@ -1,0 +1,19 @@
+//! The basis of motion: snapshots under a plan of loads, their decomposition, and the vectors that are kept.
+
+mod carrier;
+mod error;
+mod find;
+mod pod;
+mod ritz;
+mod snapshots;
+
+pub use carrier::{Carrier, carrier_basis};
+pub use error::BasisError;
+pub use find::{basis_of_pod, decompose, find_basis};
+pub use pod::{Apply, Pod, StreamingPod};
+pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis, ritz_coordinates};
+pub use snapshots::{Runs, SnapshotError, compute, import};
+pub(crate) use snapshots::{run_loads, spread_nodes};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,236 @@
+//! Snapshots: full-order fields under a plan of loads, or the fields of another program.
+//!
+//! Runs are marched several at a time (many right-hand sides cost little more than one) and streamed into the POD, so
+//! memory does not grow with the plan.
+
+use std::path::PathBuf;
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use super::pod::{Apply, Pod, StreamingPod};
+use crate::dynamics::{FullOrder, Interval, MarchError, TimedLoad, march_full_order};
+use crate::field;
+use crate::input::{Problem, SnapshotPlan};
+use crate::prepared::Body;
+use crate::progress::{Cancelled, Listener, Quiet};
+
+/// Runs marched at once by one thread; past 16 right-hand sides a solve gains nothing more.
+const RUNS_AT_ONCE: usize = 16;
+/// Snapshots of one group of runs held before the POD takes them \[numbers\].
+const GROUP_LIMIT: usize = 1 << 25;
+/// Snapshots per run unless the plan gives a stride.
+const SNAPSHOTS_PER_RUN: usize = 60;
+
+/// Why there are no snapshots.
+#[derive(Debug, thiserror::Error)]
+pub enum SnapshotError {
+    /// The march failed.
+    #[error("snapshots")]
+    March(#[from] MarchError),
+    /// On request.
+    #[error("snapshots")]
+    Cancelled(#[from] Cancelled),
+    /// A file cannot be read.
+    #[error("snapshots")]
+    Field(#[from] field::FieldError),
+    /// A file holds another number of dofs than the mesh.
+    #[error("{path}: {found} rows; expected {expected}, three per node of the mesh")]
+    Rows {
+        /// The file.
+        path: PathBuf,
+        /// Rows found.
+        found: usize,
+        /// Three times the number of nodes.
+        expected: usize,
+    },
+    /// No snapshot moves.
+    #[error("all snapshots are zero: no load of the plan moves the body")]
+    Zero,
+}
+
+/// The plan with all its defaults filled in.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Runs {
+    /// Mesh nodes that are loaded, one after the other.
+    pub nodes: Vec<u32>,
+    /// Directions of the unit force at each.
+    pub directions: Vec<[f64; 3]>,
+    /// How long each force is held \[s\].
+    pub hold: f64,
+    /// Steps of each run.
+    pub steps: usize,
+    /// Steps between snapshots.
+    pub stride: usize,
+}
+
+impl Runs {
+    /// Fills in the defaults from the first natural period \[s\].
+    pub fn plan(plan: &SnapshotPlan, body: &Body, time_step: f64, first_period: f64) -> Self {
+        let duration = plan.duration.unwrap_or(3.0 * first_period);
+        let steps = ((duration / time_step).ceil() as usize).max(2);
+        Self {
+            nodes: spread_nodes(body, plan.positions),
+            directions: plan.directions.clone(),
+            hold: plan.hold.unwrap_or(0.5 * first_period).max(time_step),
+            steps,
+            stride: plan.stride.unwrap_or((steps / SNAPSHOTS_PER_RUN).max(1)),
+        }
+    }
+
+    /// Node and direction of the force of each run.
+    fn loads(&self) -> Vec<(u32, [f64; 3])> {
+        self.nodes.iter().flat_map(|&node| self.directions.iter().map(move |&d| (node, d))).collect()
+    }
+
+    /// The same in groups marched together.
+    pub(crate) fn groups(&self) -> Vec<Vec<(u32, [f64; 3])>> {
+        self.loads().chunks(RUNS_AT_ONCE).map(<[_]>::to_vec).collect()
+    }
+
+    /// Number of runs.
+    pub fn count(&self) -> usize {
+        self.nodes.len() * self.directions.len()
+    }
+}
+
+/// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all before.
+pub(crate) fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
+    let mut candidates: Vec<u32> = body.loadable.iter().flatten().copied().collect();
+    candidates.sort_unstable();
+    candidates.dedup();
+    let free = |node: &u32| (0..3).any(|c| body.model.dofs().free(3 * *node as usize + c).is_some());
+    candidates.retain(free);
+    let position = |node: u32| body.model.mesh().nodes[node as usize];
+    let centroid: [f64; 3] = std::array::from_fn(|c| {
+        candidates.iter().map(|&node| position(node)[c]).sum::<f64>() / candidates.len() as f64
+    });
+    let squared = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
+    let mut distance: Vec<f64> = candidates.iter().map(|&node| squared(position(node), centroid)).collect();
+    let mut chosen = vec![];
+    while chosen.len() < count.min(candidates.len()) {
+        let farthest = (0..candidates.len()).reduce(|a, b| if distance[b] > distance[a] { b } else { a });
+        let node = candidates[farthest.expect("a loadable surface has free nodes")];
+        for (i, &other) in candidates.iter().enumerate() {
+            let to_new = squared(position(other), position(node));
+            distance[i] = if chosen.is_empty() { to_new } else { distance[i].min(to_new) };
+        }
+        chosen.push(node);
+    }
+    chosen
+}
+
+/// Marches the plan and streams every snapshot into a POD of at most `max_rank` vectors.
+///
+/// # Errors
+/// [`SnapshotError`].
+pub fn compute(
+    body: &Body,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    inner_product: Apply<'_>,
+    max_rank: usize,
+    listener: &dyn Listener,
+) -> Result<Pod, SnapshotError> {
+    let n = body.n_dof();
+    let loads = runs.loads();
+    let per_run = n * (runs.steps / runs.stride + 1);
+    let group = (GROUP_LIMIT / per_run).clamp(1, RUNS_AT_ONCE);
+    let groups: Vec<&[(u32, [f64; 3])]> = loads.chunks(group).collect();
+    let mut pod = StreamingPod::new(inner_product, n, max_rank);
+    let mut done = 0;
+    for side_by_side in groups.chunks(rayon::current_num_threads()) {
+        if listener.cancelled() {
+            return Err(Cancelled.into());
+        }
+        // Groups are independent and pushed in order: the same bytes come out for any number of threads.
+        let fields: Vec<Result<Mat<f64>, MarchError>> =
+            side_by_side.par_iter().map(|group| run_group(body, full, runs, group, listener)).collect();
+        for snapshots in fields {
+            pod.push(snapshots?.as_ref());
+        }
+        done += side_by_side.iter().map(|g| g.len()).sum::<usize>();
+        listener.advance(done, loads.len());
+    }
+    finish(pod)
+}
+
+/// The forces of runs marched together, one trajectory each.
+pub(crate) fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> Vec<TimedLoad> {
+    let when = Interval { start: 0.0, end: runs.hold, ramp: 0.0 };
+    let load = |(column, &(node, direction)): (usize, &(u32, [f64; 3]))| {
+        let mut force = vec![0.0; body.n_dof()];
+        body.model.add_point_force(&[node], &[1.0], direction, &mut force);
+        TimedLoad { column, force, when }
+    };
+    group.iter().enumerate().map(load).collect()
+}
+
+/// Marches runs together; snapshots as columns, shape (n, runs × snapshots).
+fn run_group(
+    body: &Body,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    group: &[(u32, [f64; 3])],
+    listener: &dyn Listener,
+) -> Result<Mat<f64>, MarchError> {
+    let loads = run_loads(body, runs, group);
+    let mut snapshots = Mat::zeros(body.n_dof(), group.len() * (runs.steps / runs.stride));
+    let mut next = 0;
+    march_full_order(full, &loads, group.len(), runs.steps, &Quiet(listener), |step, state| {
+        if step > 0 && step % runs.stride == 0 {
+            snapshots.subcols_mut(next, group.len()).copy_from(&state.displacement);
+            next += group.len();
+        }
+    })?;
+    Ok(snapshots)
+}
+
+/// Streams the snapshots of another program into a POD.
+///
+/// # Errors
+/// [`SnapshotError`] if a file cannot be read or does not fit the mesh.
+pub fn import(
+    body: &Body,
+    problem: &Problem,
+    inner_product: Apply<'_>,
+    max_rank: usize,
+    listener: &dyn Listener,
+) -> Result<Pod, SnapshotError> {
+    let mut pod = StreamingPod::new(inner_product, body.n_dof(), max_rank);
+    if let Some(path) = &problem.snapshots.npy {
+        let path = problem.resolve(path);
+        let matrix = field::read_npy(&path)?;
+        check_rows(body, &path, matrix.rows)?;
+        for column in matrix.data.chunks_exact(matrix.rows.max(1)) {
+            pod.push(restrict(body, column).as_ref());
+        }
+    }
+    if let Some(files) = &problem.snapshots.vtu {
+        let files: Vec<PathBuf> = files.iter().map(|path| problem.resolve(path)).collect();
+        // One file at a time: a series may be longer than memory.
+        for (i, file) in files.iter().enumerate() {
+            let name = &problem.snapshots.field;
+            let matrix = field::read_displacements(std::slice::from_ref(file), name, body.model.mesh())?;
+            pod.push(restrict(body, matrix.column(0)).as_ref());
+            listener.checkpoint(i + 1, files.len())?;
+        }
+    }
+    finish(pod)
+}
+
+fn check_rows(body: &Body, path: &std::path::Path, found: usize) -> Result<(), SnapshotError> {
+    let expected = body.model.dofs().n_dof();
+    if found == expected { Ok(()) } else { Err(SnapshotError::Rows { path: path.into(), found, expected }) }
+}
+
+fn restrict(body: &Body, full: &[f64]) -> Mat<f64> {
+    let mut free = Mat::zeros(body.n_dof(), 1);
+    body.model.dofs().restrict_into(full, free.col_as_slice_mut(0));
+    free
+}
+
+fn finish(pod: StreamingPod<'_>) -> Result<Pod, SnapshotError> {
+    let pod = pod.finish();
+    if pod.singular_values.is_empty() { Err(SnapshotError::Zero) } else { Ok(pod) }
+}

@@ -1,0 +1,222 @@
+//! The march of a certificate through the evaluator, on the encoded bytes.
+
+use faer::{Mat, MatRef};
+use vademecum_eval::{Contact, Loads, Scene, SceneOptions, Sizes, State};
+use vademecum_format::scheme::MAX_STAGES;
+use vademecum_format::{File, StructureCertificate};
+
+use super::error::CertificateError;
+use super::unseen::{UnseenLoad, UnseenLoads};
+use super::verdict::worst;
+use crate::basis::Basis;
+use crate::dynamics::{ErrorMeter, FullOrder, march_full_order};
+use crate::export::NodeOrder;
+use crate::fem::SymmetricMatrix;
+use crate::progress::{Cancelled, Listener};
+
+/// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`] at most.
+const FREE_RUN_WORK: usize = 1_000_000_000;
+/// See [`FREE_RUN_WORK`].
+const FREE_RUN_STEPS: usize = 100_000;
+
+/// Memory lent to the scene of one march.
+struct Memory {
+    scene: Vec<f64>,
+    work: Vec<f64>,
+    states: Vec<Vec<f64>>,
+    loads: Vec<Vec<f64>>,
+}
+
+impl Memory {
+    fn new(sizes: &Sizes, trajectories: usize) -> Self {
+        Self {
+            scene: vec![0.0; sizes.scene],
+            work: vec![0.0; sizes.work],
+            states: vec![vec![0.0; sizes.state]; trajectories],
+            loads: vec![vec![0.0; sizes.loads]; trajectories],
+        }
+    }
+}
+
+/// One trajectory: a load, and the state under it.
+struct Trajectory<'m> {
+    contact: Contact,
+    load: &'m UnseenLoad,
+    state: State<'m, f64>,
+    loads: Loads<'m, f64>,
+    /// Factors on the load that stand in `loads`.
+    factors: [f64; 1 + MAX_STAGES],
+}
+
+/// All unseen loads marched through one scene.
+struct March<'m> {
+    scene: Scene<'m, f64>,
+    trajectories: Vec<Trajectory<'m>>,
+}
+
+/// Marches the unseen loads full order beside the structures of a file, each bound to its options, and measures all of them.
+///
+/// `bytes` is the whole file and `order` its order of nodes; `mass` is the mass matrix of the problem file, in which `basis` is
+/// orthonormal and errors are measured. Map errors are not measured here; they are NaN.
+///
+/// # Errors
+/// [`CertificateError`]: a full-order march that fails or is stopped, a file the evaluator refuses.
+pub fn certify(
+    bytes: &[u8],
+    order: &NodeOrder,
+    mass: &SymmetricMatrix,
+    full: &FullOrder<'_>,
+    basis: &Basis,
+    structures: &[SceneOptions],
+    unseen: &UnseenLoads,
+    listener: &dyn Listener,
+) -> Result<Vec<StructureCertificate>, CertificateError> {
+    let file = File::parse(bytes)?;
+    let columns = unseen.loads.len();
+    let sizes = structures.iter().map(|s| Scene::<f64>::sizes(&file, s)).collect::<Result<Vec<_>, _>>()?;
+    let mut memories: Vec<Memory> = sizes.iter().map(|s| Memory::new(s, columns)).collect();
+    let bind = |(options, memory)| March::bind(&file, options, memory, order, unseen);
+    let mut marches = structures.iter().zip(&mut memories).map(bind).collect::<Result<Vec<_>, _>>()?;
+    let mut meters: Vec<ErrorMeter<'_>> =
+        marches.iter().map(|_| ErrorMeter::new(mass, basis.vectors.as_ref(), columns)).collect();
+    let mut refused = None;
+    march_full_order(full, &unseen.timed(), columns, unseen.steps, listener, |step, state| {
+        for (march, meter) in marches.iter_mut().zip(&mut meters) {
+            if step == 0 || refused.is_some() {
+                continue;
+            }
+            match march.step(step - 1) {
+                Ok(()) => meter.add(state.displacement.as_ref(), march.coordinates().as_ref()),
+                Err(error) => refused = Some(error),
+            }
+        }
+    })?;
+    if let Some(error) = refused {
+        return Err(error);
+    }
+    let certificate = |(march, meter): (&mut March<'_>, &ErrorMeter<'_>)| {
+        let worst = worst(&meter.errors());
+        Ok(StructureCertificate {
+            trajectory_error: worst.error,
+            projection_floor: worst.floor,
+            spectral_radius: radius_of_increment(increment(&march.scene)?.as_ref())?,
+            energy_ratio: march.free_run_energy(listener)?,
+            map_error_rms: f64::NAN,
+            map_error_max: f64::NAN,
+            steps: unseen.steps as f64,
+        })
+    };
+    marches.iter_mut().zip(&meters).map(certificate).collect()
+}
+
+impl<'m> March<'m> {
+    fn bind(
+        file: &File<'m>,
+        options: &SceneOptions,
+        memory: &'m mut Memory,
+        order: &NodeOrder,
+        unseen: &'m UnseenLoads,
+    ) -> Result<Self, CertificateError> {
+        let scene = Scene::bind(file, options, &mut memory.scene, &mut memory.work)?;
+        let lent = memory.states.iter_mut().zip(&mut memory.loads);
+        let trajectories = unseen.loads.iter().zip(lent).map(|(load, (state, loads))| {
+            let nodes = load.nodes.map(|node| order.file_node[node as usize]);
+            let contact = Contact { nodes, weights: load.weights, force: load.force };
+            let (state, loads) = (State::new(&scene, state)?, Loads::new(&scene, loads)?);
+            let mut trajectory = Trajectory { contact, load, state, loads, factors: [0.0; 1 + MAX_STAGES] };
+            trajectory.load_step(&scene, 0)?;
+            // From rest the acceleration is what the force at time zero demands.
+            let zero = vec![0.0; scene.n_modes()];
+            scene.set(&mut trajectory.state, &zero, &zero, &trajectory.loads)?;
+            Ok(trajectory)
+        });
+        let trajectories = trajectories.collect::<Result<_, CertificateError>>()?;
+        Ok(Self { scene, trajectories })
+    }
+
+    fn step(&mut self, step: usize) -> Result<(), CertificateError> {
+        for trajectory in &mut self.trajectories {
+            trajectory.load_step(&self.scene, step)?;
+            self.scene.step(&mut trajectory.state, &trajectory.loads)?;
+        }
+        Ok(())
+    }
+
+    /// ζ of every trajectory, shape (r, trajectories).
+    fn coordinates(&self) -> Mat<f64> {
+        Mat::from_fn(self.scene.n_modes(), self.trajectories.len(), |i, j| {
+            self.trajectories[j].state.zeta()[i]
+        })
+    }
+
+    /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at its start.
+    fn free_run_energy(&mut self, listener: &dyn Listener) -> Result<f64, CertificateError> {
+        let r = self.scene.n_modes();
+        let steps = (FREE_RUN_WORK / (9 * r * r)).min(FREE_RUN_STEPS);
+        let Trajectory { state, loads, .. } = &mut self.trajectories[0];
+        loads.clear();
+        // The first unloaded step removes what is left of the load's acceleration.
+        self.scene.step(state, loads)?;
+        let start = self.scene.energy(state)?;
+        let mut largest = start;
+        for _ in 0..steps {
+            self.scene.step(state, loads)?;
+            largest = largest.max(self.scene.energy(state)?);
+        }
+        if listener.cancelled() { Err(Cancelled.into()) } else { Ok(largest / start) }
+    }
+}
+
+impl Trajectory<'_> {
+    /// Puts the load of step `step` into `loads` where it differs from that of the step before.
+    fn load_step(&mut self, scene: &Scene<'_, f64>, step: usize) -> Result<(), CertificateError> {
+        let time_step = scene.parameters().time_step;
+        let factors = scene.instants().map(|c| self.load.timed.when.factor((step as f64 + c) * time_step));
+        if factors != self.factors {
+            self.factors = factors;
+            self.loads.clear();
+            if factors.iter().any(|&f| f != 0.0) {
+                self.loads.add_contact_staged(scene, &self.contact, &factors)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Spectral radius of the step of a file bound to `options`.
+///
+/// # Errors
+/// [`CertificateError`]: a file the evaluator refuses, eigenvalues that do not converge.
+pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, CertificateError> {
+    let sizes = Scene::<f64>::sizes(file, options)?;
+    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    let scene = Scene::bind(file, options, &mut memory, &mut work)?;
+    radius_of_increment(increment(&scene)?.as_ref())
+}
+
+/// The increment map `D` of `y ← y + D y` as the scene holds it, shape (3r, 3r).
+fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateError> {
+    let n = 3 * scene.n_modes();
+    let (mut state_memory, mut load_memory) = (vec![0.0; 4096 * 64], vec![0.0; 4096 * 64]);
+    let mut state = State::new(scene, &mut state_memory)?;
+    let loads = Loads::new(scene, &mut load_memory)?;
+    let mut map = vec![0.0; n * n];
+    for j in 0..n {
+        let mut unit = vec![0.0; n];
+        unit[j] = 1.0;
+        state.restore(&unit)?;
+        scene.step(&mut state, &loads)?;
+        state.save_into(&mut map[j * n..(j + 1) * n])?;
+        map[j * n + j] -= 1.0;
+    }
+    Ok(MatRef::from_column_major_slice(&map, n, n).to_owned())
+}
+
+/// Largest modulus of the eigenvalues of `I + D`, from those of `D`, so that those near 1 keep their digits.
+///
+/// # Errors
+/// [`CertificateError::Eigenvalues`].
+pub(crate) fn radius_of_increment(increment: MatRef<'_, f64>) -> Result<f64, CertificateError> {
+    let eigenvalues = increment.eigenvalues().map_err(|_| CertificateError::Eigenvalues)?;
+    Ok(eigenvalues.iter().map(|l| (1.0 + l.re).hypot(l.im)).fold(0.0, f64::max))
+}

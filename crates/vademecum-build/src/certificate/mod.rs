@@ -1,0 +1,36 @@
+//! What a build measures about itself before it lets go of a file.
+//!
+//! Unseen loads, at positions and in directions no snapshot used, are marched full order and through the evaluator, on the
+//! very bytes that ship; the error is put beside the floor of the basis. Then the step runs free for long and its energy is
+//! watched, and its spectral radius is computed from the map the evaluator steps with. Over live parameters the same is done
+//! at every corner of the box, and stability at random points beside them.
+
+pub mod endurance;
+mod error;
+mod evaluated;
+mod over_box;
+mod unseen;
+mod verdict;
+
+pub use error::CertificateError;
+pub use evaluated::{certify, spectral_radius};
+pub use over_box::{BoxCertificate, certify_box};
+pub use unseen::{UnseenLoad, UnseenLoads};
+pub(crate) use verdict::worst;
+pub use verdict::{BOUNDED, STABLE, StructureReport};
+
+use vademecum_format::StructureCertificate;
+
+use crate::store::{Inputs, Kept};
+
+/// A march of the certificate, kept as one row of numbers per structure.
+pub(crate) fn kept_certificate<E>(
+    kept: &Kept<'_>,
+    name: &str,
+    inputs: impl FnOnce(Inputs) -> Inputs,
+    march: impl FnOnce() -> Result<Vec<StructureCertificate>, E>,
+) -> Result<Vec<StructureCertificate>, E> {
+    let rows = kept
+        .stage(name, inputs, || Ok(march()?.iter().map(StructureCertificate::numbers).collect::<Vec<_>>()))?;
+    Ok(rows.into_iter().map(StructureCertificate::from_numbers).collect())
+}

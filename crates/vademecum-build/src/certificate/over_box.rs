@@ -1,0 +1,134 @@
+//! What a parametric build measures over its box: trajectories and energy at the corners, stability at corners and
+//! random points. A stage map that is off by 1e-6 is off by more after a thousand steps; only marching tells.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::{File, StructureCertificate};
+
+use super::error::CertificateError;
+use super::evaluated::{certify, spectral_radius};
+use super::kept_certificate;
+use super::unseen::UnseenLoads;
+use crate::basis::Basis;
+use crate::dynamics::FullOrder;
+use crate::export::NodeOrder;
+use crate::parametric::{Parametric, RadiusSample};
+use crate::prepared::{ParameterSpace, Prepared};
+use crate::progress::Quiet;
+use crate::store::{Inputs, Kept};
+
+/// Random points at which stability is checked beside the corners.
+const STABILITY_POINTS: usize = 100;
+/// Where their draw starts.
+const SEED: u64 = 9;
+
+/// The certificate of a box and where its worst values lie.
+#[derive(Clone, Debug)]
+pub struct BoxCertificate {
+    /// Worst values over the box, as the file keeps them.
+    pub worst: StructureCertificate,
+    /// Parameter values at the corner of the worst trajectory.
+    pub worst_trajectory_at: Vec<f64>,
+    /// Parameter values at the largest spectral radius.
+    pub worst_radius_at: Vec<f64>,
+    /// The spectral radius at the corners, at the values of the problem file and at random points, in this order.
+    pub radius_samples: Vec<RadiusSample>,
+}
+
+/// Marches unseen loads at every corner of the box, full order beside the file's block structure, and checks stability over it.
+///
+/// `bytes` is the whole file and `order` its order of nodes.
+///
+/// # Errors
+/// [`CertificateError`]: a march that fails or is stopped, a file the evaluator refuses.
+pub fn certify_box(
+    bytes: &[u8],
+    order: &NodeOrder,
+    prepared: &Prepared,
+    parametric: &Parametric,
+    basis: &Basis,
+    unseen: &UnseenLoads,
+    kept: &Kept<'_>,
+) -> Result<BoxCertificate, CertificateError> {
+    let space = &prepared.space;
+    let file = File::parse(bytes)?;
+    let corners = space.corners();
+    let done = AtomicUsize::new(0);
+    let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureCertificate, CertificateError> {
+        let options = block_at(&file, values)?;
+        let setting = space.setting(values);
+        let responses = parametric.responses(&prepared.scheme, &setting)?;
+        let inputs = |inputs: Inputs| {
+            inputs.value(&(&prepared.scheme, setting)).with(basis).with(&responses[..]).with(unseen)
+        };
+        let march = || certify_corner(bytes, order, prepared, basis, (values, &options), unseen, kept);
+        let certificate = kept_certificate(kept, &format!("certificate-{}", corner + 1), inputs, march)?[0];
+        kept.listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), corners.len())?;
+        Ok(certificate)
+    };
+    let measured = corners.par_iter().enumerate().map(at_corner).collect::<Result<Vec<_>, _>>()?;
+    let radius_samples = sample_radius(&file, space, &corners)?;
+    let by_radius = |a: &&RadiusSample, b: &&RadiusSample| a.spectral_radius.total_cmp(&b.spectral_radius);
+    let least_stable = radius_samples.iter().max_by(by_radius).expect("a box has corners").clone();
+    let excess = |c: &StructureCertificate| c.trajectory_error / c.projection_floor.max(f64::MIN_POSITIVE);
+    let worst = (0..corners.len()).max_by(|&a, &b| excess(&measured[a]).total_cmp(&excess(&measured[b])));
+    let worst = worst.expect("a box has corners");
+    let energy_ratio = measured.iter().map(|c| c.energy_ratio).fold(0.0, f64::max);
+    Ok(BoxCertificate {
+        worst: StructureCertificate {
+            spectral_radius: least_stable.spectral_radius,
+            energy_ratio,
+            map_error_rms: parametric.map_error.0,
+            map_error_max: parametric.map_error.1,
+            ..measured[worst]
+        },
+        worst_trajectory_at: corners[worst].clone(),
+        worst_radius_at: least_stable.values,
+        radius_samples,
+    })
+}
+
+/// The block structure of a file at values of its live parameters.
+fn block_at(file: &File<'_>, values: &[f64]) -> Result<SceneOptions, CertificateError> {
+    let mut options = SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() };
+    for (parameter, &value) in values.iter().enumerate() {
+        options.set(file.metadata(), parameter, value)?;
+    }
+    Ok(options)
+}
+
+/// Trajectories and energy at one corner.
+fn certify_corner(
+    bytes: &[u8],
+    order: &NodeOrder,
+    prepared: &Prepared,
+    basis: &Basis,
+    (values, options): (&[f64], &SceneOptions),
+    unseen: &UnseenLoads,
+    kept: &Kept<'_>,
+) -> Result<Vec<StructureCertificate>, CertificateError> {
+    let Prepared { body, symbolic, scheme, space, .. } = prepared;
+    let setting = space.setting(values);
+    // Uniform factors are folded into θ by the evaluator and into the pencil for the full-order march.
+    let pencil = setting.pencil(body.model.pencil());
+    let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
+    let mass = body.model.pencil().mass();
+    certify(bytes, order, mass, &full, basis, std::slice::from_ref(options), unseen, &Quiet(kept.listener))
+}
+
+/// Spectral radius at the corners, at the values of the problem file and at random points.
+fn sample_radius(
+    file: &File<'_>,
+    space: &ParameterSpace,
+    corners: &[Vec<f64>],
+) -> Result<Vec<RadiusSample>, CertificateError> {
+    let random = space.random(STABILITY_POINTS, SEED);
+    let points: Vec<Vec<f64>> = corners.iter().cloned().chain([space.nominal()]).chain(random).collect();
+    let sample = |values: Vec<f64>| -> Result<RadiusSample, CertificateError> {
+        let spectral_radius = spectral_radius(file, &block_at(file, &values)?)?;
+        Ok(RadiusSample { values, spectral_radius })
+    };
+    points.into_par_iter().map(sample).collect()
+}

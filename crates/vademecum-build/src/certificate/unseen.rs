@@ -1,0 +1,67 @@
+//! Loads that no snapshot has seen.
+
+use crate::basis::Runs;
+use crate::dynamics::{Interval, TimedLoad};
+use crate::linalg::{Random, unit};
+use crate::prepared::Body;
+use crate::store::{Hashed, Inputs};
+
+/// Unseen trajectories marched side by side.
+const TRAJECTORIES: usize = 3;
+/// Where the draw starts.
+const SEED: u64 = 0x5EED_0001;
+
+/// A unit force at a point of the loadable surface, as the evaluator and as the full-order solver take it.
+#[derive(Clone, Debug)]
+pub struct UnseenLoad {
+    /// Mesh nodes that share the force.
+    pub nodes: [u32; 3],
+    /// Their shares.
+    pub weights: [f64; 3],
+    /// Force \[N\].
+    pub force: [f64; 3],
+    /// The same over the free dofs, and when it acts.
+    pub timed: TimedLoad,
+}
+
+/// Loads the snapshots have not seen.
+pub struct UnseenLoads {
+    /// The loads, one per trajectory.
+    pub loads: Vec<UnseenLoad>,
+    /// Steps of the march.
+    pub steps: usize,
+}
+
+impl UnseenLoads {
+    /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots' hold, so
+    /// that its spectrum is another one.
+    pub fn draw(body: &Body, runs: &Runs, steps: usize) -> Self {
+        let mut random = Random::new(SEED);
+        let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
+        let load = |column| {
+            let nodes = body.loadable[random.below(body.loadable.len())];
+            let (a, b) = (random.uniform(), random.uniform());
+            let weights = [1.0 - a.max(b), a.min(b), (a - b).abs()];
+            let force = unit(std::array::from_fn(|_| random.uniform() - 0.5));
+            let mut full = vec![0.0; body.n_dof()];
+            body.model.add_point_force(&nodes, &weights, force, &mut full);
+            UnseenLoad { nodes, weights, force, timed: TimedLoad { column, force: full, when } }
+        };
+        Self { loads: (0..TRAJECTORIES).map(load).collect(), steps }
+    }
+
+    /// As the full-order solver takes them.
+    pub fn timed(&self) -> Vec<TimedLoad> {
+        self.loads.iter().map(|load| load.timed.clone()).collect()
+    }
+}
+
+/// The loads of a certificate and how long they are marched.
+impl Hashed for UnseenLoads {
+    fn add_to(&self, inputs: Inputs) -> Inputs {
+        let steps = inputs.value(&self.steps);
+        self.loads.iter().fold(steps, |inputs, load| {
+            inputs.value(&(load.timed.column, load.timed.when)).numbers(&load.timed.force)
+        })
+    }
+}

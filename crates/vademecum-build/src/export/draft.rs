@@ -1,0 +1,66 @@
+//! A section before it is laid out.
+
+use vademecum_format::{Codec, Element, SectionInput, SectionKind};
+
+use crate::input::Precision;
+
+/// A section before it is laid out.
+pub struct Draft {
+    /// Its kind.
+    pub kind: SectionKind,
+    /// Type of its numbers.
+    pub element: Element,
+    /// Its shape.
+    pub shape: [u64; 3],
+    /// Its bytes, little-endian.
+    pub bytes: Vec<u8>,
+}
+
+impl Draft {
+    /// As the format takes it.
+    pub(super) fn input(&self) -> SectionInput<'_> {
+        SectionInput {
+            kind: self.kind,
+            element: self.element,
+            codec: Codec::Raw,
+            required: self.kind.is_canonical(),
+            shape: self.shape,
+            decoded_length: self.bytes.len() as u64,
+            stored: &self.bytes,
+        }
+    }
+
+    /// Numbers in double precision.
+    pub fn f64s(kind: SectionKind, shape: [usize; 3], values: impl IntoIterator<Item = f64>) -> Self {
+        let bytes = values.into_iter().flat_map(f64::to_le_bytes).collect();
+        Self { kind, element: Element::F64, shape: shape.map(|s| s as u64), bytes }
+    }
+
+    /// Numbers in the precision of the file.
+    pub fn reals(
+        kind: SectionKind,
+        precision: Precision,
+        shape: [usize; 3],
+        values: impl IntoIterator<Item = f64>,
+    ) -> Self {
+        match precision {
+            Precision::F64 => Self::f64s(kind, shape, values),
+            Precision::F32 => {
+                let bytes = values.into_iter().flat_map(|v| (v as f32).to_le_bytes()).collect();
+                Self { kind, element: Element::F32, shape: shape.map(|s| s as u64), bytes }
+            }
+        }
+    }
+
+    /// Indices.
+    pub fn u32s(kind: SectionKind, shape: [usize; 3], values: impl IntoIterator<Item = u32>) -> Self {
+        let bytes = values.into_iter().flat_map(u32::to_le_bytes).collect();
+        Self { kind, element: Element::U32, shape: shape.map(|s| s as u64), bytes }
+    }
+
+    /// Names, one per line.
+    pub fn names<'a>(kind: SectionKind, names: impl Iterator<Item = &'a str>) -> Self {
+        let bytes = names.collect::<Vec<_>>().join("\n").into_bytes();
+        Self { kind, element: Element::U8, shape: [bytes.len() as u64, 1, 1], bytes }
+    }
+}

@@ -1,0 +1,11 @@
+//! What a user writes: problem files, and how files of this kind are read.
+
+mod problem;
+pub mod toml_file;
+
+pub use problem::{
+    BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, InnerProduct,
+    LoadEntry, MaterialEntry, MeshSource, OrderEntry, OutputEntry, ParameterEntry, ParameterKind,
+    ParameterScale, PatternEntry, Precision, ProbeEntry, Problem, ProblemError, Projection, RegionEntry,
+    Repair, Representation, SnapshotPlan, SupportEntry, TablesSource, TimeEntry, Tolerances,
+};

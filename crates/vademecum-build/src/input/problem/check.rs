@@ -1,0 +1,220 @@
+//! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
+
+use super::{ParameterKind, ParameterScale, Problem, ProblemError};
+use crate::input::toml_file::TomlError;
+
+impl Problem {
+    pub(super) fn check(&self) -> Result<(), ProblemError> {
+        self.check_mesh()?;
+        self.check_materials()?;
+        for (i, support) in self.supports.iter().enumerate() {
+            let held = !support.components.is_empty();
+            self.require(
+                held,
+                &format!("support[{i}].components"),
+                "empty",
+                "at least one of \"x\", \"y\", \"z\"",
+            )?;
+        }
+        self.check_damping()?;
+        self.check_loads()?;
+        self.check_time_and_basis()?;
+        self.check_parameters()?;
+        self.check_chapter()
+    }
+
+    fn check_mesh(&self) -> Result<(), ProblemError> {
+        let mesh = &self.mesh;
+        let given = mesh.file.is_some() as u8 + mesh.tables.is_some() as u8 + mesh.block.is_some() as u8;
+        self.require(given == 1, "mesh", given, "exactly one of `file`, `tables` and `block`")?;
+        self.require(positive(mesh.scale), "mesh.scale", mesh.scale, "a positive number")?;
+        if let Some(block) = &mesh.block {
+            let lengths = block.lengths.iter().all(|&l| positive(l));
+            self.require(lengths, "mesh.block.lengths", block.lengths, "three positive lengths")?;
+            let cells = block.divisions.iter().all(|&d| d >= 1);
+            self.require(cells, "mesh.block.divisions", block.divisions, "three counts of at least 1")?;
+        }
+        Ok(())
+    }
+
+    fn check_materials(&self) -> Result<(), ProblemError> {
+        self.require(!self.materials.is_empty(), "material", "absent", "at least one `[[material]]`")?;
+        for (i, m) in self.materials.iter().enumerate() {
+            let key = |name: &str| format!("material[{i}].{name}");
+            self.require(positive(m.young), &key("young"), m.young, "a positive modulus")?;
+            let poisson = m.poisson > -1.0 && m.poisson < 0.5;
+            self.require(poisson, &key("poisson"), m.poisson, "a ratio above −1 and below 0.5")?;
+            self.require(positive(m.density), &key("density"), m.density, "a positive density")?;
+            let twice = self.materials[..i].iter().any(|other| other.region == m.region);
+            self.require(!twice, &key("region"), &m.region, "a region no other material names")?;
+        }
+        Ok(())
+    }
+
+    fn check_damping(&self) -> Result<(), ProblemError> {
+        let d = &self.damping;
+        let both = d.ratios.is_some() && (d.alpha.is_some() || d.beta.is_some());
+        self.require(!both, "damping", "`ratios` beside `alpha` or `beta`", "one or the other")?;
+        for (name, value) in [("damping.alpha", d.alpha), ("damping.beta", d.beta)] {
+            let value = value.unwrap_or(0.0);
+            self.require(value >= 0.0 && value.is_finite(), name, value, "zero or a positive number")?;
+        }
+        if let Some(pairs) = d.ratios {
+            let usable = pairs.iter().all(|p| p[0] >= 0.0 && positive(p[1])) && pairs[0][1] != pairs[1][1];
+            self.require(
+                usable,
+                "damping.ratios",
+                pairs,
+                "two pairs [ratio ≥ 0, frequency > 0] at two frequencies",
+            )?;
+        }
+        let found = d.damping().rayleigh();
+        found.map(|_| ()).map_err(|source| ProblemError::Damping { path: self.place("damping"), source })
+    }
+
+    fn check_loads(&self) -> Result<(), ProblemError> {
+        for (i, p) in self.load.patterns.iter().enumerate() {
+            let key = format!("load.pattern[{i}]");
+            let given =
+                p.acceleration.is_some() as u8 + p.traction.is_some() as u8 + p.pressure.is_some() as u8;
+            self.require(
+                given == 1,
+                &key,
+                given,
+                "exactly one of `acceleration`, `traction` and `pressure`",
+            )?;
+            let placed = p.acceleration.is_some() != p.on.is_some();
+            self.require(placed, &key, "`on`", "`on` for traction and pressure, none for acceleration")?;
+            let twice = self.load.patterns[..i].iter().any(|other| other.name == p.name);
+            let name = !p.name.is_empty() && !p.name.contains('\n') && !twice;
+            self.require(
+                name,
+                &format!("{key}.name"),
+                &p.name,
+                "a name of one line that no other pattern has",
+            )?;
+            let vectors = p.acceleration.iter().chain(&p.traction).flatten();
+            let finite = vectors.chain(&p.pressure).all(|value| value.is_finite());
+            self.require(finite, &key, "not a number or infinite", "finite numbers")?;
+        }
+        for (i, probe) in self.output.probes.iter().enumerate() {
+            let key = format!("output.probe[{i}]");
+            let twice = self.output.probes[..i].iter().any(|other| other.name == probe.name);
+            let name = !probe.name.is_empty() && !probe.name.contains(['\n', ',', '"']) && !twice;
+            self.require(
+                name,
+                &format!("{key}.name"),
+                &probe.name,
+                "a name of one line that no other probe has",
+            )?;
+            let finite = probe.point.iter().all(|value| value.is_finite());
+            self.require(finite, &format!("{key}.point"), probe.point, "finite numbers")?;
+            let length: f64 = probe.direction.iter().map(|c| c * c).sum();
+            self.require(
+                positive(length),
+                &format!("{key}.direction"),
+                probe.direction,
+                "a vector of some length",
+            )?;
+        }
+        Ok(())
+    }
+
+    fn check_time_and_basis(&self) -> Result<(), ProblemError> {
+        self.require(positive(self.time.step), "time.step", self.time.step, "a positive time in seconds")?;
+        let scheme = self.time.scheme.table();
+        scheme.map_err(|source| ProblemError::Scheme { path: self.place("time.scheme"), source })?;
+        let plan = &self.snapshots;
+        self.require(plan.positions >= 1, "snapshots.positions", plan.positions, "at least 1")?;
+        let directions = &plan.directions;
+        let usable =
+            !directions.is_empty() && directions.iter().all(|d| positive(d.iter().map(|c| c * c).sum()));
+        self.require(usable, "snapshots.directions", directions, "vectors of some length")?;
+        for (name, value) in [("snapshots.hold", plan.hold), ("snapshots.duration", plan.duration)] {
+            self.require(
+                value.is_none_or(positive),
+                name,
+                value.unwrap_or(0.0),
+                "a positive time in seconds",
+            )?;
+        }
+        self.require(plan.stride != Some(0), "snapshots.stride", 0, "at least 1")?;
+        self.require(
+            !(plan.npy.is_some() && plan.vtu.is_some()),
+            "snapshots",
+            "`npy` beside `vtu`",
+            "one of them",
+        )?;
+        let basis = &self.basis;
+        self.require(basis.modes != Some(0), "basis.modes", 0, "at least 1")?;
+        self.require(
+            basis.modes.is_none() || basis.energy.is_none(),
+            "basis",
+            "`modes` beside `energy`",
+            "one of them",
+        )?;
+        let energy = basis.energy.is_none_or(|e| e > 0.0 && e < 1.0);
+        self.require(energy, "basis.energy", basis.energy.unwrap_or(0.0), "a fraction above 0 and below 1")?;
+        self.require(basis.oversampling >= 1, "basis.oversampling", basis.oversampling, "at least 1")?;
+        let t = &self.tolerance;
+        self.require(t.floor_ratio >= 1.0, "tolerance.floor_ratio", t.floor_ratio, "at least 1")?;
+        self.require(
+            t.absolute >= 1e-13,
+            "tolerance.absolute",
+            t.absolute,
+            "at least 1e-13, what f64 gives",
+        )?;
+        self.require(t.steps >= 10, "tolerance.steps", t.steps, "at least 10")?;
+        self.require(
+            t.map >= 1e-11,
+            "tolerance.map",
+            t.map,
+            "at least 1e-11, what the separation can reach in f64",
+        )?;
+        self.require(t.max_terms >= 1, "tolerance.max_terms", t.max_terms, "at least 1")
+    }
+
+    fn check_parameters(&self) -> Result<(), ProblemError> {
+        for (i, p) in self.parameters.iter().enumerate() {
+            let key = |name: &str| format!("parameter[{i}].{name}");
+            let earlier = &self.parameters[..i];
+            let name =
+                !p.name.is_empty() && !p.name.contains('\n') && !earlier.iter().any(|o| o.name == p.name);
+            self.require(name, &key("name"), &p.name, "a name of one line that no other parameter has")?;
+            let twice = earlier.iter().any(|o| o.kind == p.kind && o.region == p.region);
+            self.require(!twice, &key("kind"), p.kind, "a quantity no other parameter changes")?;
+            let of_region = matches!(p.kind, ParameterKind::Stiffness | ParameterKind::Density);
+            self.require(of_region || p.region == "*", &key("region"), &p.region, "no region for this kind")?;
+            let [lower, upper] = p.range;
+            let ordered = lower < upper && upper.is_finite();
+            self.require(ordered, &key("range"), p.range, "two finite numbers, the smaller first")?;
+            let may_vanish = matches!(p.kind, ParameterKind::Alpha | ParameterKind::Beta);
+            let above_zero = lower > 0.0 || (lower == 0.0 && may_vanish && p.scale == ParameterScale::Linear);
+            self.require(
+                above_zero,
+                &key("range"),
+                p.range,
+                "a range above zero (alpha and beta on a linear scale may start at 0)",
+            )?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn require(
+        &self,
+        holds: bool,
+        key: &str,
+        found: impl std::fmt::Debug,
+        expected: &'static str,
+    ) -> Result<(), ProblemError> {
+        if holds {
+            return Ok(());
+        }
+        let found = format!("{found:?}");
+        Err(TomlError::Impossible { path: self.place(key), key: key.into(), found, expected }.into())
+    }
+}
+
+pub(super) fn positive(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
+}

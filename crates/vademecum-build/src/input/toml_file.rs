@@ -1,0 +1,102 @@
+//! Reading the files people write (problems, scenarios), and messages that say where in them something is wrong.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use toml::de::{DeTable, DeValue};
+
+/// A file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum TomlError {
+    /// The file cannot be read.
+    #[error("{path}: cannot be read")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The text is not what the file should hold: syntax, an unknown or missing key, a value of the wrong type.
+    #[error("{path}: {message}")]
+    Malformed {
+        /// The file.
+        path: String,
+        /// Line, key, what was found and what was expected.
+        message: String,
+    },
+    /// A value that cannot be.
+    #[error("{path}: `{key}` is {found}; expected {expected}")]
+    Impossible {
+        /// The file and line.
+        path: String,
+        /// Path of the key, such as `material[1].young`.
+        key: String,
+        /// The value found.
+        found: String,
+        /// What a usable value is.
+        expected: &'static str,
+    },
+}
+
+/// The text of a file.
+pub fn read(path: &Path) -> Result<String, TomlError> {
+    std::fs::read_to_string(path)
+        .map_err(|source| TomlError::Unreadable { path: path.display().to_string(), source })
+}
+
+/// What a text says; messages name `path`.
+pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
+    toml::from_str(text)
+        .map_err(|error| TomlError::Malformed { path: path.into(), message: error.to_string() })
+}
+
+/// Line (from 1) of a key such as `parameter[1].range`; of its nearest parent that is there if the key itself is not.
+pub fn line_of(text: &str, key: &str) -> Option<usize> {
+    let root = DeTable::parse(text).ok()?;
+    let mut table: &DeTable<'_> = root.get_ref();
+    let mut found = None;
+    for part in key.split('.') {
+        let (name, index) = match part.split_once('[') {
+            Some((name, rest)) => (name, rest.strip_suffix(']').and_then(|i| i.parse::<usize>().ok())),
+            None => (part, None),
+        };
+        let Some((key, value)) = table.iter().find(|(k, _)| k.get_ref() == name) else { break };
+        found = Some(key.span().start);
+        let value = match (value.get_ref(), index) {
+            (DeValue::Array(items), Some(i)) => {
+                let item = items.get(i)?;
+                found = Some(item.span().start);
+                item.get_ref()
+            }
+            (other, _) => other,
+        };
+        match value {
+            DeValue::Table(inner) => table = inner,
+            _ => break,
+        }
+    }
+    Some(1 + text.get(..found?)?.matches('\n').count())
+}
+
+/// `path:line` of a key, `path` alone if it cannot be found.
+pub fn place(path: &str, text: &str, key: &str) -> String {
+    match line_of(text, key) {
+        Some(line) => format!("{path}:{line}"),
+        None => path.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_found_where_they_stand() {
+        let text = "a = 1\n[b]\nc = 2\n[[d]]\ne = 3\n[[d]]\ne = 4\nf = [1,\n2]\n";
+        assert_eq!(line_of(text, "b.c"), Some(3));
+        assert_eq!(line_of(text, "d[1].e"), Some(7));
+        assert_eq!(line_of(text, "d[1].f"), Some(8));
+        assert_eq!(line_of(text, "d[0].missing"), Some(4));
+        assert_eq!(line_of(text, "nowhere"), None);
+    }
+}

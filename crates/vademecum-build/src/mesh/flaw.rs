@@ -1,0 +1,128 @@
+//! The reasons for which a mesh that was read is still refused, in words.
+
+use std::fmt;
+
+use super::place::Place;
+
+/// Volume cells of one kind that cannot be computed with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnsupportedCells {
+    /// Their kind in words, for instance `8-node hexahedron`.
+    pub kind: String,
+    /// How many there are.
+    pub count: usize,
+    /// Where the first one is.
+    pub first: Place,
+}
+
+/// Why a mesh cannot be computed with.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Flaw {
+    /// Volume cells that are not linear or quadratic tetrahedra.
+    UnsupportedElements(Vec<UnsupportedCells>),
+    /// There is no tetrahedron.
+    NoTetrahedra,
+    /// 4-node and 10-node tetrahedra in one mesh.
+    MixedOrders {
+        /// Number of 4-node tetrahedra.
+        linear: usize,
+        /// Number of 10-node tetrahedra.
+        quadratic: usize,
+    },
+    /// Elements whose volume is zero to rounding.
+    DegenerateElements {
+        /// How many.
+        count: usize,
+        /// File numbers of the corner nodes of the first one.
+        first: [u64; 4],
+        /// Centre of the first one.
+        position: [f64; 3],
+    },
+    /// Quadratic elements whose Jacobian is not positive at every quadrature point.
+    FoldedElements {
+        /// How many.
+        count: usize,
+        /// File numbers of the corner nodes of the first one.
+        first: [u64; 4],
+        /// Smallest Jacobian relative to that of the straight element, over all elements.
+        worst: f64,
+    },
+    /// Different nodes at one position.
+    DuplicateNodes {
+        /// Number of nodes that lie on an earlier one.
+        count: usize,
+        /// File numbers of the first pair.
+        first: [u64; 2],
+        /// Where the first pair is.
+        position: [f64; 3],
+    },
+    /// Bodies that share no node.
+    Disconnected {
+        /// Element count of each body, the largest first.
+        elements: Vec<usize>,
+        /// File number of one node of each body, in the same order.
+        nodes: Vec<u64>,
+    },
+    /// Faces with more than two elements.
+    OverlappingElements {
+        /// How many faces.
+        count: usize,
+        /// File numbers of the corner nodes of the first one.
+        first: [u64; 3],
+    },
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Flaw::UnsupportedElements(cells) => {
+                for cell in cells {
+                    write!(f, "{} × {} (first at {}), ", cell.count, cell.kind, cell.first)?;
+                }
+                write!(f, "but only 4-node and 10-node tetrahedra are supported: mesh the volume with those")
+            }
+            Flaw::NoTetrahedra => {
+                write!(f, "no tetrahedra: mesh the volume, not only its surface, and save all elements")
+            }
+            Flaw::MixedOrders { linear, quadratic } => write!(
+                f,
+                "{linear} 4-node and {quadratic} 10-node tetrahedra in one mesh: mesh all of it with one order"
+            ),
+            Flaw::DegenerateElements { count, first, position } => write!(
+                f,
+                "{count} elements without volume, the first on nodes {first:?} near {position:?}: remesh there"
+            ),
+            Flaw::FoldedElements { count, first, worst } => write!(
+                f,
+                "{count} quadratic elements folded by their mid-side nodes (Jacobian down to {worst:.2e} of the straight \
+                 element), the first on corner nodes {first:?}: optimise the high-order mesh or refine the curved surface"
+            ),
+            Flaw::DuplicateNodes { count, first, position } => write!(
+                f,
+                "{count} nodes lie on top of another one, the first pair is {} and {} at {position:?}: merge coincident \
+                 nodes before saving",
+                first[0], first[1]
+            ),
+            Flaw::Disconnected { elements, nodes } => write!(
+                f,
+                "{} bodies that share no node (elements {}; one node of each: {}): keep one body or merge their \
+                 interfaces",
+                elements.len(),
+                listed(elements),
+                listed(nodes)
+            ),
+            Flaw::OverlappingElements { count, first } => write!(
+                f,
+                "{count} faces belong to more than two elements, the first on nodes {first:?}: elements overlap or are \
+                 there twice, remesh"
+            ),
+        }
+    }
+}
+
+/// A list that stays readable.
+fn listed<T: fmt::Display>(items: &[T]) -> String {
+    let shown: Vec<String> = items.iter().take(8).map(|i| i.to_string()).collect();
+    let more = if items.len() > 8 { format!(" and {} more", items.len() - 8) } else { String::new() };
+    shown.join(", ") + &more
+}

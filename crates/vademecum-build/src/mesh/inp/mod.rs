@@ -1,0 +1,293 @@
+//! Abaqus and CalculiX decks: what their keywords mean for a mesh.
+//!
+//! Keywords that say nothing about nodes, elements or sets are passed over. Keywords that would change the mesh and are
+//! not supported are refused by name. Names are compared without regard to case, as both programs do.
+
+mod deck;
+mod model;
+mod sets;
+mod sets_of_deck;
+mod surfaces;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+use self::deck::{Card, LinePlace, cards};
+use self::model::{Deck, Element};
+use self::sets::{Family, Sets};
+use crate::mesh::error::{MeshError, shown};
+use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
+use crate::mesh::text::Number;
+
+/// Keywords that make or move nodes or elements in ways that are not supported.
+const REFUSED: [&str; 9] =
+    ["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "IMPORT", "SYMMETRIC MODEL GENERATION"];
+
+/// Reads a deck.
+pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
+    let mut deck = Deck {
+        raw: RawMesh::new(file, "Abaqus/CalculiX .inp"),
+        index: NodeIndex::default(),
+        elements: Vec::new(),
+        element_index: HashMap::new(),
+        node_sets: Sets::default(),
+        element_sets: Sets::default(),
+        sections: Vec::new(),
+        surfaces: Vec::new(),
+        instances: Vec::new(),
+        in_assembly: false,
+        part: String::new(),
+        part_with_nodes: None,
+    };
+    for card in cards(file, bytes)? {
+        deck.card(card)?;
+    }
+    deck.finish()
+}
+
+impl Deck {
+    fn card(&mut self, card: Card) -> Result<(), MeshError> {
+        let section = card.section();
+        let name = |key: &str| card.parameter(key).unwrap_or("").to_string();
+        match card.keyword.as_str() {
+            "NODE" => self.nodes(&card),
+            "ELEMENT" => self.read_elements(&card),
+            "NSET" => self.node_set(&card),
+            "ELSET" => self.element_set(&card),
+            "SOLID SECTION" => {
+                self.sections.push((name("ELSET"), card.place));
+                Ok(())
+            }
+            "SURFACE" => self.surface(card),
+            "PART" => {
+                self.part = name("NAME");
+                Ok(())
+            }
+            "END PART" | "END INSTANCE" | "END ASSEMBLY" => {
+                self.part.clear();
+                self.in_assembly = card.keyword == "END INSTANCE";
+                Ok(())
+            }
+            "ASSEMBLY" => {
+                self.in_assembly = true;
+                Ok(())
+            }
+            "INSTANCE" => self.instance(&card),
+            keyword if REFUSED.contains(&keyword) => {
+                let remedy = "write the deck with every node and element spelled out";
+                Err(card.place.at(&section).unsupported(
+                    section.clone(),
+                    "explicit *NODE and *ELEMENT data",
+                    remedy,
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn instance(&mut self, card: &Card) -> Result<(), MeshError> {
+        self.in_assembly = false;
+        self.instances.push(card.parameter("NAME").unwrap_or("").to_string());
+        self.part = card.parameter("PART").unwrap_or("").to_string();
+        let remedy = "export one part, with its coordinates where they belong";
+        if self.instances.len() > 1 {
+            let found = format!("a second instance `{}`", self.instances[1]);
+            return Err(card.place.at("*INSTANCE").unsupported(found, "one instance", remedy));
+        }
+        for line in &card.data {
+            if line.fields().iter().any(|f| f64::parse(f.as_bytes()) != Some(0.0)) {
+                let found = format!("a translation or rotation ({})", line.text);
+                return Err(line.place.at("*INSTANCE").unsupported(
+                    found,
+                    "an instance at the origin",
+                    remedy,
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn nodes(&mut self, card: &Card) -> Result<(), MeshError> {
+        const EXPECTED: &str = "a node: number, x, y, z";
+        if card.parameter("SYSTEM").is_some_and(|s| !s.eq_ignore_ascii_case("R")) {
+            let remedy = "write rectangular coordinates";
+            return Err(card.place.at("*NODE").unsupported(
+                "SYSTEM other than R",
+                "rectangular coordinates",
+                remedy,
+            ));
+        }
+        let owner = self.part_with_nodes.get_or_insert_with(|| self.part.clone());
+        if !owner.eq_ignore_ascii_case(&self.part) {
+            let found = format!("nodes of a second part `{}` beside `{owner}`", self.part);
+            return Err(card.place.at("*NODE").unsupported(found, "one part with a mesh", "export one part"));
+        }
+        let mut members = Vec::with_capacity(card.data.len());
+        for line in &card.data {
+            let at = line.place.at("*NODE");
+            let fault = || at.malformed(shown(line.text.as_bytes()), EXPECTED);
+            let fields = line.fields();
+            // Coordinates left out are zero; up to three direction cosines may follow.
+            if !(2..=7).contains(&fields.len()) {
+                return Err(fault());
+            }
+            let id = u64::parse(fields[0].as_bytes()).ok_or_else(fault)?;
+            let mut point = [0.0; 3];
+            for (x, field) in point.iter_mut().zip(&fields[1..]).filter(|(_, f)| !f.is_empty()) {
+                *x = f64::parse(field.as_bytes()).ok_or_else(fault)?;
+            }
+            self.index.insert(id, self.raw.nodes.len(), &at)?;
+            members.push(self.raw.nodes.len());
+            self.raw.nodes.push(point);
+            self.raw.node_ids.push(id);
+        }
+        if let Some(name) = card.parameter("NSET") {
+            self.node_sets.add(name, members, Family::Creation, self.in_assembly);
+        }
+        Ok(())
+    }
+
+    fn read_elements(&mut self, card: &Card) -> Result<(), MeshError> {
+        let name = card.parameter("TYPE").unwrap_or("").to_ascii_uppercase();
+        let kind = element_kind(&name).ok_or_else(|| {
+            let remedy = "mesh with C3D4 or C3D10, and leave other elements out of the deck";
+            let found = format!("{} lines of element type `{name}`", card.data.len());
+            card.place.at("*ELEMENT").unsupported(
+                found,
+                "C3D4 or C3D10 (surface triangles may name groups)",
+                remedy,
+            )
+        })?;
+        if matches!(kind, CellKind::Tetrahedron4 | CellKind::Tetrahedron10)
+            && !matches!(name.as_str(), "C3D4" | "C3D10")
+        {
+            let plain = kind.node_count();
+            self.raw
+                .notes
+                .push(format!("elements of type {name} are taken as plain {plain}-node tetrahedra"));
+        }
+        let mut members = Vec::new();
+        let mut numbers: Vec<u64> = Vec::new();
+        for line in &card.data {
+            let at = line.place.at("*ELEMENT");
+            let expected = format!("an element of type {name}: number and {} nodes", kind.node_count());
+            for field in line.fields() {
+                let number = u64::parse(field.as_bytes());
+                numbers
+                    .push(number.ok_or_else(|| at.malformed(shown(line.text.as_bytes()), expected.clone()))?);
+            }
+            if numbers.len() > 1 + kind.node_count() {
+                return Err(at.malformed(format!("{} numbers", numbers.len()), expected));
+            }
+            // An element may go on over several lines.
+            if numbers.len() == 1 + kind.node_count() {
+                members.push(self.element(kind, &numbers, &line.place)?);
+                numbers.clear();
+            }
+        }
+        if let (false, Some(line)) = (numbers.is_empty(), card.data.last()) {
+            let expected = format!("number and {} nodes", kind.node_count());
+            return Err(line.place.at("*ELEMENT").malformed(format!("{} numbers", numbers.len()), expected));
+        }
+        if let Some(name) = card.parameter("ELSET") {
+            self.element_sets.add(name, members, Family::Creation, self.in_assembly);
+        }
+        Ok(())
+    }
+
+    fn element(&mut self, kind: CellKind, numbers: &[u64], place: &LinePlace) -> Result<usize, MeshError> {
+        let at = place.at("*ELEMENT");
+        let nodes: Result<Vec<u32>, MeshError> =
+            numbers[1..].iter().map(|&id| self.index.find(id, &at)).collect();
+        let index = self.elements.len();
+        if self.element_index.insert(numbers[0], index).is_some() {
+            return Err(at.malformed(format!("element {} a second time", numbers[0]), "every number once"));
+        }
+        self.elements.push(Element { kind, nodes: nodes?, place: place.clone() });
+        Ok(index)
+    }
+
+    fn surface(&mut self, card: Card) -> Result<(), MeshError> {
+        let kind = card.parameter("TYPE").unwrap_or("ELEMENT").to_ascii_uppercase();
+        let name = card.parameter("NAME").unwrap_or("").to_string();
+        match kind.as_str() {
+            "ELEMENT" => self.surfaces.push((name, card.data, card.place)),
+            "NODE" => {
+                let members = self.node_members(&card.data, "*SURFACE")?;
+                self.node_sets.add(&name, members, Family::Explicit, self.in_assembly);
+            }
+            // Analytical surfaces and the like have no nodes.
+            _ => self.raw.notes.push(format!("surface `{name}` of type {kind} is ignored")),
+        }
+        Ok(())
+    }
+
+    /// Removes the name of the instance in front of a set or number.
+    pub fn strip_instance<'t>(&self, text: &'t str) -> &'t str {
+        match text.split_once('.') {
+            Some((instance, rest)) if self.instances.iter().any(|i| i.eq_ignore_ascii_case(instance)) => rest,
+            _ => text,
+        }
+    }
+
+    /// Element sets, surfaces and sections become regions and groups.
+    fn finish(mut self) -> Result<RawMesh, MeshError> {
+        let regions = self.regions()?;
+        let mut names: BTreeMap<String, i64> = BTreeMap::new();
+        for (element, region) in self.elements.iter().zip(&regions) {
+            let mut tag = 0;
+            if let Some(name) = region {
+                let next = names.len() as i64 + 1;
+                tag = *names.entry(name.clone()).or_insert(next);
+            }
+            let tags = if element.kind.dimension() == 3 { &[tag][..] } else { &[][..] };
+            self.raw.push(element.kind, &element.nodes, tags, element.place.place());
+        }
+        for (name, tag) in names {
+            self.raw.region_names.insert(tag, name);
+        }
+        self.raw.names.insert((3, 0), "body".into());
+        self.groups();
+        self.surface_groups()?;
+        self.raw.name_regions();
+        Ok(self.raw)
+    }
+}
+
+/// What the element types of both programs stand for.
+fn element_kind(name: &str) -> Option<CellKind> {
+    const SURFACES: [(&[&str], CellKind); 4] = [
+        (
+            &["S3", "S3R", "S3RS", "DS3", "STRI3", "M3D3", "SFM3D3", "R3D3", "CPS3", "CPE3"],
+            CellKind::Triangle3,
+        ),
+        (&["S6", "DS6", "STRI65", "M3D6", "SFM3D6", "CPS6", "CPE6"], CellKind::Triangle6),
+        (
+            &["S4", "S4R", "DS4", "M3D4", "SFM3D4", "R3D4", "CPS4", "CPE4"],
+            CellKind::OtherSurface("4-node quadrangle", 4),
+        ),
+        (
+            &["S8", "S8R", "DS8", "M3D8", "SFM3D8", "CPS8", "CPE8"],
+            CellKind::OtherSurface("8-node quadrangle", 8),
+        ),
+    ];
+    const LINES: [(&[&str], CellKind); 2] =
+        [(&["T3D2", "B31", "B33", "T2D2"], CellKind::Line(2)), (&["T3D3", "B32", "T2D3"], CellKind::Line(3))];
+    if let Some((_, kind)) = SURFACES.iter().chain(&LINES).find(|(names, _)| names.contains(&name)) {
+        return Some(*kind);
+    }
+    // Letters after the node count choose a formulation, not another shape.
+    let solid = name.trim_start_matches(['D', 'A', 'Q']).strip_prefix("C3D")?;
+    let digits = solid.len() - solid.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    Some(match &solid[..digits] {
+        "4" => CellKind::Tetrahedron4,
+        "10" => CellKind::Tetrahedron10,
+        "5" => CellKind::OtherVolume("5-node pyramid", 5),
+        "6" => CellKind::OtherVolume("6-node wedge", 6),
+        "8" => CellKind::OtherVolume("8-node hexahedron", 8),
+        "15" => CellKind::OtherVolume("15-node wedge", 15),
+        "20" => CellKind::OtherVolume("20-node hexahedron", 20),
+        "27" => CellKind::OtherVolume("27-node hexahedron", 27),
+        _ => return None,
+    })
+}

@@ -1,0 +1,20 @@
+//! Why a separation over the parameters ends without a solution.
+
+use vademecum_format::scheme::SchemeError;
+
+use crate::progress::Cancelled;
+use crate::separated::SeparatedError;
+
+/// Why there are no separated responses.
+#[derive(Debug, thiserror::Error)]
+pub enum ParametricError {
+    /// The separation itself.
+    #[error("the separated solution")]
+    Separated(#[from] SeparatedError),
+    /// The scheme refuses a parameter.
+    #[error("`parameter`")]
+    Scheme(#[from] SchemeError),
+    /// On request.
+    #[error("the separation over the parameters")]
+    Cancelled(#[from] Cancelled),
+}

@@ -1,0 +1,43 @@
+//! Why a build ended without a file.
+
+use vademecum_format::FormatError;
+
+use crate::basis::BasisError;
+use crate::certificate::CertificateError;
+use crate::chapter::ChapterError;
+use crate::dynamics::{FullOrderError, ModesError};
+use crate::parametric::ParametricError;
+use crate::prepared::PrepareError;
+use crate::response::ResponseError;
+
+/// Why a build ended without a file, by stage.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The problem cannot be computed with.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// No first natural mode.
+    #[error("natural modes")]
+    Modes(#[from] ModesError),
+    /// The full-order march cannot start.
+    #[error("the full-order march cannot start")]
+    FullOrder(#[from] FullOrderError),
+    /// No basis.
+    #[error(transparent)]
+    Basis(#[from] BasisError),
+    /// A stage has no response.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+    /// The separated solution over the parameters failed.
+    #[error("the separated solution over the parameters")]
+    Parametric(#[from] ParametricError),
+    /// The chapter's representation failed.
+    #[error("the chapter's representation")]
+    Chapter(#[from] ChapterError),
+    /// The certificate could not be taken.
+    #[error(transparent)]
+    Certificate(#[from] CertificateError),
+    /// The file cannot hold what was built.
+    #[error("the file cannot hold what was built")]
+    Format(#[from] FormatError),
+}

@@ -1,0 +1,296 @@
+//! The three kinds of vademecum a build can make, certified through the evaluator on the bytes that ship.
+
+use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::{Certificate, StructureCertificate};
+
+use super::{BuildError, Stages};
+use crate::basis::Basis;
+use crate::certificate::{STABLE, StructureReport, certify, certify_box, kept_certificate};
+use crate::chapter::{self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, certify_chapter};
+use crate::dynamics::{ModeRow, mode_table, table_matrix};
+use crate::export::{Parts, encode};
+use crate::input::{ChapterEntry, Problem};
+use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
+use crate::prepared::Prepared;
+use crate::progress::{StageTiming, Stopwatch};
+use crate::report::{BuildReport, CertificateReport};
+use crate::response::{BlockTerms, StageResponse, stage_responses};
+use crate::store::Inputs;
+
+/// What the step is made of.
+enum Vademecum {
+    /// Stage responses at the values of the problem file.
+    Fixed(Vec<StageResponse>),
+    /// Stage responses over the box of the live parameters.
+    Parametric(Box<Parametric>),
+    /// Stage maps in the chapter's representation, and what was measured of them.
+    Chapter(Box<ChapterMap>, ChapterCertificate),
+}
+
+/// A vademecum and what was measured of it.
+pub(super) struct Certified {
+    vademecum: Vademecum,
+    certificate: Certificate,
+    separation: Option<SeparationRecord>,
+}
+
+impl Certified {
+    /// Nothing measured yet.
+    fn not_yet(vademecum: Vademecum) -> Self {
+        Self { vademecum, certificate: Certificate::default(), separation: None }
+    }
+}
+
+impl Stages<'_> {
+    /// The vademecum a problem asks for, and its certificate.
+    pub(super) fn certified(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Certified, BuildError> {
+        if let Some(entry) = problem.chapter() {
+            self.chapter(problem, &entry, basis, watch)
+        } else if self.prepared.space.parameters.is_empty() {
+            self.fixed(problem, basis, watch)
+        } else {
+            self.parametric(problem, basis, watch)
+        }
+    }
+
+    /// Both structures at fixed parameters.
+    fn fixed(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Certified, BuildError> {
+        let responses = watch.stage("stage responses", || stage_responses(self.prepared, basis))?;
+        let residual = responses.iter().map(|r| r.residual).fold(0.0, f64::max);
+        let mut built = Certified::not_yet(Vademecum::Fixed(responses));
+        let mut structures = vec![StructureChoice::Block];
+        structures.extend(basis.eigenvalues.is_some().then_some(StructureChoice::Diagonal));
+        let march = || self.march("certificate", problem, basis, &built, &structures);
+        let measured = watch.stage("certificate", march)?;
+        built.certificate = Certificate {
+            block: StructureCertificate { map_error_rms: residual, map_error_max: residual, ..measured[0] },
+            diagonal: measured.get(1).copied().unwrap_or_default(),
+        };
+        Ok(built)
+    }
+
+    /// The separated solution and its certificate; with `repair`, as often as it takes to make the step stable.
+    ///
+    /// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection (without), and either
+    /// is stable as it is: what makes the separated step unstable is what the terms miss. So the repair is more terms.
+    fn parametric(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Certified, BuildError> {
+        const MOST_REPAIRS: usize = 4;
+        let tolerance = &problem.tolerance;
+        let mut asked = SeparationOptions { tolerance: tolerance.map, max_terms: tolerance.max_terms };
+        let mut repairs = vec![];
+        loop {
+            let separate = || self.separate(basis, &asked);
+            let parametric = watch.stage("separate over the parameters", separate)?;
+            let certify = || self.over_box(problem, basis, parametric);
+            let (mut built, mut record) = watch.stage("certificate", certify)?;
+            let radius = built.certificate.block.spectral_radius;
+            if !self.repair || radius <= STABLE || repairs.len() == MOST_REPAIRS {
+                record.repairs = repairs;
+                built.separation = Some(record);
+                return Ok(built);
+            }
+            let terms = record.terms;
+            asked = SeparationOptions {
+                tolerance: (0.1 * asked.tolerance).max(1e-11),
+                max_terms: 2 * asked.max_terms,
+            };
+            let done = format!(
+                "spectral radius 1{:+.1e} at {} with {terms} terms: separated again to {:.0e}, at most {} terms",
+                radius - 1.0,
+                record.place(&record.worst_radius_at),
+                asked.tolerance,
+                asked.max_terms
+            );
+            self.kept.listener.note(&done);
+            repairs.push(done);
+        }
+    }
+
+    fn separate(&self, basis: &Basis, asked: &SeparationOptions) -> Result<Parametric, BuildError> {
+        let (prepared, listener) = (self.prepared, self.kept.listener);
+        let inputs =
+            |inputs: Inputs| inputs.value(&(&prepared.scheme, prepared.space.effect(), asked)).with(basis);
+        let Prepared { body, symbolic, scheme, space, .. } = prepared;
+        let pencil = body.model.pencil();
+        self.kept.stage("separation", inputs, || {
+            Ok(separate_responses(pencil, symbolic, basis, space, scheme, asked, listener)?)
+        })
+    }
+
+    /// The block structure over the box; the diagonal structure, closed form in every parameter it allows, at the values of the
+    /// problem file.
+    fn over_box(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        parametric: Parametric,
+    ) -> Result<(Certified, SeparationRecord), BuildError> {
+        let mut built = Certified::not_yet(Vademecum::Parametric(Box::new(parametric)));
+        let Vademecum::Parametric(parametric) = &built.vademecum else { unreachable!("made above") };
+        let bytes = self.encode(problem, basis, &built)?;
+        let Self { prepared, order, unseen, kept, .. } = *self;
+        let found = certify_box(&bytes, order, prepared, parametric, basis, unseen, kept)?;
+        let diagonal = match basis.eigenvalues {
+            Some(_) => {
+                let structures = [StructureChoice::Diagonal];
+                self.march("certificate-diagonal", problem, basis, &built, &structures)?[0]
+            }
+            None => StructureCertificate::default(),
+        };
+        let mut record = parametric.record();
+        record.parameters = prepared.space.parameters.iter().map(|p| p.name.clone()).collect();
+        record.worst_trajectory_at = found.worst_trajectory_at;
+        record.worst_radius_at = found.worst_radius_at;
+        record.radius_samples = found.radius_samples;
+        built.certificate = Certificate { diagonal, block: found.worst };
+        Ok((built, record))
+    }
+
+    /// The unseen loads at the values of the problem file, full order beside structures of the encoded file.
+    fn march(
+        &self,
+        name: &str,
+        problem: &Problem,
+        basis: &Basis,
+        built: &Certified,
+        structures: &[StructureChoice],
+    ) -> Result<Vec<StructureCertificate>, BuildError> {
+        let Self { prepared, full, unseen, order, kept, .. } = *self;
+        let inputs = |inputs: Inputs| {
+            let step = (&prepared.scheme, &prepared.step, problem.output.precision);
+            inputs.value(&step).with(basis).with(unseen)
+        };
+        kept_certificate(kept, name, inputs, || {
+            let bytes = self.encode(problem, basis, built)?;
+            let options = |&structure| SceneOptions { structure, ..SceneOptions::default() };
+            let options: Vec<SceneOptions> = structures.iter().map(options).collect();
+            let mass = prepared.body.model.pencil().mass();
+            Ok(certify(&bytes, order, mass, full, basis, &options, unseen, kept.listener)?)
+        })
+    }
+
+    /// The chapter's representation and what is measured of it.
+    fn chapter(
+        &self,
+        problem: &Problem,
+        entry: &ChapterEntry,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Certified, BuildError> {
+        let Self { prepared, full, runs, .. } = *self;
+        let listener = self.kept.listener;
+        let setting = watch.stage("ranges of the axes", || {
+            ChapterSetting::new(entry, prepared, basis, full, runs, listener)
+        })?;
+        let map = watch.stage("chapter separation", || setting.separate(prepared, basis))?;
+        let steps = problem.tolerance.steps;
+        let certificate = watch
+            .stage("certificate", || certify_chapter(&[&map], prepared, full, basis, runs, steps, listener));
+        let certificate = certificate.map_err(chapter::ChapterError::from)?.remove(0);
+        if let Some((step, outside)) = &certificate.left {
+            listener.note(&format!("step {step} of the certificate left its axes: {outside}"));
+        }
+        Ok(Certified::not_yet(Vademecum::Chapter(Box::new(map), certificate)))
+    }
+
+    /// The bytes of the file.
+    pub(super) fn encode(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        built: &Certified,
+    ) -> Result<Vec<u8>, BuildError> {
+        let Self { prepared, order, .. } = *self;
+        let (block, others) = match &built.vademecum {
+            Vademecum::Fixed(responses) => (Some(BlockTerms::fixed(responses)), vec![]),
+            Vademecum::Parametric(parametric) => (Some(parametric.terms()?), vec![]),
+            Vademecum::Chapter(map, certificate) => (None, chapter::sections(map, certificate, order)),
+        };
+        let parts = Parts {
+            problem,
+            body: &prepared.body,
+            order,
+            basis,
+            scheme_name: &problem.time.scheme.to_string(),
+            scheme: &prepared.scheme,
+            rayleigh: prepared.rayleigh(),
+            diagonal: block.is_some(),
+            block,
+            others,
+            parameters: Some(&prepared.space),
+            separation: built.separation.as_ref(),
+            certificate: built.certificate,
+            mode_table: table_matrix(&self.modes(basis)),
+        };
+        Ok(encode(&parts)?)
+    }
+
+    fn modes(&self, basis: &Basis) -> Vec<ModeRow> {
+        let Self { prepared, .. } = *self;
+        let (dt, rayleigh) = (prepared.step.time_step, prepared.rayleigh());
+        mode_table(&basis.quotients(), &basis.energy, &prepared.scheme, &rayleigh, dt)
+    }
+
+    /// What was done and measured.
+    pub(super) fn report(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        built: &Certified,
+        snapshots: usize,
+        timings: Vec<StageTiming>,
+        file_bytes: usize,
+    ) -> BuildReport {
+        let body = &self.prepared.body;
+        BuildReport {
+            title: problem.title.clone(),
+            nodes: body.model.mesh().nodes.len(),
+            elements: body.model.mesh().element_region.len(),
+            dofs: body.n_dof(),
+            modes: basis.n_modes(),
+            steps_per_first_period: self.first_period / self.prepared.step.time_step,
+            mode_table: self.modes(basis),
+            singular_values: basis.singular_values.clone(),
+            snapshots,
+            certificate: certificate_report(problem, basis, built),
+            separation: built.separation.clone(),
+            timings,
+            file_bytes,
+        }
+    }
+}
+
+/// The certificate as a report shows it.
+fn certificate_report(problem: &Problem, basis: &Basis, built: &Certified) -> CertificateReport {
+    let (diagonal, block, chapter) = match &built.vademecum {
+        Vademecum::Chapter(_, certificate) => (None, None, Some(ChapterReport::new(certificate))),
+        _ => {
+            let diagonal = basis.eigenvalues.is_some();
+            let diagonal = diagonal.then(|| StructureReport::new(&built.certificate.diagonal));
+            (diagonal, Some(StructureReport::new(&built.certificate.block)), None)
+        }
+    };
+    CertificateReport {
+        diagonal,
+        block,
+        chapter,
+        floor_ratio: problem.tolerance.floor_ratio,
+        absolute: problem.tolerance.absolute,
+        map: problem.tolerance.map,
+    }
+}

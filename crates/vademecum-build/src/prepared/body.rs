@@ -1,0 +1,305 @@
+//! From the problem to the body: the model with its supports, its loadable surface, its load patterns and its probes.
+//!
+//! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
+
+use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
+use crate::input::{PatternEntry, Problem};
+use crate::mesh::select::{SelectError, Selection};
+use crate::mesh::surface::Surface;
+use crate::mesh::{self, Mesh, MeshError};
+
+/// Why a problem and its mesh make no body.
+#[derive(Debug, thiserror::Error)]
+pub enum BodyError {
+    /// The mesh cannot be used.
+    #[error("the mesh cannot be used")]
+    Mesh(#[from] MeshError),
+    /// A selection fits nothing.
+    #[error("{path}: `{key}`")]
+    Selection {
+        /// The problem file.
+        path: String,
+        /// Path of the key.
+        key: String,
+        /// What the mesh has instead.
+        source: Box<SelectError>,
+    },
+    /// A region of the mesh has no material, or a material no region.
+    #[error("{path}: `material`: {found}; the mesh has the regions {regions}")]
+    Region {
+        /// The problem file.
+        path: String,
+        /// What does not fit.
+        found: String,
+        /// Names of the mesh's regions.
+        regions: String,
+    },
+    /// A region of the problem file holds no element.
+    #[error("{path}: `mesh.region`: no element has all its corners in region `{name}`")]
+    EmptyRegion {
+        /// The problem file and line.
+        path: String,
+        /// The region.
+        name: String,
+    },
+    /// A parameter's range leaves out the problem's own value.
+    #[error(
+        "{path}: `parameter`: the range {range:?} of `{name}` leaves out the problem's own value, {nominal}"
+    )]
+    Nominal {
+        /// The problem file and line.
+        path: String,
+        /// The parameter.
+        name: String,
+        /// The problem's own value.
+        nominal: f64,
+        /// The range.
+        range: [f64; 2],
+    },
+    /// A selection holds no whole facet of the surface.
+    #[error(
+        "{path}: `{key}` selects nodes but no whole facet of the surface; select all corners of the facets meant"
+    )]
+    NoFacet {
+        /// The problem file.
+        path: String,
+        /// Path of the key.
+        key: String,
+    },
+    /// The matrices cannot be assembled.
+    #[error("the model cannot be assembled")]
+    Model(#[from] ModelError),
+    /// A load pattern cannot be integrated.
+    #[error("a load pattern cannot be integrated")]
+    Load(#[from] LoadError),
+}
+
+/// A named displacement component.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    /// Its name.
+    pub name: String,
+    /// Mesh node.
+    pub node: u32,
+    /// Unit vector.
+    pub direction: [f64; 3],
+}
+
+/// A model with everything that can be done to it and read from it.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Mesh, materials, supports, matrices.
+    pub model: Model,
+    /// Linear triangles of the whole surface, outward, by mesh node.
+    pub surface: Vec<[u32; 3]>,
+    /// Linear triangles contacts may touch, by mesh node; a subset of `surface` in its order.
+    pub loadable: Vec<[u32; 3]>,
+    /// Load patterns: name and force over the free dofs, length n.
+    pub patterns: Vec<(String, Vec<f64>)>,
+    /// Probes.
+    pub probes: Vec<Probe>,
+    /// Binds a file to its mesh.
+    pub mesh_hash: [u8; 16],
+}
+
+impl Body {
+    /// Number of free dofs n.
+    pub fn n_dof(&self) -> usize {
+        self.model.pencil().n_dof()
+    }
+
+    /// Builds the body a problem describes.
+    ///
+    /// # Errors
+    /// [`BodyError`], by cause.
+    pub fn build(problem: &Problem, mesh: Mesh) -> Result<Self, BodyError> {
+        let mesh_hash = mesh::hash(&mesh);
+        let constrained = constrained_dofs(problem, &mesh)?;
+        let materials = region_materials(problem, &mesh)?;
+        let surface = Surface::of(&mesh);
+        let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
+        let probes = probes(problem, &mesh);
+        let model = Model::assemble(mesh, &materials, &constrained)?;
+        let mut patterns = vec![];
+        for (i, entry) in problem.load.patterns.iter().enumerate() {
+            let force = pattern_force(problem, i, entry, &model, &surface)?;
+            patterns.push((entry.name.clone(), force));
+        }
+        Ok(Self { model, surface: surface.triangles, loadable, patterns, probes, mesh_hash })
+    }
+}
+
+/// Reads or makes the mesh a problem names, scales it and cuts out the regions the problem adds.
+///
+/// # Errors
+/// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty.
+pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
+    let source = &problem.mesh;
+    let mut mesh = if let Some(file) = &source.file {
+        mesh::read(&problem.resolve(file))?
+    } else if let Some(tables) = &source.tables {
+        mesh::read_tables(&problem.resolve(&tables.coordinates), &problem.resolve(&tables.connectivity))?
+    } else {
+        let block = source.block.as_ref().expect("a checked problem names one mesh source");
+        mesh::block(block.lengths, block.divisions, block.order.into())
+    };
+    mesh.nodes.iter_mut().flatten().for_each(|x| *x *= source.scale);
+    for (i, region) in source.regions.iter().enumerate() {
+        let nodes = select(problem, &region.on, &mesh, || format!("mesh.region[{i}].on"))?;
+        if !cut_region(&mut mesh, &region.name, &nodes) {
+            let path = problem.place(&format!("mesh.region[{i}]"));
+            return Err(BodyError::EmptyRegion { path, name: region.name.clone() });
+        }
+    }
+    Ok(mesh)
+}
+
+/// Moves the elements all of whose corners are among `nodes` to a new region; false if there are none.
+fn cut_region(mesh: &mut Mesh, name: &str, nodes: &[u32]) -> bool {
+    let mut chosen = vec![false; mesh.nodes.len()];
+    nodes.iter().for_each(|&node| chosen[node as usize] = true);
+    let tag = 1 + mesh.regions.iter().map(|r| r.tag).max().unwrap_or(0);
+    let new = mesh.regions.len() as u32;
+    mesh.regions.push(mesh::Region { tag, name: name.into() });
+    let per = mesh.order.nodes_per_element();
+    for (element, region) in mesh.elements.chunks_exact(per).zip(&mut mesh.element_region) {
+        if element[..4].iter().all(|&node| chosen[node as usize]) {
+            *region = new;
+        }
+    }
+    drop_empty_regions(mesh);
+    mesh.regions.iter().any(|r| r.tag == tag)
+}
+
+fn drop_empty_regions(mesh: &mut Mesh) {
+    let used = |q: &usize| mesh.element_region.iter().any(|&r| r as usize == *q);
+    let kept: Vec<usize> = (0..mesh.regions.len()).filter(used).collect();
+    let place =
+        |q: u32| kept.iter().position(|&k| k == q as usize).expect("an element's region is kept") as u32;
+    let renumbered: Vec<u32> = mesh.element_region.iter().map(|&q| place(q)).collect();
+    mesh.element_region = renumbered;
+    mesh.regions = kept.iter().map(|&q| mesh.regions[q].clone()).collect();
+}
+
+/// Which of the `3 × nodes` dofs are held.
+fn constrained_dofs(problem: &Problem, mesh: &Mesh) -> Result<Vec<bool>, BodyError> {
+    let mut constrained = vec![false; 3 * mesh.nodes.len()];
+    for (i, support) in problem.supports.iter().enumerate() {
+        for node in select(problem, &support.on, mesh, || format!("support[{i}].on"))? {
+            for &component in &support.components {
+                constrained[3 * node as usize + component as usize] = true;
+            }
+        }
+    }
+    Ok(constrained)
+}
+
+/// One material per region: the one that names it (by name or tag), else the one for `"*"`.
+fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
+    let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
+    let error = |key: &str, found| BodyError::Region { path: problem.place(key), found, regions: names() };
+    let fits = |entry: &str, region: &mesh::Region| entry == region.name || entry == region.tag.to_string();
+    for (i, entry) in problem.materials.iter().enumerate().filter(|(_, entry)| entry.region != "*") {
+        if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {
+            return Err(error(&format!("material[{i}].region"), format!("`{}` is no region", entry.region)));
+        }
+    }
+    let material = |region: &mesh::Region| {
+        let named = problem.materials.iter().find(|entry| fits(&entry.region, region));
+        let entry = named.or_else(|| problem.materials.iter().find(|entry| entry.region == "*"));
+        let entry =
+            entry.ok_or_else(|| error("material", format!("no material for region `{}`", region.name)))?;
+        Ok(Material { young: entry.young, poisson: entry.poisson, density: entry.density })
+    };
+    mesh.regions.iter().map(material).collect()
+}
+
+/// Triangles of the selected surface that can move.
+fn loadable_triangles(
+    problem: &Problem,
+    mesh: &Mesh,
+    surface: &Surface,
+    constrained: &[bool],
+) -> Result<Vec<[u32; 3]>, BodyError> {
+    let key = "load.surface";
+    let selected = match &problem.load.surface {
+        Some(selection) => {
+            let nodes = select(problem, selection, mesh, || key.into())?;
+            facets_within(surface, mesh.nodes.len(), &nodes)
+        }
+        None => (0..surface.facet_count()).collect(),
+    };
+    let per_facet = surface.triangles.len() / surface.facet_count().max(1);
+    let held = |node: &u32| (0..3).all(|c| constrained[3 * *node as usize + c]);
+    let triangles = selected.iter().flat_map(|&f| &surface.triangles[f * per_facet..(f + 1) * per_facet]);
+    let loadable: Vec<[u32; 3]> = triangles.filter(|t| !t.iter().all(held)).copied().collect();
+    if loadable.is_empty() {
+        return Err(BodyError::NoFacet { path: problem.place(key), key: key.into() });
+    }
+    Ok(loadable)
+}
+
+/// Facets all of whose corners are among `nodes`.
+fn facets_within(surface: &Surface, n_nodes: usize, nodes: &[u32]) -> Vec<usize> {
+    let mut chosen = vec![false; n_nodes];
+    nodes.iter().for_each(|&node| chosen[node as usize] = true);
+    let whole = |corners: &[u32]| corners.iter().all(|&c| chosen[c as usize]);
+    (0..surface.facet_count()).filter(|&f| whole(&surface.facet(f)[..3])).collect()
+}
+
+fn pattern_force(
+    problem: &Problem,
+    index: usize,
+    entry: &PatternEntry,
+    model: &Model,
+    surface: &Surface,
+) -> Result<Vec<f64>, BodyError> {
+    if let Some(acceleration) = entry.acceleration {
+        return Ok(model.body_load(acceleration));
+    }
+    let key = || format!("load.pattern[{index}].on");
+    let selection = entry.on.as_ref().expect("a checked pattern without acceleration has a place");
+    let nodes = select(problem, selection, model.mesh(), key)?;
+    let corners: Vec<[u32; 3]> = facets_within(surface, model.mesh().nodes.len(), &nodes)
+        .into_iter()
+        .map(|f| std::array::from_fn(|k| surface.facet(f)[k]))
+        .collect();
+    if corners.is_empty() {
+        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
+    }
+    let facets = surface_facets(model.mesh(), &corners)?;
+    Ok(match (entry.traction, entry.pressure) {
+        (Some(traction), _) => model.traction_load(&facets, traction),
+        (None, pressure) => model.pressure_load(&facets, pressure.unwrap_or(0.0)),
+    })
+}
+
+fn probes(problem: &Problem, mesh: &Mesh) -> Vec<Probe> {
+    let probe = |entry: &crate::input::ProbeEntry| {
+        let length = entry.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+        Probe {
+            name: entry.name.clone(),
+            node: nearest_node(mesh, entry.point),
+            direction: entry.direction.map(|c| c / length),
+        }
+    };
+    problem.output.probes.iter().map(probe).collect()
+}
+
+/// The mesh node nearest to a point; the first of equals.
+fn nearest_node(mesh: &Mesh, point: [f64; 3]) -> u32 {
+    let distance = |node: &[f64; 3]| (0..3).map(|c| (node[c] - point[c]).powi(2)).sum::<f64>();
+    let nearest = mesh.nodes.iter().enumerate().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+    nearest.map_or(0, |(i, _)| i as u32)
+}
+
+fn select(
+    problem: &Problem,
+    selection: &Selection,
+    mesh: &Mesh,
+    key: impl Fn() -> String,
+) -> Result<Vec<u32>, BodyError> {
+    let located =
+        |source| BodyError::Selection { path: problem.place(&key()), key: key(), source: Box::new(source) };
+    selection.nodes(mesh).map_err(located)
+}

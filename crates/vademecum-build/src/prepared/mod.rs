@@ -1,0 +1,122 @@
+//! A problem on its mesh, ready to be computed with: the value that every stage after it reads.
+
+mod body;
+mod parameters;
+
+pub use body::{Body, BodyError, Probe, read_mesh};
+pub use parameters::{LiveParameter, ParameterSpace, Setting};
+
+use vademecum_format::scheme::{SchemeError as TableError, SchemeTable, StepParameters};
+
+use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, numerical_damping};
+use crate::fem::{FactorError, Symbolic};
+use crate::input::Problem;
+use crate::mesh::{Mesh, Order};
+use crate::progress::{Listener, Stopwatch};
+use crate::store::{Hashed, Inputs};
+
+/// Why a problem cannot be computed with.
+#[derive(Debug, thiserror::Error)]
+pub enum PrepareError {
+    /// Problem and mesh do not fit.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The damping feeds energy into some mode.
+    #[error("`damping`")]
+    Damping(#[from] DampingError),
+    /// The scheme's parameters are unusable.
+    #[error("`time.scheme`")]
+    Scheme(#[from] SchemeError),
+    /// The scheme's table is unusable.
+    #[error("`time.scheme`")]
+    Table(#[from] TableError),
+    /// The pattern of the matrices cannot be analysed.
+    #[error("a matrix of the model does not factorise")]
+    Factor(#[from] FactorError),
+}
+
+/// A model ready to be marched: what `build`, `verify` and `modes` start from.
+pub struct Prepared {
+    /// The body.
+    pub body: Body,
+    /// Symbolic factorisation of its pattern.
+    pub symbolic: Symbolic,
+    /// The scheme.
+    pub scheme: SchemeTable,
+    /// Live parameters.
+    pub space: ParameterSpace,
+    /// The step at the values of the problem file.
+    pub step: StepParameters,
+}
+
+impl Prepared {
+    /// Rayleigh damping at the values of the problem file.
+    pub fn rayleigh(&self) -> Rayleigh {
+        Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
+    }
+
+    /// The full-order solver at the values of the problem file, its stages factorised.
+    ///
+    /// # Errors
+    /// [`FullOrderError`]: a stage that does not factorise.
+    pub fn full_order(&self) -> Result<FullOrder<'_>, FullOrderError> {
+        let pencil = self.body.model.pencil();
+        FullOrder::new(pencil, &self.symbolic, &self.scheme, self.step.time_step, self.rayleigh())
+    }
+
+    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What matters is the
+    /// loss over a second; over a period \[s\] where that is longer.
+    pub fn note_numerical_damping(&self, period: f64, listener: &dyn Listener) {
+        let dt = self.step.time_step;
+        let damping = numerical_damping(&self.scheme, std::f64::consts::TAU * dt / period, 0.0);
+        let (span, name) = if period < 1.0 { (1.0, "second") } else { (period, "period") };
+        let kept = (-std::f64::consts::TAU * damping.ratio.unwrap_or(1.0) * span / period).exp();
+        if kept < 0.95 {
+            listener.note(&format!(
+                "{:.1} steps per first period: the scheme itself takes {:.0} % of the first mode's amplitude each {name}; \
+                 a smaller `time.step`, Newmark or generalized-alpha keeps it",
+                period / dt,
+                100.0 * (1.0 - kept)
+            ));
+        }
+    }
+}
+
+/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at them.
+impl Hashed for Prepared {
+    fn add_to(&self, inputs: Inputs) -> Inputs {
+        inputs.with(&self.body.model)
+    }
+}
+
+/// Reads the mesh and assembles the model of a problem.
+///
+/// # Errors
+/// [`PrepareError`], by cause.
+pub fn prepare(
+    problem: &Problem,
+    watch: &mut Stopwatch<'_>,
+    listener: &dyn Listener,
+) -> Result<Prepared, PrepareError> {
+    let scheme = problem.time.scheme.table()?;
+    let rayleigh = problem.damping.damping().rayleigh()?;
+    let mesh = watch.stage("read mesh", || read_mesh(problem))?;
+    mesh.notes.iter().for_each(|note| listener.note(note));
+    note_locking(problem, &mesh, listener);
+    let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
+    let step = space.setting(&space.nominal()).step;
+    let body = watch.stage("assemble", || Body::build(problem, mesh))?;
+    let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
+    Ok(Prepared { body, symbolic, scheme, space, step })
+}
+
+/// Linear tetrahedra cannot keep their volume and bend: near ν = ½ they are many times too stiff.
+fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
+    const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
+    let poisson = problem.materials.iter().map(|m| m.poisson).fold(0.0, f64::max);
+    if mesh.order == Order::Linear && poisson >= NEARLY_INCOMPRESSIBLE {
+        listener.note(&format!(
+            "Poisson's ratio {poisson} with linear tetrahedra: they lock and are many times too stiff; mesh with quadratic ones"
+        ));
+    }
+}

@@ -1,0 +1,314 @@
+//! Live parameters: which of them are free, and what they do to the model.
+//!
+//! A [`ParameterSpace`] is the box of the user's parameters; a [`Setting`] is one point of it, resolved to what the model
+//! needs. Which axes a separated solution takes over the box is another question (`parametric`).
+
+use vademecum_format::ParameterRole;
+use vademecum_format::scheme::{SchemeError, SchemeTable, StepParameters, theta};
+
+use super::body::BodyError;
+use crate::dynamics::Rayleigh;
+use crate::fem::Pencil;
+use crate::input::{ParameterEntry, ParameterKind, ParameterScale, Problem};
+use crate::linalg::Random;
+use crate::mesh::Mesh;
+
+/// Corners of the box looked at; of more than six parameters, that many are drawn.
+const MOST_CORNERS: usize = 64;
+
+/// A parameter with its place in the model.
+#[derive(Clone, Debug)]
+pub struct LiveParameter {
+    /// Its name.
+    pub name: String,
+    /// Its unit; empty for a factor.
+    pub unit: &'static str,
+    /// What it changes.
+    pub role: ParameterRole,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// Values spread evenly in the logarithm.
+    pub log: bool,
+    /// Value of the problem file.
+    pub nominal: f64,
+}
+
+/// The live parameters of a problem.
+#[derive(Clone, Debug)]
+pub struct ParameterSpace {
+    /// The parameters, in the order of the problem file.
+    pub parameters: Vec<LiveParameter>,
+    /// Material regions of the mesh.
+    pub n_regions: usize,
+    fixed: StepParameters,
+}
+
+/// A point of the box, resolved to what the model needs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Δt, α, β and the uniform factors.
+    pub step: StepParameters,
+    /// Stiffness factor of each region.
+    pub stiffness: Vec<f64>,
+    /// Density factor of each region.
+    pub density: Vec<f64>,
+}
+
+impl ParameterSpace {
+    /// Resolves the parameters of a problem on its mesh.
+    ///
+    /// A coefficient of damping that the problem leaves out stands at the middle of its parameter's range.
+    ///
+    /// # Errors
+    /// [`BodyError::Region`] for a region the mesh does not have, [`BodyError::Nominal`] for a range without the
+    /// problem's own value.
+    pub fn new(problem: &Problem, mesh: &Mesh, rayleigh: Rayleigh) -> Result<Self, BodyError> {
+        let mut fixed = StepParameters {
+            time_step: problem.time.step,
+            alpha: rayleigh.alpha,
+            beta: rayleigh.beta,
+            density: 1.0,
+            stiffness: 1.0,
+        };
+        let mut parameters = vec![];
+        for (i, entry) in problem.parameters.iter().enumerate() {
+            let role = role(problem, i, entry, mesh)?;
+            let parameter = live_parameter(problem, entry, role, &fixed);
+            if !(parameter.lower..=parameter.upper).contains(&parameter.nominal) {
+                return Err(BodyError::Nominal {
+                    path: problem.place(&format!("parameter[{i}].range")),
+                    name: entry.name.clone(),
+                    nominal: parameter.nominal,
+                    range: entry.range,
+                });
+            }
+            assign(&mut fixed, &parameter, parameter.nominal);
+            parameters.push(parameter);
+        }
+        Ok(Self { parameters, n_regions: mesh.regions.len(), fixed })
+    }
+
+    /// Whether a parameter scales single regions, so that θ alone does not carry them all.
+    pub fn has_region_parameters(&self) -> bool {
+        self.parameters.iter().any(|p| region_of(p.role).is_some())
+    }
+
+    /// Whether the mass of single regions is live.
+    pub fn has_region_densities(&self) -> bool {
+        self.parameters.iter().any(|p| matches!(p.role, ParameterRole::RegionDensity { .. }))
+    }
+
+    /// Range of a region's stiffness (or density) factor, if it is live.
+    pub(crate) fn region_range(&self, region: usize, density: bool) -> Option<(f64, f64)> {
+        let fits = |role: ParameterRole| match role {
+            ParameterRole::RegionStiffness { region: q } => !density && q as usize == region,
+            ParameterRole::RegionDensity { region: q } => density && q as usize == region,
+            _ => false,
+        };
+        self.parameters.iter().find(|p| fits(p.role)).map(|p| (p.lower, p.upper))
+    }
+
+    /// The values of the problem file.
+    pub fn nominal(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.nominal).collect()
+    }
+
+    /// What the parameters can do to the responses: names and nominal values do nothing.
+    pub(crate) fn effect(&self) -> impl std::fmt::Debug {
+        let lowest: Vec<f64> = self.parameters.iter().map(|p| p.lower).collect();
+        let moves: Vec<_> = self.parameters.iter().map(|p| (p.role, p.lower, p.upper, p.log)).collect();
+        (self.setting(&lowest), moves)
+    }
+
+    /// What the model needs at these values, one per parameter.
+    pub fn setting(&self, values: &[f64]) -> Setting {
+        let mut setting = Setting {
+            step: self.fixed,
+            stiffness: vec![1.0; self.n_regions],
+            density: vec![1.0; self.n_regions],
+        };
+        for (parameter, &value) in self.parameters.iter().zip(values) {
+            match parameter.role {
+                ParameterRole::RegionStiffness { region } => setting.stiffness[region as usize] = value,
+                ParameterRole::RegionDensity { region } => setting.density[region as usize] = value,
+                _ => assign(&mut setting.step, parameter, value),
+            }
+        }
+        setting
+    }
+
+    /// Corners of the box (all of them up to six parameters, else as many drawn ones).
+    pub fn corners(&self) -> Vec<Vec<f64>> {
+        let p = self.parameters.len();
+        let corner = |bits: u64| -> Vec<f64> {
+            let end = |(k, parameter): (usize, &LiveParameter)| {
+                if bits >> k & 1 == 1 { parameter.upper } else { parameter.lower }
+            };
+            self.parameters.iter().enumerate().map(end).collect()
+        };
+        if 1usize << p.min(32) <= MOST_CORNERS {
+            return (0..1 << p).map(corner).collect();
+        }
+        let mut random = Random::new(64);
+        (0..MOST_CORNERS).map(|_| corner(random.next_u64())).collect()
+    }
+
+    /// `count` random points of the box.
+    pub fn random(&self, count: usize, seed: u64) -> Vec<Vec<f64>> {
+        let mut random = Random::new(seed);
+        let mut value = |p: &LiveParameter| {
+            let t = random.uniform();
+            if p.log { p.lower * (p.upper / p.lower).powf(t) } else { p.lower + (p.upper - p.lower) * t }
+        };
+        (0..count).map(|_| self.parameters.iter().map(&mut value).collect()).collect()
+    }
+
+    /// Smallest and largest θ of all stages over the box: θ is monotone in every parameter, so the corners have them.
+    ///
+    /// # Errors
+    /// If a parameter is unusable for the scheme.
+    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), SchemeError> {
+        let mut range = (f64::INFINITY, 0.0f64);
+        for bits in 0..1u32 << 5 {
+            let mut step = self.fixed;
+            for parameter in &self.parameters {
+                let bit = uniform_bit(parameter.role).map(|k| bits >> k & 1 == 1);
+                if let Some(high) = bit {
+                    assign(&mut step, parameter, if high { parameter.upper } else { parameter.lower });
+                }
+            }
+            for stage in 0..scheme.active().len() {
+                let value = theta(scheme, &step, stage)?;
+                range = (range.0.min(value), range.1.max(value));
+            }
+        }
+        Ok(range)
+    }
+
+    /// What collapsed into θ and what kept an axis, in sentences for the build log.
+    pub fn explain(&self, theta: (f64, f64)) -> Vec<String> {
+        let name = |p: &LiveParameter| format!("`{}`", p.name);
+        let (regional, uniform): (Vec<&LiveParameter>, Vec<&LiveParameter>) =
+            self.parameters.iter().partition(|p| region_of(p.role).is_some());
+        let mut lines = vec![];
+        if !uniform.is_empty() {
+            let names: Vec<String> = uniform.into_iter().map(name).collect();
+            lines.push(format!(
+                "{} and the stages of the scheme only move θ = k̃/m̃ and share one axis, θ = {:.3e} to {:.3e} s²",
+                names.join(", "),
+                theta.0,
+                theta.1
+            ));
+        }
+        if !regional.is_empty() {
+            let names: Vec<String> = regional.into_iter().map(name).collect();
+            lines.push(format!(
+                "{} change the ratio between regions and keep axes of their own",
+                names.join(", ")
+            ));
+        }
+        lines
+    }
+}
+
+impl Setting {
+    /// The pencil at this setting, uniform factors included.
+    pub fn pencil(&self, nominal: &Pencil) -> Pencil {
+        let scaled =
+            |uniform: f64, regions: &[f64]| regions.iter().map(|r| uniform * r).collect::<Vec<f64>>();
+        nominal
+            .scaled(&scaled(self.step.density, &self.density), &scaled(self.step.stiffness, &self.stiffness))
+    }
+
+    /// Rayleigh damping at this setting.
+    pub fn rayleigh(&self) -> Rayleigh {
+        Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
+    }
+}
+
+fn role(
+    problem: &Problem,
+    index: usize,
+    entry: &ParameterEntry,
+    mesh: &Mesh,
+) -> Result<ParameterRole, BodyError> {
+    let uniform = match entry.kind {
+        ParameterKind::Stiffness => ParameterRole::Stiffness,
+        ParameterKind::Density => ParameterRole::Density,
+        ParameterKind::Alpha => ParameterRole::Alpha,
+        ParameterKind::Beta => ParameterRole::Beta,
+        ParameterKind::TimeStep => ParameterRole::TimeStep,
+    };
+    if entry.region == "*" {
+        return Ok(uniform);
+    }
+    let fits = |r: &crate::mesh::Region| entry.region == r.name || entry.region == r.tag.to_string();
+    let Some(region) = mesh.regions.iter().position(fits) else {
+        let names: Vec<String> = mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect();
+        return Err(BodyError::Region {
+            path: problem.place(&format!("parameter[{index}].region")),
+            found: format!("`{}` is no region", entry.region),
+            regions: names.join(", "),
+        });
+    };
+    // With one region there is no ratio between regions: its scale is the uniform one.
+    let region = region as u32;
+    Ok(match uniform {
+        _ if mesh.regions.len() == 1 => uniform,
+        ParameterRole::Density => ParameterRole::RegionDensity { region },
+        _ => ParameterRole::RegionStiffness { region },
+    })
+}
+
+fn live_parameter(
+    problem: &Problem,
+    entry: &ParameterEntry,
+    role: ParameterRole,
+    fixed: &StepParameters,
+) -> LiveParameter {
+    let [lower, upper] = entry.range;
+    let log = entry.scale == ParameterScale::Log;
+    let middle = if log { (lower * upper).sqrt() } else { 0.5 * (lower + upper) };
+    let undamped = problem.damping.ratios.is_none();
+    let (unit, nominal) = match role {
+        ParameterRole::TimeStep => ("s", fixed.time_step),
+        ParameterRole::Alpha if undamped && problem.damping.alpha.is_none() => ("1/s", middle),
+        ParameterRole::Alpha => ("1/s", fixed.alpha),
+        ParameterRole::Beta if undamped && problem.damping.beta.is_none() => ("s", middle),
+        ParameterRole::Beta => ("s", fixed.beta),
+        _ => ("", 1.0),
+    };
+    LiveParameter { name: entry.name.clone(), unit, role, lower, upper, log, nominal }
+}
+
+/// Puts a uniform parameter's value where the step takes it.
+fn assign(step: &mut StepParameters, parameter: &LiveParameter, value: f64) {
+    match parameter.role {
+        ParameterRole::Stiffness => step.stiffness = value,
+        ParameterRole::Density => step.density = value,
+        ParameterRole::Alpha => step.alpha = value,
+        ParameterRole::Beta => step.beta = value,
+        ParameterRole::TimeStep => step.time_step = value,
+        _ => {}
+    }
+}
+
+fn region_of(role: ParameterRole) -> Option<u32> {
+    match role {
+        ParameterRole::RegionStiffness { region } | ParameterRole::RegionDensity { region } => Some(region),
+        _ => None,
+    }
+}
+
+fn uniform_bit(role: ParameterRole) -> Option<u32> {
+    match role {
+        ParameterRole::Stiffness => Some(0),
+        ParameterRole::Density => Some(1),
+        ParameterRole::Alpha => Some(2),
+        ParameterRole::Beta => Some(3),
+        ParameterRole::TimeStep => Some(4),
+        _ => None,
+    }
+}

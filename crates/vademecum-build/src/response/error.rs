@@ -1,0 +1,16 @@
+//! Why a stage has no response.
+
+use vademecum_format::scheme::SchemeError as TableError;
+
+use crate::fem::FactorError;
+
+/// Why a stage has no response.
+#[derive(Debug, thiserror::Error)]
+pub enum ResponseError {
+    /// The scheme refuses a parameter.
+    #[error("`time.scheme`")]
+    Table(#[from] TableError),
+    /// `M + θK` does not factorise.
+    #[error("a matrix of the model does not factorise")]
+    Factor(#[from] FactorError),
+}

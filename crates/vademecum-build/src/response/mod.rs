@@ -1,0 +1,10 @@
+//! What one time step does to a basis: the response of each stage to every mode, and the terms a file keeps of it.
+
+mod error;
+pub mod reduced;
+mod stage;
+mod terms;
+
+pub use error::ResponseError;
+pub use stage::{StageResponse, galerkin_increment, stage_responses};
+pub use terms::{AxisTable, BlockTerms};

@@ -1,0 +1,68 @@
+//! A long build that was stopped goes on where it was: its finished stages are kept and found again by what they were
+//! computed from.
+//!
+//! Each stage has an address, a hash of everything it reads: numbers of the model, the basis before it, the keys of the
+//! problem file that it looks at. A result is used again only under the very same address, so a changed input rebuilds the
+//! stages that depend on it and no others, and a build gives the same bytes with and without what is kept. The odd thing:
+//! addresses go by content and not by history, so a change that leaves a basis as it was leaves all that follows from it too.
+//!
+//! The store knows no stage: each value says itself what it contributes to an address ([`Hashed`]). Cheap stages (mesh,
+//! matrices, factorisations, stage responses) are not kept.
+
+mod disk;
+mod folder;
+mod inputs;
+
+pub use disk::{check_writable, write_atomic};
+pub use folder::Store;
+pub use inputs::{Hashed, Inputs};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::progress::Listener;
+use folder::Found;
+
+/// The finished stages of one build.
+pub struct Kept<'a> {
+    store: Option<(&'a Store, Inputs)>,
+    /// Hears what was used again and what was not.
+    pub listener: &'a dyn Listener,
+}
+
+impl<'a> Kept<'a> {
+    /// Of the build of one model; without a store every stage is computed.
+    pub fn new(store: Option<&'a Store>, model: &impl Hashed, listener: &'a dyn Listener) -> Self {
+        Self { store: store.map(|store| (store, Inputs::none().with(model))), listener }
+    }
+
+    /// The result of a stage: the kept one for the same model and `inputs`, or that of `work`, which is then kept.
+    ///
+    /// # Errors
+    /// Of `work`. A store that cannot be written costs a note, not the build.
+    pub(crate) fn stage<T: Serialize + DeserializeOwned, E>(
+        &self,
+        name: &str,
+        inputs: impl FnOnce(Inputs) -> Inputs,
+        work: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
+        let Some((store, model)) = &self.store else { return work() };
+        let address = inputs(model.clone().value(&name)).address();
+        match store.read(name, address) {
+            Found::Whole(result) => {
+                self.listener.note(&format!("{name}: reused"));
+                return Ok(result);
+            }
+            Found::Damaged(path) => {
+                self.listener.note(&format!("{name}: {} is damaged, computed again", path.display()));
+            }
+            Found::Other => self.listener.note(&format!("{name}: rebuilt, what it depends on has changed")),
+            Found::Nothing => {}
+        }
+        let result = work()?;
+        if let Err(error) = store.write(name, address, &result) {
+            self.listener.note(&format!("{name}: not kept in {}: {error}", store.folder().display()));
+        }
+        Ok(result)
+    }
+}

@@ -1,0 +1,12 @@
+//! What is asked of a finished file: a scenario played through it, a full-order march beside it, other programs beside both.
+//!
+//! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It prints nothing:
+//! the program `vademecum` and any other caller show what they get.
+
+pub mod bench;
+pub mod compare;
+mod error;
+pub mod scenario;
+pub mod target;
+
+pub use error::StudyError;

@@ -1,0 +1,54 @@
+//! What a scenario needs of a file, so that a stripped one can be refused before it is shipped.
+
+use vademecum_format::{File, SectionKind};
+
+use crate::scenario::{FieldChoice, Scenario};
+use vademecum_rewrite::{RewriteError, decode};
+
+/// Whether `bytes` can play `scenario` and show what it asks for.
+///
+/// # Errors
+/// [`RewriteError::Needed`]: the first thing that is missing; [`RewriteError::Format`].
+pub fn check_target(bytes: &[u8], scenario: &Scenario) -> Result<(), RewriteError> {
+    use SectionKind as S;
+    let file = File::parse(bytes)?;
+    let metadata = file.metadata();
+    let need = |kinds: &[SectionKind], what: &str| match kinds.iter().find(|&&k| file.section(k).is_none()) {
+        None => Ok(()),
+        Some(&kind) => Err(RewriteError::Needed { kind, what: what.to_string() }),
+    };
+    let surface = [S::NodeCoordinates, S::Triangles, S::SurfaceBasis];
+    if !scenario.contacts.is_empty() {
+        need(&surface, "a contact")?;
+        if metadata.block {
+            need(&[S::BlockLoad], "a contact in the block structure")?;
+        }
+    }
+    for pattern in &scenario.patterns {
+        let what = format!("load pattern `{}`", pattern.name);
+        need(&[S::PatternBasis, S::PatternNames], &what)?;
+        if metadata.block {
+            need(&[S::PatternBlock], &what)?;
+        }
+        if !names(&file, S::PatternNames)?.contains(&pattern.name) {
+            return Err(RewriteError::Needed { kind: S::PatternNames, what });
+        }
+    }
+    if scenario.output.fields_every > 0 {
+        need(&surface, "a field on the surface")?;
+        let inside = metadata.n_nodes > metadata.n_surface_nodes;
+        if scenario.output.fields == FieldChoice::Body && inside {
+            need(&[S::InteriorBasis], "a field inside the body")?;
+        }
+    }
+    if metadata.n_probes > 0 {
+        need(&[S::ProbeRows, S::ProbeNames], "a probe")?;
+    }
+    Ok(())
+}
+
+fn names(file: &File<'_>, kind: SectionKind) -> Result<Vec<String>, RewriteError> {
+    let Some(section) = file.section(kind) else { return Ok(vec![]) };
+    let text = decode(&section, vademecum_format::MAX_METADATA as u64)?;
+    Ok(String::from_utf8_lossy(&text).split('\n').map(str::to_string).collect())
+}
