@@ -72,7 +72,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
     let (dt, rayleigh) = (study.time_step(), prepared.rayleigh());
     let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, rayleigh).expect("a march");
     let basis = study.basis(kind, modes).expect("a basis").value;
-    let entry = study.problem().canonical().unwrap_or_default();
+    let entry = study.problem().chapter().unwrap_or_default();
     let setting =
         ChapterSetting::new(&entry, prepared, &basis, &full, study.runs(), &Silent).expect("ranges");
     let name_of_basis = format!("{kind:?}").to_lowercase();
