@@ -18,7 +18,7 @@ use vademecum_build::separated::{
 };
 use vademecum_eval::{Contact, SceneOptions, StructureChoice};
 use vademecum_format::scheme::theta;
-use vademecum_format::{Canonical, File};
+use vademecum_format::{Chapter, File};
 use vademecum_tests::program::repository;
 use vademecum_tests::stage::with_scene;
 
@@ -105,7 +105,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
 fn step_nanoseconds(bytes: &[u8]) -> f64 {
     const BURST: usize = 50;
     let opened = File::parse(bytes).expect("a file");
-    let node = Canonical::read(&opened).expect("sound").expect("present").positions().next().expect("one");
+    let node = Chapter::read(&opened).expect("sound").expect("present").positions().next().expect("one");
     let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
     with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
         let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1.0] };

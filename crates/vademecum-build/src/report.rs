@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::{Canonical, Certificate, File, FormatError, SectionKind, StructureCertificate};
+use vademecum_format::{Certificate, Chapter, File, FormatError, SectionKind, StructureCertificate};
 
 use crate::canonical::CanonicalCertificate;
 use crate::dynamics::{Rayleigh, numerical_damping};
@@ -183,7 +183,7 @@ impl CanonicalReport {
     /// [`FormatError`] if a section is compressed or malformed.
     pub fn of_file(file: &File<'_>) -> Result<Option<Self>, FormatError> {
         let (Some(canonical), Some(section)) =
-            (Canonical::read(file)?, file.section(SectionKind::CanonicalCertificate))
+            (Chapter::read(file)?, file.section(SectionKind::CanonicalCertificate))
         else {
             return Ok(None);
         };

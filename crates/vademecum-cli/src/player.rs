@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use vademecum_build::scenario::{Interval, Scenario};
 use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State, Surface, SurfacePoint};
-use vademecum_format::{Canonical, File, SectionKind};
+use vademecum_format::{Chapter, File, SectionKind};
 
 use crate::console::cancelled;
 use crate::failure::{Cause, Failure};
@@ -21,7 +21,7 @@ pub struct Track {
 impl Track {
     /// Finds each contact's triangle and each pattern's number.
     pub fn bind(path: &Path, file: &File<'_>, scenario: &Scenario) -> Result<Self, Failure> {
-        let canonical = Canonical::read(file).map_err(|error| Failure::file(path, error))?;
+        let canonical = Chapter::read(file).map_err(|error| Failure::file(path, error))?;
         let contact = |entry: &vademecum_build::scenario::ContactEntry| {
             let surface = Surface::new(file).map_err(|error| Failure::file(path, error))?;
             let point = match &canonical {
@@ -95,7 +95,7 @@ pub fn names(path: &Path, file: &File<'_>, kind: SectionKind) -> Result<Vec<Stri
 fn nearest_position(
     path: &Path,
     file: &File<'_>,
-    canonical: &Canonical<'_>,
+    canonical: &Chapter<'_>,
     point: [f64; 3],
 ) -> Result<SurfacePoint, Failure> {
     let section = file.section(SectionKind::NodeCoordinates).ok_or_else(|| no_surface(path))?;
