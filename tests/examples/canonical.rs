@@ -105,7 +105,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
 fn step_nanoseconds(bytes: &[u8]) -> f64 {
     const BURST: usize = 50;
     let opened = File::parse(bytes).expect("a file");
-    let node = Canonical::read(&opened).expect("sound").expect("present").positions().next().expect("one");
+    let node = Chapter::read(&opened).expect("sound").expect("present").positions().next().expect("one");
     let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
     with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
         let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1.0] };

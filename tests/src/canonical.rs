@@ -3,8 +3,8 @@
 
 use vademecum_format::scheme::{SchemeTable, StageCoefficients, StepParameters};
 use vademecum_format::{
-    Axis, CanonicalAxis, CanonicalRole, Codec, Element, File, MAX_AXES, SectionInput, SectionKind,
-    encode_into, encoded_len,
+    Axis, ChapterAxis, ChapterRole, Codec, Element, File, MAX_AXES, SectionInput, SectionKind, encode_into,
+    encoded_len,
 };
 
 use crate::synthetic::Body;
@@ -115,7 +115,7 @@ fn stage_terms(
     step: &StepParameters,
     positions: &[u32],
     stage: usize,
-) -> (Vec<CanonicalAxis>, usize, Vec<Term>) {
+) -> (Vec<ChapterAxis>, usize, Vec<Term>) {
     let r = body.layout.r;
     let own = StageCoefficients::new(scheme, step, stage).expect("a stage");
     let response: Vec<f64> = body.lambda.iter().map(|lambda| 1.0 / (1.0 + own.theta * lambda)).collect();
@@ -123,9 +123,9 @@ fn stage_terms(
     for (family, weight) in scheme.active()[stage].mass_history.iter().enumerate().filter(|(_, w)| **w != 0.0)
     {
         for mode in 0..r {
-            let role = CanonicalRole::State { family, mode };
+            let role = ChapterRole::State { family, mode };
             let on = vec![(axes.len(), vec![-REACH, 0.0, REACH])];
-            axes.push(CanonicalAxis { role, lower: -REACH, upper: REACH, points: POINTS, factor: 1.0 });
+            axes.push(ChapterAxis { role, lower: -REACH, upper: REACH, points: POINTS, factor: 1.0 });
             let mut space = vec![0.0; r];
             space[mode] = weight / own.mass * response[mode];
             terms.push(Term { on, space });
@@ -133,15 +133,9 @@ fn stage_terms(
     }
     let n_state = axes.len();
     let upper = positions.len() as f64 - 1.0;
-    axes.push(CanonicalAxis {
-        role: CanonicalRole::Magnitude,
-        lower: 0.0,
-        upper: LOAD,
-        points: 2,
-        factor: 1.0,
-    });
-    axes.push(CanonicalAxis {
-        role: CanonicalRole::Position,
+    axes.push(ChapterAxis { role: ChapterRole::Magnitude, lower: 0.0, upper: LOAD, points: 2, factor: 1.0 });
+    axes.push(ChapterAxis {
+        role: ChapterRole::Position,
         lower: 0.0,
         upper,
         points: positions.len(),

@@ -10,7 +10,7 @@ use vademecum_eval::{
     BindError, Contact, LoadError, Scalar, SceneOptions, Status, StepError, StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Canonical, CanonicalRole, Element, File, FormatError, SectionKind};
+use vademecum_format::{Chapter, ChapterRole, Element, File, FormatError, SectionKind};
 use vademecum_tests::canonical::{LOAD, REACH, Terms, file};
 use vademecum_tests::program::{repository, vademecum};
 use vademecum_tests::stage::with_scene;
@@ -79,7 +79,7 @@ fn a_coordinate_off_its_axis_is_named_and_the_state_is_kept() {
         let outside = scene.step(state, loads).expect_err("off the axis");
         let expected = StepError::OutsideAxis {
             stage: 0,
-            role: CanonicalRole::State { family: 1, mode: 1 },
+            role: ChapterRole::State { family: 1, mode: 1 },
             value: 1.5 * REACH,
             lower: -REACH,
             upper: REACH,
@@ -102,10 +102,7 @@ fn loads_the_axes_do_not_know_are_refused_by_name() {
         assert_eq!(loads.add_pattern(scene, 0, 1.0), Err(LoadError::NoPatterns));
         for force in [2.0 * LOAD, -1.0] {
             let error = loads.add_contact(scene, &push(0, force)).expect_err("off the axis");
-            assert!(
-                matches!(error, LoadError::OutsideAxis { role: CanonicalRole::Magnitude, .. }),
-                "{error}"
-            );
+            assert!(matches!(error, LoadError::OutsideAxis { role: ChapterRole::Magnitude, .. }), "{error}");
         }
         assert!(loads.is_empty());
         // Apart, contacts add up, and a contact between nodes is shared.
@@ -237,7 +234,7 @@ fn any_byte_of_the_tables_may_be_wrong_without_a_panic() {
             let mut bytes = whole.clone();
             bytes[at] ^= flip;
             if let Ok(opened) = File::parse(&bytes) {
-                let canonical = Canonical::read(&opened).expect("what opens reads").expect("present");
+                let canonical = Chapter::read(&opened).expect("what opens reads").expect("present");
                 assert!(canonical.parts().count() == 4);
                 with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
                     let _ = loads.add_contact(scene, &push(0, 1.0));

@@ -51,7 +51,7 @@ fn every_golden_file_steps_in_every_structure_it_has() {
         let file = File::parse(&bytes).expect("a file");
         let metadata = *file.metadata();
         let surface = file.section(SectionKind::SurfaceBasis).is_some();
-        if let Some(canonical) = Canonical::read(&file).expect("sound tables") {
+        if let Some(canonical) = Chapter::read(&file).expect("sound tables") {
             steps_canonically(&name, &bytes, &canonical);
         }
         let present =
@@ -77,7 +77,7 @@ fn every_golden_file_steps_in_every_structure_it_has() {
 }
 
 /// The canonical structure takes loads in its direction at its positions.
-fn steps_canonically(name: &str, bytes: &[u8], canonical: &Canonical<'_>) {
+fn steps_canonically(name: &str, bytes: &[u8], canonical: &Chapter<'_>) {
     let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
     with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
         let node = canonical.positions().next().expect("a position");

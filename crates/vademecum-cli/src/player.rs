@@ -96,7 +96,7 @@ pub fn names(path: &Path, file: &File<'_>, kind: SectionKind) -> Result<Vec<Stri
 fn nearest_position(
     path: &Path,
     file: &File<'_>,
-    canonical: &Canonical<'_>,
+    canonical: &Chapter<'_>,
     point: [f64; 3],
 ) -> Result<SurfacePoint, Failure> {
     let section = file.section(SectionKind::NodeCoordinates).ok_or_else(|| no_surface(path))?;

@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
 use vademecum_format::{
-    Canonical, File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind,
+    Chapter, File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind,
 };
 
 /// Sections a scene reads while it runs; `None` if absent or compressed.
@@ -32,7 +32,7 @@ pub(crate) struct Sections<'m> {
     /// The separated solution of the block structure; empty for the others.
     pub separated: Separated<'m>,
     /// The canonical structure's tables.
-    pub canonical: Option<Canonical<'m>>,
+    pub canonical: Option<Chapter<'m>>,
 }
 
 /// `E_t`, points and factors as the file stores them.
@@ -101,7 +101,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         region_mass: optional(S::RegionMass),
         stiffness: Numbers::F64(needed(file, kind)?),
         separated,
-        canonical: if structure == Structure::Canonical { Canonical::read(file)? } else { None },
+        canonical: if structure == Structure::Canonical { Chapter::read(file)? } else { None },
     })
 }
 

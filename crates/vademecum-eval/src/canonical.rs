@@ -14,7 +14,7 @@ use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
 use vademecum_format::scheme::MAX_STAGES;
-use vademecum_format::{Canonical, CanonicalAxis, CanonicalPart, CanonicalRole};
+use vademecum_format::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
 
 /// The one load that terms over state *and* load can stand under.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,10 +27,10 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    fn value(&self, role: CanonicalRole, stage: usize) -> f64 {
+    fn value(&self, role: ChapterRole, stage: usize) -> f64 {
         match role {
-            CanonicalRole::Magnitude => self.magnitudes.get(stage).copied().unwrap_or_default(),
-            CanonicalRole::Component { component } => {
+            ChapterRole::Magnitude => self.magnitudes.get(stage).copied().unwrap_or_default(),
+            ChapterRole::Component { component } => {
                 self.components.get(component).copied().unwrap_or_default()
             }
             _ => self.position as f64,
@@ -39,7 +39,7 @@ impl Held {
 }
 
 /// Rounds factors and terms to the scene's precision, factors first, in the order of the file.
-pub(crate) fn lay_out<T: Scalar>(canonical: &Canonical<'_>, map: &mut [T]) -> Result<(), BindError> {
+pub(crate) fn lay_out<T: Scalar>(canonical: &Chapter<'_>, map: &mut [T]) -> Result<(), BindError> {
     let factors = canonical.parts().flat_map(|part| part.factors);
     let numbers = factors.chain(canonical.parts().flat_map(|part| part.terms));
     for (out, &bytes) in map.iter_mut().zip(numbers) {
@@ -53,9 +53,9 @@ pub(crate) fn lay_out<T: Scalar>(canonical: &Canonical<'_>, map: &mut [T]) -> Re
 
 /// Parts with their rounded factors and terms.
 fn pieces<'s, T: Scalar>(
-    canonical: &Canonical<'s>,
+    canonical: &Chapter<'s>,
     map: &'s [T],
-) -> impl Iterator<Item = (CanonicalPart<'s>, &'s [T], &'s [T])> {
+) -> impl Iterator<Item = (ChapterPart<'s>, &'s [T], &'s [T])> {
     let (mut factors, mut terms) = map.split_at_checked(canonical.lengths().0).unwrap_or_default();
     canonical.parts().map(move |part| {
         let (own_factors, rest) = factors.split_at_checked(part.factors.len()).unwrap_or_default();
@@ -83,8 +83,8 @@ pub(crate) fn step<T: Scalar>(
         let stage = part.stage;
         let (earlier, rest) = stages.split_at_mut_checked(stage.saturating_mul(r)).unwrap_or_default();
         let out = rest.get_mut(..r).unwrap_or_default();
-        let value = |role: CanonicalRole| match role {
-            CanonicalRole::State { family, mode } => entry(now, earlier, r, family, mode),
+        let value = |role: ChapterRole| match role {
+            ChapterRole::State { family, mode } => entry(now, earlier, r, family, mode),
             other => loads.held.value(other, stage),
         };
         add_part(&part, factors, terms, value, weights, out).map_err(|(axis, value)| {
@@ -111,13 +111,13 @@ fn entry<T: Scalar>(now: &[T], stages: &[T], r: usize, family: usize, mode: usiz
 
 /// Adds `Σ_t (Π_a g_ta(x_a)) f_t` to `out`, length r; the axis and the value if one is not on it.
 fn add_part<T: Scalar>(
-    part: &CanonicalPart<'_>,
+    part: &ChapterPart<'_>,
     factors: &[T],
     terms: &[T],
-    value: impl Fn(CanonicalRole) -> f64,
+    value: impl Fn(ChapterRole) -> f64,
     weights: &mut [T],
     out: &mut [T],
-) -> Result<(), (CanonicalAxis, f64)> {
+) -> Result<(), (ChapterAxis, f64)> {
     let n = part.n_terms;
     let weights = weights.get_mut(..n).unwrap_or_default();
     weights.fill(T::from_f64(1.0));
@@ -146,12 +146,12 @@ fn add_part<T: Scalar>(
 }
 
 /// The point at or before a value of the history, and how far it is to the next.
-fn place(axis: &CanonicalAxis, value: f64) -> Result<(usize, f64), (CanonicalAxis, f64)> {
+fn place(axis: &ChapterAxis, value: f64) -> Result<(usize, f64), (ChapterAxis, f64)> {
     let x = axis.factor * value;
     if !(axis.lower <= x && x <= axis.upper) {
         return Err((*axis, x));
     }
-    if axis.role == CanonicalRole::Position {
+    if axis.role == ChapterRole::Position {
         return Ok((x as usize, 0.0));
     }
     let t = (x - axis.lower) / (axis.upper - axis.lower) * axis.points.saturating_sub(1) as f64;
@@ -160,7 +160,7 @@ fn place(axis: &CanonicalAxis, value: f64) -> Result<(usize, f64), (CanonicalAxi
 }
 
 /// A force as the axes have it: magnitude and direction.
-fn along(canonical: &Canonical<'_>, force: [f64; 3]) -> Result<(f64, [f64; 3]), LoadError> {
+fn along(canonical: &Chapter<'_>, force: [f64; 3]) -> Result<(f64, [f64; 3]), LoadError> {
     let size = libm::sqrt(force.iter().map(|f| f * f).sum());
     let Some(direction) = canonical.direction() else {
         let unit = if size > 0.0 { force.map(|f| f / size) } else { [0.0; 3] };
@@ -206,8 +206,8 @@ pub(crate) fn add_contact<T: Scalar>(
         }
         held = own;
         for (part, factors, terms) in pieces(canonical, scene.map).filter(|(part, _, _)| part.has_load()) {
-            let value = |role: CanonicalRole| own.value(role, part.stage);
-            let outside = |(axis, value): (CanonicalAxis, f64)| LoadError::OutsideAxis {
+            let value = |role: ChapterRole| own.value(role, part.stage);
+            let outside = |(axis, value): (ChapterAxis, f64)| LoadError::OutsideAxis {
                 role: axis.role,
                 value,
                 lower: axis.lower,

@@ -6,7 +6,7 @@
 use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
-use vademecum_format::{Canonical, CanonicalPart, Numbers};
+use vademecum_format::{Chapter, ChapterPart, Numbers};
 
 /// Costs of a scene's moves. Bytes are those of the file, apart from [`Cost::step_bytes`]. Sections that are not there count nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,8 +51,8 @@ impl<T: Scalar> Scene<'_, T> {
             }
             Structure::Canonical => {
                 // An interpolation and a product for each axis and term, then the terms' sum.
-                let part = |part: CanonicalPart<'_>| part.n_terms * (3 * part.axes().count() + r);
-                (shape.n_points, sections.canonical.iter().flat_map(Canonical::parts).map(part).sum())
+                let part = |part: ChapterPart<'_>| part.n_terms * (3 * part.axes().count() + r);
+                (shape.n_points, sections.canonical.iter().flat_map(Chapter::parts).map(part).sum())
             }
         };
         // A term is read once if some stage has a weight for it.

@@ -2,7 +2,7 @@
 
 use core::fmt;
 use vademecum_format::scheme::SchemeError;
-use vademecum_format::{CanonicalRole, FormatError, ParameterRole, SectionKind};
+use vademecum_format::{ChapterRole, FormatError, ParameterRole, SectionKind};
 
 /// Why a scene could not be bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,7 +159,7 @@ pub enum LoadError {
     /// Canonical structure: magnitude or component is not on its axis.
     OutsideAxis {
         /// Which.
-        role: CanonicalRole,
+        role: ChapterRole,
         /// The value.
         value: f64,
         /// Smallest value on the axis.
@@ -194,7 +194,7 @@ pub enum StepError {
         /// The stage, counted from 0.
         stage: usize,
         /// The coordinate: family and mode of the state, or the load's.
-        role: CanonicalRole,
+        role: ChapterRole,
         /// Its value, in the unit of the axis.
         value: f64,
         /// Smallest value on the axis.
@@ -394,7 +394,7 @@ impl fmt::Display for OutputError {
 
 fn outside(
     out: &mut fmt::Formatter<'_>,
-    role: CanonicalRole,
+    role: ChapterRole,
     value: f64,
     lower: f64,
     upper: f64,

@@ -5,7 +5,7 @@ use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
 use vademecum_format::scheme::fuse_work_len;
-use vademecum_format::{AxisRole, Canonical, File, Metadata, StructureCertificate};
+use vademecum_format::{AxisRole, Chapter, File, Metadata, StructureCertificate};
 
 /// Largest certified spectral radius of a step that counts as stable: rounding of eigenvalues at 1, as the build judges it.
 const STABLE: f64 = 1.0 + 1e-12;
@@ -108,7 +108,7 @@ impl Shape {
 /// The shape of a scene of these options.
 pub(crate) fn shape(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
     check(options)?;
-    let (metadata, canonical) = (file.metadata(), Canonical::read(file)?);
+    let (metadata, canonical) = (file.metadata(), Chapter::read(file)?);
     let structure = choose(metadata, canonical.is_some(), options)?;
     let (n_terms, n_points) = match structure {
         Structure::Canonical => canonical.map_or((0, 0), |canonical| {

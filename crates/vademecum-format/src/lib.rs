@@ -5,7 +5,7 @@
 #![no_std]
 
 mod blocks;
-mod canonical;
+mod chapter;
 mod error;
 mod fuse;
 mod layout;
@@ -20,9 +20,7 @@ mod unpack;
 mod write;
 
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
-pub use canonical::{
-    CANONICAL_AXIS, CANONICAL_CERTIFICATE, Canonical, CanonicalAxis, CanonicalPart, CanonicalRole,
-};
+pub use chapter::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, Chapter, ChapterAxis, ChapterPart, ChapterRole};
 pub use error::{FormatError, Quantity};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{

@@ -1,6 +1,6 @@
 //! Opening a file: every structural statement in it is checked once, here.
 
-use crate::canonical::Canonical;
+use crate::chapter::Chapter;
 use crate::error::FormatError;
 use crate::layout::{BLOCK, Entry, Header, align, refuse_nonzero};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
@@ -43,7 +43,7 @@ impl<'a> File<'a> {
         let file = Self { bytes, directory, metadata, minor: header.minor };
         file.check_sections(directory_end + header.metadata_length)?;
         file.check_structures()?;
-        file.check_canonical()?;
+        file.check_chapter()?;
         Ok(file)
     }
 
@@ -151,8 +151,8 @@ impl<'a> File<'a> {
     }
 
     /// Refusals 32 to 35; left for later where a section is compressed.
-    fn check_canonical(&self) -> Result<(), FormatError> {
-        match Canonical::read(self) {
+    fn check_chapter(&self) -> Result<(), FormatError> {
+        match Chapter::read(self) {
             Ok(_) | Err(FormatError::Compressed { .. }) => Ok(()),
             Err(error) => Err(error),
         }

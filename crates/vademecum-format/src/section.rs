@@ -4,7 +4,7 @@
 //! alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is opened, so that opening does
 //! not touch every page of a mapped file; call [`Section::verify`] for that.
 
-use crate::canonical::{CANONICAL_AXIS, CANONICAL_CERTIFICATE};
+use crate::chapter::{CHAPTER_AXIS, CHAPTER_CERTIFICATE};
 use crate::error::FormatError;
 use crate::metadata::Metadata;
 use crate::quantised::{self, Quantised};
@@ -125,9 +125,10 @@ impl SectionKind {
         Self::ALL.into_iter().find(|kind| kind.number() == number)
     }
 
-    /// Whether it belongs to the canonical structure; the writer marks those required.
+    /// Whether it belongs to the chapter's structure, which the file format calls canonical. The writer marks these kinds
+    /// required.
     #[must_use]
-    pub const fn is_canonical(self) -> bool {
+    pub const fn is_chapter(self) -> bool {
         self as u32 >= Self::CanonicalParts as u32 && self as u32 <= Self::CanonicalCertificate as u32
     }
 
@@ -142,7 +143,7 @@ impl SectionKind {
     pub const fn since(self) -> u16 {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
-            kind if kind.is_canonical() => 1,
+            kind if kind.is_chapter() => 1,
             _ => 0,
         }
     }
@@ -181,13 +182,11 @@ impl SectionKind {
             Self::EnrichmentHistory => [None, Some(2), Some(1)],
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
-            Self::CanonicalAxes => [None, Some(CANONICAL_AXIS as u64), Some(1)],
+            Self::CanonicalAxes => [None, Some(CHAPTER_AXIS as u64), Some(1)],
             Self::CanonicalFactors | Self::CanonicalPositions => [None, Some(1), Some(1)],
             Self::CanonicalTerms => [None, Some(r), Some(1)],
             Self::CanonicalDirection => one(3),
-            Self::CanonicalCertificate => {
-                one(CANONICAL_CERTIFICATE as u64 + 3 * u64::from(m.scheme.n_stages))
-            }
+            Self::CanonicalCertificate => one(CHAPTER_CERTIFICATE as u64 + 3 * u64::from(m.scheme.n_stages)),
         }
     }
 

@@ -26,7 +26,7 @@ pub use step::{ChapterLoad, Outside};
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::{HISTORY, SchemeTable, StageCoefficients};
-use vademecum_format::{CanonicalAxis, CanonicalRole};
+use vademecum_format::{ChapterAxis, ChapterRole};
 
 use crate::basis::{Basis, Runs, spread_nodes};
 use crate::dynamics::FullOrder;
@@ -55,7 +55,7 @@ const PATIENCE: usize = 30;
 #[derive(Clone, Debug)]
 pub struct MapPart {
     /// The axes.
-    pub axes: Vec<CanonicalAxis>,
+    pub axes: Vec<ChapterAxis>,
     /// Factors of each axis, `(n_points, n_terms)`.
     pub factors: Vec<Mat<f64>>,
     /// `ΠF_t`, `(r, n_terms)`.
@@ -268,21 +268,21 @@ impl ChapterSetting {
     }
 
     /// An axis of the engine as the file has it.
-    fn map_axis(&self, axis: &Axis, place: usize, families: &[usize], r: usize) -> CanonicalAxis {
+    fn map_axis(&self, axis: &Axis, place: usize, families: &[usize], r: usize) -> ChapterAxis {
         let ((lower, upper), points) = (axis.range(), axis.len());
         let n_state = families.len() * r;
         let role = match place.checked_sub(n_state) {
-            None => CanonicalRole::State { family: families[place / r], mode: place % r },
-            Some(0) => CanonicalRole::Magnitude,
-            Some(_) if axis.kind() == AxisKind::Index => CanonicalRole::Position,
-            Some(c) => CanonicalRole::Component { component: c - 1 },
+            None => ChapterRole::State { family: families[place / r], mode: place % r },
+            Some(0) => ChapterRole::Magnitude,
+            Some(_) if axis.kind() == AxisKind::Index => ChapterRole::Position,
+            Some(c) => ChapterRole::Component { component: c - 1 },
         };
         let scaled = self.entry.repairs.contains(&Repair::ScaledCoordinates);
         let factor = match role {
-            CanonicalRole::State { family, .. } if !scaled => 1.0 / family_scale(family, self.time_step),
+            ChapterRole::State { family, .. } if !scaled => 1.0 / family_scale(family, self.time_step),
             _ => 1.0,
         };
-        CanonicalAxis { role, lower, upper, points, factor }
+        ChapterAxis { role, lower, upper, points, factor }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The reduced step of the canonical maps in double precision, as the evaluator will take it: for certificates.
 
 use vademecum_format::scheme::MAX_STAGES;
-use vademecum_format::{CanonicalAxis, CanonicalRole};
+use vademecum_format::{ChapterAxis, ChapterRole};
 
 use super::{ChapterMap, MapPart};
 
@@ -22,14 +22,14 @@ pub struct Outside {
     /// The stage, counted from 0.
     pub stage: usize,
     /// The axis.
-    pub axis: CanonicalAxis,
+    pub axis: ChapterAxis,
     /// The value.
     pub value: f64,
 }
 
 impl std::fmt::Display for Outside {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { stage, axis: CanonicalAxis { role, lower, upper, .. }, value } = self;
+        let Self { stage, axis: ChapterAxis { role, lower, upper, .. }, value } = self;
         write!(f, "stage {}: {role} is {value:.3e}, outside [{lower:.3e}, {upper:.3e}]", stage + 1)
     }
 }
@@ -46,7 +46,7 @@ impl ChapterMap {
         for (index, stage) in self.stages.iter().enumerate() {
             let mut new = vec![0.0; r];
             for part in &stage.parts {
-                if load.is_some() || part.axes.iter().any(CanonicalAxis::is_state) {
+                if load.is_some() || part.axes.iter().any(ChapterAxis::is_state) {
                     let outside = |(axis, value)| Outside { stage: index, axis, value };
                     part.add_into(&history, r, index, load, &mut new).map_err(outside)?;
                 }
@@ -78,7 +78,7 @@ impl ChapterMap {
     fn slope(&self, j: usize) -> Option<Vec<f64>> {
         let (family, mode) = (j / self.n_modes, j % self.n_modes);
         let axes = self.stages.iter().flat_map(|s| &s.parts).flat_map(|part| &part.axes);
-        let own = axes.filter(|axis| axis.role == CanonicalRole::State { family, mode });
+        let own = axes.filter(|axis| axis.role == ChapterRole::State { family, mode });
         let reach = own.map(|axis| axis.upper.min(-axis.lower) / axis.factor).fold(f64::INFINITY, f64::min);
         let mut length = if reach.is_finite() { 0.5 * reach } else { 1.0 };
         for _ in 0..60 {
@@ -105,14 +105,14 @@ impl MapPart {
         stage: usize,
         load: Option<&ChapterLoad>,
         out: &mut [f64],
-    ) -> Result<(), (CanonicalAxis, f64)> {
+    ) -> Result<(), (ChapterAxis, f64)> {
         let mut weights = vec![1.0; self.terms.ncols()];
         for (axis, factors) in self.axes.iter().zip(&self.factors) {
             let value = match axis.role {
-                CanonicalRole::State { family, mode } => axis.factor * history[family * r + mode],
-                CanonicalRole::Magnitude => load.map_or(0.0, |load| load.magnitudes[stage]),
-                CanonicalRole::Component { component } => load.map_or(0.0, |load| load.components[component]),
-                CanonicalRole::Position => load.map_or(0.0, |load| load.position as f64),
+                ChapterRole::State { family, mode } => axis.factor * history[family * r + mode],
+                ChapterRole::Magnitude => load.map_or(0.0, |load| load.magnitudes[stage]),
+                ChapterRole::Component { component } => load.map_or(0.0, |load| load.components[component]),
+                ChapterRole::Position => load.map_or(0.0, |load| load.position as f64),
             };
             if !(axis.lower <= value && value <= axis.upper) {
                 return Err((*axis, value));
@@ -131,8 +131,8 @@ impl MapPart {
 }
 
 /// The point at or before `value`, and how far it is to the next.
-fn place(axis: &CanonicalAxis, value: f64) -> (usize, f64) {
-    if axis.role == CanonicalRole::Position {
+fn place(axis: &ChapterAxis, value: f64) -> (usize, f64) {
+    if axis.role == ChapterRole::Position {
         return (value as usize, 0.0);
     }
     let x = (value - axis.lower) / (axis.upper - axis.lower) * (axis.points - 1) as f64;

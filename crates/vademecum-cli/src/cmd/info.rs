@@ -154,7 +154,7 @@ impl Info {
         let losses = read_losses(file).map_err(|error| rewrite_failed(&self.file, error))?;
         let m = file.metadata();
         let certificate = &m.certificate;
-        let canonical = Canonical::read(file).map_err(|error| Failure::file(&self.file, error))?;
+        let canonical = Chapter::read(file).map_err(|error| Failure::file(&self.file, error))?;
         let canonical_report =
             ChapterReport::of_file(file).map_err(|error| Failure::file(&self.file, error))?;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
@@ -348,7 +348,7 @@ impl Report {
 }
 
 impl CanonicalAxes {
-    fn new(canonical: &Canonical<'_>) -> Self {
+    fn new(canonical: &Chapter<'_>) -> Self {
         let stages = canonical.parts().map(|part| part.stage).max().map_or(0, |last| last + 1);
         let of_stage = |stage| canonical.parts().filter(move |part| part.stage == stage);
         let axes = |stage| of_stage(stage).map(|part| part.axes().count()).sum();

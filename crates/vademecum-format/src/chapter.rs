@@ -1,10 +1,12 @@
-//! The canonical structure: the chapter's stage maps (eqs. 5.8, 5.9), every state coordinate, the load's magnitude and its
-//! position an axis with one-dimensional functions of its own.
+//! The chapter's structure: the stage maps of chapter 5 as it prints them (equations 5.8 and 5.9, key `chapter5` of
+//! `docs/bibliography.md`), kept as a baseline. The file format calls it the *canonical* structure, and the sections and
+//! refusals keep that name because files stay readable for ever.
 //!
-//! Stage `i` of the scheme is `ζ_i = Σ_parts Σ_t (Π_a g_ta(x_a)) f_t` with `f_t = ΠF_t`, r numbers a term. A part has terms over
-//! some of the axes: all of them (*joint*, as printed), or state and load apart. The new state follows from `ζ` and the `ζ_i` by
-//! the scheme's `finish`. The axes are more than the metadata have places for, so they are a table of numbers of their own,
-//! checked when the file is opened.
+//! Every coordinate of the state, the magnitude of the load and its position is an axis with one-dimensional functions of
+//! its own. Stage `i` of the scheme is `ζ_i = Σ_parts Σ_t (Π_a g_ta(x_a)) f_t` with `f_t = ΠF_t`, which are r numbers per
+//! term. A part has terms over some of the axes: over all of them (a *joint* part, as the chapter prints it), or over the
+//! state alone and the load alone. The new state follows from `ζ` and the `ζ_i` by the scheme's `finish`. There are more
+//! axes than the metadata have places for, so they are a table of numbers, which is checked when the file is opened.
 
 use crate::error::FormatError;
 use crate::metadata::{MAX_TERMS, Metadata};
@@ -13,16 +15,16 @@ use crate::scheme::{HISTORY, MAX_STAGES};
 use crate::section::SectionKind;
 use core::fmt;
 
-/// Numbers of a row of the axes' table: role, index, lower, upper, points, factor.
-pub const CANONICAL_AXIS: usize = 6;
-/// Most points of an axis of the canonical structure.
-pub const MAX_CANONICAL_POINTS: usize = 1 << 20;
+/// Numbers in a row of the table of axes: role, index, lower, upper, points, factor.
+pub const CHAPTER_AXIS: usize = 6;
+/// Most points an axis of the chapter's structure may have.
+pub const MAX_CHAPTER_POINTS: usize = 1 << 20;
 /// Numbers of the certificate before those of the stages: the seven of a structure, and the step the trajectory left at.
-pub const CANONICAL_CERTIFICATE: usize = 8;
+pub const CHAPTER_CERTIFICATE: usize = 8;
 
 /// What runs along an axis. The order is that of the axes of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum CanonicalRole {
+pub enum ChapterRole {
     /// Entry `mode` of family `family` of the history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`.
     State {
         /// Place in the history.
@@ -41,7 +43,7 @@ pub enum CanonicalRole {
     Position,
 }
 
-impl fmt::Display for CanonicalRole {
+impl fmt::Display for ChapterRole {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::State { family: 0, mode } => write!(out, "zeta of mode {}", mode + 1),
@@ -64,9 +66,9 @@ const POSITION: usize = HISTORY + 2;
 
 /// One axis of a part.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CanonicalAxis {
+pub struct ChapterAxis {
     /// What runs along it.
-    pub role: CanonicalRole,
+    pub role: ChapterRole,
     /// Smallest value.
     pub lower: f64,
     /// Largest value.
@@ -77,15 +79,15 @@ pub struct CanonicalAxis {
     pub factor: f64,
 }
 
-impl CanonicalAxis {
+impl ChapterAxis {
     /// Its row in the file.
     #[must_use]
-    pub fn row(&self) -> [f64; CANONICAL_AXIS] {
+    pub fn row(&self) -> [f64; CHAPTER_AXIS] {
         let (role, index) = match self.role {
-            CanonicalRole::State { family, mode } => (family, mode),
-            CanonicalRole::Magnitude => (MAGNITUDE, 0),
-            CanonicalRole::Component { component } => (COMPONENT, component),
-            CanonicalRole::Position => (POSITION, 0),
+            ChapterRole::State { family, mode } => (family, mode),
+            ChapterRole::Magnitude => (MAGNITUDE, 0),
+            ChapterRole::Component { component } => (COMPONENT, component),
+            ChapterRole::Position => (POSITION, 0),
         };
         [role as f64, index as f64, self.lower, self.upper, self.points as f64, self.factor]
     }
@@ -95,14 +97,14 @@ impl CanonicalAxis {
         let whole = |place: usize| {
             let value = number(place)?;
             let count = value as usize; // saturates; NaN gives 0
-            (count as f64 == value && count <= MAX_CANONICAL_POINTS).then_some(count)
+            (count as f64 == value && count <= MAX_CHAPTER_POINTS).then_some(count)
         };
         let index = whole(1)?;
         let role = match whole(0)? {
-            family if family < HISTORY => CanonicalRole::State { family, mode: index },
-            MAGNITUDE => CanonicalRole::Magnitude,
-            COMPONENT => CanonicalRole::Component { component: index },
-            POSITION => CanonicalRole::Position,
+            family if family < HISTORY => ChapterRole::State { family, mode: index },
+            MAGNITUDE => ChapterRole::Magnitude,
+            COMPONENT => ChapterRole::Component { component: index },
+            POSITION => ChapterRole::Position,
             _ => return None,
         };
         Some(Self { role, lower: number(2)?, upper: number(3)?, points: whole(4)?, factor: number(5)? })
@@ -111,11 +113,11 @@ impl CanonicalAxis {
     /// Whether it is an axis of the state.
     #[must_use]
     pub const fn is_state(&self) -> bool {
-        matches!(self.role, CanonicalRole::State { .. })
+        matches!(self.role, ChapterRole::State { .. })
     }
 
     fn is_sound(&self, stage: usize, n_modes: usize, n_positions: usize) -> bool {
-        use CanonicalRole as R;
+        use ChapterRole as R;
         let ordered = self.lower.is_finite() && self.upper.is_finite() && self.lower < self.upper;
         let hat = ordered && self.points >= 2 && self.factor.is_finite() && self.factor > 0.0;
         match self.role {
@@ -132,7 +134,7 @@ impl CanonicalAxis {
 
 /// Terms over some axes of one stage.
 #[derive(Clone, Copy, Debug)]
-pub struct CanonicalPart<'a> {
+pub struct ChapterPart<'a> {
     /// The stage, counted from 0.
     pub stage: usize,
     /// Number of terms.
@@ -144,10 +146,10 @@ pub struct CanonicalPart<'a> {
     pub terms: &'a [[u8; 8]],
 }
 
-impl<'a> CanonicalPart<'a> {
+impl<'a> ChapterPart<'a> {
     /// Its axes.
-    pub fn axes(&self) -> impl Iterator<Item = CanonicalAxis> + use<'a> {
-        self.axes.chunks_exact(CANONICAL_AXIS).filter_map(CanonicalAxis::from_row)
+    pub fn axes(&self) -> impl Iterator<Item = ChapterAxis> + use<'a> {
+        self.axes.chunks_exact(CHAPTER_AXIS).filter_map(ChapterAxis::from_row)
     }
 
     /// Whether it has axes of the state: they come first.
@@ -159,14 +161,14 @@ impl<'a> CanonicalPart<'a> {
     /// Whether it has axes of the load: they come last.
     #[must_use]
     pub fn has_load(&self) -> bool {
-        let last = self.axes.chunks_exact(CANONICAL_AXIS).next_back().and_then(CanonicalAxis::from_row);
+        let last = self.axes.chunks_exact(CHAPTER_AXIS).next_back().and_then(ChapterAxis::from_row);
         last.is_some_and(|axis| !axis.is_state())
     }
 }
 
-/// The canonical structure of a file, checked.
+/// The chapter's structure of a file, checked.
 #[derive(Clone, Copy, Debug)]
-pub struct Canonical<'a> {
+pub struct Chapter<'a> {
     n_modes: usize,
     parts: &'a [[u8; 4]],
     axes: &'a [[u8; 8]],
@@ -176,7 +178,7 @@ pub struct Canonical<'a> {
     direction: Option<[f64; 3]>,
 }
 
-impl<'a> Canonical<'a> {
+impl<'a> Chapter<'a> {
     /// Reads and checks the structure; `None` if the file does not have it. Costs one look at the tables of parts, axes and
     /// positions; factors and terms are not touched.
     ///
@@ -191,7 +193,7 @@ impl<'a> Canonical<'a> {
             Some(section) => section.f64s()?.first_chunk::<3>().map(|d| d.map(f64::from_le_bytes)),
         };
         section(S::CanonicalCertificate)?;
-        let canonical = Self {
+        let chapter = Self {
             n_modes: file.metadata().n_modes as usize,
             parts: parts.u32s()?,
             axes: section(S::CanonicalAxes)?.f64s()?,
@@ -200,12 +202,12 @@ impl<'a> Canonical<'a> {
             positions: section(S::CanonicalPositions)?.u32s()?,
             direction,
         };
-        canonical.check(file.metadata())?;
-        Ok(Some(canonical))
+        chapter.check(file.metadata())?;
+        Ok(Some(chapter))
     }
 
     /// The parts, stage by stage.
-    pub fn parts(&self) -> impl Iterator<Item = CanonicalPart<'a>> + use<'a> {
+    pub fn parts(&self) -> impl Iterator<Item = ChapterPart<'a>> + use<'a> {
         let Self { n_modes, parts, axes, factors, terms, .. } = *self;
         let (mut axes, mut factors, mut terms) = (axes, factors, terms);
         let take = move |from: &mut &'a [[u8; 8]], length: usize| {
@@ -215,13 +217,13 @@ impl<'a> Canonical<'a> {
         };
         parts.as_chunks::<3>().0.iter().map(move |part| {
             let [stage, n_axes, n_terms] = part.map(|bytes| u32::from_le_bytes(bytes) as usize);
-            let axes = take(&mut axes, n_axes.saturating_mul(CANONICAL_AXIS));
-            let points = CanonicalPart { stage, n_terms, axes, factors: &[], terms: &[] }
+            let axes = take(&mut axes, n_axes.saturating_mul(CHAPTER_AXIS));
+            let points = ChapterPart { stage, n_terms, axes, factors: &[], terms: &[] }
                 .axes()
                 .fold(0usize, |sum, axis| sum.saturating_add(axis.points));
             let factors = take(&mut factors, points.saturating_mul(n_terms));
             let terms = take(&mut terms, n_terms.saturating_mul(n_modes));
-            CanonicalPart { stage, n_terms, axes, factors, terms }
+            ChapterPart { stage, n_terms, axes, factors, terms }
         })
     }
 
@@ -290,20 +292,20 @@ impl<'a> Canonical<'a> {
 
     /// Refusal 33, and 32 where the parts do not ask for all axes.
     fn check_axes(&self, metadata: &Metadata<'_>) -> Result<(), FormatError> {
-        let (mut rows, mut place) = (self.axes.chunks_exact(CANONICAL_AXIS), 0u32);
+        let (mut rows, mut place) = (self.axes.chunks_exact(CHAPTER_AXIS), 0u32);
         for (number, part) in self.parts.as_chunks::<3>().0.iter().enumerate() {
             let [stage, n_axes, _] = part.map(|bytes| u32::from_le_bytes(bytes) as usize);
             let (mut before, mut load) = (None, [false; 2]);
             for _ in 0..n_axes {
                 let row = rows.next().ok_or(FormatError::CanonicalPart { part: number as u32 })?;
-                let axis = CanonicalAxis::from_row(row).filter(|axis| {
+                let axis = ChapterAxis::from_row(row).filter(|axis| {
                     axis.is_sound(stage, metadata.n_modes as usize, self.positions.len())
                         && before.is_none_or(|role| role < axis.role)
                 });
                 let axis = axis.ok_or(FormatError::CanonicalAxis { axis: place })?;
                 before = Some(axis.role);
-                load[0] |= axis.role == CanonicalRole::Magnitude;
-                load[1] |= axis.role == CanonicalRole::Position;
+                load[0] |= axis.role == ChapterRole::Magnitude;
+                load[1] |= axis.role == ChapterRole::Position;
                 place = place.saturating_add(1);
             }
             // A load has a magnitude and a position, or the part knows none of it.
@@ -345,7 +347,7 @@ impl<'a> Canonical<'a> {
         let components = self
             .parts()
             .flat_map(|part| part.axes())
-            .any(|axis| matches!(axis.role, CanonicalRole::Component { .. }));
+            .any(|axis| matches!(axis.role, ChapterRole::Component { .. }));
         let finite = self.direction.is_none_or(|d| d.iter().all(|x| x.is_finite()));
         if finite && components != self.direction.is_some() {
             return Ok(());
