@@ -17,7 +17,7 @@ use vademecum_build::separated::{
 };
 use vademecum_eval::{Contact, SceneOptions, StructureChoice};
 use vademecum_format::scheme::theta;
-use vademecum_format::{Canonical, File};
+use vademecum_format::{Chapter, File};
 use vademecum_study::bench::Study;
 use vademecum_tests::program::repository;
 use vademecum_tests::stage::with_scene;

@@ -1,7 +1,7 @@
 //! Files of version 1.0 stay readable for ever, and the writer still writes them byte for byte.
 
 use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice};
-use vademecum_format::{Canonical, Element, File, Section, SectionKind};
+use vademecum_format::{Chapter, Element, File, Section, SectionKind};
 use vademecum_rewrite::check;
 use vademecum_tests::golden;
 use vademecum_tests::program::{fixtures, repository, vademecum};

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use vademecum_build::dynamics::Interval;
 use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State, Surface, SurfacePoint};
-use vademecum_format::{Canonical, File, SectionKind};
+use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_study::scenario::Scenario;
 
 use crate::console::cancelled;
@@ -22,7 +22,7 @@ pub struct Track {
 impl Track {
     /// Finds each contact's triangle and each pattern's number.
     pub fn bind(path: &Path, file: &File<'_>, scenario: &Scenario) -> Result<Self, Failure> {
-        let canonical = Canonical::read(file).map_err(|error| Failure::file(path, error))?;
+        let canonical = Chapter::read(file).map_err(|error| Failure::file(path, error))?;
         let contact = |entry: &vademecum_study::scenario::ContactEntry| {
             let surface = Surface::new(file).map_err(|error| Failure::file(path, error))?;
             let point = match &canonical {

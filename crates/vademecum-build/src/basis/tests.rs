@@ -1,5 +1,6 @@
 use faer::{Mat, MatMut, MatRef};
 
+use super::pod::gram;
 use super::*;
 
 /// A diagonal operator, cheap and not the identity.

@@ -1,6 +1,6 @@
 //! What was measured of the chapter's structure, as a report shows it.
 
-use vademecum_format::{Canonical, File, FormatError, SectionKind, StructureCertificate};
+use vademecum_format::{Chapter, File, FormatError, SectionKind, StructureCertificate};
 
 use super::certificate::ChapterCertificate;
 use super::separation::StageError;
@@ -53,7 +53,7 @@ impl ChapterReport {
     /// [`FormatError`] if a section is compressed or malformed.
     pub fn of_file(file: &File<'_>) -> Result<Option<Self>, FormatError> {
         let (Some(canonical), Some(section)) =
-            (Canonical::read(file)?, file.section(SectionKind::CanonicalCertificate))
+            (Chapter::read(file)?, file.section(SectionKind::CanonicalCertificate))
         else {
             return Ok(None);
         };

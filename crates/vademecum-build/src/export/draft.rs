@@ -23,7 +23,7 @@ impl Draft {
             kind: self.kind,
             element: self.element,
             codec: Codec::Raw,
-            required: self.kind.is_canonical(),
+            required: self.kind.is_chapter(),
             shape: self.shape,
             decoded_length: self.bytes.len() as u64,
             stored: &self.bytes,

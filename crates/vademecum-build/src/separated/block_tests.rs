@@ -2,6 +2,7 @@
 
 use super::surrogate::Pencil;
 use super::*;
+use crate::linalg::Random;
 use faer::MatRef;
 use std::time::Instant;
 

@@ -154,7 +154,7 @@ pub(crate) fn orthonormal_chebyshev(n: usize, x: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::separated::Random;
+    use crate::linalg::Random;
 
     #[test]
     fn a_polynomial_of_the_set_is_found_from_its_values() {

@@ -111,7 +111,7 @@ impl RegionAxes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::separated::Random;
+    use crate::linalg::Random;
 
     #[test]
     fn points_and_powers_are_inverse_to_each_other() {

@@ -1,6 +1,7 @@
 //! The engine alone: functions of known rank, and problems whose solution is known.
 
 use super::*;
+use crate::linalg::Random;
 use faer::Mat;
 
 /// A function on one axis.

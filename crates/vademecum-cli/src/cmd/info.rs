@@ -7,7 +7,7 @@ use vademecum_build::certificate::StructureReport;
 use vademecum_build::chapter::ChapterReport;
 use vademecum_build::input::Problem;
 use vademecum_eval::Mapped;
-use vademecum_format::{Canonical, File, SectionKind};
+use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, fewest_terms, read_losses};
 
 use vademecum_build::parametric::RadiusSample;

@@ -51,12 +51,6 @@ impl Fresh {
         (gap / size).sqrt()
     }
 
-    /// Energy of the exact answers, summed over the points.
-    pub(super) fn exact_energy(&self, span: &Span) -> f64 {
-        let exact = product(self.sources.as_ref(), self.weights.as_ref());
-        (0..exact.ncols()).map(|p| span.size(&exact.as_ref().subcols(p, 1).to_owned())).sum()
-    }
-
     /// State and load, together and apart.
     pub(super) fn stage_error(&self, inputs: &Inputs, span: &Span, u: &Separated) -> StageError {
         let with_zero = |axes: std::ops::Range<usize>| {
