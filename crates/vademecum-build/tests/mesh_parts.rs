@@ -5,7 +5,7 @@ use std::path::Path;
 use vademecum_build::field::{self, Cells, FieldError};
 use vademecum_build::mesh::select::{SelectError, Selection};
 use vademecum_build::mesh::surface::Surface;
-use vademecum_build::mesh::{self, Mesh, MeshError, Order, Problem, block};
+use vademecum_build::mesh::{self, Flaw, Mesh, MeshError, Order, block};
 
 fn area_sum(mesh: &Mesh, surface: &Surface) -> ([f64; 3], f64) {
     let (mut sum, mut area) = ([0.0; 3], 0.0);
@@ -134,7 +134,7 @@ fn a_surface_and_a_collection_are_written_and_read_back() {
     assert_eq!(field::read_vtu(&path).unwrap().points, mesh.nodes);
     // A surface is no solid, and is refused as such.
     let error = mesh::read(&path).unwrap_err();
-    assert_eq!(error.problems(), [Problem::NoTetrahedra]);
+    assert_eq!(error.problems(), [Flaw::NoTetrahedra]);
     let pvd = folder.path().join("all.pvd");
     field::write_pvd(&pvd, &[(0.5, "s & t.vtu".into())]).unwrap();
     assert_eq!(field::read_pvd(&pvd).unwrap(), [(0.5, path)]);
@@ -186,7 +186,7 @@ fn decks_that_would_be_misread_are_refused_by_name() {
             assert_eq!(fault.section, section, "{error}");
             assert!(matches!(fault.place, mesh::Place::Line(line) if line > 26), "{error}");
         } else {
-            assert!(matches!(error.problems()[0], Problem::UnsupportedElements(_)), "{more}: {error}");
+            assert!(matches!(error.problems()[0], Flaw::UnsupportedElements(_)), "{more}: {error}");
         }
     }
 }
@@ -232,20 +232,20 @@ fn unsound_meshes_are_refused_by_name() {
     const UNIT: &str = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
     let problem = |points: &str, cells: &str| tables(points, cells).unwrap_err().problems()[0].clone();
     let flat = problem("0 0 0\n1 0 0\n0 1 0\n0.3 0.3 0\n", "1 2 3 4\n");
-    assert!(matches!(flat, Problem::DegenerateElements { count: 1, first: [1, 2, 3, 4], .. }), "{flat}");
+    assert!(matches!(flat, Flaw::DegenerateElements { count: 1, first: [1, 2, 3, 4], .. }), "{flat}");
     let twin = problem(&format!("{UNIT}0 0 1.0\n1 1 1\n"), "1 2 3 4\n2 3 5 6\n");
-    assert!(matches!(twin, Problem::DuplicateNodes { count: 1, first: [4, 5], .. }), "{twin}");
+    assert!(matches!(twin, Flaw::DuplicateNodes { count: 1, first: [4, 5], .. }), "{twin}");
     let apart = problem(&format!("{UNIT}5 0 0\n6 0 0\n5 1 0\n5 0 1\n"), "1 2 3 4\n5 6 7 8\n");
-    assert!(matches!(&apart, Problem::Disconnected { elements, .. } if elements == &[1, 1]), "{apart}");
+    assert!(matches!(&apart, Flaw::Disconnected { elements, .. } if elements == &[1, 1]), "{apart}");
     let twice = problem(&format!("{UNIT}1 1 1\n"), "1 2 3 4\n1 2 3 4\n2 3 4 5\n");
-    assert!(matches!(twice, Problem::OverlappingElements { count: 1, first: [2, 3, 4] }), "{twice}");
+    assert!(matches!(twice, Flaw::OverlappingElements { count: 1, first: [2, 3, 4] }), "{twice}");
     let mids = "0.5 0 0\n0.5 0.5 0\n0 0.5 0\n0 0 0.5\n0.5 0 0.5\n0 0.5 0.5\n";
     assert!(tables(&format!("{UNIT}{mids}"), "1 2 3 4 5 6 7 8 9 10\n").is_ok());
     let bent = mids.replacen("0.5 0 0", "0.5 0.9 0.9", 1);
     let folded = problem(&format!("{UNIT}{bent}"), "1 2 3 4 5 6 7 8 9 10\n");
-    assert!(matches!(folded, Problem::FoldedElements { count: 1, .. }), "{folded}");
+    assert!(matches!(folded, Flaw::FoldedElements { count: 1, .. }), "{folded}");
     let mixed = problem(&format!("{UNIT}{mids}1 1 1\n"), "1 2 3 4 5 6 7 8 9 10\n2 3 4 11\n");
-    assert_eq!(mixed, Problem::MixedOrders { linear: 1, quadratic: 1 });
+    assert_eq!(mixed, Flaw::MixedOrders { linear: 1, quadratic: 1 });
 }
 
 #[test]

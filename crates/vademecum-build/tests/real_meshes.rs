@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use vademecum_build::mesh::surface::Surface;
-use vademecum_build::mesh::{self, Mesh, MeshError, Order, Place, Problem};
+use vademecum_build::mesh::{self, Flaw, Mesh, MeshError, Order, Place};
 
 fn folder() -> Option<PathBuf> {
     let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes"));
@@ -256,15 +256,15 @@ fn meshes_that_cannot_be_computed_with_are_refused_by_name() {
     let Some(error) = refusal("gmsh41_ascii/hybrid_lshape_L1.msh") else {
         return;
     };
-    let [Problem::UnsupportedElements(cells), ..] = error.problems() else { panic!("{error}") };
+    let [Flaw::UnsupportedElements(cells), ..] = error.problems() else { panic!("{error}") };
     let found: Vec<(&str, usize)> = cells.iter().map(|c| (c.kind.as_str(), c.count)).collect();
     assert_eq!(found, [("5-node pyramid", 48), ("6-node wedge", 24)]);
     let error = refusal("gmsh41_binary/sphere_p3.msh").unwrap();
-    let [Problem::UnsupportedElements(cells)] = error.problems() else { panic!("{error}") };
+    let [Flaw::UnsupportedElements(cells)] = error.problems() else { panic!("{error}") };
     assert_eq!(cells[0].kind, "20-node (cubic) tetrahedron");
     assert!(matches!(cells[0].first, Place::Byte(_)));
     let error = refusal("gmsh41_ascii/ANSYS1e-3Corner_coarse.msh").unwrap();
-    let [Problem::Disconnected { elements, .. }] = error.problems() else { panic!("{error}") };
+    let [Flaw::Disconnected { elements, .. }] = error.problems() else { panic!("{error}") };
     assert_eq!(elements.len(), 2);
     assert_eq!(elements.iter().sum::<usize>(), 812);
 }
