@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/canonical.md`: the chapter's representation, each repair alone and all together, and the block
+//! The record of `docs/benchmarks/chapter.md`: the chapter's representation, each repair alone and all together, and the block
 //! representation, on one body.
 //!
 //! `cargo run --release -p vademecum-tests --example canonical [-- PROBLEM.toml]`; without arguments the fixture
