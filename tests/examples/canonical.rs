@@ -15,12 +15,12 @@ use vademecum_build::progress::Silent;
 use vademecum_build::separated::{
     Axis, AxisKind, BlockProblem, EnrichmentOptions, ReductionOptions, SeparatedError, Space, reduce,
 };
-use vademecum_eval::{Contact, SceneOptions, StructureChoice};
+use vademecum_eval::Contact;
 use vademecum_format::scheme::theta;
 use vademecum_format::{Chapter, File};
 use vademecum_study::bench::Study;
 use vademecum_tests::program::repository;
-use vademecum_tests::stage::with_scene;
+use vademecum_tests::stage::with_chapter;
 
 const STEPS: usize = 2000;
 
@@ -106,8 +106,7 @@ fn step_nanoseconds(bytes: &[u8]) -> f64 {
     const BURST: usize = 50;
     let opened = File::parse(bytes).expect("a file");
     let node = Chapter::read(&opened).expect("sound").expect("present").positions().next().expect("one");
-    let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
-    with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
+    with_chapter::<f64, _>(bytes, |scene, state, loads| {
         let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1.0] };
         loads.add_contact(scene, &contact).expect("a contact");
         let mut burst = || {

@@ -71,11 +71,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what is in it does not matter.
     ///
     /// # Errors
-    /// [`BindError::LentMemory`]; [`BindError::NoStructure`] for the canonical structure, which has no fused step to share.
+    /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, n_instances: usize, memory: &'m mut [T]) -> Result<Self, BindError> {
-        if scene.shape.structure == Structure::Canonical {
-            return Err(BindError::NoStructure);
-        }
         let (found, needed) = (memory.len(), Self::len_for(scene, n_instances));
         let short = BindError::LentMemory { found, needed };
         let memory = memory.get_mut(..needed).ok_or(short)?;
@@ -160,12 +157,12 @@ impl<'m, T: Scalar> Batch<'m, T> {
     pub fn set(&mut self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
-            for (k, &value) in state.part(third).iter().enumerate() {
+            for (k, &value) in state.y.part(third).iter().enumerate() {
                 put(self.states, place(self.shape, instance, third, k), value);
                 put(self.next, place(self.shape, instance, third, k), T::ZERO);
             }
         }
-        put(self.magnitudes, instance, if state.at_rest { T::ZERO } else { T::from_f32(1.0) });
+        put(self.magnitudes, instance, if state.y.at_rest { T::ZERO } else { T::from_f32(1.0) });
         Ok(())
     }
 
@@ -177,11 +174,11 @@ impl<'m, T: Scalar> Batch<'m, T> {
     pub fn get(&self, instance: usize, state: &mut State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
-            for (k, out) in state.part_mut(third).iter_mut().enumerate() {
+            for (k, out) in state.y.part_mut(third).iter_mut().enumerate() {
                 *out = self.states.get(place(self.shape, instance, third, k)).copied().unwrap_or_default();
             }
         }
-        state.at_rest = self.status(instance) == Ok(Status::AtRest);
+        state.y.at_rest = self.status(instance) == Ok(Status::AtRest);
         Ok(())
     }
 
@@ -241,7 +238,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         }
         match self.shape.structure {
             Structure::Diagonal => self.step_groups(scene),
-            Structure::Block | Structure::Canonical => self.step_each(scene),
+            Structure::Block => self.step_each(scene),
         }
         core::mem::swap(&mut self.states, &mut self.next);
         let mut status = BatchStatus::default();
@@ -304,7 +301,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if state.shape != self.shape {
             return Err(StepError::Mismatch);
         }
-        if state.time_step == self.time_step { Ok(()) } else { Err(StepError::NotCarried) }
+        if state.y.time_step == self.time_step { Ok(()) } else { Err(StepError::NotCarried) }
     }
 }
 
@@ -312,7 +309,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
 const fn group_len(shape: Shape) -> usize {
     match shape.structure {
         Structure::Diagonal => 3 * shape.r * WIDTH,
-        Structure::Block | Structure::Canonical => shape.padded() * WIDTH,
+        Structure::Block => shape.padded() * WIDTH,
     }
 }
 
@@ -321,7 +318,7 @@ const fn group_len(shape: Shape) -> usize {
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     match shape.structure {
         Structure::Diagonal => ((instance / WIDTH * shape.r + k) * 3 + third) * WIDTH + instance % WIDTH,
-        Structure::Block | Structure::Canonical => instance * shape.padded() + third * shape.r + k,
+        Structure::Block => instance * shape.padded() + third * shape.r + k,
     }
 }
 

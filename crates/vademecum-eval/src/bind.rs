@@ -6,33 +6,26 @@
 use crate::axes::{Axes, StagePlace};
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
+use crate::motion::{Matrices, Stiffness};
 use crate::options::{SceneOptions, Structure};
+use crate::output::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
-use vademecum_format::{
-    Chapter, File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind,
-};
+use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
 
 /// Sections a scene reads while it runs; `None` if absent or compressed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sections<'m> {
-    pub surface: Option<Numbers<'m>>,
-    pub interior: Option<Numbers<'m>>,
+    /// Rows of the basis.
+    pub rows: Rows<'m>,
+    /// The reduced matrices.
+    pub matrices: Matrices<'m>,
     pub block_load: Option<Numbers<'m>>,
     pub pattern_basis: Option<Numbers<'m>>,
     pub pattern_block: Option<Numbers<'m>>,
-    pub probes: Option<Numbers<'m>>,
-    /// `BᵀK_qB` of each region.
-    pub region_stiffness: Option<Numbers<'m>>,
-    /// `BᵀM_qB` of each region.
-    pub region_mass: Option<Numbers<'m>>,
-    /// `BᵀKB`: `(r)` for the diagonal structure, `(r, r)` for the others.
-    pub stiffness: Numbers<'m>,
-    /// The separated solution of the block structure; empty for the others.
+    /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
-    /// The canonical structure's tables.
-    pub canonical: Option<Chapter<'m>>,
 }
 
 /// `E_t`, points and factors as the file stores them.
@@ -44,7 +37,7 @@ pub(crate) struct Separated<'m> {
 }
 
 /// What a scene is asked to stand at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Asked {
     pub step: StepParameters,
     /// `κ_q`.
@@ -78,11 +71,10 @@ impl Asked {
 pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sections<'m>, BindError> {
     use SectionKind as S;
     let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
-    let (kind, separated) = match structure {
-        Structure::Diagonal => (S::Eigenvalues, Separated::default()),
-        Structure::Canonical => (S::ReducedStiffness, Separated::default()),
+    let (stiffness, separated) = match structure {
+        Structure::Diagonal => (Stiffness::Diagonal(needed(file, S::Eigenvalues)?), Separated::default()),
         Structure::Block => (
-            S::ReducedStiffness,
+            Stiffness::Dense(needed(file, S::ReducedStiffness)?),
             Separated {
                 terms: needed(file, S::BlockState)?,
                 points: needed(file, S::AxisPoints)?,
@@ -91,22 +83,28 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         ),
     };
     Ok(Sections {
-        surface: optional(S::SurfaceBasis),
-        interior: optional(S::InteriorBasis),
+        rows: Rows::of(file),
+        matrices: matrices(file, stiffness),
         block_load: optional(S::BlockLoad),
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
-        probes: optional(S::ProbeRows),
-        region_stiffness: optional(S::RegionStiffness),
-        region_mass: optional(S::RegionMass),
-        stiffness: Numbers::F64(needed(file, kind)?),
         separated,
-        canonical: if structure == Structure::Canonical { Chapter::read(file)? } else { None },
     })
 }
 
+/// The reduced matrices of a file beside its stiffness.
+pub(crate) fn matrices<'m>(file: &File<'m>, stiffness: Stiffness<'m>) -> Matrices<'m> {
+    let optional = |kind| file.section(kind).and_then(|section| section.f64s().ok());
+    Matrices {
+        stiffness,
+        n_regions: file.metadata().n_regions as usize,
+        region_stiffness: optional(SectionKind::RegionStiffness),
+        region_mass: optional(SectionKind::RegionMass),
+    }
+}
+
 /// Numbers of a section the file cannot be without.
-fn needed<'m>(file: &File<'m>, kind: SectionKind) -> Result<&'m [[u8; 8]], BindError> {
+pub(crate) fn needed<'m>(file: &File<'m>, kind: SectionKind) -> Result<&'m [[u8; 8]], BindError> {
     Ok(file.section(kind).ok_or(missing(kind))?.f64s()?)
 }
 
@@ -135,17 +133,6 @@ pub(crate) fn fuse<'w, T: Scalar>(
     let fused = match shape.structure {
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
         Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
-        Structure::Canonical => {
-            let built = Asked::new(metadata, &SceneOptions::default());
-            let same = asked.step == built.step
-                && asked.stiffness == built.stiffness
-                && asked.density == built.density;
-            return if same {
-                Ok(Fused { d: &[], loads: &[], weights: &[] })
-            } else {
-                Err(BindError::FixedStep)
-            };
-        }
     };
     let mut all = fused.d.iter().chain(fused.loads).chain(fused.weights);
     if all.any(|&value| !T::from_f64(value).to_f64().is_finite()) {
@@ -173,7 +160,11 @@ fn fuse_modes<'w>(
     // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
     // For its sake, too, chunk sizes are saturated products.
     let (mut blocks, mut load_vectors) = (d.chunks_exact_mut(9), loads.chunks_exact_mut(per_mode));
-    for lambda in sections.stiffness.iter() {
+    let Stiffness::Diagonal(lambdas) = sections.matrices.stiffness else {
+        return Err(missing(SectionKind::Eigenvalues).into());
+    };
+    for &lambda in lambdas {
+        let lambda = f64::from_le_bytes(lambda);
         let (Some(d), Some(loads)) = (blocks.next(), load_vectors.next()) else { break };
         let e = theta.map(|theta| -theta * lambda / (1.0 + theta * lambda));
         let e = e.get(..shape.n_stages).unwrap_or_default();
@@ -256,8 +247,8 @@ fn check_moved(metadata: &Metadata<'_>, sections: &Sections<'_>, asked: &Asked) 
             return Err(BindError::FixedRegion { role, value });
         }
         let (section, kind) = match role {
-            R::RegionStiffness { .. } => (sections.region_stiffness, SectionKind::RegionStiffness),
-            _ => (sections.region_mass, SectionKind::RegionMass),
+            R::RegionStiffness { .. } => (sections.matrices.region_stiffness, SectionKind::RegionStiffness),
+            _ => (sections.matrices.region_mass, SectionKind::RegionMass),
         };
         section.ok_or(missing(kind))?;
     }
@@ -311,7 +302,6 @@ pub(crate) fn lay_out<T: Scalar>(
 ) {
     match shape.structure {
         Structure::Diagonal => lay_out_modes(fused, shape, map, load_maps),
-        Structure::Canonical => {}
         Structure::Block => {
             lay_out_columns(fused.d, 3 * shape.r, map);
             let mut load_maps = load_maps.chunks_exact_mut(shape.load_map_len().max(1));

@@ -138,7 +138,7 @@ impl<'m, T: Scalar> Modal<'m, T> {
             return Err(StepError::StaleModes);
         }
         scene.check_carried(state)?;
-        if state.at_rest && !loads.active {
+        if state.y.at_rest && !loads.active {
             return Ok(Status::AtRest);
         }
         scene.check_fresh(loads)?;
@@ -146,7 +146,7 @@ impl<'m, T: Scalar> Modal<'m, T> {
         let mut vectors = self.vectors.chunks_exact_mut(stride.saturating_mul(3).max(1));
         let mut vector = || vectors.next().unwrap_or_default();
         let (start, mut now, mut new, load) = (vector(), vector(), vector(), vector());
-        transform(self.to, r, (state.now, r), (start, stride));
+        transform(self.to, r, (state.y.now, r), (start, stride));
         load.fill(T::ZERO);
         if loads.active {
             transform(self.to, r, (loads.increment, r), (load, stride));
@@ -166,13 +166,14 @@ impl<'m, T: Scalar> Modal<'m, T> {
         transform(self.from, r, (now, stride), (new, stride));
         let mut magnitude = T::ZERO;
         for (third, added) in new.chunks_exact(stride.max(1)).enumerate() {
-            let old = state.now.iter().skip(third * r);
-            for ((next, &old), &added) in state.next.iter_mut().skip(third * r).zip(old).zip(added).take(r) {
+            let old = state.y.now.iter().skip(third * r);
+            for ((next, &old), &added) in state.y.next.iter_mut().skip(third * r).zip(old).zip(added).take(r)
+            {
                 *next = if moving { old + added } else { T::ZERO };
                 magnitude += next.magnitude();
             }
         }
-        scene.settle(state, loads, magnitude)
+        state.y.settle(magnitude, loads.active, scene.rest_below)
     }
 }
 

@@ -33,9 +33,9 @@ impl<T: Scalar> Scene<'_, T> {
         let mut options = self.options;
         options.set(&self.metadata, index, value)?;
         let time_step = options.time_step.unwrap_or(self.metadata.time_step);
-        state.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
+        state.y.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
         self.rebind(&options, work)?;
-        state.accept(time_step);
+        state.y.accept(time_step);
         Ok(())
     }
 
@@ -49,8 +49,7 @@ impl<T: Scalar> Scene<'_, T> {
         match (options.structure, self.shape.structure) {
             (StructureChoice::Auto, _)
             | (StructureChoice::Diagonal, Structure::Diagonal)
-            | (StructureChoice::Block, Structure::Block)
-            | (StructureChoice::Canonical, Structure::Canonical) => {}
+            | (StructureChoice::Block, Structure::Block) => {}
             _ => return Err(BindError::OtherStructure),
         }
         match self.shape.structure {
