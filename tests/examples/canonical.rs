@@ -7,8 +7,9 @@
 use std::time::Instant;
 
 use vademecum_build::Matrix;
-use vademecum_build::chapter::{ChapterMap, ChapterSetting, certify_chapter};
+use vademecum_build::chapter::{ChapterCertificate, ChapterMap, ChapterSetting, certify_chapter};
 use vademecum_build::dynamics::FullOrder;
+use vademecum_build::export::NodeOrder;
 use vademecum_build::fem::{Solve, Symbolic, SymmetricMatrix};
 use vademecum_build::input::{BasisKind, ChapterEntry, Problem, Repair};
 use vademecum_build::progress::Silent;
@@ -83,8 +84,14 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
         let map = setting.with(options).separate(prepared, &basis).expect("a separation");
         rows.push((name, map, clock.elapsed().as_secs_f64()));
     }
-    let maps: Vec<&ChapterMap> = rows.iter().map(|row| &row.1).collect();
-    let certificates = certify_chapter(&maps, prepared, &full, &basis, study.runs(), STEPS, &Silent);
+    let measured = |map: &ChapterMap| {
+        study.canonical_bytes(&basis, map, &ChapterCertificate::of_maps(map)).expect("the writer takes it")
+    };
+    let bytes: Vec<Vec<u8>> = rows.iter().map(|row| measured(&row.1)).collect();
+    let files: Vec<(&ChapterMap, &[u8])> =
+        rows.iter().zip(&bytes).map(|(row, bytes)| (&row.1, &bytes[..])).collect();
+    let order = NodeOrder::new(&prepared.body);
+    let certificates = certify_chapter(&files, &order, prepared, &full, &basis, study.runs(), STEPS, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
         let bytes = study.canonical_bytes(&basis, map, &c).expect("the writer takes it");
         let nanoseconds = step_nanoseconds(&bytes);
