@@ -6,6 +6,7 @@
 use crate::axes::{Axes, StagePlace};
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
+use crate::lend::{Lender, Short, put};
 use crate::motion::{Matrices, Stiffness};
 use crate::options::{SceneOptions, Structure};
 use crate::output::Rows;
@@ -154,7 +155,8 @@ fn fuse_modes<'w>(
     for (stage, theta) in theta.iter_mut().take(shape.n_stages).enumerate() {
         *theta = StageCoefficients::new(scheme, &asked.step, stage)?.theta;
     }
-    let (d, loads) = work.split_at_mut_checked(9 * shape.r).unwrap_or_default();
+    let mut work = Lender::new(work);
+    let (d, loads) = (work.take(9 * shape.r)?, work.take(3 * shape.n_stages * shape.r)?);
     let mut small = [0.0; fuse_work_len(1)];
     let per_mode = shape.n_stages.saturating_mul(3).max(1);
     // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
@@ -165,9 +167,11 @@ fn fuse_modes<'w>(
     };
     for &lambda in lambdas {
         let lambda = f64::from_le_bytes(lambda);
-        let (Some(d), Some(loads)) = (blocks.next(), load_vectors.next()) else { break };
+        let (Some(d), Some(loads)) = (blocks.next(), load_vectors.next()) else {
+            return Err(Short { found: shape.r, needed: lambdas.len() }.into());
+        };
         let e = theta.map(|theta| -theta * lambda / (1.0 + theta * lambda));
-        let e = e.get(..shape.n_stages).unwrap_or_default();
+        let e = Lender::new(&e[..]).take(shape.n_stages)?;
         fuse_into(scheme, &asked.step, 1, e, d, loads, &mut small)?;
         for (loads, e) in loads.chunks_exact_mut(3).zip(e) {
             loads.iter_mut().for_each(|value| *value *= 1.0 + e);
@@ -186,18 +190,10 @@ fn fuse_block<'w>(
 ) -> Result<Fused<'w>, BindError> {
     check_moved(metadata, sections, asked)?;
     let (square, n_stages) = (shape.r * shape.r, shape.n_stages);
-    let mut lengths =
-        [9 * square, 3 * n_stages * square, n_stages * shape.n_terms, n_stages * square].into_iter();
-    let mut rest = work;
-    let mut take = || {
-        let (front, back) = core::mem::take(&mut rest)
-            .split_at_mut_checked(lengths.next().unwrap_or_default())
-            .unwrap_or_default();
-        rest = back;
-        front
-    };
-    let (d, loads, weights, e) = (take(), take(), take(), take());
-    let (axes, work) = rest.split_at_mut_checked(Axes::WORK * shape.n_points).unwrap_or_default();
+    let mut work = Lender::new(work);
+    let (d, loads) = (work.take(9 * square)?, work.take(3 * n_stages * square)?);
+    let (weights, e) = (work.take(shape.weights_len())?, work.take(n_stages * square)?);
+    let (axes, work) = (work.take(Axes::WORK * shape.n_points)?, work.rest());
     stage_responses(metadata, sections, asked, shape, weights, e, axes)?;
     fuse_into(&metadata.scheme, &asked.step, shape.r, e, d, loads, work)?;
     Ok(Fused { d, loads, weights })
@@ -215,18 +211,19 @@ pub(crate) fn stage_responses(
 ) -> Result<(), BindError> {
     let square = shape.r * shape.r;
     let Separated { terms, points, factors } = sections.separated;
-    let mut axes = Axes::new(metadata, points, axes);
+    let mut axes = Axes::new(metadata, points, axes)?;
     e.fill(0.0);
-    let mut stages = weights.chunks_exact_mut(shape.n_terms.max(1));
+    let mut stages = Lender::new(weights);
+    let short = Short { found: terms.len(), needed: shape.n_terms.saturating_mul(square) };
     for (stage, e) in e.chunks_exact_mut(square.max(1)).enumerate() {
-        let weights = stages.next().unwrap_or_default();
+        let weights = stages.take(shape.n_terms)?;
         let theta = allowed_theta(metadata, &asked.step, stage)?;
         let place = StagePlace { stage, theta, stiffness: &asked.stiffness, density: &asked.density };
         axes.stand(metadata, &place)?;
-        axes.term_weights(metadata, factors, weights);
+        axes.term_weights(metadata, factors, weights)?;
         let mut terms = terms.chunks_exact(square.max(1));
         for &weight in &*weights {
-            let term = terms.next().unwrap_or_default();
+            let term = terms.next().ok_or(short)?;
             if weight != 0.0 {
                 e.iter_mut().zip(term).for_each(|(e, &bytes)| *e += weight * f64::from_le_bytes(bytes));
             }
@@ -299,50 +296,65 @@ pub(crate) fn lay_out<T: Scalar>(
     map: &mut [T],
     load_maps: &mut [T],
     weights: &mut [T],
-) {
+) -> Result<(), Short> {
     match shape.structure {
         Structure::Diagonal => lay_out_modes(fused, shape, map, load_maps),
         Structure::Block => {
-            lay_out_columns(fused.d, 3 * shape.r, map);
-            let mut load_maps = load_maps.chunks_exact_mut(shape.load_map_len().max(1));
-            for columns in fused.loads.chunks_exact(shape.r.saturating_mul(shape.r).saturating_mul(3).max(1))
-            {
-                lay_out_columns(columns, 3 * shape.r, load_maps.next().unwrap_or_default());
+            lay_out_columns(fused.d, 3 * shape.r, map)?;
+            let (mut columns, mut load_maps) = (Lender::new(fused.loads), Lender::new(load_maps));
+            for _ in 0..shape.n_stages {
+                let columns = columns.take(shape.r.saturating_mul(shape.r).saturating_mul(3))?;
+                lay_out_columns(columns, 3 * shape.r, load_maps.take(shape.load_map_len())?)?;
             }
+            let weights = Lender::new(weights).take(fused.weights.len())?;
             weights.iter_mut().zip(fused.weights).for_each(|(out, &value)| *out = T::from_f64(value));
+            Ok(())
         }
     }
 }
 
 /// Column-major 3×3 to row-major, one row of [`LANES`] modes per coefficient; load vectors like a state.
-fn lay_out_modes<T: Scalar>(fused: &Fused<'_>, shape: Shape, map: &mut [T], load_maps: &mut [T]) {
-    let set = |out: &mut [T], at: usize, value: f64| {
-        if let Some(out) = out.get_mut(at) {
-            *out = T::from_f64(value);
-        }
-    };
+fn lay_out_modes<T: Scalar>(
+    fused: &Fused<'_>,
+    shape: Shape,
+    map: &mut [T],
+    load_maps: &mut [T],
+) -> Result<(), Short> {
     for (k, d) in fused.d.chunks_exact(9).enumerate() {
-        for (place, &value) in d.iter().enumerate() {
-            let row_major = 3 * (place % 3) + place / 3;
-            set(map, (k / LANES * 9 + row_major) * LANES + k % LANES, value);
+        for (entry, &value) in d.iter().enumerate() {
+            put(map, place_in_modes(k, entry % 3, entry / 3), T::from_f64(value))?;
         }
     }
     for (k, loads) in fused.loads.chunks_exact(shape.n_stages.saturating_mul(3).max(1)).enumerate() {
         for (place, &value) in loads.iter().enumerate() {
             let (stage, row) = (place / 3, place % 3);
-            set(load_maps, stage * shape.load_map_len() + row * shape.stride() + k, value);
+            let at = stage * shape.load_map_len() + row * shape.stride() + k;
+            put(load_maps, at, T::from_f64(value))?;
         }
     }
+    Ok(())
+}
+
+/// Where the diagonal kernel wants number `(row, column)` of the 3×3 block of mode `k`.
+pub(crate) const fn place_in_modes(k: usize, row: usize, column: usize) -> usize {
+    (k / LANES * 9 + 3 * row + column) * LANES + k % LANES
+}
+
+/// Where the dense kernel wants number `(row, column)` of a matrix of `n_columns`.
+pub(crate) const fn place_in_tiles(row: usize, column: usize, n_columns: usize) -> usize {
+    (row / TILE * n_columns + column) * TILE + row % TILE
 }
 
 /// Column-major `(rows, any)` to tiles of [`TILE`] rows, each tile column by column.
-pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) {
+pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) -> Result<(), Short> {
     let n_columns = columns.len() / rows.max(1);
     for (c, column) in columns.chunks_exact(rows.max(1)).enumerate() {
         for (tile, part) in column.chunks(TILE).enumerate() {
-            let at = (tile * n_columns + c) * TILE;
-            let place = tiles.iter_mut().skip(at).zip(part);
+            let mut tiles = Lender::new(&mut *tiles);
+            tiles.take(place_in_tiles(tile * TILE, c, n_columns))?;
+            let place = tiles.take(part.len())?.iter_mut().zip(part);
             place.for_each(|(out, &value)| *out = T::from_f64(value));
         }
     }
+    Ok(())
 }

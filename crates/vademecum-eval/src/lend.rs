@@ -61,6 +61,13 @@ impl<S: Cut> Lender<S> {
     }
 }
 
+/// Writes `value` at a place of `all`.
+pub(crate) fn put<T>(all: &mut [T], at: usize, value: T) -> Result<(), Short> {
+    let short = Short { found: all.len(), needed: at.saturating_add(1) };
+    *all.get_mut(at).ok_or(short)? = value;
+    Ok(())
+}
+
 /// A slice that is shorter than the pieces asked of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Short {

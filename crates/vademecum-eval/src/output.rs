@@ -99,8 +99,7 @@ impl<'m> Rows<'m> {
         out: &mut [T],
     ) -> Result<(), OutputError> {
         expect_len(out, 3 * self.n_surface_nodes)?;
-        reconstruct(self.surface()?, x, T::from_f64(scale), out);
-        Ok(())
+        Ok(reconstruct(self.surface()?, x, T::from_f64(scale), out)?)
     }
 
     /// The whole body, `out` of shape `(n_nodes, 3)`.
@@ -109,7 +108,7 @@ impl<'m> Rows<'m> {
         let mut out = Lender::new(out);
         let (surface, interior) = (out.take(3 * self.n_surface_nodes)?, out.rest());
         if !interior.is_empty() {
-            reconstruct(self.interior()?, factors.0, T::from_f64(factors.1), interior);
+            reconstruct(self.interior()?, factors.0, T::from_f64(factors.1), interior)?;
         }
         self.surface_into(factors, surface)
     }

@@ -66,7 +66,7 @@ impl<T: Scalar> Scene<'_, T> {
         let work = work.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
         let asked = Asked::new(&self.metadata, options);
         let fused = fuse::<T>(&self.metadata, &self.sections, &asked, self.shape, work)?;
-        lay_out(&fused, self.shape, self.map, self.load_maps, self.weights);
+        lay_out(&fused, self.shape, self.map, self.load_maps, self.weights)?;
         self.options = *options;
         self.parameters = asked.step;
         self.rest_below = rest::threshold(options);

@@ -8,6 +8,7 @@
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::error::{BindError, StepError};
 use crate::kernel::{step_dense, step_diagonal};
+use crate::lend::Lender;
 use crate::loads::Loads;
 use crate::options::{SceneOptions, Sizes, Status, Structure};
 use crate::rest;
@@ -66,10 +67,10 @@ impl<'m, T: Scalar> Scene<'m, T> {
         let sections = sections(file, shape.structure)?;
         let fused = fuse::<T>(&metadata, &sections, &asked, shape, work)?;
         memory.fill(T::ZERO);
-        let (map, rest) = memory.split_at_mut_checked(shape.map_len()).unwrap_or_default();
-        let loads_len = shape.n_stages * shape.load_map_len();
-        let (load_maps, weights) = rest.split_at_mut_checked(loads_len).unwrap_or_default();
-        lay_out(&fused, shape, map, load_maps, weights);
+        let mut memory = Lender::new(memory);
+        let (map, load_maps) = (memory.take(shape.map_len())?, memory.take(shape.load_maps_len())?);
+        let weights = memory.take(shape.weights_len())?;
+        lay_out(&fused, shape, map, load_maps, weights)?;
         Ok(Self {
             shape,
             metadata,
@@ -135,7 +136,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         self.check_fresh(loads)?;
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure {
-            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new),
+            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new)?,
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };
         state.y.settle(magnitude, loads.active, self.rest_below)
