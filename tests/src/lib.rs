@@ -3,6 +3,7 @@
 pub mod annotate;
 pub mod bases;
 pub mod canonical;
+pub mod denormals;
 pub mod galerkin;
 pub mod golden;
 pub mod hostile;
