@@ -7,7 +7,7 @@ use live::{build_with_growing_carrier, carrier_size_is_free, separate_and_certif
 use faer::prelude::ReborrowMut;
 use vademecum_format::FormatError;
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::scheme::{SchemeError, StepParameters};
+use vademecum_format::scheme::{StepParameters, TableError};
 use vademecum_format::{Certificate, StructureCertificate};
 
 use crate::body::{Body, BodyError, read_mesh};
@@ -52,7 +52,7 @@ pub enum BuildError {
     Scheme(#[from] crate::dynamics::SchemeError),
     /// The scheme's table is unusable.
     #[error("`time.scheme`")]
-    Table(#[from] SchemeError),
+    Table(#[from] TableError),
     /// A matrix does not factorise.
     #[error("a matrix of the model does not factorise")]
     Factor(#[from] FactorError),

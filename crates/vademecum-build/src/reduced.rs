@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::scheme::{SchemeError, StepParameters, fuse_into, fuse_work_len, theta};
+use vademecum_format::scheme::{StepParameters, TableError, fuse_into, fuse_work_len, theta};
 
 use crate::export::reduced_load;
 use crate::response::{StageResponse, galerkin_increment};
@@ -41,7 +41,7 @@ impl<'a> BlockStep<'a> {
         parameters: &StepParameters,
         basis: MatRef<'a, f64>,
         responses: &'a [StageResponse],
-    ) -> Result<Self, SchemeError> {
+    ) -> Result<Self, TableError> {
         let r = basis.ncols();
         let states: Vec<Mat<f64>> = responses.iter().map(|s| s.state.clone()).collect();
         let (increment, loads) = fuse(table, parameters, r, &states)?;
@@ -109,7 +109,7 @@ impl<'a> DiagonalStep<'a> {
         parameters: &StepParameters,
         basis: MatRef<'a, f64>,
         eigenvalues: &[f64],
-    ) -> Result<Self, SchemeError> {
+    ) -> Result<Self, TableError> {
         let n_stages = table.active().len();
         let thetas = (0..n_stages).map(|i| theta(table, parameters, i)).collect::<Result<Vec<f64>, _>>()?;
         let mut step = Self { basis, weights: vec![vec![]; n_stages], increments: vec![], load_maps: vec![] };
@@ -175,7 +175,7 @@ pub fn fused_radius(
     table: &SchemeTable,
     parameters: &StepParameters,
     states: &[Mat<f64>],
-) -> Result<f64, SchemeError> {
+) -> Result<f64, TableError> {
     let r = states.first().map_or(0, Mat::nrows);
     Ok(radius_of_increment(&fuse(table, parameters, r, states)?.0))
 }
@@ -186,7 +186,7 @@ fn fuse(
     parameters: &StepParameters,
     r: usize,
     states: &[Mat<f64>],
-) -> Result<(Mat<f64>, Vec<f64>), SchemeError> {
+) -> Result<(Mat<f64>, Vec<f64>), TableError> {
     let packed: Vec<f64> = states.iter().flat_map(|s| (0..r * r).map(|k| s[(k / r, k % r)])).collect();
     let mut increment = vec![0.0; 9 * r * r];
     let mut loads = vec![0.0; states.len() * 3 * r * r];

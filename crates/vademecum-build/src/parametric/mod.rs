@@ -15,7 +15,7 @@ pub use box_certificate::{BoxCertificate, RadiusSample, certify_box};
 pub use separate::{Parametric, ParametricError, SeparationOptions, separate_responses};
 
 use vademecum_format::ParameterRole;
-use vademecum_format::scheme::{SchemeError, SchemeTable, StepParameters, theta};
+use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
 
 use crate::body::BodyError;
 use crate::dynamics::Rayleigh;
@@ -173,7 +173,7 @@ impl ParameterSpace {
     ///
     /// # Errors
     /// If a parameter is unusable for the scheme.
-    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), SchemeError> {
+    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), TableError> {
         let mut range = (f64::INFINITY, 0.0f64);
         for bits in 0..1u32 << 5 {
             let mut step = self.fixed;

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
-use vademecum_format::scheme::{SchemeError, SchemeTable, theta};
+use vademecum_format::scheme::{SchemeTable, TableError, theta};
 use vademecum_format::{Axis as FileAxis, AxisKind as FileAxisKind, AxisRole};
 
 use super::axis_map::AxisMap;
@@ -35,7 +35,7 @@ pub enum ParametricError {
     Separated(#[from] SeparatedError),
     /// The scheme refuses a parameter.
     #[error("`parameter`")]
-    Scheme(#[from] SchemeError),
+    Scheme(#[from] TableError),
     /// On request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
