@@ -1,7 +1,7 @@
 //! What can go wrong, apart by who can act: binding (options or memory), loading, stepping, reading.
 
 use core::fmt;
-use vademecum_format::scheme::SchemeError;
+use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, ParameterRole, SectionKind};
 
 /// Why a scene could not be bound.
@@ -11,7 +11,7 @@ pub enum BindError {
     /// The file is refused, or a section it needs is compressed.
     Format(FormatError),
     /// Scheme or step parameters are refused.
-    Scheme(SchemeError),
+    Scheme(TableError),
     /// A parameter was not set.
     Parameter(ParameterError),
     /// The structure asked for is not in the file.
@@ -359,8 +359,8 @@ impl From<ParameterError> for BindError {
     }
 }
 
-impl From<SchemeError> for BindError {
-    fn from(error: SchemeError) -> Self {
+impl From<TableError> for BindError {
+    fn from(error: TableError) -> Self {
         Self::Scheme(error)
     }
 }

@@ -55,6 +55,7 @@ mod coordinates;
 mod cost;
 mod eigen;
 mod error;
+mod increment;
 mod kernel;
 mod lend;
 mod loads;

@@ -30,8 +30,9 @@ pub enum StructureChoice {
 pub struct SceneOptions {
     /// Structure of the step.
     pub structure: StructureChoice,
-    /// Trajectory error (relative, as in the certificate) that [`StructureChoice::Auto`] accepts. A structure within 1.1 times
-    /// its projection floor + 1e-6 is accepted in any case: no structure on this basis does better.
+    /// Trajectory error (relative, as in the certificate) that [`StructureChoice::Auto`] accepts. A structure within
+    /// [`allowed_error`](vademecum_format::policy::allowed_error) of its projection floor is accepted in any case: no structure on
+    /// this basis does better.
     pub tolerance: f64,
     /// `Δt` \[s\]; the file's if `None`.
     pub time_step: Option<f64>,

@@ -5,11 +5,9 @@ use crate::coordinates::Parts;
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
+use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
 use vademecum_format::scheme::fuse_work_len;
 use vademecum_format::{AxisRole, File, Metadata, StructureCertificate};
-
-/// Largest certified spectral radius of a step that counts as stable: rounding of eigenvalues at 1, as the build judges it.
-const STABLE: f64 = 1.0 + 1e-12;
 
 /// The lengths a scene, its states and its loads agree on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,10 +155,10 @@ fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, 
             let [a, b] = [&metadata.certificate.diagonal, &metadata.certificate.block];
             // An unstable structure is no better than one whose error was never measured.
             let error = |c: &StructureCertificate| {
-                let unknown = c.trajectory_error.is_nan() || c.spectral_radius > STABLE;
+                let unknown = c.trajectory_error.is_nan() || c.spectral_radius > STABLE_RADIUS;
                 if unknown { f64::MAX } else { c.trajectory_error }
             };
-            let keeps = |c| error(c) <= options.tolerance || error(c) <= 1.1 * c.projection_floor + 1e-6;
+            let keeps = |c| error(c) <= options.tolerance || error(c) <= allowed_error(c.projection_floor);
             if keeps(a) || (!keeps(b) && error(a) <= error(b)) { diagonal } else { block }
         }
         StructureChoice::Auto => diagonal.or(block),

@@ -1,6 +1,6 @@
 //! Why bytes are not a vademecum file: one variant per numbered refusal of `formats/vademecum-1.md`.
 
-use crate::scheme::SchemeError;
+use crate::scheme::TableError;
 use core::fmt;
 
 /// A refusal; numbers only, the sentence is made by `Display`.
@@ -101,7 +101,7 @@ pub enum FormatError {
         found: f64,
     },
     /// 15: the time scheme is not consistent.
-    Scheme(SchemeError),
+    Scheme(TableError),
     /// 16: an axis is malformed (range, number of points, or data in an unused place).
     Axis {
         /// Its place.
@@ -337,7 +337,10 @@ impl fmt::Display for FormatError {
             E::Scheme(error) => write!(out, "the file's time scheme is refused: {error}"),
             E::Axis { axis } => write!(out, "axis {axis} is malformed: check its range and number of points"),
             E::NoStructure => {
-                write!(out, "neither the diagonal nor the block structure is present: nothing to step with")
+                write!(
+                    out,
+                    "neither the diagonal, nor the block, nor the canonical structure is present: nothing to step with"
+                )
             }
             E::UnknownKind { kind } => {
                 write!(
@@ -456,8 +459,8 @@ impl Quantity {
     }
 }
 
-impl From<SchemeError> for FormatError {
-    fn from(error: SchemeError) -> Self {
+impl From<TableError> for FormatError {
+    fn from(error: TableError) -> Self {
         Self::Scheme(error)
     }
 }

@@ -19,7 +19,7 @@
 //! `E_i` alone: the large identity parts cancel on paper, not in the arithmetic. The odd thing: that makes
 //! consistency a condition, and [`SchemeTable::check`] refuses a table without it.
 
-use crate::scheme::{HISTORY, MAX_STAGES, SchemeError, SchemeTable, StepParameters};
+use crate::scheme::{HISTORY, MAX_STAGES, SchemeTable, StepParameters, TableError};
 
 /// What one stage becomes at given parameters; see the module's equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,17 +42,17 @@ impl StageCoefficients {
     /// The coefficients of `stage` (counted from 0) of `table`.
     ///
     /// # Errors
-    /// [`SchemeError`] if a parameter is out of range or the stage does not exist.
-    pub fn new(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<Self, SchemeError> {
+    /// [`TableError`] if a parameter is out of range or the stage does not exist.
+    pub fn new(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<Self, TableError> {
         parameters.check()?;
         let n_stages = table.n_stages;
-        let row = table.active().get(stage).ok_or(SchemeError::StageCount { found: n_stages })?;
+        let row = table.active().get(stage).ok_or(TableError::StageCount { found: n_stages })?;
         let StepParameters { time_step: dt, alpha, beta, density, stiffness } = *parameters;
         let m = density * (row.mass + row.damping * dt * alpha);
         let k = stiffness * (row.stiffness * dt * dt + row.damping * dt * beta);
         for value in [m, k, k / m] {
             if !value.is_finite() || value <= 0.0 {
-                return Err(SchemeError::BadParameter { index: 5 + stage, value });
+                return Err(TableError::BadParameter { index: 5 + stage, value });
             }
         }
         let mut identity = [0.0; HISTORY];
@@ -73,7 +73,7 @@ impl StageCoefficients {
 ///
 /// # Errors
 /// As [`StageCoefficients::new`].
-pub fn theta(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<f64, SchemeError> {
+pub fn theta(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<f64, TableError> {
     Ok(StageCoefficients::new(table, parameters, stage)?.theta)
 }
 
@@ -96,7 +96,7 @@ pub const fn fuse_work_len(r: usize) -> usize {
 /// Cost at most `n_stages (3 + n_stages) r³` multiply-adds; nothing is allocated.
 ///
 /// # Errors
-/// [`SchemeError`] if the table, a parameter or a length is wrong; the outputs are then unspecified.
+/// [`TableError`] if the table, a parameter or a length is wrong; the outputs are then unspecified.
 pub fn fuse_into(
     table: &SchemeTable,
     parameters: &StepParameters,
@@ -105,7 +105,7 @@ pub fn fuse_into(
     d: &mut [f64],
     loads: &mut [f64],
     work: &mut [f64],
-) -> Result<(), SchemeError> {
+) -> Result<(), TableError> {
     table.check()?;
     let n_stages = table.active().len();
     let square = r.saturating_mul(r);
@@ -113,16 +113,16 @@ pub fn fuse_into(
     expect_len(d.len(), square.saturating_mul(9))?;
     expect_len(loads.len(), n_stages.saturating_mul(square).saturating_mul(3))?;
     if work.len() < fuse_work_len(r) {
-        return Err(SchemeError::Length { found: work.len(), needed: fuse_work_len(r) });
+        return Err(TableError::Length { found: work.len(), needed: fuse_work_len(r) });
     }
     let mut stages = [StageCoefficients::default(); MAX_STAGES];
     for (index, stage) in stages.iter_mut().take(n_stages).enumerate() {
         *stage = StageCoefficients::new(table, parameters, index)?;
     }
-    let short = SchemeError::Length { found: work.len(), needed: fuse_work_len(r) };
+    let short = TableError::Length { found: work.len(), needed: fuse_work_len(r) };
     let (increments, rest) = work.split_at_mut_checked(MAX_STAGES * r).ok_or(short)?;
     let combined = rest.get_mut(..r).ok_or(short)?;
-    let stages = stages.get(..n_stages).ok_or(SchemeError::StageCount { found: table.n_stages })?;
+    let stages = stages.get(..n_stages).ok_or(TableError::StageCount { found: table.n_stages })?;
     let r = r.max(1);
     let mut march = Propagation { stages, e, r, increments, combined };
     for (column, out) in d.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
@@ -138,8 +138,8 @@ pub fn fuse_into(
     Ok(())
 }
 
-fn expect_len(found: usize, needed: usize) -> Result<(), SchemeError> {
-    if found == needed { Ok(()) } else { Err(SchemeError::Length { found, needed }) }
+fn expect_len(found: usize, needed: usize) -> Result<(), TableError> {
+    if found == needed { Ok(()) } else { Err(TableError::Length { found, needed }) }
 }
 
 /// A unit input: entry `row` of block `block` of the state, or of the load of `load_stage`.

@@ -11,6 +11,7 @@ mod fuse;
 mod layout;
 mod metadata;
 mod parameter;
+pub mod policy;
 mod quantised;
 mod read;
 pub mod scheme;

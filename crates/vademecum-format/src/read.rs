@@ -59,6 +59,12 @@ impl<'a> File<'a> {
         self.minor
     }
 
+    /// Sections in its directory, of known kinds or not: what the header's bytes 12 to 15 say.
+    #[must_use]
+    pub const fn n_sections(&self) -> usize {
+        self.directory.len()
+    }
+
     /// All bytes of the file.
     #[must_use]
     pub const fn bytes(&self) -> &'a [u8] {

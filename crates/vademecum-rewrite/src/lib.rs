@@ -22,9 +22,6 @@ pub use terms::{Dropped, drop_terms, fewest_terms};
 
 use vademecum_format::{Codec, File, Metadata, SectionInput, SectionKind, encode_into, encoded_len};
 
-/// Bytes of the header, and of each entry of the directory.
-const BLOCK: usize = vademecum_format::BLOCK;
-
 /// What a stripped file can still do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
@@ -122,11 +119,7 @@ fn whole(bytes: &[u8]) -> Result<File<'_>, RewriteError> {
 
 /// Sections of kinds this program does not know.
 fn unknown_sections(file: &File<'_>) -> usize {
-    let entries = file.bytes().as_chunks::<BLOCK>().0;
-    let count = entries
-        .first()
-        .map_or(0, |header| u32::from_le_bytes([header[12], header[13], header[14], header[15]]));
-    (count as usize).saturating_sub(file.sections().count())
+    file.n_sections().saturating_sub(file.sections().count())
 }
 
 fn write(file: &File<'_>, sections: &[SectionInput<'_>]) -> Result<Vec<u8>, RewriteError> {

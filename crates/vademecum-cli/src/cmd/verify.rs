@@ -22,7 +22,7 @@ use super::run::StructureArgument;
 use super::{print_json, read_file, rewrite_failed, whole_file};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::player::{PlayOptions, Track, long_run, names, play};
+use crate::player::{PlayOptions, Track, long_run, names, play, with_scene};
 
 /// Marches a scenario full order and through the file, and prints how far apart they are; or checks the file alone.
 #[derive(clap::Args)]
@@ -318,32 +318,20 @@ fn probe_rows(body: &vademecum_build::prepared::Body) -> Vec<Vec<(u32, f64)>> {
     body.probes.iter().map(row).collect()
 }
 
-/// Spectral radius of the step as the evaluator marches it: its columns are the steps of unit states.
+/// Spectral radius of the step as the evaluator marches it, of the numbers it holds.
 fn step_radius(path: &Path, file: &File<'_>, options: &PlayOptions) -> Result<f64, Failure> {
-    let bind = |error| Failure::file(path, error);
-    let failed = |error| Failure::file(path, error);
     if options.takes_chapter(file) {
         // Unit states are far off its axes; the build has linearised the step.
         let report = ChapterReport::of_file(file).map_err(|error| Failure::file(path, error))?;
         return Ok(report.map_or(f64::NAN, |report| report.structure.spectral_radius));
     }
-    let options = &options.scene;
-    let sizes = Scene::<f64>::sizes(file, options).map_err(bind)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-    let scene = Scene::bind(file, options, &mut memory, &mut work).map_err(bind)?;
-    let mut state = State::new(&scene, &mut state_memory).map_err(bind)?;
-    let loads = Loads::new(&scene, &mut load_memory).map_err(bind)?;
-    let n = 3 * scene.n_modes();
-    let mut map = vec![0.0; n * n];
-    for j in 0..n {
-        let mut unit = vec![0.0; n];
-        unit[j] = 1.0;
-        state.restore(&unit).map_err(failed)?;
-        scene.step(&mut state, &loads).map_err(failed)?;
-        state.save_into(&mut map[j * n..(j + 1) * n]).map_err(failed)?;
-    }
-    Ok(spectral_radius(n, &map))
+    with_scene::<f64, _>(path, file, &options.scene, |scene, _, _| {
+        let n = 3 * scene.n_modes();
+        let mut map = vec![0.0; n * n];
+        scene.increment_into(&mut map).map_err(|error| Failure::file(path, error))?;
+        (0..n).for_each(|i| map[i * n + i] += 1.0);
+        Ok(spectral_radius(n, &map))
+    })
 }
 
 impl Report {

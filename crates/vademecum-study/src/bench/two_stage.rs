@@ -10,7 +10,7 @@
 //! fused map. What fusing saves is the passes over short vectors between the products; what it costs are products.
 
 use faer::MatRef;
-use vademecum_format::scheme::{SchemeError, SchemeTable, StageCoefficients, StepParameters};
+use vademecum_format::scheme::{SchemeTable, StageCoefficients, StepParameters, TableError};
 
 use super::staged::{Frame, ReducedSolver, add_product, add_weighted, axpy};
 use vademecum_build::dynamics::INSTANTS;
@@ -35,7 +35,7 @@ impl TwoStage {
         responses: &[StageResponse],
         table: &SchemeTable,
         parameters: &StepParameters,
-    ) -> Result<Self, SchemeError> {
+    ) -> Result<Self, TableError> {
         let stage = |i| StageCoefficients::new(table, parameters, i);
         Ok(Self {
             frame: Frame::staged(basis, table, parameters.time_step),
