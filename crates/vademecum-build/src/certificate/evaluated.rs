@@ -197,18 +197,8 @@ pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, C
 /// The increment map `D` of `y ← y + D y` as the scene holds it, shape (3r, 3r).
 fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateError> {
     let n = 3 * scene.n_modes();
-    let (mut state_memory, mut load_memory) = (vec![0.0; 4096 * 64], vec![0.0; 4096 * 64]);
-    let mut state = State::new(scene, &mut state_memory)?;
-    let loads = Loads::new(scene, &mut load_memory)?;
     let mut map = vec![0.0; n * n];
-    for j in 0..n {
-        let mut unit = vec![0.0; n];
-        unit[j] = 1.0;
-        state.restore(&unit)?;
-        scene.step(&mut state, &loads)?;
-        state.save_into(&mut map[j * n..(j + 1) * n])?;
-        map[j * n + j] -= 1.0;
-    }
+    scene.increment_into(&mut map)?;
     Ok(MatRef::from_column_major_slice(&map, n, n).to_owned())
 }
 

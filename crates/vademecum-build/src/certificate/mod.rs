@@ -17,7 +17,7 @@ pub use evaluated::{certify, spectral_radius};
 pub use over_box::{BoxCertificate, certify_box};
 pub use unseen::{UnseenLoad, UnseenLoads};
 pub(crate) use verdict::worst;
-pub use verdict::{BOUNDED, STABLE, StructureReport};
+pub use verdict::{BOUNDED, StructureReport};
 
 use vademecum_format::StructureCertificate;
 

@@ -1,6 +1,7 @@
 //! What was measured of a structure, and whether it keeps a tolerance.
 
 use vademecum_format::StructureCertificate;
+use vademecum_format::policy::STABLE_RADIUS;
 
 use super::endurance::Measured;
 use crate::dynamics::TrajectoryError;
@@ -56,12 +57,10 @@ impl StructureReport {
     /// Whether the trajectories keep a tolerance and the step is stable.
     pub(crate) fn keeps(&self, floor_ratio: f64, absolute: f64) -> bool {
         let accurate = self.trajectory_error <= floor_ratio * self.projection_floor + absolute;
-        accurate && self.spectral_radius <= STABLE && self.energy_ratio <= BOUNDED
+        accurate && self.spectral_radius <= STABLE_RADIUS && self.energy_ratio <= BOUNDED
     }
 }
 
-/// Largest spectral radius of a step that may be written: rounding of eigenvalues at 1 (docs/theory/5-vademecum.md).
-pub const STABLE: f64 = 1.0 + 1e-12;
 /// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of `Bζ` may swing a
 /// little where the full-order field is not quite `Bζ` (live regions).
 pub const BOUNDED: f64 = 1.05;

@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use vademecum_format::policy;
+
 use crate::dynamics::{Damping, DampingError, Rayleigh, SchemeError, SchemeKind};
 use crate::input::toml_file::{self, TomlError};
 use crate::mesh::Order;
@@ -423,11 +425,11 @@ fn default_max_terms() -> usize {
 }
 
 fn default_ratio() -> f64 {
-    1.1
+    policy::FLOOR_RATIO
 }
 
 fn default_absolute() -> f64 {
-    1e-6
+    policy::ABSOLUTE_ERROR
 }
 
 fn default_steps() -> usize {

@@ -1,11 +1,12 @@
 //! The three kinds of vademecum a build can make, certified through the evaluator on the bytes that ship.
 
 use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Certificate, StructureCertificate};
 
 use super::{BuildError, Stages};
 use crate::basis::Basis;
-use crate::certificate::{STABLE, StructureReport, certify, certify_box, kept_certificate};
+use crate::certificate::{StructureReport, certify, certify_box, kept_certificate};
 use crate::chapter::{self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, certify_chapter};
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
 use crate::export::{Parts, encode};
@@ -109,7 +110,7 @@ impl Stages<'_> {
             let certify = || self.over_box(problem, basis, &parametric);
             let (certificate, mut record) = watch.stage("certificate", certify)?;
             let radius = certificate.block.spectral_radius;
-            if !self.repair || radius <= STABLE || repairs.len() == MOST_REPAIRS {
+            if !self.repair || radius <= STABLE_RADIUS || repairs.len() == MOST_REPAIRS {
                 record.repairs = repairs;
                 let vademecum = Vademecum::Parametric(Box::new(parametric));
                 return Ok(Certified { vademecum, certificate, separation: Some(record) });

@@ -6,7 +6,7 @@ mod parameters;
 pub use body::{Body, BodyError, Probe, read_mesh};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 
-use vademecum_format::scheme::{SchemeError as TableError, SchemeTable, StepParameters};
+use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, numerical_damping};
 use crate::fem::{FactorError, Symbolic};

@@ -4,7 +4,7 @@
 //! needs. Which axes a separated solution takes over the box is another question (`parametric`).
 
 use vademecum_format::ParameterRole;
-use vademecum_format::scheme::{SchemeError, SchemeTable, StepParameters, theta};
+use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
 
 use super::body::BodyError;
 use crate::dynamics::Rayleigh;
@@ -169,7 +169,7 @@ impl ParameterSpace {
     ///
     /// # Errors
     /// If a parameter is unusable for the scheme.
-    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), SchemeError> {
+    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), TableError> {
         let mut range = (f64::INFINITY, 0.0f64);
         for bits in 0..1u32 << 5 {
             let mut step = self.fixed;

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::scheme::{SchemeError as TableError, StepParameters, fuse_into, fuse_work_len, theta};
+use vademecum_format::scheme::{StepParameters, TableError, fuse_into, fuse_work_len, theta};
 
 use super::stage::{StageResponse, galerkin_increment};
 use crate::linalg::project;
