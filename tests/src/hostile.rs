@@ -305,8 +305,8 @@ fn canonical() -> Files {
         ("33-CanonicalAxis-points-overflow", real(S::CanonicalAxes, 4, 1e300)),
         ("34-CanonicalLength-points", real(S::CanonicalAxes, 4, 1000.0)),
         ("34-CanonicalLength-terms", whole(S::CanonicalParts, 2, 60_000)),
-        ("35-ChapterLoad-position", whole(S::CanonicalPositions, 0, u32::MAX)),
-        ("35-ChapterLoad-direction-nan", real(S::CanonicalDirection, 2, f64::NAN)),
+        ("35-CanonicalLoad-position", whole(S::CanonicalPositions, 0, u32::MAX)),
+        ("35-CanonicalLoad-direction-nan", real(S::CanonicalDirection, 2, f64::NAN)),
     ]
 }
 

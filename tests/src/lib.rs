@@ -2,7 +2,9 @@
 
 pub mod annotate;
 pub mod bases;
+pub mod by_hand;
 pub mod canonical;
+pub mod denormals;
 pub mod galerkin;
 pub mod golden;
 pub mod hostile;

@@ -11,7 +11,7 @@ use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, SectionKind};
 use vademecum_tests::canonical::{Terms, file as chapter_file};
 use vademecum_tests::program::fixtures;
-use vademecum_tests::stage::with_scene;
+use vademecum_tests::stage::with_chapter;
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 /// Checksums of `name, structure`: in f32, in f64.
@@ -45,32 +45,39 @@ impl Bits {
     }
 }
 
-/// Everything that can be read of a state.
+/// Everything that can be read of a state, of a scene of either kind.
+macro_rules! read {
+    ($file:expr, $scene:expr, $state:expr, $bits:expr) => {{
+        let (file, scene, state, bits): (&File<'_>, _, _, &mut Bits) = ($file, $scene, $state, $bits);
+        bits.add(state.zeta());
+        bits.add(state.scaled_velocity());
+        bits.add(state.scaled_acceleration());
+        bits.add(&[scene.energy(state).expect("an energy"), scene.energy_at_rest()]);
+        let point =
+            SurfacePoint { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], position: [0.0; 3], distance: 0.0 };
+        let metadata = file.metadata();
+        for field in [Field::Displacement, Field::Velocity] {
+            for probe in 0..metadata.n_probes as usize {
+                bits.add(&[scene.probe(state, probe, field).expect("a probe")]);
+            }
+            if file.section(SectionKind::SurfaceBasis).is_none() {
+                continue;
+            }
+            bits.add(&scene.point(state, &point, field).expect("a point"));
+            let mut surface = vec![T::ZERO; 3 * metadata.n_surface_nodes as usize];
+            scene.surface_into(state, field, &mut surface).expect("the surface");
+            bits.add(&surface);
+            if scene.node(state, metadata.n_nodes as usize - 1, field).is_ok() {
+                let mut body = vec![T::ZERO; 3 * metadata.n_nodes as usize];
+                scene.body_into(state, field, &mut body).expect("the body");
+                bits.add(&body);
+            }
+        }
+    }};
+}
+
 fn read<T: Scalar>(file: &File<'_>, scene: &Scene<'_, T>, state: &State<'_, T>, bits: &mut Bits) {
-    bits.add(state.zeta());
-    bits.add(state.scaled_velocity());
-    bits.add(state.scaled_acceleration());
-    bits.add(&[scene.energy(state).expect("an energy"), scene.energy_at_rest()]);
-    let point =
-        SurfacePoint { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], position: [0.0; 3], distance: 0.0 };
-    let metadata = file.metadata();
-    for field in [Field::Displacement, Field::Velocity] {
-        for probe in 0..metadata.n_probes as usize {
-            bits.add(&[scene.probe(state, probe, field).expect("a probe")]);
-        }
-        if file.section(SectionKind::SurfaceBasis).is_none() {
-            continue;
-        }
-        bits.add(&scene.point(state, &point, field).expect("a point"));
-        let mut surface = vec![T::ZERO; 3 * metadata.n_surface_nodes as usize];
-        scene.surface_into(state, field, &mut surface).expect("the surface");
-        bits.add(&surface);
-        if scene.node(state, metadata.n_nodes as usize - 1, field).is_ok() {
-            let mut body = vec![T::ZERO; 3 * metadata.n_nodes as usize];
-            scene.body_into(state, field, &mut body).expect("the body");
-            bits.add(&body);
-        }
-    }
+    read!(file, scene, state, bits);
 }
 
 /// A march under a contact and a pattern, at rest and placed, with every parameter moved on the way, in a batch and in modes.
@@ -162,8 +169,7 @@ fn chapter<T: Scalar>(bytes: &[u8], force: [f64; 3]) -> u32 {
     let node = vademecum_format::Chapter::read(&file).expect("sound").expect("there");
     let node = node.positions().nth(1).expect("a position");
     let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
-    let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
-    with_scene::<T, _>(bytes, &options, |scene, state, loads| {
+    with_chapter::<T, _>(bytes, |scene, state, loads| {
         let mut bits = Bits::default();
         loads.add_contact_staged(scene, &contact, &[0.0, 0.25, 0.5, 1.0]).expect("a contact");
         let r = scene.n_modes();
@@ -179,7 +185,7 @@ fn chapter<T: Scalar>(bytes: &[u8], force: [f64; 3]) -> u32 {
                 _ => {}
             }
             scene.step(state, loads).expect("a step");
-            read(&file, scene, state, &mut bits);
+            read!(&file, scene, &*state, &mut bits);
         }
         bits.0.finalize()
     })

@@ -127,7 +127,7 @@ impl Stages<'_> {
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let vademecum = self.certified(problem, &basis, watch)?;
-        let bytes = watch.stage("encode", || self.encode(problem, &basis, &vademecum))?;
+        let bytes = watch.stage("encode", || self.file(problem, &basis, &vademecum))?;
         let report = self.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
         Ok(Built { bytes, report })
     }

@@ -1,5 +1,7 @@
 //! Damaged mesh files are refused or read, but never panic, hang or eat memory.
 
+mod common;
+
 use std::path::Path;
 
 use proptest::prelude::*;
@@ -128,11 +130,41 @@ proptest! {
     }
 }
 
-/// Real binary files, damaged at many places each; skipped where the folder is absent.
+/// Damages a binary file at many places.
+fn damage(file: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = std::fs::read(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    let path = folder.path().join(file.file_name().unwrap());
+    for step in 0..200 {
+        // A fixed walk over the file, with the values that break counts.
+        let place = step * 7919 + 13;
+        let flips = [(place, [0xff, 0x00, 0x7f, 0x80][step % 4])];
+        let keep = if step % 5 == 0 { place } else { bytes.len() };
+        std::fs::write(&path, damaged(&bytes, &flips, keep)).unwrap();
+        if let Ok(raw) = mesh::parse(&path) {
+            assert!(mesh::inspect(&raw).nodes <= bytes.len());
+        }
+    }
+}
+
 #[test]
 fn damaged_binary_files_never_panic() {
-    let real = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes");
-    let folder = tempfile::tempdir().unwrap();
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/meshes/bar");
+    for name in [
+        "gmsh22-binary.msh",
+        "gmsh41-binary.msh",
+        "quadratic-gmsh41-binary.msh",
+        "vtk42-binary.vtk",
+        "vtk51-binary.vtk",
+        "vtu-binary.vtu",
+    ] {
+        damage(&own.join(name));
+    }
+}
+
+#[test]
+fn damaged_real_binary_files_never_panic() {
+    let Some(real) = common::real_meshes() else { return };
     for name in [
         "gmsh22_binary/22_binary.msh",
         "gmsh41_binary/41_binary.msh",
@@ -140,20 +172,6 @@ fn damaged_binary_files_never_panic() {
         "vtk/cube.vtk",
         "vtu/Tetrahedron.vtu",
     ] {
-        let Ok(bytes) = std::fs::read(real.join(name)) else {
-            eprintln!("skipped: there is no {name}");
-            continue;
-        };
-        let path = folder.path().join(Path::new(name).file_name().unwrap());
-        for step in 0..200 {
-            // A fixed walk over the file, with the values that break counts.
-            let place = step * 7919 + 13;
-            let flips = [(place, [0xff, 0x00, 0x7f, 0x80][step % 4])];
-            let keep = if step % 5 == 0 { place } else { bytes.len() };
-            std::fs::write(&path, damaged(&bytes, &flips, keep)).unwrap();
-            if let Ok(raw) = mesh::parse(&path) {
-                assert!(mesh::inspect(&raw).nodes <= bytes.len());
-            }
-        }
+        damage(&real.join(name));
     }
 }

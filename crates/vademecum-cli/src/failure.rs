@@ -65,7 +65,7 @@ impl Failure {
     }
 
     /// A vademecum file that cannot be used.
-    pub fn file(path: &Path, error: impl Error + 'static) -> Self {
+    pub fn file(path: &Path, error: impl fmt::Display) -> Self {
         Self::new(Cause::File, format!("{}: {error}", path.display()))
     }
 

@@ -11,6 +11,7 @@
 
 use crate::error::{BindError, LoadError, StepError};
 use crate::kernel::{LANES, ModeBlock, flushed, step_dense};
+use crate::lend::{Lender, put};
 use crate::loads::Loads;
 use crate::options::{Status, Structure};
 use crate::scalar::Scalar;
@@ -71,21 +72,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what is in it does not matter.
     ///
     /// # Errors
-    /// [`BindError::LentMemory`]; [`BindError::NoStructure`] for the canonical structure, which has no fused step to share.
+    /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, n_instances: usize, memory: &'m mut [T]) -> Result<Self, BindError> {
-        if scene.shape.structure == Structure::Canonical {
-            return Err(BindError::NoStructure);
-        }
         let (found, needed) = (memory.len(), Self::len_for(scene, n_instances));
-        let short = BindError::LentMemory { found, needed };
-        let memory = memory.get_mut(..needed).ok_or(short)?;
+        let memory = memory.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
         memory.fill(T::ZERO);
         let (group, groups) = (group_len(scene.shape), n_instances.div_ceil(WIDTH));
-        let (states, rest) = memory.split_at_mut_checked(group * groups).ok_or(short)?;
-        let (next, rest) = rest.split_at_mut_checked(group * groups).ok_or(short)?;
-        let (loads, rest) = rest.split_at_mut_checked(group * groups).ok_or(short)?;
-        let (magnitudes, rest) = rest.split_at_mut_checked(WIDTH * groups).ok_or(short)?;
-        let loaded = rest.get_mut(..WIDTH * groups).ok_or(short)?;
+        let mut memory = Lender::new(memory);
+        let mut take = |per_group: usize| memory.take(per_group * groups);
+        let (states, next, loads) = (take(group)?, take(group)?, take(group)?);
+        let (magnitudes, loaded) = (take(WIDTH)?, take(WIDTH)?);
         let (shape, generation) = (scene.shape, scene.generation);
         let time_step = scene.parameters.time_step;
         Ok(Self {
@@ -131,7 +127,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if loads.increment.iter().any(|value| !value.to_f64().is_finite()) {
             return Err(LoadError::NotFinite);
         }
-        let Some(loaded) = self.loaded.get_mut(instance) else { return Ok(()) };
+        let loaded = self.loaded.get_mut(instance).ok_or(LoadError::Mismatch)?;
         self.n_loaded -= usize::from(*loaded != T::ZERO);
         self.n_loaded += usize::from(loads.active);
         *loaded = T::from_f32(f32::from(u8::from(loads.active)));
@@ -139,7 +135,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         for third in 0..3 {
             let from = loads.increment.iter().skip(third * self.shape.stride()).take(self.shape.r);
             for (k, &value) in from.enumerate() {
-                put(self.loads, place(self.shape, instance, third, k), value);
+                put(self.loads, place(self.shape, instance, third, k), value)?;
             }
         }
         Ok(())
@@ -160,13 +156,12 @@ impl<'m, T: Scalar> Batch<'m, T> {
     pub fn set(&mut self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
-            for (k, &value) in state.part(third).iter().enumerate() {
-                put(self.states, place(self.shape, instance, third, k), value);
-                put(self.next, place(self.shape, instance, third, k), T::ZERO);
+            for (k, &value) in state.y.part(third).iter().enumerate() {
+                put(self.states, place(self.shape, instance, third, k), value)?;
+                put(self.next, place(self.shape, instance, third, k), T::ZERO)?;
             }
         }
-        put(self.magnitudes, instance, if state.at_rest { T::ZERO } else { T::from_f32(1.0) });
-        Ok(())
+        Ok(put(self.magnitudes, instance, if state.y.at_rest { T::ZERO } else { T::from_f32(1.0) })?)
     }
 
     /// Writes the state of `instance` to `state`, from which everything can be read. `O(r)`.
@@ -177,11 +172,12 @@ impl<'m, T: Scalar> Batch<'m, T> {
     pub fn get(&self, instance: usize, state: &mut State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
-            for (k, out) in state.part_mut(third).iter_mut().enumerate() {
-                *out = self.states.get(place(self.shape, instance, third, k)).copied().unwrap_or_default();
+            for (k, out) in state.y.part_mut(third).iter_mut().enumerate() {
+                let at = place(self.shape, instance, third, k);
+                *out = *self.states.get(at).ok_or(StepError::Mismatch)?;
             }
         }
-        state.at_rest = self.status(instance) == Ok(Status::AtRest);
+        state.y.at_rest = self.status(instance) == Ok(Status::AtRest);
         Ok(())
     }
 
@@ -211,12 +207,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
             (0..n).flat_map(move |i| (0..shape.r).map(move |k| (place(shape, i, third, k), factor)))
         });
         let scaled = |states: &[T], at: usize, factor: f64| {
-            T::from_f64(states.get(at).map_or(0.0, |value| value.to_f64() * factor))
+            let value = states.get(at).ok_or(StepError::Mismatch)?;
+            let value = T::from_f64(value.to_f64() * factor);
+            if value.to_f64().is_finite() { Ok(value) } else { Err(StepError::NotFinite) }
         };
-        if places.clone().any(|(at, factor)| !scaled(self.states, at, factor).to_f64().is_finite()) {
-            return Err(StepError::NotFinite);
+        for (at, factor) in places.clone() {
+            scaled(self.states, at, factor)?;
         }
-        places.for_each(|(at, factor)| put(self.states, at, scaled(self.states, at, factor)));
+        for (at, factor) in places {
+            put(self.states, at, scaled(self.states, at, factor)?)?;
+        }
         self.time_step = scene.parameters.time_step;
         Ok(())
     }
@@ -240,8 +240,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
             return Err(StepError::StaleLoads);
         }
         match self.shape.structure {
-            Structure::Diagonal => self.step_groups(scene),
-            Structure::Block | Structure::Canonical => self.step_each(scene),
+            Structure::Diagonal => self.step_groups(scene)?,
+            Structure::Block => self.step_each(scene)?,
         }
         core::mem::swap(&mut self.states, &mut self.next);
         let mut status = BatchStatus::default();
@@ -255,14 +255,14 @@ impl<'m, T: Scalar> Batch<'m, T> {
         Ok(status)
     }
 
-    fn step_groups(&mut self, scene: &Scene<'_, T>) {
+    fn step_groups(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         let length = group_len(self.shape).max(1);
         let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
         let mut news = self.next.chunks_exact_mut(length);
         let loaded = self.loaded.as_chunks::<WIDTH>().0;
         for (magnitudes, loaded) in self.magnitudes.as_chunks_mut::<WIDTH>().0.iter_mut().zip(loaded) {
             let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
-                break;
+                return Err(StepError::Mismatch);
             };
             if magnitudes.iter().chain(loaded).all(|&value| value == T::ZERO) {
                 continue;
@@ -273,15 +273,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
             *magnitudes = step_modes(modes, old.as_chunks().0, load.as_chunks().0, new.as_chunks_mut().0);
             settle(scene.rest_below, loaded, magnitudes, old, new);
         }
+        Ok(())
     }
 
-    fn step_each(&mut self, scene: &Scene<'_, T>) {
+    fn step_each(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         let length = self.shape.padded().max(1);
         let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
         let mut news = self.next.chunks_exact_mut(length);
         for (magnitude, &loaded) in self.magnitudes.iter_mut().zip(&*self.loaded) {
             let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
-                break;
+                return Err(StepError::Mismatch);
             };
             if *magnitude == T::ZERO && loaded == T::ZERO {
                 continue;
@@ -295,6 +296,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
                 new.iter_mut().zip(&*old).for_each(|(new, &old)| *new = old);
             }
         }
+        Ok(())
     }
 
     fn check(&self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
@@ -304,7 +306,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if state.shape != self.shape {
             return Err(StepError::Mismatch);
         }
-        if state.time_step == self.time_step { Ok(()) } else { Err(StepError::NotCarried) }
+        if state.y.time_step == self.time_step { Ok(()) } else { Err(StepError::NotCarried) }
     }
 }
 
@@ -312,7 +314,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
 const fn group_len(shape: Shape) -> usize {
     match shape.structure {
         Structure::Diagonal => 3 * shape.r * WIDTH,
-        Structure::Block | Structure::Canonical => shape.padded() * WIDTH,
+        Structure::Block => shape.padded() * WIDTH,
     }
 }
 
@@ -321,13 +323,7 @@ const fn group_len(shape: Shape) -> usize {
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     match shape.structure {
         Structure::Diagonal => ((instance / WIDTH * shape.r + k) * 3 + third) * WIDTH + instance % WIDTH,
-        Structure::Block | Structure::Canonical => instance * shape.padded() + third * shape.r + k,
-    }
-}
-
-fn put<T>(all: &mut [T], at: usize, value: T) {
-    if let Some(out) = all.get_mut(at) {
-        *out = value;
+        Structure::Block => instance * shape.padded() + third * shape.r + k,
     }
 }
 

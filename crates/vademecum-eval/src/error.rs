@@ -2,7 +2,7 @@
 
 use core::fmt;
 use vademecum_format::scheme::SchemeError;
-use vademecum_format::{ChapterRole, FormatError, ParameterRole, SectionKind};
+use vademecum_format::{FormatError, ParameterRole, SectionKind};
 
 /// Why a scene could not be bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,8 +16,9 @@ pub enum BindError {
     Parameter(ParameterError),
     /// The structure asked for is not in the file.
     NoStructure,
-    /// The canonical structure was built for the file's time step, damping and scales, and knows no others.
-    FixedStep,
+    /// The file has only the chapter's structure (`representation = "canonical"`), which an ordinary scene does not step. The
+    /// evaluator's feature `chapter` has a scene for it.
+    OnlyChapter,
     /// The scene was bound to the other structure; its memory has not the room for this one.
     OtherStructure,
     /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the whole body.
@@ -147,28 +148,6 @@ pub enum LoadError {
         /// Instances in the batch.
         count: usize,
     },
-    /// Canonical structure: it was built for loads in one direction, and this is another.
-    OtherDirection,
-    /// Canonical structure: the load can stand at listed nodes, and this is none of them.
-    NotAPosition {
-        /// The node, in file order.
-        node: u32,
-    },
-    /// Canonical structure with state and load in the same terms: there can be one load, whole at one node.
-    OneContact,
-    /// Canonical structure: magnitude or component is not on its axis.
-    OutsideAxis {
-        /// Which.
-        role: ChapterRole,
-        /// The value.
-        value: f64,
-        /// Smallest value on the axis.
-        lower: f64,
-        /// Largest value on the axis.
-        upper: f64,
-    },
-    /// Canonical structure: it has no axis for load patterns.
-    NoPatterns,
 }
 
 /// Why a step was not taken; the state is unchanged.
@@ -189,19 +168,6 @@ pub enum StepError {
     NoInstance,
     /// The modes were found before the scene's parameters changed; find them again.
     StaleModes,
-    /// Canonical structure: a coordinate has left the range its axis was built for.
-    OutsideAxis {
-        /// The stage, counted from 0.
-        stage: usize,
-        /// The coordinate: family and mode of the state, or the load's.
-        role: ChapterRole,
-        /// Its value, in the unit of the axis.
-        value: f64,
-        /// Smallest value on the axis.
-        lower: f64,
-        /// Largest value on the axis.
-        upper: f64,
-    },
 }
 
 /// Why an output could not be given.
@@ -251,9 +217,10 @@ impl fmt::Display for BindError {
                 write!(out, "axis {axis} is of a role or kind unknown to this evaluator")
             }
             Self::Parameter(error) => error.fmt(out),
-            Self::FixedStep => write!(
+            Self::OnlyChapter => write!(
                 out,
-                "the canonical structure holds one time step, damping and scale: leave the options at the file's"
+                "the file has only the chapter's structure (representation = \"canonical\"), which this scene does not step: \
+                 use `vademecum run`, or `ChapterScene` of the evaluator's feature `chapter`, or build the file without that line"
             ),
             Self::OtherStructure => {
                 write!(
@@ -326,24 +293,6 @@ impl fmt::Display for LoadError {
             Self::NoInstance { index, count } => {
                 write!(out, "there is no instance {index}; the batch has {count}")
             }
-            Self::OtherDirection => {
-                write!(
-                    out,
-                    "the canonical structure was built for loads in one direction, and this is another"
-                )
-            }
-            Self::NotAPosition { node } => {
-                write!(
-                    out,
-                    "node {node} is no load position of the canonical structure; its section 27 lists them"
-                )
-            }
-            Self::OneContact => write!(
-                out,
-                "the canonical structure has state and load in the same terms: one load, whole at one node"
-            ),
-            Self::OutsideAxis { role, value, lower, upper } => outside(out, role, value, lower, upper),
-            Self::NoPatterns => write!(out, "the canonical structure has no axis for load patterns"),
             Self::Stale => {
                 write!(out, "the loads are from before the parameters changed; clear them and add again")
             }
@@ -360,10 +309,6 @@ impl fmt::Display for StepError {
             Self::Mismatch => write!(out, "state, loads or numbers belong to a scene of another shape"),
             Self::StaleLoads => {
                 write!(out, "the loads are from before the parameters changed; clear them and add again")
-            }
-            Self::OutsideAxis { stage, role, value, lower, upper } => {
-                write!(out, "stage {}: ", stage + 1)?;
-                outside(out, role, value, lower, upper)
             }
             Self::NotCarried => {
                 write!(out, "the state is scaled by another time step; carry it over to the scene first")
@@ -390,16 +335,6 @@ impl fmt::Display for OutputError {
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
         }
     }
-}
-
-fn outside(
-    out: &mut fmt::Formatter<'_>,
-    role: ChapterRole,
-    value: f64,
-    lower: f64,
-    upper: f64,
-) -> fmt::Result {
-    write!(out, "{role} is {value:e}, outside its axis from {lower:e} to {upper:e}; it is not extrapolated")
 }
 
 fn missing(out: &mut fmt::Formatter<'_>, kind: SectionKind) -> fmt::Result {

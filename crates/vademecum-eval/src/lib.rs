@@ -1,6 +1,6 @@
 //! The online half: opens a vademecum file, binds a scene to it and steps it, without heap and without `std`.
 //!
-//! Three moves. **Bind**: [`Scene::bind`] chooses a structure of the step (diagonal, block, or the chapter's canonical one), fuses the stages of the time
+//! Three moves. **Bind**: [`Scene::bind`] chooses a structure of the step (diagonal or block), fuses the stages of the time
 //! scheme into one increment map `y ← y + D y + ℓ` and keeps it in memory the caller lends. **Step**: contacts and patterns
 //! add up in [`Loads`], [`Scene::step`] advances a [`State`] by one step. **Read**: probes, nodes, the surface, the whole
 //! body, energy, each for what it costs and nothing else.
@@ -49,11 +49,14 @@ extern crate std;
 mod axes;
 mod batch;
 mod bind;
-mod canonical;
+#[cfg(feature = "chapter")]
+pub mod chapter;
+mod coordinates;
 mod cost;
 mod eigen;
 mod error;
 mod kernel;
+mod lend;
 mod loads;
 #[cfg(feature = "mmap")]
 mod mmap;

@@ -4,14 +4,47 @@
 //! The odd thing: the region sums are formed anew whenever they are read. They are wanted once per placed state or asked energy,
 //! and a step does not know them.
 
+use crate::coordinates::Coordinates;
 use crate::error::StepError;
 use crate::loads::Loads;
-use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
+use vademecum_format::MAX_REGIONS;
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{MAX_REGIONS, Numbers};
+
+/// The reduced matrices of a file, as it stores them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Matrices<'m> {
+    /// `BᵀKB`.
+    pub stiffness: Stiffness<'m>,
+    /// How many regions there are.
+    pub n_regions: usize,
+    /// `BᵀK_qB` of each region, `(n_regions, r, r)`; `None` if absent or compressed.
+    pub region_stiffness: Option<&'m [[u8; 8]]>,
+    /// `BᵀM_qB` of each region, `(n_regions, r, r)`; `None` if absent or compressed.
+    pub region_mass: Option<&'m [[u8; 8]]>,
+}
+
+/// `BᵀKB` of the whole body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Stiffness<'m> {
+    /// Its diagonal, the Ritz values, `(r)`.
+    Diagonal(&'m [[u8; 8]]),
+    /// All of it, `(r, r)`.
+    Dense(&'m [[u8; 8]]),
+}
+
+/// The reduced equation of motion: matrices and what scales them.
+#[derive(Clone, Copy)]
+pub(crate) struct Equation<'e, 'm> {
+    pub matrices: &'e Matrices<'m>,
+    pub parameters: &'e StepParameters,
+    /// `κ_q`.
+    pub region_stiffness: &'e [f64; MAX_REGIONS],
+    /// `ρ_q`.
+    pub region_density: &'e [f64; MAX_REGIONS],
+}
 
 impl<T: Scalar> Scene<'_, T> {
     /// Sets displacement and velocity in reduced coordinates and computes the acceleration that goes with them under `loads`
@@ -29,19 +62,45 @@ impl<T: Scalar> Scene<'_, T> {
         zeta_dot: &[f64],
         loads: &Loads<'_, T>,
     ) -> Result<(), StepError> {
-        let r = self.shape.r;
-        if state.shape != self.shape || loads.shape != self.shape || zeta.len() != r || zeta_dot.len() != r {
+        if state.shape != self.shape || loads.shape != self.shape {
             return Err(StepError::Mismatch);
         }
         self.check_fresh(loads)?;
-        let StepParameters { time_step: dt, alpha, beta, density, stiffness } = self.parameters;
-        state.next.fill(T::ZERO);
-        let [position, velocity, acceleration] = thirds(state.next, self.shape.stride(), r);
-        for (k, (force, out)) in loads.force.iter().zip(&mut *position).enumerate() {
-            let elastic = stiffness * (self.stiffness_row(k, zeta) + beta * self.stiffness_row(k, zeta_dot));
+        self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)
+    }
+
+    pub(crate) const fn equation(&self) -> Equation<'_, '_> {
+        Equation {
+            matrices: &self.sections.matrices,
+            parameters: &self.parameters,
+            region_stiffness: &self.options.region_stiffness,
+            region_density: &self.options.region_density,
+        }
+    }
+}
+
+impl Equation<'_, '_> {
+    /// Sets displacement and velocity and computes the acceleration under `force = BᵀF`; all of it or nothing.
+    pub fn place<T: Scalar>(
+        &self,
+        y: &mut Coordinates<'_, T>,
+        zeta: &[f64],
+        zeta_dot: &[f64],
+        force: &[T],
+    ) -> Result<(), StepError> {
+        let StepParameters { time_step: dt, alpha, beta, density, stiffness } = *self.parameters;
+        y.next.fill(T::ZERO);
+        let [position, velocity, acceleration] = y.next_parts()?;
+        if [zeta.len(), zeta_dot.len(), force.len()] != [position.len(); 3] {
+            return Err(StepError::Mismatch);
+        }
+        for (k, (force, out)) in force.iter().zip(&mut *position).enumerate() {
+            let rows = self.stiffness_row(k, zeta).zip(self.stiffness_row(k, zeta_dot));
+            let (of_zeta, of_rate) = rows.ok_or(StepError::Mismatch)?;
+            let elastic = stiffness * (of_zeta + beta * of_rate);
             *out = T::from_f64((force.to_f64() - elastic) / density);
         }
-        if self.has_region_mass() {
+        if moved(self.region_density) {
             self.solve_mass(position, velocity, acceleration)?;
         } else {
             copy(position, acceleration);
@@ -52,17 +111,30 @@ impl<T: Scalar> Scene<'_, T> {
             *velocity = T::from_f64(dt * rate);
             *acceleration = T::from_f64(dt * dt * (acceleration.to_f64() - alpha * rate));
         }
-        if state.next.iter().any(|value| !value.to_f64().is_finite()) {
+        if y.next.iter().any(|value| !value.to_f64().is_finite()) {
             return Err(StepError::NotFinite);
         }
-        state.accept(dt);
-        state.at_rest = state.now.iter().all(|&value| value == T::ZERO);
+        y.accept(dt);
+        y.at_rest = y.now.iter().all(|&value| value == T::ZERO);
         Ok(())
+    }
+
+    /// Kinetic plus elastic energy \[J\]; `None` if a matrix is smaller than the state asks for.
+    pub fn energy<T: Scalar>(&self, y: &Coordinates<'_, T>) -> Option<f64> {
+        let (zeta, rates, per_second) = (y.part(0), y.part(1), 1.0 / y.time_step);
+        let kinetic = form(rates, |k| self.mass_row(k, rates))? * per_second * per_second;
+        let elastic = form(zeta, |k| self.stiffness_row(k, zeta))?;
+        Some(0.5 * self.parameters.density * kinetic + 0.5 * self.parameters.stiffness * elastic)
     }
 
     /// Solves `M_r a = f` by conjugate gradients: `f` in `residual` on entry, three vectors in all. `M_r` is between the smallest and
     /// the largest region density times the identity, so the count of iterations goes with the root of their ratio.
-    fn solve_mass(&self, residual: &mut [T], direction: &mut [T], a: &mut [T]) -> Result<(), StepError> {
+    fn solve_mass<T: Scalar>(
+        &self,
+        residual: &mut [T],
+        direction: &mut [T],
+        a: &mut [T],
+    ) -> Result<(), StepError> {
         let square = |x: &[T]| x.iter().map(|x| x.to_f64() * x.to_f64()).sum::<f64>();
         a.fill(T::ZERO);
         copy(residual, direction);
@@ -77,14 +149,16 @@ impl<T: Scalar> Scene<'_, T> {
                 return Ok(());
             }
             let rows = direction.iter().enumerate();
-            let curvature: f64 = rows.map(|(k, p)| p.to_f64() * self.mass_row(k, direction)).sum();
+            let curvature = rows.map(|(k, p)| Some(p.to_f64() * self.mass_row(k, direction)?));
+            let curvature = curvature.sum::<Option<f64>>().ok_or(StepError::Mismatch)?;
             let length = now / curvature;
             if curvature <= 0.0 || !length.is_finite() {
                 return Err(StepError::BadMass);
             }
             for (k, ((a, residual), p)) in a.iter_mut().zip(&mut *residual).zip(&*direction).enumerate() {
                 *a = T::from_f64(a.to_f64() + length * p.to_f64());
-                *residual = T::from_f64(residual.to_f64() - length * self.mass_row(k, direction));
+                let image = self.mass_row(k, direction).ok_or(StepError::Mismatch)?;
+                *residual = T::from_f64(residual.to_f64() - length * image);
             }
             let next = square(residual);
             let share = next / now;
@@ -97,42 +171,68 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// Row `k` of `K_r x`, without `s_K`.
-    pub(crate) fn stiffness_row<S: Scalar>(&self, k: usize, x: &[S]) -> f64 {
-        let (r, scales) = (self.shape.r, &self.options.region_stiffness);
-        match (self.shape.structure, self.sections.region_stiffness) {
-            (Structure::Diagonal, _) => {
-                let value = x.get(k).map(|x| x.to_f64()).unwrap_or_default();
-                self.sections.stiffness.get(k).unwrap_or_default() * value
-            }
-            (_, Some(regions)) if moved(scales) => region_row(regions, scales, k, r, x),
-            _ => row(self.sections.stiffness, k * r, x),
+    fn stiffness_row<S: Scalar>(&self, k: usize, x: &[S]) -> Option<f64> {
+        let scales = self.region_stiffness;
+        match (self.matrices.stiffness, self.matrices.region_stiffness) {
+            (Stiffness::Diagonal(lambda), _) => Some(number(lambda, k)? * x.get(k)?.to_f64()),
+            (Stiffness::Dense(_), Some(regions)) if moved(scales) => self.region_row(regions, scales, k, x),
+            (Stiffness::Dense(whole), _) => row(whole, k, x),
         }
     }
 
     /// Row `k` of `M_r x`, without `s_ρ`.
-    pub(crate) fn mass_row<S: Scalar>(&self, k: usize, x: &[S]) -> f64 {
-        let scales = &self.options.region_density;
-        match self.sections.region_mass {
-            Some(regions) if moved(scales) => region_row(regions, scales, k, self.shape.r, x),
-            _ => x.get(k).map(|x| x.to_f64()).unwrap_or_default(),
-        }
-    }
-
-    /// Number `(k, k)` of `K_r`, without `s_K`, of the block structure.
-    pub(crate) fn stiffness_entry(&self, k: usize) -> f64 {
-        let (r, scales) = (self.shape.r, &self.options.region_stiffness);
-        let at = |numbers: Numbers<'_>, q: usize| numbers.get((q * r + k) * r + k).unwrap_or_default();
-        match self.sections.region_stiffness {
-            Some(regions) if moved(scales) => {
-                scales.iter().enumerate().map(|(q, scale)| scale * at(regions, q)).sum()
+    fn mass_row<S: Scalar>(&self, k: usize, x: &[S]) -> Option<f64> {
+        match self.matrices.region_mass {
+            Some(regions) if moved(self.region_density) => {
+                self.region_row(regions, self.region_density, k, x)
             }
-            _ => at(self.sections.stiffness, 0),
+            _ => Some(x.get(k)?.to_f64()),
         }
     }
 
-    fn has_region_mass(&self) -> bool {
-        moved(&self.options.region_density)
+    /// Row `k` of `Σ_q s_q A_q x`, the `A_q` one after the other.
+    fn region_row<S: Scalar>(
+        &self,
+        regions: &[[u8; 8]],
+        scales: &[f64; MAX_REGIONS],
+        k: usize,
+        x: &[S],
+    ) -> Option<f64> {
+        self.over_regions(scales, |q| row(regions, q * x.len() + k, x))
     }
+
+    /// `Σ_q s_q a_q` over the regions of the file.
+    fn over_regions(&self, scales: &[f64; MAX_REGIONS], a: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+        let mut regions = scales.iter().take(self.matrices.n_regions).enumerate();
+        regions.try_fold(0.0, |sum, (q, scale)| Some(sum + scale * a(q)?))
+    }
+
+    /// At least the largest eigenvalue of `K_r` of `r` modes, without `s_K`: the largest Ritz value, or the sum of the diagonal,
+    /// which no eigenvalue of a positive matrix exceeds. `None` if a matrix is smaller than that.
+    pub fn stiffness_bound(&self, r: usize) -> Option<f64> {
+        let scales = self.region_stiffness;
+        let on_diagonal = |matrix, k| number(matrix, k * r + k);
+        match (self.matrices.stiffness, self.matrices.region_stiffness) {
+            (Stiffness::Diagonal(lambda), _) => {
+                (0..r).try_fold(0.0, |so_far, k| Some(larger(so_far, number(lambda, k)?)))
+            }
+            (Stiffness::Dense(_), Some(regions)) if moved(scales) => {
+                let entry = |q: usize, k: usize| number(regions, (q * r + k) * r + k);
+                (0..r).map(|k| self.over_regions(scales, |q| entry(q, k))).sum()
+            }
+            (Stiffness::Dense(whole), _) => (0..r).map(|k| on_diagonal(whole, k)).sum(),
+        }
+    }
+}
+
+/// The larger of two; the first if the second is not a number.
+pub(crate) fn larger(so_far: f64, value: f64) -> f64 {
+    if value > so_far { value } else { so_far }
+}
+
+/// `Σ_k x_k y_k`.
+fn form<T: Scalar>(x: &[T], y: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+    x.iter().enumerate().map(|(k, x)| Some(x.to_f64() * y(k)?)).sum()
 }
 
 /// Without the panic of `copy_from_slice`.
@@ -144,26 +244,12 @@ fn moved(scales: &[f64; MAX_REGIONS]) -> bool {
     scales.iter().any(|&scale| scale != 1.0)
 }
 
-/// Row `k` of `Σ_q s_q A_q x`, the `A_q` one after the other.
-fn region_row<S: Scalar>(
-    regions: Numbers<'_>,
-    scales: &[f64; MAX_REGIONS],
-    k: usize,
-    r: usize,
-    x: &[S],
-) -> f64 {
-    scales.iter().enumerate().map(|(q, scale)| scale * row(regions, (q * r + k) * r, x)).sum()
+/// Row `k` of `A x`, `A` as wide as `x` is long.
+fn row<S: Scalar>(a: &[[u8; 8]], k: usize, x: &[S]) -> Option<f64> {
+    let row = a.get(k * x.len()..(k + 1) * x.len())?;
+    Some(row.iter().zip(x).map(|(&a, x)| f64::from_le_bytes(a) * x.to_f64()).sum())
 }
 
-/// The numbers from `start` times `x`; nothing past their end, where a file has fewer regions than scales.
-fn row<S: Scalar>(numbers: Numbers<'_>, start: usize, x: &[S]) -> f64 {
-    let row = numbers.row(start, x.len());
-    row.map_or(0.0, |row| row.iter().zip(x).map(|(a, x)| a * x.to_f64()).sum())
-}
-
-/// The first `r` numbers of each third of a state.
-fn thirds<T>(all: &mut [T], stride: usize, r: usize) -> [&mut [T]; 3] {
-    let (first, rest) = all.split_at_mut_checked(stride).unwrap_or_default();
-    let (second, third) = rest.split_at_mut_checked(stride).unwrap_or_default();
-    [first, second, third].map(|part| part.get_mut(..r).unwrap_or_default())
+fn number(numbers: &[[u8; 8]], at: usize) -> Option<f64> {
+    numbers.get(at).map(|&bytes| f64::from_le_bytes(bytes))
 }

@@ -10,8 +10,6 @@ pub enum Structure {
     Diagonal,
     /// One dense map: `9r²` multiply-adds.
     Block,
-    /// The chapter's separated stage maps, looked up axis by axis: about `3 n_terms n_axes` multiply-adds a stage.
-    Canonical,
 }
 
 /// Which structure a scene shall take.
@@ -25,8 +23,6 @@ pub enum StructureChoice {
     Diagonal,
     /// The block one.
     Block,
-    /// The canonical one; `Auto` takes it where there is no other.
-    Canonical,
 }
 
 /// What a scene is bound to; [`SceneOptions::default`] is the file as it was built.

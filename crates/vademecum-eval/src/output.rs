@@ -1,12 +1,14 @@
 //! Reading a state: probes, nodes, the surface, the whole body, energy. Each costs what it reads and nothing else.
 
+use crate::coordinates::Coordinates;
 use crate::error::OutputError;
+use crate::lend::Lender;
 use crate::reconstruct::reconstruct;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
 use crate::surface::SurfacePoint;
-use vademecum_format::{Numbers, SectionKind};
+use vademecum_format::{File, Numbers, SectionKind};
 
 /// Which field an output is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,18 +19,128 @@ pub enum Field {
     Velocity,
 }
 
+/// The rows of the basis that outputs read; `None` where they are absent or compressed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rows<'m> {
+    pub surface: Option<Numbers<'m>>,
+    pub interior: Option<Numbers<'m>>,
+    pub probes: Option<Numbers<'m>>,
+    r: usize,
+    n_nodes: usize,
+    n_surface_nodes: usize,
+    n_probes: usize,
+}
+
+/// What multiplies the basis: reduced coordinates of length `r`, and a scale.
+pub(crate) type Factors<'s, T> = (&'s [T], f64);
+
+impl<'m> Rows<'m> {
+    /// Looks them up.
+    pub fn of(file: &File<'m>) -> Self {
+        let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
+        let m = file.metadata();
+        let [r, n_nodes, n_surface_nodes, n_probes] =
+            [m.n_modes, m.n_nodes, m.n_surface_nodes, m.n_probes].map(|n| n as usize);
+        Self {
+            surface: optional(SectionKind::SurfaceBasis),
+            interior: optional(SectionKind::InteriorBasis),
+            probes: optional(SectionKind::ProbeRows),
+            r,
+            n_nodes,
+            n_surface_nodes,
+            n_probes,
+        }
+    }
+
+    /// Value of probe `index`.
+    pub fn probe<T: Scalar>(&self, index: usize, (x, scale): Factors<'_, T>) -> Result<f64, OutputError> {
+        let rows = self.probes.ok_or(OutputError::Missing { kind: SectionKind::ProbeRows })?;
+        let row = rows.row(index.saturating_mul(self.r), self.r).filter(|_| index < self.n_probes);
+        let row = row.ok_or(OutputError::OutOfRange { index, count: self.n_probes })?;
+        Ok(dot(row, x) * scale)
+    }
+
+    /// Three components at `node`.
+    pub fn node<T: Scalar>(&self, node: usize, (x, scale): Factors<'_, T>) -> Result<[f64; 3], OutputError> {
+        let beyond = OutputError::OutOfRange { index: node, count: self.n_nodes };
+        if node >= self.n_nodes {
+            return Err(beyond);
+        }
+        let (rows, place) = match node.checked_sub(self.n_surface_nodes) {
+            None => (self.surface()?, node),
+            Some(place) => (self.interior()?, place),
+        };
+        let mut value = [0.0; 3];
+        for (component, value) in value.iter_mut().enumerate() {
+            let row = rows.row((3 * place + component) * self.r, self.r).ok_or(beyond)?;
+            *value = dot(row, x) * scale;
+        }
+        Ok(value)
+    }
+
+    /// Three components at a point of the surface.
+    pub fn point<T: Scalar>(
+        &self,
+        point: &SurfacePoint,
+        factors: Factors<'_, T>,
+    ) -> Result<[f64; 3], OutputError> {
+        let mut value = [0.0; 3];
+        for (&node, weight) in point.nodes.iter().zip(point.weights) {
+            let at_node = self.node(node as usize, factors)?;
+            value.iter_mut().zip(at_node).for_each(|(sum, x)| *sum += weight * x);
+        }
+        Ok(value)
+    }
+
+    /// The surface, `out` of shape `(n_surface_nodes, 3)`.
+    pub fn surface_into<T: Scalar>(
+        &self,
+        (x, scale): Factors<'_, T>,
+        out: &mut [T],
+    ) -> Result<(), OutputError> {
+        expect_len(out, 3 * self.n_surface_nodes)?;
+        Ok(reconstruct(self.surface()?, x, T::from_f64(scale), out)?)
+    }
+
+    /// The whole body, `out` of shape `(n_nodes, 3)`.
+    pub fn body_into<T: Scalar>(&self, factors: Factors<'_, T>, out: &mut [T]) -> Result<(), OutputError> {
+        expect_len(out, 3 * self.n_nodes)?;
+        let mut out = Lender::new(out);
+        let (surface, interior) = (out.take(3 * self.n_surface_nodes)?, out.rest());
+        if !interior.is_empty() {
+            reconstruct(self.interior()?, factors.0, T::from_f64(factors.1), interior)?;
+        }
+        self.surface_into(factors, surface)
+    }
+
+    fn surface(&self) -> Result<Numbers<'m>, OutputError> {
+        self.surface.ok_or(OutputError::Missing { kind: SectionKind::SurfaceBasis })
+    }
+
+    fn interior(&self) -> Result<Numbers<'m>, OutputError> {
+        self.interior.ok_or(OutputError::Missing { kind: SectionKind::InteriorBasis })
+    }
+}
+
+fn expect_len<T>(out: &[T], needed: usize) -> Result<(), OutputError> {
+    if out.len() == needed { Ok(()) } else { Err(OutputError::Length { found: out.len(), needed }) }
+}
+
+/// Displacement or velocity of a state as coordinates and a scale.
+pub(crate) fn factors<'s, T: Scalar>(y: &'s Coordinates<'_, T>, field: Field) -> Factors<'s, T> {
+    match field {
+        Field::Displacement => (y.part(0), 1.0),
+        Field::Velocity => (y.part(1), 1.0 / y.time_step),
+    }
+}
+
 impl<T: Scalar> Scene<'_, T> {
     /// Value of probe `index`. `O(r)`.
     ///
     /// # Errors
     /// [`OutputError`].
     pub fn probe(&self, state: &State<'_, T>, index: usize, field: Field) -> Result<f64, OutputError> {
-        let count = self.metadata.n_probes as usize;
-        let rows = self.sections.probes.ok_or(OutputError::Missing { kind: SectionKind::ProbeRows })?;
-        let row = rows.row(index.saturating_mul(self.shape.r), self.shape.r);
-        let row = row.filter(|_| index < count).ok_or(OutputError::OutOfRange { index, count })?;
-        let (coordinates, scale) = self.coordinates(state, field)?;
-        Ok(dot(row, coordinates) * scale)
+        self.sections.rows.probe(index, self.factors(state, field)?)
     }
 
     /// Displacement or velocity of `node` (file order), three components. `O(r)`.
@@ -36,20 +148,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError`].
     pub fn node(&self, state: &State<'_, T>, node: usize, field: Field) -> Result<[f64; 3], OutputError> {
-        let (count, n_surface) = (self.metadata.n_nodes as usize, self.metadata.n_surface_nodes as usize);
-        if node >= count {
-            return Err(OutputError::OutOfRange { index: node, count });
-        }
-        let (rows, place) = match node.checked_sub(n_surface) {
-            None => (self.rows(SectionKind::SurfaceBasis)?, node),
-            Some(place) => (self.rows(SectionKind::InteriorBasis)?, place),
-        };
-        let (coordinates, scale) = self.coordinates(state, field)?;
-        let r = self.shape.r;
-        Ok([0, 1, 2].map(|component| {
-            let row = rows.row((3 * place + component) * r, r);
-            row.map_or(0.0, |row| dot(row, coordinates) * scale)
-        }))
+        self.sections.rows.node(node, self.factors(state, field)?)
     }
 
     /// Displacement or velocity of a point of the surface, three components. `O(r)`.
@@ -62,12 +161,7 @@ impl<T: Scalar> Scene<'_, T> {
         point: &SurfacePoint,
         field: Field,
     ) -> Result<[f64; 3], OutputError> {
-        let mut value = [0.0; 3];
-        for (&node, weight) in point.nodes.iter().zip(point.weights) {
-            let at_node = self.node(state, node as usize, field)?;
-            value.iter_mut().zip(at_node).for_each(|(sum, x)| *sum += weight * x);
-        }
-        Ok(value)
+        self.sections.rows.point(point, self.factors(state, field)?)
     }
 
     /// The surface, `out` of shape `(n_surface_nodes, 3)`. Bound by reading the basis once.
@@ -75,14 +169,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError`].
     pub fn surface_into(&self, state: &State<'_, T>, field: Field, out: &mut [T]) -> Result<(), OutputError> {
-        let needed = 3 * self.metadata.n_surface_nodes as usize;
-        if out.len() != needed {
-            return Err(OutputError::Length { found: out.len(), needed });
-        }
-        let rows = self.rows(SectionKind::SurfaceBasis)?;
-        let (coordinates, scale) = self.coordinates(state, field)?;
-        reconstruct(rows, coordinates, T::from_f64(scale), out);
-        Ok(())
+        self.sections.rows.surface_into(self.factors(state, field)?, out)
     }
 
     /// The whole body, `out` of shape `(n_nodes, 3)`. Bound by reading the basis once.
@@ -90,19 +177,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError`].
     pub fn body_into(&self, state: &State<'_, T>, field: Field, out: &mut [T]) -> Result<(), OutputError> {
-        let needed = 3 * self.metadata.n_nodes as usize;
-        let length = OutputError::Length { found: out.len(), needed };
-        if out.len() != needed {
-            return Err(length);
-        }
-        let n_surface = 3 * self.metadata.n_surface_nodes as usize;
-        let (surface, interior) = out.split_at_mut_checked(n_surface).ok_or(length)?;
-        if !interior.is_empty() {
-            let rows = self.rows(SectionKind::InteriorBasis)?;
-            let (coordinates, scale) = self.coordinates(state, field)?;
-            reconstruct(rows, coordinates, T::from_f64(scale), interior);
-        }
-        self.surface_into(state, field, surface)
+        self.sections.rows.body_into(self.factors(state, field)?, out)
     }
 
     /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions in
@@ -111,34 +186,18 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError::Mismatch`].
     pub fn energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
-        let (rates, scale) = self.coordinates(state, Field::Velocity)?;
-        let kinetic = form(rates, |k| self.mass_row(k, rates)) * scale * scale;
-        let zeta = state.zeta();
-        let elastic = form(zeta, |k| self.stiffness_row(k, zeta));
-        Ok(0.5 * self.parameters.density * kinetic + 0.5 * self.parameters.stiffness * elastic)
+        self.check(state)?;
+        self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
     }
 
-    fn rows(&self, kind: SectionKind) -> Result<Numbers<'_>, OutputError> {
-        let rows =
-            if kind == SectionKind::SurfaceBasis { self.sections.surface } else { self.sections.interior };
-        rows.ok_or(OutputError::Missing { kind })
+    fn factors<'s>(&self, state: &'s State<'_, T>, field: Field) -> Result<Factors<'s, T>, OutputError> {
+        self.check(state)?;
+        Ok(factors(&state.y, field))
     }
 
-    /// What multiplies the basis: reduced coordinates and a scale.
-    fn coordinates<'s>(&self, state: &'s State<'_, T>, field: Field) -> Result<(&'s [T], f64), OutputError> {
-        if state.shape != self.shape {
-            return Err(OutputError::Mismatch);
-        }
-        Ok(match field {
-            Field::Displacement => (state.zeta(), 1.0),
-            Field::Velocity => (state.scaled_velocity(), 1.0 / state.time_step),
-        })
+    fn check(&self, state: &State<'_, T>) -> Result<(), OutputError> {
+        if state.shape == self.shape { Ok(()) } else { Err(OutputError::Mismatch) }
     }
-}
-
-/// `Σ_k x_k y_k`.
-fn form<T: Scalar>(x: &[T], y: impl Fn(usize) -> f64) -> f64 {
-    x.iter().enumerate().map(|(k, x)| x.to_f64() * y(k)).sum()
 }
 
 /// `Σ_k row_k x_k`; the kind of the numbers is looked at once a row.

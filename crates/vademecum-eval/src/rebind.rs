@@ -33,9 +33,9 @@ impl<T: Scalar> Scene<'_, T> {
         let mut options = self.options;
         options.set(&self.metadata, index, value)?;
         let time_step = options.time_step.unwrap_or(self.metadata.time_step);
-        state.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
+        state.y.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
         self.rebind(&options, work)?;
-        state.accept(time_step);
+        state.y.accept(time_step);
         Ok(())
     }
 
@@ -49,8 +49,7 @@ impl<T: Scalar> Scene<'_, T> {
         match (options.structure, self.shape.structure) {
             (StructureChoice::Auto, _)
             | (StructureChoice::Diagonal, Structure::Diagonal)
-            | (StructureChoice::Block, Structure::Block)
-            | (StructureChoice::Canonical, Structure::Canonical) => {}
+            | (StructureChoice::Block, Structure::Block) => {}
             _ => return Err(BindError::OtherStructure),
         }
         match self.shape.structure {
@@ -67,7 +66,7 @@ impl<T: Scalar> Scene<'_, T> {
         let work = work.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
         let asked = Asked::new(&self.metadata, options);
         let fused = fuse::<T>(&self.metadata, &self.sections, &asked, self.shape, work)?;
-        lay_out(&fused, self.shape, self.map, self.load_maps, self.weights);
+        lay_out(&fused, self.shape, self.map, self.load_maps, self.weights)?;
         self.options = *options;
         self.parameters = asked.step;
         self.rest_below = rest::threshold(options);

@@ -3,6 +3,7 @@
 //! Every row is summed in the same order whatever its length: column `k` goes to partial sum `k mod 8`, and the eight are added in pairs
 //! at the end. So the bits do not depend on which of the two loops below a row takes, nor on the machine.
 
+use crate::lend::Short;
 use crate::quantised::reconstruct_quantised;
 use crate::scalar::Scalar;
 use vademecum_format::Numbers;
@@ -13,8 +14,17 @@ const WIDTH: usize = 8;
 /// Columns read at once, and rows whose sums are finished side by side.
 pub(crate) const QUAD: usize = 4;
 
-/// `out_d = scale Σ_k B_dk x_k` for all rows of `B`.
-pub(crate) fn reconstruct<T: Scalar>(rows: Numbers<'_>, x: &[T], scale: T, out: &mut [T]) {
+/// `out_d = scale Σ_k B_dk x_k` for all rows of `B`, one per number of `out`.
+pub(crate) fn reconstruct<T: Scalar>(
+    rows: Numbers<'_>,
+    x: &[T],
+    scale: T,
+    out: &mut [T],
+) -> Result<(), Short> {
+    let (found, needed) = (rows.len(), out.len().saturating_mul(x.len()));
+    if found != needed {
+        return Err(Short { found, needed });
+    }
     match rows {
         Numbers::F32(rows) => match x.as_chunks() {
             ([a], []) => T::short_rows_f32(rows, &[*a], scale, out),
@@ -32,8 +42,9 @@ pub(crate) fn reconstruct<T: Scalar>(rows: Numbers<'_>, x: &[T], scale: T, out: 
                 _ => any_rows(rows, x, scale, out, read),
             }
         }
-        Numbers::I16(rows) => reconstruct_quantised(rows, x, scale, out),
+        Numbers::I16(rows) => reconstruct_quantised(rows, x, scale, out)?,
     }
+    Ok(())
 }
 
 /// A binary32 number of a file.

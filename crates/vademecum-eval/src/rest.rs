@@ -7,7 +7,8 @@
 //! The odd thing: there is always a threshold, [`Scalar::REST`]. A kernel sets numbers below [`Scalar::FLOOR`] to zero, which feeds a
 //! lightly damped body about as much as damping takes from it: without a threshold it moved for ever at some hundred times the floor.
 
-use crate::options::{SceneOptions, Structure};
+use crate::motion::{Equation, larger};
+use crate::options::SceneOptions;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 
@@ -22,17 +23,16 @@ impl<T: Scalar> Scene<'_, T> {
     /// that of this energy. Goes with the square of [`SceneOptions::rest_below`]. `O(r)`.
     #[must_use]
     pub fn energy_at_rest(&self) -> f64 {
-        let r = self.shape.r;
-        let largest = |so_far: f64, value: f64| if value > so_far { value } else { so_far };
-        let stiffness = match self.shape.structure {
-            Structure::Diagonal => self.sections.stiffness.iter().fold(0.0, largest),
-            // The sum of the diagonal: no eigenvalue of a positive matrix is larger.
-            Structure::Block | Structure::Canonical => (0..r).map(|k| self.stiffness_entry(k)).sum(),
-        };
-        let mass = self.options.region_density.iter().copied().fold(0.0, largest);
-        let step = &self.parameters;
-        let kinetic = step.density * mass / (step.time_step * step.time_step);
-        let threshold = self.rest_below.to_f64();
-        0.5 * threshold * threshold * largest(kinetic, step.stiffness * stiffness)
+        energy(self.rest_below, &self.equation(), self.shape.r)
     }
+}
+
+/// The largest energy \[J\] of a body of `r` modes put at rest below `threshold`; not a number if a matrix is smaller than that.
+pub(crate) fn energy<T: Scalar>(threshold: T, equation: &Equation<'_, '_>, r: usize) -> f64 {
+    let stiffness = equation.stiffness_bound(r).unwrap_or(f64::NAN);
+    let mass = equation.region_density.iter().copied().fold(0.0, larger);
+    let step = equation.parameters;
+    let kinetic = step.density * mass / (step.time_step * step.time_step);
+    let threshold = threshold.to_f64();
+    0.5 * threshold * threshold * larger(step.stiffness * stiffness, kinetic)
 }

@@ -6,9 +6,9 @@
 //! ([`Scene::set_parameter`]).
 
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
-use crate::canonical;
 use crate::error::{BindError, StepError};
 use crate::kernel::{step_dense, step_diagonal};
+use crate::lend::Lender;
 use crate::loads::Loads;
 use crate::options::{SceneOptions, Sizes, Status, Structure};
 use crate::rest;
@@ -67,13 +67,10 @@ impl<'m, T: Scalar> Scene<'m, T> {
         let sections = sections(file, shape.structure)?;
         let fused = fuse::<T>(&metadata, &sections, &asked, shape, work)?;
         memory.fill(T::ZERO);
-        let (map, rest) = memory.split_at_mut_checked(shape.map_len()).unwrap_or_default();
-        let loads_len = shape.n_stages * shape.load_map_len();
-        let (load_maps, weights) = rest.split_at_mut_checked(loads_len).unwrap_or_default();
-        lay_out(&fused, shape, map, load_maps, weights);
-        if let Some(canonical) = &sections.canonical {
-            canonical::lay_out(canonical, map)?;
-        }
+        let mut memory = Lender::new(memory);
+        let (map, load_maps) = (memory.take(shape.map_len())?, memory.take(shape.load_maps_len())?);
+        let weights = memory.take(shape.weights_len())?;
+        lay_out(&fused, shape, map, load_maps, weights)?;
         Ok(Self {
             shape,
             metadata,
@@ -133,49 +130,23 @@ impl<'m, T: Scalar> Scene<'m, T> {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
-        if state.at_rest && !loads.active {
+        if state.y.at_rest && !loads.active {
             return Ok(Status::AtRest);
         }
         self.check_fresh(loads)?;
-        let (old, new, load) = (&*state.now, &mut *state.next, &*loads.increment);
+        let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure {
-            Structure::Canonical => canonical::step(self, state, loads)?,
-            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new),
+            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new)?,
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };
-        self.settle(state, loads, magnitude)
-    }
-
-    /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small enough rests.
-    pub(crate) fn settle(
-        &self,
-        state: &mut State<'_, T>,
-        loads: &Loads<'_, T>,
-        magnitude: T,
-    ) -> Result<Status, StepError> {
-        if !magnitude.to_f64().is_finite() {
-            return Err(StepError::NotFinite);
-        }
-        core::mem::swap(&mut state.now, &mut state.next);
-        state.at_rest = false;
-        if !loads.active && magnitude <= self.rest_below {
-            state.rest();
-            return Ok(Status::AtRest);
-        }
-        Ok(Status::Moving)
+        state.y.settle(magnitude, loads.active, self.rest_below)
     }
 
     pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
-        if state.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
+        if state.y.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
     }
 
     pub(crate) fn check_fresh(&self, loads: &Loads<'_, T>) -> Result<(), StepError> {
         if loads.active && loads.generation != self.generation { Err(StepError::StaleLoads) } else { Ok(()) }
-    }
-
-    /// The load map of a stage.
-    pub(crate) fn load_map(&self, stage: usize) -> &[T] {
-        let length = self.shape.load_map_len();
-        self.load_maps.get(stage * length..(stage + 1) * length).unwrap_or_default()
     }
 }

@@ -138,9 +138,8 @@ impl Filter {
     /// Undoes [`Filter::apply`]; `out` is as long.
     pub fn undo(&self, filtered: &[u8], out: &mut [u8]) {
         let count = filtered.len() / self.size.max(1);
-        for place in 0..self.size {
-            let bytes = filtered.get(place * count..).unwrap_or_default();
-            for (number, &byte) in out.chunks_exact_mut(self.size).zip(bytes) {
+        for (place, bytes) in filtered.chunks_exact(count.max(1)).enumerate().take(self.size) {
+            for (number, &byte) in out.chunks_exact_mut(self.size.max(1)).zip(bytes) {
                 put(number, place, byte);
             }
         }

@@ -152,6 +152,11 @@ impl<'a> ChapterPart<'a> {
         self.axes.chunks_exact(CHAPTER_AXIS).filter_map(ChapterAxis::from_row)
     }
 
+    /// Points of all its axes.
+    fn n_points(&self) -> Option<usize> {
+        self.axes().try_fold(0usize, |sum, axis| sum.checked_add(axis.points))
+    }
+
     /// Whether it has axes of the state: they come first.
     #[must_use]
     pub fn has_state(&self) -> bool {
@@ -164,6 +169,13 @@ impl<'a> ChapterPart<'a> {
         let last = self.axes.chunks_exact(CHAPTER_AXIS).next_back().and_then(ChapterAxis::from_row);
         last.is_some_and(|axis| !axis.is_state())
     }
+}
+
+/// The first `length` numbers, which `from` loses; `None` if it has fewer.
+fn take<'a>(from: &mut &'a [[u8; 8]], length: usize) -> Option<&'a [[u8; 8]]> {
+    let (front, rest) = from.split_at_checked(length)?;
+    *from = rest;
+    Some(front)
 }
 
 /// The chapter's structure of a file, checked.
@@ -208,22 +220,22 @@ impl<'a> Chapter<'a> {
 
     /// The parts, stage by stage.
     pub fn parts(&self) -> impl Iterator<Item = ChapterPart<'a>> + use<'a> {
-        let Self { n_modes, parts, axes, factors, terms, .. } = *self;
-        let (mut axes, mut factors, mut terms) = (axes, factors, terms);
-        let take = move |from: &mut &'a [[u8; 8]], length: usize| {
-            let (front, rest) = from.split_at_checked(length).unwrap_or((*from, &[]));
-            *from = rest;
-            front
-        };
-        parts.as_chunks::<3>().0.iter().map(move |part| {
+        let (n_modes, mut factors, mut terms) = (self.n_modes, self.factors, self.terms);
+        // The sums of both lengths have been checked: no part is left out.
+        self.table().map_while(move |part| {
+            let factors = take(&mut factors, part.n_points()?.checked_mul(part.n_terms)?)?;
+            let terms = take(&mut terms, part.n_terms.checked_mul(n_modes)?)?;
+            Some(ChapterPart { factors, terms, ..part })
+        })
+    }
+
+    /// The parts with their axes, without factors and terms.
+    fn table(&self) -> impl Iterator<Item = ChapterPart<'a>> + use<'a> {
+        let (parts, mut axes) = (self.parts.as_chunks::<3>().0, self.axes);
+        parts.iter().map_while(move |part| {
             let [stage, n_axes, n_terms] = part.map(|bytes| u32::from_le_bytes(bytes) as usize);
-            let axes = take(&mut axes, n_axes.saturating_mul(CHAPTER_AXIS));
-            let points = ChapterPart { stage, n_terms, axes, factors: &[], terms: &[] }
-                .axes()
-                .fold(0usize, |sum, axis| sum.saturating_add(axis.points));
-            let factors = take(&mut factors, points.saturating_mul(n_terms));
-            let terms = take(&mut terms, n_terms.saturating_mul(n_modes));
-            ChapterPart { stage, n_terms, axes, factors, terms }
+            let axes = take(&mut axes, n_axes.checked_mul(CHAPTER_AXIS)?)?;
+            Some(ChapterPart { stage, n_terms, axes, factors: &[], terms: &[] })
         })
     }
 
@@ -236,7 +248,7 @@ impl<'a> Chapter<'a> {
     /// Most terms of a part.
     #[must_use]
     pub fn max_terms(&self) -> usize {
-        self.parts().map(|part| part.n_terms).max().unwrap_or_default()
+        self.parts().map(|part| part.n_terms).fold(0, usize::max)
     }
 
     /// Number of load positions.
@@ -267,7 +279,7 @@ impl<'a> Chapter<'a> {
         let n_stages = usize::from(metadata.scheme.n_stages);
         let mut kinds = [[0u8; 3]; MAX_STAGES];
         let mut latest = 0;
-        for (place, p) in self.parts().enumerate() {
+        for (place, p) in self.table().enumerate() {
             let kind = match (p.has_state(), p.has_load()) {
                 (true, false) => 0,
                 (false, true) => 1,
@@ -322,7 +334,7 @@ impl<'a> Chapter<'a> {
     /// Refusal 34.
     fn check_lengths(&self) -> Result<(), FormatError> {
         let (mut factors, mut terms) = (0u64, 0u64);
-        for part in self.parts() {
+        for part in self.table() {
             let points: u64 = part.axes().map(|axis| axis.points as u64).sum();
             factors = factors.saturating_add(points.saturating_mul(part.n_terms as u64));
             terms = terms.saturating_add((part.n_terms as u64).saturating_mul(self.n_modes as u64));

@@ -122,18 +122,18 @@ pub fn fuse_into(
     let short = SchemeError::Length { found: work.len(), needed: fuse_work_len(r) };
     let (increments, rest) = work.split_at_mut_checked(MAX_STAGES * r).ok_or(short)?;
     let combined = rest.get_mut(..r).ok_or(short)?;
-    let stages = stages.get(..n_stages).unwrap_or_default();
+    let stages = stages.get(..n_stages).ok_or(SchemeError::StageCount { found: table.n_stages })?;
     let r = r.max(1);
     let mut march = Propagation { stages, e, r, increments, combined };
     for (column, out) in d.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
         let unit = Unit { block: column / r, row: column % r, load_stage: MAX_STAGES };
-        march.run(unit);
-        march.finish(table, unit, out);
+        march.run(unit).ok_or(short)?;
+        march.finish(table, unit, out).ok_or(short)?;
     }
     for (column, out) in loads.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
         let unit = Unit { block: HISTORY, row: column % r, load_stage: column / r };
-        march.run(unit);
-        march.finish(table, unit, out);
+        march.run(unit).ok_or(short)?;
+        march.finish(table, unit, out).ok_or(short)?;
     }
     Ok(())
 }
@@ -162,14 +162,13 @@ struct Propagation<'a> {
 }
 
 impl Propagation<'_> {
-    fn run(&mut self, unit: Unit) {
+    /// `None` if a slice is shorter than `r` asks for; so with the functions below.
+    fn run(&mut self, unit: Unit) -> Option<()> {
         let r = self.r.max(1);
         let square = r.saturating_mul(r).max(1);
         for ((i, stage), e) in self.stages.iter().enumerate().zip(self.e.chunks_exact(square)) {
-            let Some((earlier, rest)) = self.increments.split_at_mut_checked(i * r) else {
-                return;
-            };
-            let Some(x) = rest.get_mut(..r) else { return };
+            let (earlier, rest) = self.increments.split_at_mut_checked(i * r)?;
+            let x = rest.get_mut(..r)?;
             x.fill(0.0);
             self.combined.fill(0.0);
             let weights = stage.identity.iter().zip(&stage.increment);
@@ -180,17 +179,18 @@ impl Propagation<'_> {
                 }
             }
             if let Some((identity, increment)) = weights.clone().take(3).nth(unit.block) {
-                add_at(x, unit.row, *identity);
-                add_at(self.combined, unit.row, *increment);
+                add_at(x, unit.row, *identity)?;
+                add_at(self.combined, unit.row, *increment)?;
             }
             if unit.load_stage == i {
-                add_at(x, unit.row, stage.load);
+                add_at(x, unit.row, stage.load)?;
             }
-            add_product(e, self.combined, x);
+            add_product(e, self.combined, x)?;
         }
+        Some(())
     }
 
-    fn finish(&self, table: &SchemeTable, unit: Unit, out: &mut [f64]) {
+    fn finish(&self, table: &SchemeTable, unit: Unit, out: &mut [f64]) -> Option<()> {
         out.fill(0.0);
         let r = self.r.max(1);
         for (block, (row, out)) in table.finish.iter().zip(out.chunks_exact_mut(r)).enumerate() {
@@ -203,26 +203,28 @@ impl Propagation<'_> {
             // The columns of ζ are consistent: what they keep and what the stages carry of them cancel on paper.
             if let Some(weight) = row.iter().take(3).nth(unit.block).filter(|_| unit.block != 0) {
                 let kept = if block == unit.block { 1.0 } else { 0.0 };
-                add_at(out, unit.row, weight - kept);
+                add_at(out, unit.row, weight - kept)?;
             }
         }
+        Some(())
     }
 }
 
 /// `x += E w`, `E` row by row. A unit input meets its first stage as a `w` of one number, and later ones as none if it is another
 /// stage's load: most products are a column or nothing.
-fn add_product(e: &[f64], w: &[f64], x: &mut [f64]) {
+fn add_product(e: &[f64], w: &[f64], x: &mut [f64]) -> Option<()> {
     let mut present = w.iter().enumerate().filter(|&(_, &w)| w != 0.0);
     let (first, second) = (present.next(), present.next());
     let mut rows = e.chunks_exact(w.len().max(1));
     for x in x {
-        let row = rows.next().unwrap_or_default();
+        let row = rows.next()?;
         match (first, second) {
             (None, _) => {}
-            (Some((column, w)), None) => *x += row.get(column).copied().unwrap_or_default() * w,
+            (Some((column, w)), None) => *x += row.get(column)? * w,
             _ => *x += dot(row, w),
         }
     }
+    Some(())
 }
 
 /// Eight sums side by side: one alone waits for itself.
@@ -239,8 +241,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h)) + rest
 }
 
-fn add_at(out: &mut [f64], index: usize, value: f64) {
-    if let Some(out) = out.get_mut(index) {
-        *out += value;
-    }
+fn add_at(out: &mut [f64], index: usize, value: f64) -> Option<()> {
+    *out.get_mut(index)? += value;
+    Some(())
 }

@@ -201,7 +201,8 @@ fn check_place(entry: &Entry, end: u64, bytes: &[u8]) -> Result<u64, FormatError
     if start > length || entry.stored_length > room {
         return Err(FormatError::Length { kind, found: entry.stored_length, expected: room });
     }
-    let padding = bytes.get(end as usize..start as usize).unwrap_or_default();
+    let cut = FormatError::Length { kind, found: entry.stored_length, expected: room };
+    let padding = bytes.get(end as usize..start as usize).ok_or(cut)?;
     refuse_nonzero(padding, end)?;
     Ok(start)
 }
@@ -221,7 +222,9 @@ fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>
     let codec = Codec::from_code(entry.codec).filter(|codec| codec.codes(element));
     let codec = codec.ok_or(FormatError::Codec { kind: number, found: entry.codec })?;
     let end = entry.offset.saturating_add(entry.stored_length);
-    let stored = bytes.get(entry.offset as usize..end as usize).unwrap_or_default();
+    let expected = (bytes.len() as u64).saturating_sub(entry.offset);
+    let cut = FormatError::Length { kind: number, found: entry.stored_length, expected };
+    let stored = bytes.get(entry.offset as usize..end as usize).ok_or(cut)?;
     Ok(Some(Section {
         kind,
         element,

@@ -326,10 +326,10 @@ impl<'a> Numbers<'a> {
         self.len() == 0
     }
 
-    /// Quantised numbers of a section of this shape from its decoded bytes.
+    /// Quantised numbers of a section of this shape from its decoded bytes; `None` if they are not as many as the shape asks for.
     #[must_use]
-    pub fn quantised(decoded: &'a [u8], shape: [u64; 3]) -> Self {
-        Self::I16(Quantised::new(decoded, shape))
+    pub fn quantised(decoded: &'a [u8], shape: [u64; 3]) -> Option<Self> {
+        Quantised::new(decoded, shape).map(Self::I16)
     }
 
     /// The number at `index`.
@@ -436,12 +436,17 @@ impl<'a> Section<'a> {
     /// Its real numbers.
     ///
     /// # Errors
-    /// Refusals 28 (compressed) and 19 (not real numbers).
+    /// Refusals 28 (compressed), 19 (not real numbers) and 24 (not as many as its shape says, which opening has ruled out).
     pub fn numbers(&self) -> Result<Numbers<'a>, FormatError> {
         match self.element {
             Element::F32 => Ok(Numbers::F32(self.raw()?.as_chunks().0)),
             Element::F64 => Ok(Numbers::F64(self.raw()?.as_chunks().0)),
-            Element::I16 => Ok(Numbers::I16(Quantised::new(self.raw()?, self.shape))),
+            Element::I16 => {
+                let raw = self.raw()?;
+                let (kind, found) = (self.kind.number(), raw.len() as u64);
+                let wrong = FormatError::Length { kind, found, expected: self.decoded_length };
+                Numbers::quantised(raw, self.shape).ok_or(wrong)
+            }
             _ => Err(self.wrong_element()),
         }
     }

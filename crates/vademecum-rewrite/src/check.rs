@@ -64,7 +64,11 @@ fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError>
 /// The real numbers of a decoded section; none for the other elements.
 pub(super) fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
     match section.element() {
-        Element::I16 => Numbers::quantised(raw, section.shape()).iter().collect(),
+        Element::I16 => {
+            let numbers =
+                Numbers::quantised(raw, section.shape()).expect("decoded to the length of its shape");
+            numbers.iter().collect()
+        }
         element => reals(element, raw),
     }
 }

@@ -224,7 +224,6 @@ fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     let structure = match structure as u32 {
         1 => StructureChoice::Diagonal,
         2 => StructureChoice::Block,
-        3 => StructureChoice::Canonical,
         _ => StructureChoice::Auto,
     };
     SceneOptions {

@@ -15,13 +15,11 @@ mod ranges;
 mod report;
 mod sections;
 pub mod separation;
-mod step;
 
 pub use certificate::{ChapterCertificate, certify_chapter};
 pub use error::ChapterError;
 pub use report::ChapterReport;
 pub use sections::sections;
-pub use step::{ChapterLoad, Outside};
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef};

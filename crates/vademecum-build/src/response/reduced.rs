@@ -5,9 +5,7 @@ use vademecum_format::scheme::SchemeTable;
 use vademecum_format::scheme::{SchemeError as TableError, StepParameters, fuse_into, fuse_work_len, theta};
 
 use super::stage::{StageResponse, galerkin_increment};
-use crate::fem::{Pencil, SymmetricMatrix};
 use crate::linalg::project;
-use faer::linalg::solvers::Solve as _;
 
 /// `y ← y + D y + Σ_i L_i g_i p_i` on the state `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length 3r.
 pub trait FusedStep {
@@ -208,39 +206,4 @@ pub fn spectral_radius(n: usize, map: &[f64]) -> f64 {
     let eigenvalues =
         MatRef::from_column_major_slice(map, n, n).eigenvalues().expect("a finite matrix has eigenvalues");
     eigenvalues.iter().map(|l| l.re.hypot(l.im)).fold(0.0, f64::max)
-}
-
-/// `BᵀMB` and `BᵀKB` of a pencil: energy, and the acceleration a force demands.
-pub struct ReducedMatrices {
-    mass: Mat<f64>,
-    stiffness: Mat<f64>,
-}
-
-impl ReducedMatrices {
-    /// Projects a pencil.
-    pub fn new(pencil: &Pencil, basis: MatRef<'_, f64>) -> Self {
-        let project = |matrix: &SymmetricMatrix| {
-            let mut image = Mat::zeros(basis.nrows(), basis.ncols());
-            matrix.mul_into(basis, image.as_mut());
-            basis.transpose() * image
-        };
-        Self { mass: project(pencil.mass()), stiffness: project(pencil.stiffness()) }
-    }
-
-    /// `½ ζ̇ᵀ BᵀMB ζ̇ + ½ ζᵀ BᵀKB ζ` \[J\] of a state (ζ, Δt ζ̇, Δt² ζ̈).
-    pub(crate) fn energy(&self, time_step: f64, y: &[f64]) -> f64 {
-        let r = self.mass.nrows();
-        let form = |matrix: &Mat<f64>, x: &[f64]| -> f64 {
-            (0..r).map(|i| x[i] * (0..r).map(|j| matrix[(i, j)] * x[j]).sum::<f64>()).sum()
-        };
-        0.5 * (form(&self.mass, &y[r..2 * r]) / (time_step * time_step) + form(&self.stiffness, &y[..r]))
-    }
-
-    /// `(BᵀMB)⁻¹ BᵀF`.
-    pub(crate) fn acceleration(&self, force: Vec<f64>) -> Vec<f64> {
-        let mut rhs = Mat::from_fn(force.len(), 1, |i, _| force[i]);
-        let factor = self.mass.llt(faer::Side::Lower).expect("a projected mass matrix is positive definite");
-        factor.solve_in_place(rhs.as_mut());
-        rhs.col_as_slice(0).to_vec()
-    }
 }

@@ -9,7 +9,7 @@ use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Silent, Stopwatch};
 use vademecum_build::report::BuildReport;
 use vademecum_build::store::write_atomic;
-use vademecum_eval::{Mapped, SceneOptions};
+use vademecum_eval::Mapped;
 use vademecum_study::scenario::Scenario;
 
 use super::build::print_report;
@@ -19,7 +19,7 @@ use super::{make_folder, write_text};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::pictures::{Chart, Outline, Series, line_chart, outline};
-use crate::player::{LongRun, Track, long_run};
+use crate::player::{LongRun, PlayOptions, Track, long_run};
 
 /// The problem and scenario of the demo, inside the program.
 pub const PROBLEM: &str = include_str!("../../../../fixtures/problems/cantilever.toml");
@@ -58,7 +58,7 @@ impl Demo {
         write_atomic(&path, &built.bytes).map_err(|error| Failure::io(&path, error))?;
         let mapped = Mapped::open(&path).map_err(|error| Failure::file(&path, error))?;
         let file = mapped.file().map_err(|error| Failure::file(&path, error))?;
-        let options = SceneOptions::default();
+        let options = PlayOptions::default();
         let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent)?;
         let verified = verify(&path, &file, &options, &problem, &prepared, &scenario, console)?;
         console.stage("a million steps");

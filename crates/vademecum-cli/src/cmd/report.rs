@@ -13,7 +13,7 @@ use vademecum_build::parametric::RadiusSample;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::write_atomic;
-use vademecum_eval::{Mapped, SceneOptions};
+use vademecum_eval::Mapped;
 use vademecum_format::{File, SectionKind};
 use vademecum_study::scenario::Scenario;
 
@@ -25,6 +25,7 @@ use super::view::title;
 use super::{make_folder, refuse_canonical};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::player::PlayOptions;
 use crate::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
@@ -122,7 +123,7 @@ impl Report {
         let (Some(problem), Some(scenario)) = (&self.problem, &self.scenario) else { return Ok(None) };
         let (problem, scenario) = (Problem::read(problem)?, Scenario::read(scenario)?);
         let prepared = prepare(&problem, &mut Stopwatch::new(console), console)?;
-        verify(&self.file, file, &SceneOptions::default(), &problem, &prepared, &scenario, console).map(Some)
+        verify(&self.file, file, &PlayOptions::default(), &problem, &prepared, &scenario, console).map(Some)
     }
 }
 

@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, write_pvd, write_vtu};
-use vademecum_eval::{Field, Scene, SceneOptions, State, Structure, StructureChoice};
+use vademecum_eval::{Field, SceneOptions, StructureChoice};
 use vademecum_format::{File, SectionKind};
 use vademecum_study::scenario::{FieldChoice, Scenario};
 
 use super::{make_folder, open, whole_file, write_text};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::player::{Track, names, play};
+use crate::player::{PlayOptions, Playable, Track, names, play};
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
@@ -54,22 +54,17 @@ pub enum StructureArgument {
     Canonical,
 }
 
-/// Its name on the command line and in reports.
-pub fn structure_name(structure: Structure) -> &'static str {
-    match structure {
-        Structure::Diagonal => "diagonal",
-        Structure::Block => "block",
-        Structure::Canonical => "canonical",
-    }
-}
-
-impl From<StructureArgument> for StructureChoice {
-    fn from(argument: StructureArgument) -> Self {
-        match argument {
-            StructureArgument::Auto => StructureChoice::Auto,
-            StructureArgument::Diagonal => StructureChoice::Diagonal,
-            StructureArgument::Block => StructureChoice::Block,
-            StructureArgument::Canonical => StructureChoice::Canonical,
+impl StructureArgument {
+    /// Options for playing a scenario through it.
+    pub fn options(self) -> PlayOptions {
+        let structure = match self {
+            Self::Diagonal => StructureChoice::Diagonal,
+            Self::Block => StructureChoice::Block,
+            Self::Auto | Self::Canonical => StructureChoice::Auto,
+        };
+        PlayOptions {
+            chapter: self == Self::Canonical,
+            scene: SceneOptions { structure, ..SceneOptions::default() },
         }
     }
 }
@@ -81,12 +76,8 @@ impl Run {
         let mapped = open(&self.file, self.copy)?;
         let mut memory = vec![];
         let file = whole_file(&self.file, &mapped, &mut memory)?;
-        let options = SceneOptions {
-            structure: self.structure.into(),
-            time_step: self.time_step,
-            terms: self.terms,
-            ..SceneOptions::default()
-        };
+        let mut options = self.structure.options();
+        (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
         let track = Track::bind(&self.file, &file, &scenario)?;
         for (i, (_, point, _)) in track.contacts.iter().enumerate() {
             let size = point.position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
@@ -97,17 +88,17 @@ impl Run {
         make_folder(&self.output)?;
         let mut probes = ProbeTable::new(names(&self.file, &file, SectionKind::ProbeNames)?);
         let mut fields = FieldSeries::new(&self.file, &file, scenario.output.fields)?;
-        let time_step = options.time_step.unwrap_or(file.metadata().time_step);
+        let time_step = options.scene.time_step.unwrap_or(file.metadata().time_step);
         let steps = scenario.steps(time_step);
         console.stage("step");
         let every = scenario.output.fields_every;
-        play(&self.file, &file, &options, &track, steps, |step, scene, state| {
+        play(&self.file, &file, &options, &track, steps, |step, body| {
             let time = step as f64 * time_step;
             if step % scenario.output.probes_every == 0 {
-                probes.add(&self.file, time, scene, state)?;
+                probes.add(&self.file, time, body)?;
             }
             if every > 0 && step % every == 0 {
-                fields.add(&self.file, &self.output, time, scene, state)?;
+                fields.add(&self.file, &self.output, time, body)?;
             }
             console.advance(step, steps);
             Ok(())
@@ -138,18 +129,12 @@ impl ProbeTable {
         Self { count: names.len(), text }
     }
 
-    fn add(
-        &mut self,
-        path: &Path,
-        time: f64,
-        scene: &Scene<'_, f64>,
-        state: &State<'_, f64>,
-    ) -> Result<(), Failure> {
+    fn add(&mut self, path: &Path, time: f64, body: &dyn Playable<Number = f64>) -> Result<(), Failure> {
         let failed = |error| Failure::file(path, error);
-        let energy = scene.energy(state).map_err(failed)?;
+        let energy = body.energy().map_err(failed)?;
         write!(self.text, "{time:.9e},{energy:.9e}").expect("writing to a string cannot fail");
         for probe in 0..self.count {
-            let value = scene.probe(state, probe, Field::Displacement).map_err(failed)?;
+            let value = body.probe(probe).map_err(failed)?;
             write!(self.text, ",{value:.9e}").expect("writing to a string cannot fail");
         }
         self.text.push('\n');
@@ -191,12 +176,11 @@ impl FieldSeries {
         path: &Path,
         folder: &Path,
         time: f64,
-        scene: &Scene<'_, f64>,
-        state: &State<'_, f64>,
+        body: &dyn Playable<Number = f64>,
     ) -> Result<(), Failure> {
         let fill = |field, out: &mut [f64]| match self.choice {
-            FieldChoice::Surface => scene.surface_into(state, field, out),
-            FieldChoice::Body => scene.body_into(state, field, out),
+            FieldChoice::Surface => body.surface_into(field, out),
+            FieldChoice::Body => body.body_into(field, out),
         };
         fill(Field::Displacement, &mut self.displacement).map_err(|error| Failure::file(path, error))?;
         fill(Field::Velocity, &mut self.velocity).map_err(|error| Failure::file(path, error))?;

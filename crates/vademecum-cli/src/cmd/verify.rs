@@ -11,18 +11,18 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::response::reduced::spectral_radius;
-use vademecum_eval::{Field, Loads, Mapped, Scene, SceneOptions, State, Structure};
+use vademecum_eval::{Loads, Mapped, Scene, State};
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::check;
 use vademecum_study::StudyError;
 use vademecum_study::compare::{CompareError, Comparison, Reduced, compare, coordinate_matrix};
 use vademecum_study::scenario::Scenario;
 
-use super::run::{StructureArgument, structure_name};
+use super::run::StructureArgument;
 use super::{print_json, read_file, rewrite_failed, whole_file};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::player::{Track, long_run, names, play};
+use crate::player::{PlayOptions, Track, long_run, names, play};
 
 /// Marches a scenario full order and through the file, and prints how far apart they are; or checks the file alone.
 #[derive(clap::Args)]
@@ -131,7 +131,7 @@ impl Verify {
         let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
         let mut memory = vec![];
         let file = whole_file(&self.file, &mapped, &mut memory)?;
-        let options = SceneOptions { structure: self.structure.into(), ..SceneOptions::default() };
+        let options = self.structure.options();
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;
         let verified = verify(&self.file, &file, &options, &problem, &prepared, &scenario, console)?;
@@ -149,7 +149,7 @@ impl Verify {
 pub fn verify(
     path: &Path,
     file: &File<'_>,
-    options: &SceneOptions,
+    options: &PlayOptions,
     problem: &Problem,
     prepared: &Prepared,
     scenario: &Scenario,
@@ -167,16 +167,15 @@ pub fn verify(
 
     console.stage("step the file");
     let (mut coordinates, mut energy, mut probes) = (vec![], vec![], vec![]);
-    let mut structure = Structure::Block;
+    let mut structure = "";
     let n_probes = metadata.n_probes as usize;
-    play(path, file, options, &track, steps, |_, scene, state| {
-        structure = scene.structure();
-        coordinates.extend_from_slice(state.zeta());
-        energy.push(scene.energy(state).map_err(|error| Failure::file(path, error))?);
+    play(path, file, options, &track, steps, |_, body| {
+        let failed = |error| Failure::file(path, error);
+        structure = body.structure();
+        coordinates.extend_from_slice(body.zeta());
+        energy.push(body.energy().map_err(failed)?);
         for probe in 0..n_probes {
-            probes.push(
-                scene.probe(state, probe, Field::Displacement).map_err(|error| Failure::file(path, error))?,
-            );
+            probes.push(body.probe(probe).map_err(failed)?);
         }
         Ok(())
     })?;
@@ -205,7 +204,7 @@ pub fn verify(
         steps,
         dofs: body.n_dof(),
         modes: metadata.n_modes as usize,
-        structure: structure_name(structure),
+        structure,
         trajectory_error: full.error.error,
         projection_floor: full.error.floor,
         floor_ratio: full.error.error / full.error.floor,
@@ -320,18 +319,19 @@ fn probe_rows(body: &vademecum_build::prepared::Body) -> Vec<Vec<(u32, f64)>> {
 }
 
 /// Spectral radius of the step as the evaluator marches it: its columns are the steps of unit states.
-fn step_radius(path: &Path, file: &File<'_>, options: &SceneOptions) -> Result<f64, Failure> {
+fn step_radius(path: &Path, file: &File<'_>, options: &PlayOptions) -> Result<f64, Failure> {
     let bind = |error| Failure::file(path, error);
     let failed = |error| Failure::file(path, error);
-    let sizes = Scene::<f64>::sizes(file, options).map_err(bind)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-    let scene = Scene::bind(file, options, &mut memory, &mut work).map_err(bind)?;
-    if scene.structure() == Structure::Canonical {
+    if options.takes_chapter(file) {
         // Unit states are far off its axes; the build has linearised the step.
         let report = ChapterReport::of_file(file).map_err(|error| Failure::file(path, error))?;
         return Ok(report.map_or(f64::NAN, |report| report.structure.spectral_radius));
     }
+    let options = &options.scene;
+    let sizes = Scene::<f64>::sizes(file, options).map_err(bind)?;
+    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
+    let scene = Scene::bind(file, options, &mut memory, &mut work).map_err(bind)?;
     let mut state = State::new(&scene, &mut state_memory).map_err(bind)?;
     let loads = Loads::new(&scene, &mut load_memory).map_err(bind)?;
     let n = 3 * scene.n_modes();

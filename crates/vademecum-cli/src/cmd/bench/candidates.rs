@@ -335,8 +335,8 @@ fn play_file<T: Scalar>(
     let file = File::parse(bytes).map_err(|error| Failure::file(march.name, error))?;
     let options = SceneOptions { structure, time_step: Some(march.time_step), ..SceneOptions::default() };
     let mut coordinates = vec![];
-    play_in::<T>(march.name, &file, &options, march.track, march.steps, |_, _, state| {
-        coordinates.extend(state.zeta().iter().map(|z| z.to_f64()));
+    play_in::<T>(march.name, &file, &options, march.track, march.steps, |_, body| {
+        coordinates.extend(body.zeta().iter().map(|z| z.to_f64()));
         Ok(())
     })?;
     Ok(coordinate_matrix(file.metadata().n_modes as usize, &coordinates))

@@ -12,7 +12,8 @@ use std::rc::Rc;
 use vademecum_build::Matrix;
 use vademecum_build::input::{BasisKind, Repair};
 use vademecum_build::progress::Listener;
-use vademecum_eval::{Contact, Loads, Scene, SceneOptions, State, StepError, StructureChoice, SurfacePoint};
+use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
+use vademecum_eval::{Contact, SceneOptions, SurfacePoint};
 use vademecum_format::File;
 use vademecum_study::bench::{LoadSites, Study, Timed};
 
@@ -20,7 +21,7 @@ use super::candidates::{Group, March, Method, Part, Stepper};
 use super::inputs::Bound;
 use crate::console::{Console, cancelled};
 use crate::failure::{Cause, Failure};
-use crate::player::{Track, with_scene};
+use crate::player::{Body, Track, with_chapter};
 
 /// Names of the rows.
 const CHAPTER: &str = "pod canonical chapter f64";
@@ -142,7 +143,7 @@ fn sites(study: &Study, scenario: &Bound, nodal: &[Track], magnitude: f64) -> Lo
 }
 
 /// A state of each march with its loads.
-type Marches<'m> = Vec<(State<'m, f64>, Loads<'m, f64>)>;
+type Marches<'m> = Vec<(ChapterState<'m, f64>, ChapterLoads<'m, f64>)>;
 
 /// Binds a file once and hands over a state and loads for each march.
 pub fn with_marches<R>(
@@ -150,18 +151,17 @@ pub fn with_marches<R>(
     file: &File<'_>,
     time_step: Option<f64>,
     count: usize,
-    work: impl FnOnce(&Scene<'_, f64>, &mut Marches<'_>) -> Result<R, Failure>,
+    work: impl FnOnce(&ChapterScene<'_, f64>, &mut Marches<'_>) -> Result<R, Failure>,
 ) -> Result<R, Failure> {
-    let options =
-        SceneOptions { structure: StructureChoice::Canonical, time_step, ..SceneOptions::default() };
+    let options = SceneOptions { time_step, ..SceneOptions::default() };
     let failed = |error| Failure::file(name, error);
-    let sizes = Scene::<f64>::sizes(file, &options).map_err(failed)?;
+    let sizes = ChapterScene::<f64>::sizes(file).map_err(failed)?;
     let mut memory = vec![(vec![0.0; sizes.state], vec![0.0; sizes.loads]); count];
-    with_scene::<f64, _>(name, file, &options, |scene, _, _| {
+    with_chapter::<f64, _>(name, file, &options, |scene, _, _| {
         let mut marches = vec![];
         for (state, loads) in &mut memory {
-            let state = State::new(scene, state).map_err(failed)?;
-            marches.push((state, Loads::new(scene, loads).map_err(failed)?));
+            let state = ChapterState::new(scene, state).map_err(failed)?;
+            marches.push((state, ChapterLoads::new(scene, loads).map_err(failed)?));
         }
         work(scene, &mut marches)
     })
@@ -176,16 +176,19 @@ pub fn play(bytes: &[u8], tracks: &[Track], march: &March<'_>) -> Result<Played,
         let zero = vec![0.0; scene.n_modes()];
         let mut sum = Matrix::zeros(zero.len(), march.steps + 1);
         for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-            track.apply(scene, &factors(track, 0), loads)?;
+            track.apply(&factors(track, 0), &mut Body { scene, state: &mut *state, loads: &mut *loads })?;
             let failed = |error| Failure::file(march.name, error);
             scene.set(state, &zero, &zero, loads).map_err(failed)?;
         }
         for step in 0..march.steps {
             for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-                track.apply(scene, &factors(track, step), loads)?;
+                track.apply(
+                    &factors(track, step),
+                    &mut Body { scene, state: &mut *state, loads: &mut *loads },
+                )?;
                 match scene.step(state, loads) {
                     Ok(_) => {}
-                    Err(error @ StepError::OutsideAxis { .. }) => {
+                    Err(error @ ChapterStepError::OutsideAxis { .. }) => {
                         return Ok(Err(format!("left its ranges at step {}: {error}", step + 1)));
                     }
                     Err(error) => return Err(Failure::file(march.name, error)),

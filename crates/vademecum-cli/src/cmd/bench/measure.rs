@@ -11,7 +11,7 @@ use std::time::Instant;
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::dynamics::{INSTANTS, TimedLoad};
-use vademecum_eval::{Field, Scalar, Scene, SceneOptions, State, StructureChoice};
+use vademecum_eval::{Field, Scalar, SceneOptions, StructureChoice};
 use vademecum_format::{File, SectionKind};
 use vademecum_study::bench::{ReducedSolver, staged};
 
@@ -19,7 +19,7 @@ use super::candidates::{Group, Stepper};
 use super::canonical::with_marches;
 use crate::console::cancelled;
 use crate::failure::{Cause, Failure};
-use crate::player::{Track, with_scene};
+use crate::player::{Body, Playable, Track, with_scene};
 
 /// Steps of one burst: enough for the clock to be a small part, few enough for the slow ones to show.
 pub const BURST: usize = 32;
@@ -128,7 +128,7 @@ fn through_file<T: Scalar>(
     }
     with_scene::<T, _>(name, &file, &options, |scene, state, loads| {
         let full_height = vec![[1.0; 4]; track.contacts.len() + track.patterns.len()];
-        track.apply(scene, &full_height, loads)?;
+        track.apply(&full_height, &mut Body { scene, state: &mut *state, loads: &mut *loads })?;
         let mut failed = None;
         samples.step_ns.push(bursts(|| {
             if let Err(error) = scene.step(state, black_box(loads)) {
@@ -138,7 +138,7 @@ fn through_file<T: Scalar>(
         if let Some(error) = failed {
             return Err(Failure::file(name, error));
         }
-        reconstruct(name, &file, scene, state, samples)
+        reconstruct(name, &file, &Body { scene, state, loads }, samples)
     })
 }
 
@@ -153,8 +153,8 @@ fn canonical(name: &Path, bytes: &[u8], tracks: &[Track], samples: &mut Samples)
         })?;
     }
     with_marches(name, &file, None, tracks.len(), |scene, marches| {
-        for (track, (_, loads)) in tracks.iter().zip(&mut *marches) {
-            track.apply(scene, &vec![[1.0; 4]; track.contacts.len()], loads)?;
+        for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
+            track.apply(&vec![[1.0; 4]; track.contacts.len()], &mut Body { scene, state, loads })?;
         }
         samples.step_ns.push(bursts(|| {
             for (state, loads) in &mut *marches {
@@ -163,31 +163,31 @@ fn canonical(name: &Path, bytes: &[u8], tracks: &[Track], samples: &mut Samples)
                 }
             }
         }));
-        reconstruct(name, &file, scene, &marches[0].0, samples)
+        let (state, loads) = &mut marches[0];
+        reconstruct(name, &file, &Body { scene, state, loads }, samples)
     })
 }
 
 /// The whole body where the file holds it, the surface where not.
-fn reconstruct<T: Scalar>(
+fn reconstruct<B: Playable>(
     name: &Path,
     file: &File<'_>,
-    scene: &Scene<'_, T>,
-    state: &State<'_, T>,
+    body: &B,
     samples: &mut Samples,
 ) -> Result<(), Failure> {
     let metadata = file.metadata();
     let surface_only =
         metadata.n_nodes > metadata.n_surface_nodes && file.section(SectionKind::InteriorBasis).is_none();
     let nodes = if surface_only { metadata.n_surface_nodes } else { metadata.n_nodes };
-    let mut field = vec![T::ZERO; 3 * nodes as usize];
+    let mut field = vec![B::Number::ZERO; 3 * nodes as usize];
     let mut failed = None;
     samples.reconstruct_ms.extend(repeats(1e3, || {
         let result = if surface_only {
-            scene.surface_into(state, Field::Displacement, &mut field)
+            body.surface_into(Field::Displacement, &mut field)
         } else {
-            scene.body_into(state, Field::Displacement, &mut field)
+            body.body_into(Field::Displacement, &mut field)
         };
-        failed = failed.or(result.err());
+        failed = failed.take().or(result.err());
         black_box(&mut field);
     }));
     failed.map_or(Ok(()), |error| Err(Failure::file(name, error)))

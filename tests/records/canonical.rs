@@ -6,15 +6,16 @@
 
 use std::time::Instant;
 
-use vademecum_build::chapter::{ChapterMap, ChapterSetting, certify_chapter};
+use vademecum_build::chapter::{ChapterCertificate, ChapterMap, ChapterSetting, certify_chapter};
 use vademecum_build::dynamics::FullOrder;
+use vademecum_build::export::NodeOrder;
 use vademecum_build::input::{BasisKind, ChapterEntry, Problem, Repair};
 use vademecum_build::progress::Silent;
-use vademecum_eval::{Contact, SceneOptions, StructureChoice};
+use vademecum_eval::Contact;
 use vademecum_format::{Chapter, File};
 use vademecum_study::bench::Study;
 use vademecum_tests::program::repository;
-use vademecum_tests::stage::with_scene;
+use vademecum_tests::stage::with_chapter;
 
 const STEPS: usize = 2000;
 
@@ -74,8 +75,14 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
         let map = setting.with(options).separate(prepared, &basis).expect("a separation");
         rows.push((name, map, clock.elapsed().as_secs_f64()));
     }
-    let maps: Vec<&ChapterMap> = rows.iter().map(|row| &row.1).collect();
-    let certificates = certify_chapter(&maps, prepared, &full, &basis, study.runs(), STEPS, &Silent);
+    let measured = |map: &ChapterMap| {
+        study.canonical_bytes(&basis, map, &ChapterCertificate::of_maps(map)).expect("the writer takes it")
+    };
+    let bytes: Vec<Vec<u8>> = rows.iter().map(|row| measured(&row.1)).collect();
+    let files: Vec<(&ChapterMap, &[u8])> =
+        rows.iter().zip(&bytes).map(|(row, bytes)| (&row.1, &bytes[..])).collect();
+    let order = NodeOrder::new(&prepared.body);
+    let certificates = certify_chapter(&files, &order, prepared, &full, &basis, study.runs(), STEPS, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
         let bytes = study.canonical_bytes(&basis, map, &c).expect("the writer takes it");
         let nanoseconds = step_nanoseconds(&bytes);
@@ -97,8 +104,7 @@ fn step_nanoseconds(bytes: &[u8]) -> f64 {
     const BURST: usize = 50;
     let opened = File::parse(bytes).expect("a file");
     let node = Chapter::read(&opened).expect("sound").expect("present").positions().next().expect("one");
-    let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
-    with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
+    with_chapter::<f64, _>(bytes, |scene, state, loads| {
         let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1.0] };
         loads.add_contact(scene, &contact).expect("a contact");
         let mut burst = || {
