@@ -179,7 +179,7 @@ impl ChapterSetting {
         let options = self.options(stage.loads.ncols() + families.len() * basis.n_modes());
         let found = separate(&stage, &space, &mass, &options)?;
         let projected = self.projector.transpose() * &found.span;
-        let part = |part: &separation::CanonicalPart| {
+        let part = |part: &separation::SeparatedPart| {
             let axes = found.axes[part.axes.clone()].iter().zip(part.axes.clone());
             let terms = &projected * part.solution.blocks();
             let factors = (0..part.axes.len()).map(|a| part.solution.factors(a).to_owned()).collect();

@@ -89,11 +89,6 @@ impl Symbolic {
         self.pattern.n()
     }
 
-    /// Numbers one factor stores.
-    pub fn factor_len(&self) -> usize {
-        self.cholesky.len_val()
-    }
-
     /// Factorises a matrix, which is kept for refinement. One thread.
     ///
     /// # Errors

@@ -185,17 +185,6 @@ impl Pencil {
         SymmetricMatrix::combine(&[(m, &self.mass), (k, &self.stiffness)])
     }
 
-    /// `Σ_q m_q M_q + Σ_q k_q K_q`.
-    ///
-    /// # Panics
-    /// If the two slices do not hold one weight per region.
-    pub fn combine_regions(&self, m: &[f64], k: &[f64]) -> SymmetricMatrix {
-        assert!(m.len() == self.n_regions() && k.len() == self.n_regions());
-        let masses = m.iter().enumerate().map(|(q, &w)| (w, self.region_mass(q)));
-        let stiffnesses = k.iter().enumerate().map(|(q, &w)| (w, self.region_stiffness(q)));
-        SymmetricMatrix::combine(&masses.chain(stiffnesses).collect::<Vec<_>>())
-    }
-
     /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice gives it.
     ///
     /// # Panics

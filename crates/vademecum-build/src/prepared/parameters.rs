@@ -95,11 +95,6 @@ impl ParameterSpace {
         self.parameters.iter().any(|p| region_of(p.role).is_some())
     }
 
-    /// Whether the mass of single regions is live.
-    pub fn has_region_densities(&self) -> bool {
-        self.parameters.iter().any(|p| matches!(p.role, ParameterRole::RegionDensity { .. }))
-    }
-
     /// Range of a region's stiffness (or density) factor, if it is live.
     pub(crate) fn region_range(&self, region: usize, density: bool) -> Option<(f64, f64)> {
         let fits = |role: ParameterRole| match role {

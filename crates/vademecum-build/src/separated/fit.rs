@@ -8,9 +8,9 @@
 //! system over its own samples, a hundred times the work at 500 terms. Solved for corrections, so that a
 //! ridge moves nothing once the gradient is gone.
 
-use super::enrich::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
 use super::error::SeparatedError;
 use super::expansion::Expansion;
+use super::greedy::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
 use super::linalg::{add_product, norm, product, solve_semidefinite, thin_svd, transposed_product};
 use super::solution::Separated;
 use crate::linalg::Random;

@@ -1,4 +1,4 @@
-//! Errors of a canonical solution at random points, against exact answers in coordinates of their span.
+//! Errors of a separated stage at random points, against exact answers in coordinates of their span.
 
 use super::StageError;
 use super::inputs::{Inputs, Part, Span};

@@ -14,12 +14,12 @@ mod fresh;
 mod inputs;
 
 use crate::separated::axis::Axis;
-use crate::separated::enrich::{EnrichmentOptions, EnrichmentReport, enrich};
+use crate::separated::compress::Energy;
+use crate::separated::enrich::enrich;
 use crate::separated::error::{SeparatedError, check_len};
-use crate::separated::linalg::product;
-use crate::separated::problem::Space;
-use crate::separated::reduce::Energy;
+use crate::separated::greedy::{EnrichmentOptions, EnrichmentReport};
 use crate::separated::solution::Separated;
+use crate::separated::space::Space;
 use faer::Mat;
 use fresh::Fresh;
 use inputs::{Inputs, Span};
@@ -65,33 +65,8 @@ pub struct ChapterOptions {
     /// Start from the one-axis terms, one per right-hand side with its own functions and its own space solve, the largest
     /// `max_terms` of them, and enrich from there. Nothing is left to find when there is room for all.
     pub one_axis_start: bool,
-    /// Tolerance, limits, start and updates of the engine. `max_terms` counts both blocks together.
+    /// Tolerance, limits and updates of the engine. `max_terms` counts both blocks together.
     pub enrichment: EnrichmentOptions,
-}
-
-impl ChapterOptions {
-    /// The chapter's method.
-    pub fn chapter(tolerance: f64, max_terms: usize) -> ChapterOptions {
-        let enrichment = EnrichmentOptions {
-            tolerance,
-            max_terms,
-            update_sweeps: 0,
-            patience: 30,
-            ..EnrichmentOptions::default()
-        };
-        ChapterOptions {
-            scaled_coordinates: false,
-            separate_blocks: false,
-            one_axis_start: false,
-            enrichment,
-        }
-    }
-
-    /// All repairs.
-    pub fn repaired(tolerance: f64, max_terms: usize) -> ChapterOptions {
-        let enrichment = EnrichmentOptions { tolerance, max_terms, ..EnrichmentOptions::default() };
-        ChapterOptions { scaled_coordinates: true, separate_blocks: true, one_axis_start: true, enrichment }
-    }
 }
 
 /// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root mean square
@@ -106,22 +81,22 @@ pub struct StageError {
     pub load: f64,
 }
 
-/// Terms over some of the axes.
+/// Terms over some of the axes of a stage.
 #[derive(Clone, Debug)]
-pub struct CanonicalPart {
-    /// Which axes of [`Canonical::axes`].
+pub struct SeparatedPart {
+    /// Which axes of [`SeparatedStage::axes`].
     pub axes: std::ops::Range<usize>,
-    /// The terms; blocks are coordinates in [`Canonical::span`].
+    /// The terms; blocks are coordinates in [`SeparatedStage::span`].
     pub solution: Separated,
 }
 
 /// A separated stage: the sum of its parts.
 #[derive(Clone, Debug)]
-pub struct Canonical {
+pub struct SeparatedStage {
     /// Families in order, mode by mode; magnitude; components; position.
     pub axes: Vec<Axis>,
     /// All axes together, or state and load apart.
-    pub parts: Vec<CanonicalPart>,
+    pub parts: Vec<SeparatedPart>,
     /// `Q`, `(n_rows, k)`: what every space function is a combination of.
     pub span: Mat<f64>,
     /// Its error against the exact stage solve.
@@ -139,8 +114,8 @@ pub fn separate<S: Space>(
     space: &S,
     energy: &Energy<'_>,
     options: &ChapterOptions,
-) -> Result<Canonical, SeparatedError> {
-    check_len("operators of a canonical stage", 1, space.n_operators())?;
+) -> Result<SeparatedStage, SeparatedError> {
+    check_len("operators of a stage", 1, space.n_operators())?;
     let inputs = Inputs::new(stage, options.scaled_coordinates)?;
     let span = Span::new(space, &inputs.columns, energy)?;
     let fresh = Fresh::new(&inputs, &span, options.enrichment.seed);
@@ -166,31 +141,11 @@ pub fn separate<S: Space>(
             if options.one_axis_start { Some(part.one_axis_terms(&inputs, &span, max_terms)?) } else { None };
         let (found, report) = enrich(&problem, &engine, start.as_ref(), Some(&measure))?;
         solution = solution.concatenate(&part.embed(&inputs, &found)?)?;
-        found_parts.push(CanonicalPart { axes: part.axes.clone(), solution: found });
+        found_parts.push(SeparatedPart { axes: part.axes.clone(), solution: found });
         reports.push(report);
     }
     let error = fresh.stage_error(&inputs, &span, &solution);
-    Ok(Canonical { axes: inputs.axes, parts: found_parts, span: span.basis, error, reports })
-}
-
-impl Canonical {
-    /// Terms of all parts.
-    pub fn n_terms(&self) -> usize {
-        self.parts.iter().map(|part| part.solution.n_terms()).sum()
-    }
-
-    /// The field at a point of all axes: `(n_rows, 1)`.
-    ///
-    /// # Errors
-    /// As [`Separated::weights`].
-    pub fn evaluate(&self, point: &[f64]) -> Result<Mat<f64>, SeparatedError> {
-        check_len("coordinates of a point", self.axes.len(), point.len())?;
-        let mut coordinates = Mat::zeros(self.span.ncols(), 1);
-        for part in &self.parts {
-            coordinates += part.solution.evaluate(&point[part.axes.clone()])?;
-        }
-        Ok(product(self.span.as_ref(), coordinates.as_ref()))
-    }
+    Ok(SeparatedStage { axes: inputs.axes, parts: found_parts, span: span.basis, error, reports })
 }
 
 #[cfg(test)]
