@@ -317,3 +317,20 @@ fn nested_dissection(mut starts: Vec<i32>, mut neighbours: Vec<i32>) -> Option<V
     };
     (status == metis_sys::rstatus_et_METIS_OK).then_some(order)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_are_neighbours_where_any_of_their_dofs_meet() {
+        // Nodes 4 (x, y), 5 (x) and 9 (y): 4x meets 5x, 4y meets 9y.
+        let dof_nodes = [4, 4, 5, 9];
+        let couplings = [(0, 2), (2, 0), (1, 3), (3, 1)].map(|(i, j)| (i, j, 1.0));
+        let pencil = Pencil::from_triplets(4, &[], &couplings).unwrap();
+        let first = first_dofs(&dof_nodes);
+        assert_eq!(first, [0, 2, 3, 4]);
+        let (starts, neighbours) = node_graph(pencil.mass().pattern(), &dof_nodes, &first);
+        assert_eq!((starts, neighbours), (vec![0, 2, 3, 4], vec![1, 2, 0, 0]));
+    }
+}

@@ -248,3 +248,29 @@ fn check_symmetry(matrix: &SymmetricMatrix) -> Result<(), PencilError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triplets_add_up_on_one_pattern_with_the_diagonal() {
+        let mass = [(1, 1, 2.0), (0, 0, 1.0)];
+        let stiffness = [(2, 0, -1.0), (0, 0, 3.0), (0, 2, -0.5), (0, 2, -0.5), (0, 0, 4.0)];
+        let pencil = Pencil::from_triplets(3, &mass, &stiffness).unwrap();
+        let pattern = pencil.mass().pattern();
+        let rows: Vec<&[u32]> = (0..3).map(|j| pattern.rows_of(j)).collect();
+        assert_eq!(rows, [&[0, 2][..], &[1], &[0, 2]]);
+        assert_eq!(pencil.mass().values(), [1.0, 0.0, 2.0, 0.0, 0.0]);
+        assert_eq!(pencil.stiffness().values(), [7.0, -1.0, 0.0, -1.0, 0.0]);
+    }
+
+    #[test]
+    fn triplets_that_are_no_symmetric_matrix_are_refused() {
+        let refused = |entries: &[(u32, u32, f64)]| Pencil::from_triplets(2, entries, &[]).unwrap_err();
+        assert_eq!(refused(&[(0, 2, 1.0)]), PencilError::OutOfBounds { row: 0, column: 2, n: 2 });
+        assert_eq!(refused(&[(0, 1, f64::INFINITY)]), PencilError::NotFinite { row: 0, column: 1 });
+        assert_eq!(refused(&[(1, 0, 1.0)]), PencilError::NotSymmetric { row: 1, column: 0 });
+        assert!(matches!(refused(&[(1, 0, 1.0), (0, 1, 1.5)]), PencilError::NotSymmetric { .. }));
+    }
+}

@@ -125,7 +125,7 @@ pub fn prepare(
     let step = space.setting(&space.nominal()).step;
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     if problem.mesh.matrices.is_some() {
-        watch.stage("factorise mass and stiffness", || check_definite(body.model.pencil(), &symbolic))?;
+        watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
     }
     Ok(Prepared { body, symbolic, scheme, space, step })
 }
