@@ -96,9 +96,7 @@ impl Runs {
 
 /// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all before.
 pub(crate) fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
-    let mut candidates: Vec<u32> = body.loadable.iter().flatten().copied().collect();
-    candidates.sort_unstable();
-    candidates.dedup();
+    let mut candidates = body.load_nodes.clone();
     let free = |node: &u32| (0..3).any(|c| body.model.dofs().free(3 * *node as usize + c).is_some());
     candidates.retain(free);
     let position = |node: u32| body.model.mesh().nodes[node as usize];

@@ -39,7 +39,11 @@ impl UnseenLoads {
         let mut random = Random::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let load = |column| {
-            let nodes = body.loadable[random.below(body.loadable.len())];
+            // A body without triangles is loaded at nodes.
+            let nodes = match body.loadable.len() {
+                0 => [body.load_nodes[random.below(body.load_nodes.len())]; 3],
+                triangles => body.loadable[random.below(triangles)],
+            };
             let (a, b) = (random.uniform(), random.uniform());
             let weights = [1.0 - a.max(b), a.min(b), (a - b).abs()];
             let force = unit(std::array::from_fn(|_| random.uniform() - 0.5));

@@ -28,7 +28,7 @@ impl NodeOrder {
         let n = body.model.mesh().nodes.len();
         let mut part = vec![INTERIOR; n];
         body.surface.iter().flatten().for_each(|&node| part[node as usize] = 1);
-        body.loadable.iter().flatten().for_each(|&node| part[node as usize] = 0);
+        body.load_nodes.iter().for_each(|&node| part[node as usize] = 0);
         let mut nodes: Vec<u32> = (0..n as u32).collect();
         let places = curve::places(&body.model.mesh().nodes);
         nodes.sort_by_key(|&node| (part[node as usize], places[node as usize], node));

@@ -5,6 +5,8 @@
 
 use std::collections::HashMap;
 
+use faer::{MatMut, MatRef};
+
 use super::assembly::element_nodes;
 use super::element::{EDGES, ElementKernel, cross};
 use super::model::Model;
@@ -92,8 +94,14 @@ fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
 
 impl Model {
     /// `∫ ρ N_a b` for a uniform acceleration `b`, m/s² (gravity, or minus the acceleration of the frame).
+    ///
+    /// Without elements it is `M a`, with `a` the rigid translation over the free dofs. That leaves out what held dofs
+    /// would add, and is the same integral where no held dof shares an entry of the mass with a free one.
     pub fn body_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
         let mesh = self.mesh();
+        if mesh.elements.is_empty() {
+            return self.translation_load(acceleration);
+        }
         let kernel = ElementKernel::new(mesh.order);
         let n = kernel.n_nodes();
         let mut mass = vec![0.0; n * n];
@@ -110,6 +118,17 @@ impl Model {
                 self.add_nodal_force(node, acceleration.map(|b| weight * b), &mut load);
             }
         }
+        load
+    }
+
+    /// `M a`.
+    fn translation_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
+        let of_dof = |&dof: &u32| acceleration[dof as usize % 3];
+        let rigid: Vec<f64> = self.dofs().dof_of_free().iter().map(of_dof).collect();
+        let n = rigid.len();
+        let mut load = vec![0.0; n];
+        let column = MatMut::from_column_major_slice_mut(&mut load, n, 1);
+        self.pencil().mass().mul_into(MatRef::from_column_major_slice(&rigid, n, 1), column);
         load
     }
 

@@ -90,13 +90,15 @@ impl SymmetricMatrix {
         &self.values
     }
 
+    /// Entry `(row, column)`; `None` where the pattern has no place.
+    pub(crate) fn get(&self, row: usize, column: usize) -> Option<f64> {
+        let at = self.pattern.rows_of(column).binary_search(&(row as u32)).ok()?;
+        Some(self.values[self.pattern.range(column).start + at])
+    }
+
     /// Diagonal entry `j`.
     pub fn diagonal(&self, j: usize) -> f64 {
-        let rows = self.pattern.rows_of(j);
-        match rows.binary_search(&(j as u32)) {
-            Ok(at) => self.values[self.pattern.range(j).start + at],
-            Err(_) => 0.0,
-        }
+        self.get(j, j).unwrap_or(0.0)
     }
 
     /// `Σ_i w_i A_i` on the common pattern, summed in the given order.

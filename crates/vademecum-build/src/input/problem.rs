@@ -61,13 +61,13 @@ pub struct Problem {
     pub canonical: Option<ChapterEntry>,
     /// Where the mesh comes from.
     pub mesh: MeshSource,
-    /// Materials; the first that names a region wins, `"*"` stands for all.
-    #[serde(rename = "material")]
+    /// Materials; the first that names a region wins, `"*"` stands for all. None beside matrices, which have them in them.
+    #[serde(rename = "material", default)]
     pub materials: Vec<MaterialEntry>,
     /// Rayleigh damping.
     #[serde(default)]
     pub damping: DampingEntry,
-    /// Supports; at least one.
+    /// Supports; none beside matrices, whose rows are the free dofs.
     #[serde(rename = "support", default)]
     pub supports: Vec<SupportEntry>,
     /// Where and how the body can be loaded.
@@ -104,7 +104,7 @@ fn si_units() -> String {
     "SI: m, kg, s, N, Pa".into()
 }
 
-/// Where the mesh comes from: exactly one of `file`, `tables` and `block`.
+/// Where the mesh comes from: exactly one of `file`, `tables`, `block` and `matrices`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSource {
@@ -114,6 +114,8 @@ pub struct MeshSource {
     pub tables: Option<TablesSource>,
     /// A generated block.
     pub block: Option<BlockSource>,
+    /// The matrices of another program instead of a mesh.
+    pub matrices: Option<MatricesSource>,
     /// Factor on all coordinates.
     #[serde(default = "one")]
     pub scale: f64,
@@ -140,6 +142,22 @@ pub struct TablesSource {
     pub coordinates: PathBuf,
     /// One element per line: its nodes.
     pub connectivity: PathBuf,
+}
+
+/// A model that another program has assembled: its matrices over the free dofs, and what their rows are.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MatricesSource {
+    /// Mass, a Matrix Market file.
+    pub mass: PathBuf,
+    /// Stiffness, the same.
+    pub stiffness: PathBuf,
+    /// What each row is: `row,node,component,x,y,z`.
+    pub dofs: PathBuf,
+    /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of `dofs`.
+    pub nodes: Option<PathBuf>,
+    /// Triangles of the surface by node number, outward; absent: no surface, and forces act on nodes.
+    pub triangles: Option<PathBuf>,
 }
 
 /// A block `[0, lengths]` cut into cells of six tetrahedra.

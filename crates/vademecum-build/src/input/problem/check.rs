@@ -6,7 +6,11 @@ use crate::input::toml_file::TomlError;
 impl Problem {
     pub(super) fn check(&self) -> Result<(), ProblemError> {
         self.check_mesh()?;
-        self.check_materials()?;
+        if self.mesh.matrices.is_some() {
+            self.check_matrices()?;
+        } else {
+            self.check_materials()?;
+        }
         for (i, support) in self.supports.iter().enumerate() {
             let held = !support.components.is_empty();
             self.require(
@@ -25,14 +29,38 @@ impl Problem {
 
     fn check_mesh(&self) -> Result<(), ProblemError> {
         let mesh = &self.mesh;
-        let given = mesh.file.is_some() as u8 + mesh.tables.is_some() as u8 + mesh.block.is_some() as u8;
-        self.require(given == 1, "mesh", given, "exactly one of `file`, `tables` and `block`")?;
+        let given =
+            [mesh.file.is_some(), mesh.tables.is_some(), mesh.block.is_some(), mesh.matrices.is_some()];
+        let given = given.iter().filter(|&&given| given).count();
+        self.require(given == 1, "mesh", given, "exactly one of `file`, `tables`, `block` and `matrices`")?;
         self.require(positive(mesh.scale), "mesh.scale", mesh.scale, "a positive number")?;
         if let Some(block) = &mesh.block {
             let lengths = block.lengths.iter().all(|&l| positive(l));
             self.require(lengths, "mesh.block.lengths", block.lengths, "three positive lengths")?;
             let cells = block.divisions.iter().all(|&d| d >= 1);
             self.require(cells, "mesh.block.divisions", block.divisions, "three counts of at least 1")?;
+        }
+        Ok(())
+    }
+
+    /// What needs elements is refused beside matrices, which have none.
+    fn check_matrices(&self) -> Result<(), ProblemError> {
+        const BESIDE: &str = "present beside `mesh.matrices`";
+        let regions = self.mesh.regions.is_empty();
+        self.require(regions, "mesh.region", BESIDE, "none: matrices have one region, `body`")?;
+        let materials = self.materials.is_empty();
+        self.require(materials, "material", BESIDE, "none: the matrices have the materials in them")?;
+        let supports = self.supports.is_empty();
+        self.require(
+            supports,
+            "support",
+            BESIDE,
+            "none: a dof without a row in `mesh.matrices.dofs` is held",
+        )?;
+        for (i, pattern) in self.load.patterns.iter().enumerate() {
+            let body_force = pattern.traction.is_none() && pattern.pressure.is_none();
+            let expected = "`acceleration`: traction and pressure need the facets of elements";
+            self.require(body_force, &format!("load.pattern[{i}]"), BESIDE, expected)?;
         }
         Ok(())
     }
