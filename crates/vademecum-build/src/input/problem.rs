@@ -592,5 +592,13 @@ impl Problem {
     }
 }
 
+impl Problem {
+    /// Options of the chapter's representation, if it is asked for.
+    pub fn chapter(&self) -> Option<ChapterEntry> {
+        let asked = self.representation == Representation::Canonical;
+        asked.then(|| self.canonical.clone().unwrap_or_default())
+    }
+}
+
 #[cfg(test)]
 mod tests;

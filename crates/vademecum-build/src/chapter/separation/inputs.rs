@@ -1,6 +1,6 @@
 //! A stage as the engine takes it: axes, one-axis functions, and the span of all exact answers.
 
-use super::ChapterStage;
+use super::stage::ChapterStage;
 use crate::separated::axis::{Axis, AxisKind};
 use crate::separated::compress::{Energy, EnergyBasis};
 use crate::separated::error::{SeparatedError, check_len};

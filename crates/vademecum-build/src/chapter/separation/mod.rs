@@ -12,6 +12,9 @@
 
 mod fresh;
 mod inputs;
+mod stage;
+
+pub use stage::{ChapterStage, StageError, StateFamily};
 
 use crate::separated::axis::Axis;
 use crate::separated::compress::Energy;
@@ -23,36 +26,6 @@ use crate::separated::space::Space;
 use faer::Mat;
 use fresh::Fresh;
 use inputs::{Inputs, Span};
-
-/// Coordinates of one kind: all ζ, all ζ̇, or the third family of the stage.
-#[derive(Clone, Debug)]
-pub struct StateFamily {
-    /// Name of the axes, to which the number of the mode is added.
-    pub name: String,
-    /// Unit of the unscaled coordinate.
-    pub unit: String,
-    /// Range of each coordinate in its unit, as the snapshots give it.
-    pub ranges: Vec<(f64, f64)>,
-    /// What turns the coordinate into a scaled one: 1, Δt or Δt².
-    pub scale: f64,
-    /// Right-hand sides per unit of the *scaled* coordinate, `(n_rows, n_modes)`: `(h_M M + h_K K) φ_j`.
-    pub columns: Mat<f64>,
-}
-
-/// One stage to be separated, in the form `A u = …` multiplied by Δt², as the scheme table has it.
-#[derive(Clone, Debug)]
-pub struct ChapterStage {
-    /// The three families, in the order of the state.
-    pub families: Vec<StateFamily>,
-    /// Range of the load's magnitude, N. It should hold 0, a body without load.
-    pub magnitude: (f64, f64),
-    /// Ranges of the load's components, each an axis; empty when every position has its one direction.
-    pub components: Vec<(f64, f64)>,
-    /// Right-hand sides of a unit load, `(n_rows, n_positions · max(1, components))`, components of a position adjacent.
-    pub loads: Mat<f64>,
-    /// Points of a hat grid on a state axis, at least 2. (Magnitude and components have 2: the map is linear.)
-    pub points: usize,
-}
 
 /// What is done about the chapter's weaknesses; with everything off it is the chapter.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,18 +40,6 @@ pub struct ChapterOptions {
     pub one_axis_start: bool,
     /// Tolerance, limits and updates of the engine. `max_terms` counts both blocks together.
     pub enrichment: EnrichmentOptions,
-}
-
-/// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root mean square
-/// of the error over root mean square of the exact map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StageError {
-    /// State and load together.
-    pub total: f64,
-    /// Without load; NaN when the magnitude cannot be 0.
-    pub state: f64,
-    /// Load on a body at rest; NaN when a coordinate cannot be 0.
-    pub load: f64,
 }
 
 /// Terms over some of the axes of a stage.
