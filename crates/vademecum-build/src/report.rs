@@ -53,7 +53,8 @@ pub struct CertificateReport {
     pub floor_ratio: f64,
     /// See `floor_ratio`.
     pub absolute: f64,
-    /// Allowed error of the stage maps over live parameters, root mean square; ten times that at the worst point.
+    /// Allowed error of the stage maps over live parameters, root mean square; ten times that at the worst
+    /// point.
     pub map: f64,
 }
 

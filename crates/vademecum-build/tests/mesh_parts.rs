@@ -289,8 +289,8 @@ fn partitioned_entities_keep_their_groups() {
     assert_eq!(read_text("parts.msh", text).unwrap().regions[0].tag, 4);
 }
 
-/// One VTU file per encoding: the arrays of two tetrahedra, inline or appended, plain or compressed, both header widths
-/// and byte orders.
+/// One VTU file per encoding: the arrays of two tetrahedra, inline or appended, plain or compressed, both
+/// header widths and byte orders.
 fn encoded_vtu(wide: bool, big: bool, compressed: bool, appended: Option<&str>) -> Vec<u8> {
     use base64::{Engine as _, engine::general_purpose::STANDARD};
     use std::io::Write as _;

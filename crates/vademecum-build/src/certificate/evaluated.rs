@@ -14,7 +14,8 @@ use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
 use crate::progress::{Cancelled, Listener};
 
-/// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`] at most.
+/// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`]
+/// at most.
 const FREE_RUN_WORK: usize = 1_000_000_000;
 /// See [`FREE_RUN_WORK`].
 const FREE_RUN_STEPS: usize = 100_000;
@@ -54,10 +55,11 @@ struct March<'m> {
     trajectories: Vec<Trajectory<'m>>,
 }
 
-/// Marches the unseen loads full order beside the structures of a file, each bound to its options, and measures all of them.
+/// Marches the unseen loads full order beside the structures of a file, each bound to its options, and
+/// measures all of them.
 ///
-/// `bytes` is the whole file and `order` its order of nodes; `mass` is the mass matrix of the problem file, in which `basis` is
-/// orthonormal and errors are measured. Map errors are not measured here; they are NaN.
+/// `bytes` is the whole file and `order` its order of nodes; `mass` is the mass matrix of the problem file,
+/// in which `basis` is orthonormal and errors are measured. Map errors are not measured here; they are NaN.
 ///
 /// # Errors
 /// [`CertificateError`]: a full-order march that fails or is stopped, a file the evaluator refuses.
@@ -149,7 +151,8 @@ impl<'m> March<'m> {
         })
     }
 
-    /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at its start.
+    /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at
+    /// its start.
     fn free_run_energy(&mut self, listener: &dyn Listener) -> Result<f64, CertificateError> {
         let r = self.scene.n_modes();
         let steps = (FREE_RUN_WORK / (9 * r * r)).min(FREE_RUN_STEPS);

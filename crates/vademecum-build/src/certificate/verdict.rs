@@ -19,7 +19,8 @@ pub struct StructureReport {
     pub spectral_radius: f64,
     /// Largest energy of a free run over the energy at its start.
     pub energy_ratio: f64,
-    /// Relative error of the stage maps at fresh points, root mean square (of the solve alone at fixed parameters).
+    /// Relative error of the stage maps at fresh points, root mean square (of the solve alone at fixed
+    /// parameters).
     pub map_error_rms: f64,
     /// The same at the worst point.
     pub map_error_max: f64,
@@ -42,8 +43,8 @@ impl StructureReport {
         }
     }
 
-    /// Steps for which the trajectory keeps a tolerance, estimated from this one march, which is why it is no condition of a build: 0 where
-    /// the march missed it, infinite where nothing was seen beyond the floor.
+    /// Steps for which the trajectory keeps a tolerance, estimated from this one march, which is why it is no
+    /// condition of a build: 0 where the march missed it, infinite where nothing was seen beyond the floor.
     pub fn good_for_steps(&self, floor_ratio: f64, absolute: f64) -> f64 {
         let Self { steps, trajectory_error: error, projection_floor: floor, .. } = *self;
         Measured { steps, error, floor, floor_ratio, absolute }.good_for_steps()
@@ -61,8 +62,8 @@ impl StructureReport {
     }
 }
 
-/// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of `Bζ` may swing a
-/// little where the full-order field is not quite `Bζ` (live regions).
+/// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of
+/// `Bζ` may swing a little where the full-order field is not quite `Bζ` (live regions).
 pub const BOUNDED: f64 = 1.05;
 
 /// The trajectory farthest above its floor.

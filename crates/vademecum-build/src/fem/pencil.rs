@@ -1,7 +1,8 @@
-//! The pair `(M, K)` over the free dofs: all that dynamics, reduction and the vademecum need to know of a body.
+//! The pair `(M, K)` over the free dofs: all that dynamics, reduction and the vademecum need to know of a
+//! body.
 //!
-//! `M = Σ_q M_q` and `K = Σ_q K_q`, one term per material region, all on one pattern. With one region the total is the
-//! term and is stored once.
+//! `M = Σ_q M_q` and `K = Σ_q K_q`, one term per material region, all on one pattern. With one region the
+//! total is the term and is stored once.
 
 use std::sync::Arc;
 
@@ -105,7 +106,8 @@ impl Pencil {
         Pencil::from_triplets(n, &entries(mass), &entries(stiffness))
     }
 
-    /// A pencil of size `n` from `(row, column, value)` entries of both triangles; repeated entries add up in order.
+    /// A pencil of size `n` from `(row, column, value)` entries of both triangles; repeated entries add up in
+    /// order.
     ///
     /// # Errors
     /// As [`Pencil::from_matrices`].
@@ -124,7 +126,8 @@ impl Pencil {
         Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None })
     }
 
-    /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects nodes.
+    /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects
+    /// nodes.
     ///
     /// # Panics
     /// If there is not one node per dof.
@@ -168,7 +171,8 @@ impl Pencil {
         SymmetricMatrix::combine(&[(m, &self.mass), (k, &self.stiffness)])
     }
 
-    /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice gives it.
+    /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice
+    /// gives it.
     ///
     /// # Panics
     /// If the two slices do not hold one weight per region.

@@ -1,8 +1,8 @@
 //! The problem file: what a build is asked for (normative: `formats/problem-1.md`).
 //!
-//! A problem is read whole or refused: unknown keys, missing keys and impossible values are errors that name the
-//! file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in the mesh
-//! are resolved when the model is built.
+//! A problem is read whole or refused: unknown keys, missing keys and impossible values are errors that name
+//! the file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in
+//! the mesh are resolved when the model is built.
 
 mod chapter;
 mod check;
@@ -61,7 +61,8 @@ pub struct Problem {
     pub canonical: Option<ChapterEntry>,
     /// Where the mesh comes from.
     pub mesh: MeshSource,
-    /// Materials; the first that names a region wins, `"*"` stands for all. None beside matrices, which have them in them.
+    /// Materials; the first that names a region wins, `"*"` stands for all. None beside matrices, which have
+    /// them in them.
     #[serde(rename = "material", default)]
     pub materials: Vec<MaterialEntry>,
     /// Rayleigh damping.
@@ -154,7 +155,8 @@ pub struct MatricesSource {
     pub stiffness: PathBuf,
     /// What each row is: `row,node,component,x,y,z`.
     pub dofs: PathBuf,
-    /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of `dofs`.
+    /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of
+    /// `dofs`.
     pub nodes: Option<PathBuf>,
     /// Triangles of the surface by node number, outward; absent: no surface, and forces act on nodes.
     pub triangles: Option<PathBuf>,
@@ -266,7 +268,8 @@ pub enum Component {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadEntry {
-    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free surface.
+    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free
+    /// surface.
     pub surface: Option<Selection>,
     /// Distributed loads with an amplitude each.
     #[serde(rename = "pattern", default)]
@@ -426,7 +429,8 @@ pub struct Tolerances {
     /// Steps of the certificate's unseen runs.
     #[serde(default = "default_steps")]
     pub steps: usize,
-    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the worst point.
+    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the
+    /// worst point.
     #[serde(default = "default_map")]
     pub map: f64,
     /// Most terms of the separated solution.
@@ -526,7 +530,8 @@ pub struct ParameterEntry {
     /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
     #[serde(default = "every_region")]
     pub region: String,
-    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value itself.
+    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value
+    /// itself.
     pub range: [f64; 2],
     /// How values are spread over the range.
     #[serde(default)]

@@ -90,10 +90,12 @@ impl Stages<'_> {
         Ok(Certified { vademecum: Vademecum::Fixed(responses), certificate, separation: None })
     }
 
-    /// The separated solution and its certificate; with `repair`, as often as it takes to make the step stable.
+    /// The separated solution and its certificate; with `repair`, as often as it takes to make the step
+    /// stable.
     ///
-    /// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection (without), and either
-    /// is stable as it is: what makes the separated step unstable is what the terms miss. So the repair is more terms.
+    /// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection
+    /// (without), and either is stable as it is: what makes the separated step unstable is what the terms
+    /// miss. So the repair is more terms.
     fn parametric(
         &self,
         problem: &Problem,
@@ -143,8 +145,8 @@ impl Stages<'_> {
         })
     }
 
-    /// The block structure over the box; the diagonal structure, closed form in every parameter it allows, at the values of the
-    /// problem file.
+    /// The block structure over the box; the diagonal structure, closed form in every parameter it allows, at
+    /// the values of the problem file.
     fn over_box(
         &self,
         problem: &Problem,

@@ -1,4 +1,5 @@
-//! From the problem to the body: the model with its supports, its loadable surface, its load patterns and its probes.
+//! From the problem to the body: the model with its supports, its loadable surface, its load patterns and its
+//! probes.
 //!
 //! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
 
@@ -104,7 +105,8 @@ pub struct Body {
     pub surface: Vec<[u32; 3]>,
     /// Linear triangles contacts may touch, by mesh node; a subset of `surface` in its order.
     pub loadable: Vec<[u32; 3]>,
-    /// Nodes forces may act on, ascending: those of `loadable`, or of a body without triangles the chosen ones.
+    /// Nodes forces may act on, ascending: those of `loadable`, or of a body without triangles the chosen
+    /// ones.
     pub load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,

@@ -74,8 +74,8 @@ impl Prepared {
         FullOrder::new(pencil, &self.symbolic, &self.scheme, self.step.time_step, self.rayleigh())
     }
 
-    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What matters is the
-    /// loss over a second; over a period \[s\] where that is longer.
+    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What
+    /// matters is the loss over a second; over a period \[s\] where that is longer.
     pub fn note_numerical_damping(&self, period: f64, listener: &dyn Listener) {
         let dt = self.step.time_step;
         let damping = numerical_damping(&self.scheme, std::f64::consts::TAU * dt / period, 0.0);
@@ -92,7 +92,8 @@ impl Prepared {
     }
 }
 
-/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at them.
+/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at
+/// them.
 impl Hashed for Prepared {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.with(&self.body.model)
@@ -130,8 +131,8 @@ pub fn prepare(
     Ok(Prepared { body, symbolic, scheme, space, step })
 }
 
-/// The mass and the stiffness of a held solid are positive definite as they are assembled; matrices from elsewhere may be
-/// anything.
+/// The mass and the stiffness of a held solid are positive definite as they are assembled; matrices from
+/// elsewhere may be anything.
 fn check_definite(pencil: &Pencil, symbolic: &Symbolic) -> Result<(), PrepareError> {
     for (key, matrix) in [("mass", pencil.mass()), ("stiffness", pencil.stiffness())] {
         symbolic.factorize(matrix.clone()).map_err(|source| PrepareError::NotDefinite { key, source })?;

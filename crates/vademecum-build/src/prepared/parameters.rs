@@ -1,7 +1,8 @@
 //! Live parameters: which of them are free, and what they do to the model.
 //!
-//! A [`ParameterSpace`] is the box of the user's parameters; a [`Setting`] is one point of it, resolved to what the model
-//! needs. Which axes a separated solution takes over the box is another question (`parametric`).
+//! A [`ParameterSpace`] is the box of the user's parameters; a [`Setting`] is one point of it, resolved to
+//! what the model needs. Which axes a separated solution takes over the box is another question
+//! (`parametric`).
 
 use vademecum_format::ParameterRole;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
@@ -62,8 +63,8 @@ impl ParameterSpace {
     /// A coefficient of damping that the problem leaves out stands at the middle of its parameter's range.
     ///
     /// # Errors
-    /// [`BodyError::Region`] for a region the mesh does not have, [`BodyError::Nominal`] for a range without the
-    /// problem's own value.
+    /// [`BodyError::Region`] for a region the mesh does not have, [`BodyError::Nominal`] for a range without
+    /// the problem's own value.
     pub fn new(problem: &Problem, mesh: &Mesh, rayleigh: Rayleigh) -> Result<Self, BodyError> {
         let mut fixed = StepParameters {
             time_step: problem.time.step,
@@ -160,7 +161,8 @@ impl ParameterSpace {
         (0..count).map(|_| self.parameters.iter().map(&mut value).collect()).collect()
     }
 
-    /// Smallest and largest θ of all stages over the box: θ is monotone in every parameter, so the corners have them.
+    /// Smallest and largest θ of all stages over the box: θ is monotone in every parameter, so the corners
+    /// have them.
     ///
     /// # Errors
     /// If a parameter is unusable for the scheme.

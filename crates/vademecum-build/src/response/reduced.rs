@@ -1,4 +1,5 @@
-//! The fused reduced step in its two structures, as the evaluator will march it, for certificates and comparisons.
+//! The fused reduced step in its two structures, as the evaluator will march it, for certificates and
+//! comparisons.
 
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::SchemeTable;

@@ -26,14 +26,16 @@ pub struct ChapterStage {
     pub magnitude: (f64, f64),
     /// Ranges of the load's components, each an axis; empty when every position has its one direction.
     pub components: Vec<(f64, f64)>,
-    /// Right-hand sides of a unit load, `(n_rows, n_positions · max(1, components))`, components of a position adjacent.
+    /// Right-hand sides of a unit load, `(n_rows, n_positions · max(1, components))`, components of a
+    /// position adjacent.
     pub loads: Mat<f64>,
-    /// Points of a hat grid on a state axis, at least 2. (Magnitude and components have 2: the map is linear.)
+    /// Points of a hat grid on a state axis, at least 2. (Magnitude and components have 2: the map is
+    /// linear.)
     pub points: usize,
 }
 
-/// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root mean square
-/// of the error over root mean square of the exact map.
+/// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root
+/// mean square of the error over root mean square of the exact map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageError {
     /// State and load together.

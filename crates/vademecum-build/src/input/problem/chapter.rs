@@ -1,4 +1,5 @@
-//! `representation` and `[canonical]`: which form the stage maps are written in, and what is done about the chapter's.
+//! `representation` and `[canonical]`: which form the stage maps are written in, and what is done about the
+//! chapter's.
 
 use serde::Deserialize;
 
