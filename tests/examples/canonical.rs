@@ -86,7 +86,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
     let maps: Vec<&ChapterMap> = rows.iter().map(|row| &row.1).collect();
     let certificates = certify_chapter(&maps, prepared, &full, &basis, study.runs(), STEPS, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
-        let bytes = study.canonical_bytes(&basis, map, &c).expect("the writer takes it");
+        let bytes = study.chapter_bytes(&basis, map, &c).expect("the writer takes it");
         let nanoseconds = step_nanoseconds(&bytes);
         let errors: Vec<String> =
             c.stages.iter().map(|e| format!("{:.1e} ({:.0e})", e.total, e.load)).collect();

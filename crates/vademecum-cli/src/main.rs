@@ -6,12 +6,14 @@ macro_rules! println {
     ($($text:tt)*) => { $crate::console::show(format_args!($($text)*)) };
 }
 
+mod arguments;
 mod cmd;
 mod console;
 mod failure;
+mod files;
+mod html;
 mod pictures;
-mod player;
-mod separation;
+mod print;
 
 use std::process::ExitCode;
 

@@ -30,9 +30,9 @@ pub struct Chart<'a> {
 }
 
 /// Points of one method in a [`scatter`].
-pub struct Cloud<'a> {
+pub struct Cloud {
     /// Shown in the legend.
-    pub name: &'a str,
+    pub name: String,
     /// Points (x, y), joined in this order, each with a word beside it.
     pub points: Vec<(f64, f64, String)>,
 }
@@ -107,7 +107,7 @@ pub fn dot_chart(path: &Path, chart: &Chart<'_>, log_x: bool, series: &[Series<'
 
 /// Writes points on two logarithmic axes, those of one cloud joined by a thin line, and `front` as a wide pale line behind
 /// them. Points that are not positive are left out.
-pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud<'_>], front: &[(f64, f64)]) -> DrawResult {
+pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> DrawResult {
     let usable = |p: &&(f64, f64, String)| p.0.is_finite() && p.1.is_finite() && p.0 > 0.0 && p.1 > 0.0;
     let all: Vec<&(f64, f64, String)> = clouds.iter().flat_map(|c| c.points.iter().filter(usable)).collect();
     if all.is_empty() {
@@ -132,19 +132,14 @@ pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud<'_>], front: &[(f
         context.draw_series(LineSeries::new(points.iter().map(|p| (p.0, p.1)), color.stroke_width(1)))?;
         context
             .draw_series(points.iter().map(|p| Circle::new((p.0, p.1), 4, style)))?
-            .label(cloud.name)
+            .label(cloud.name.as_str())
             .legend(move |(x, y)| Circle::new((x + 12, y), 4, style));
         let word = |p: &&(f64, f64, String)| {
             EmptyElement::at((p.0, p.1)) + Text::new(p.2.clone(), (6, -12), ("sans-serif", 12))
         };
         context.draw_series(points.iter().map(word))?;
     }
-    context
-        .configure_series_labels()
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .label_font(("sans-serif", 14))
-        .draw()?;
+    legend(&mut context)?;
     root.present()?;
     Ok(())
 }
@@ -210,6 +205,21 @@ where
     Ok(context)
 }
 
+/// The names of all series, each beside its mark.
+fn legend<X, Y>(context: &mut Axes<'_, X, Y>) -> DrawResult
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    context
+        .configure_series_labels()
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.4))
+        .label_font(("sans-serif", 14))
+        .draw()?;
+    Ok(())
+}
+
 fn draw<X, Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
 where
     X: AsRangedCoord<Value = f64>,
@@ -245,12 +255,7 @@ where
         });
     }
     if series.len() > 1 {
-        context
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.4))
-            .label_font(("sans-serif", 14))
-            .draw()?;
+        legend(&mut context)?;
     }
     root.present()?;
     Ok(())

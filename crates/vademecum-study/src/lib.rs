@@ -5,8 +5,18 @@
 
 pub mod bench;
 pub mod compare;
+pub mod contents;
 mod error;
+pub mod export;
+pub mod free_run;
+pub mod modes;
+pub mod player;
+pub mod run;
 pub mod scenario;
+pub mod separation;
+mod statistics;
 pub mod target;
+pub mod timings;
+pub mod verify;
 
-pub use error::StudyError;
+pub use error::{FileError, StudyError};

@@ -4,9 +4,7 @@
 
 use faer::{Mat, MatRef};
 
-use vademecum_build::dynamics::FullOrder;
-use vademecum_build::dynamics::Interval;
-use vademecum_build::dynamics::{MarchError, TimedLoad, march_full_order};
+use vademecum_build::dynamics::{FullOrder, Interval, MarchError, TimedLoad, march_full_order};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
 
@@ -35,7 +33,7 @@ pub(super) fn march(
 /// both sides, without which a scheme of second order is one of first order. `tie` \[s\] is short against a step.
 ///
 /// Each load becomes two of half its size, the second one `tie` later (but from the start if it acts at time zero).
-pub fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
+pub(super) fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
     let halves = |load: &TimedLoad| {
         let force: Vec<f64> = load.force.iter().map(|f| 0.5 * f).collect();
         let late = Interval {
@@ -49,7 +47,7 @@ pub fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
 }
 
 /// A trajectory as errors are measured from it: the mass norm is known once.
-pub struct Reference {
+pub(super) struct Reference {
     /// Displacement at each instant, shape (n, instants).
     pub displacement: Mat<f64>,
     /// `M u`, same shape.
@@ -91,7 +89,7 @@ impl Reference {
 ///
 /// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the floor keeps its
 /// digits however small the rest is.
-pub struct Projection {
+pub(super) struct Projection {
     /// `BᵀMu`, shape (r, instants).
     coordinates: Mat<f64>,
     floor: f64,
@@ -114,12 +112,12 @@ impl Projection {
 }
 
 /// `√Σ‖u − w‖²_M` of two trajectories, both (n, instants).
-pub fn distance(mass: &SymmetricMatrix, u: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
+pub(super) fn distance(mass: &SymmetricMatrix, u: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
     norm(mass, w.ncols(), |start, count| u.subcols(start, count) - w.subcols(start, count))
 }
 
 /// `√Σ‖Bζ − B'ζ'‖²_M` of two pairs of columns and coordinates over the same instants.
-pub fn distance_on_bases(
+pub(super) fn distance_on_bases(
     mass: &SymmetricMatrix,
     [(basis, zeta), (other, other_zeta)]: [(&Mat<f64>, &Mat<f64>); 2],
 ) -> f64 {
@@ -137,4 +135,12 @@ fn norm(mass: &SymmetricMatrix, instants: usize, columns: impl Fn(usize, usize) 
         (0..columns.ncols()).map(|j| columns.col(j).transpose() * weighted.col(j)).sum::<f64>()
     };
     (0..instants).step_by(AT_ONCE).map(squared).sum::<f64>().sqrt()
+}
+
+/// Every `stride`-th instant of a trajectory.
+pub(super) fn thinned(trajectory: &Mat<f64>, stride: usize) -> Mat<f64> {
+    let columns = trajectory.ncols().div_ceil(stride);
+    let mut out = Mat::zeros(trajectory.nrows(), columns);
+    (0..columns).for_each(|j| out.col_mut(j).copy_from(trajectory.col(stride * j)));
+    out
 }

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use vademecum_build::certificate::StructureReport;
-use vademecum_eval::Structure;
+use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
+use vademecum_study::timings::machine;
 
+use super::Content;
 use super::figures::{Figures, hertz, listed, size};
-use super::{Content, measure};
-use crate::cmd::view::escaped;
+use crate::html::escaped;
 
 const STYLE: &str = include_str!("../../../assets/report.css");
 
@@ -58,7 +59,7 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
 fn summary(content: &Content<'_>) -> String {
     let m = content.file.metadata();
     let step = content.timings.step[1][0];
-    let lowest = content.modes.iter().map(|mode| mode[0]).fold(f64::INFINITY, f64::min);
+    let lowest = content.modes.iter().map(|mode| mode.frequency_hz).fold(f64::INFINITY, f64::min);
     format!(
         "<p class=\"lead\">This file steps a body of {} nodes ({} displacement components) with {} numbers of state. Its lowest \
          mode swings at {}. A step of {} takes {} on this machine: {} times faster than real time.</p>\n",
@@ -95,7 +96,9 @@ fn body(content: &Content<'_>) -> String {
 fn basis(content: &Content<'_>) -> String {
     let mut rows = String::new();
     for (k, mode) in content.modes.iter().enumerate() {
-        let [frequency, _, share, material, scheme, period] = mode.map(figure);
+        let ModeRow { frequency_hz, energy, physical_damping, numerical_damping, .. } = *mode;
+        let cells = [frequency_hz, energy, physical_damping, numerical_damping, mode.period_elongation];
+        let [frequency, share, material, scheme, period] = cells.map(figure);
         let _ = writeln!(
             rows,
             "<tr><td>{}</td><td>{frequency}</td><td>{share}</td><td>{material}</td><td>{scheme}</td><td>{period}</td></tr>",
@@ -138,14 +141,14 @@ fn certificate(content: &Content<'_>) -> String {
          components and all steps, in the norm of the mass. An error close to its floor says that more could be gained only with \
          more modes. The scene takes the cheaper structure that keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
          <table><thead><tr><th></th><th>diagonal structure</th><th>block structure</th></tr></thead>\n<tbody>\n{}</tbody></table></div>\n{repairs}",
-        if content.timings.structure == Structure::Diagonal { "diagonal" } else { "block" },
+        content.timings.structure,
         rows.concat()
     )
 }
 
 fn full_order(content: &Content<'_>) -> String {
     let Some(verified) = &content.verified else { return String::new() };
-    let r = &verified.report;
+    let r = &verified.figures;
     table(&[
         ("steps", r.steps.to_string()),
         ("free components", r.dofs.to_string()),
@@ -237,7 +240,7 @@ fn timings(content: &Content<'_>) -> String {
     });
     format!(
         "<p>Measured when this report was written, in one thread of {}. A step is the median over bursts of 32.</p>\n{rows}{build}",
-        escaped(&measure::machine())
+        escaped(&machine())
     )
 }
 
