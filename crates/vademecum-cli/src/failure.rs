@@ -90,8 +90,9 @@ impl Failure {
     }
 }
 
-/// The error, its causes, the remedy. A cause whose text is part of its error's is left out: a stage within a stage may name
-/// the same thing, as `the separated solution over the parameters` and `the separated solution` do.
+/// The error, its causes, the remedy. A cause whose text is part of its error's is left out: a stage within a
+/// stage may name the same thing, as `the separated solution over the parameters` and
+/// `the separated solution` do.
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "error: ")?;
@@ -210,7 +211,8 @@ fn remedy_of_rewriting(error: &RewriteError) -> &'static str {
         RewriteError::NothingToStrip { .. } => "use the file as it is",
         RewriteError::TooLarge { .. } => "if you trust the file, `unpack --limit` allows more",
         _ => {
-            "the file was damaged after it was written, or not written by this program: copy or build it again"
+            "the file was damaged after it was written, or not written by this program: copy or build it \
+             again"
         }
     }
 }
@@ -218,7 +220,8 @@ fn remedy_of_rewriting(error: &RewriteError) -> &'static str {
 impl From<ToleranceMissed> for Failure {
     fn from(error: ToleranceMissed) -> Self {
         Self::new(Cause::Tolerance, error).remedy(
-            "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to write it all the same",
+            "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to \
+             write it all the same",
         )
     }
 }

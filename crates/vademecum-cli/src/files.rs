@@ -19,14 +19,15 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|error| Failure::io(path, error))
 }
 
-/// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk matters.
+/// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk
+/// matters.
 pub fn open(path: &Path, copy: bool) -> Result<Mapped, Failure> {
     let opened = if copy { Mapped::copy(path) } else { Mapped::open(path) };
     opened.map_err(|error| Failure::file(path, error))
 }
 
-/// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a damaged basis would
-/// pass for physics. A packed file is decoded into `memory` first.
+/// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a
+/// damaged basis would pass for physics. A packed file is decoded into `memory` first.
 pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped, memory: &'a mut Vec<u8>) -> Result<File<'a>, Failure> {
     let failed = |error: FormatError| {
         Failure::file(path, error).remedy("the file was damaged after it was built: copy or build it again")

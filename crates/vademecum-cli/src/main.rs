@@ -1,6 +1,7 @@
 //! `vademecum`: from a mesh to a stepped vademecum, on the command line.
 
-/// Prints a line of results. Shadows the standard macro, which panics when the reader has gone (`vademecum info | head`).
+/// Prints a line of results. Shadows the standard macro, which panics when the reader has gone
+/// (`vademecum info | head`).
 macro_rules! println {
     () => { $crate::console::show(format_args!("")) };
     ($($text:tt)*) => { $crate::console::show(format_args!($($text)*)) };

@@ -59,7 +59,8 @@ pub fn print_report(report: &BuildReport) {
     }
     if let Some(s) = &report.separation {
         println!(
-            "\nseparated: {} terms on axes of {:?} points, from {} full-order solves ({} vectors); stopped by {}",
+            "\nseparated: {} terms on axes of {:?} points, from {} full-order solves ({} vectors); stopped \
+             by {}",
             s.terms, s.axis_points, s.samples, s.reduced_size, s.stop
         );
         let block = report.certificate.block.as_ref();

@@ -1,7 +1,7 @@
 //! A scenario at full order beside the reduced coordinates another program marched: what `verify` rests on.
 //!
-//! The basis is what a file shows, and rounding has cost it its orthonormality: with `G = BᵀMB = LLᵀ` the same field is `(BL⁻ᵀ)(Lᵀζ)`, in an
-//! orthonormal basis of the same span.
+//! The basis is what a file shows, and rounding has cost it its orthonormality: with `G = BᵀMB = LLᵀ` the
+//! same field is `(BL⁻ᵀ)(Lᵀζ)`, in an orthonormal basis of the same span.
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par, Side};

@@ -1,7 +1,7 @@
 //! Why a study ended without its figures.
 //!
-//! No error here names the vademecum file it is about: a study is handed bytes and does not know where they came from. The
-//! caller, who knows, puts the name in front of a [`FileError`].
+//! No error here names the vademecum file it is about: a study is handed bytes and does not know where they
+//! came from. The caller, who knows, puts the name in front of a [`FileError`].
 
 use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;

@@ -1,4 +1,5 @@
-//! A model as other programs march it: matrices, loads, a reduced basis, and what a march needs to know beside them.
+//! A model as other programs march it: matrices, loads, a reduced basis, and what a march needs to know
+//! beside them.
 
 use serde::Serialize;
 use vademecum_build::Matrix;
@@ -81,8 +82,8 @@ pub struct ExportedModel {
 }
 
 impl ExportedModel {
-    /// Makes a problem's matrices, a basis of so many modes, and the loads of a scenario; without one, of [`Study::push`]. Of
-    /// the scenario's steps at most `steps` are to be marched.
+    /// Makes a problem's matrices, a basis of so many modes, and the loads of a scenario; without one, of
+    /// [`Study::push`]. Of the scenario's steps at most `steps` are to be marched.
     ///
     /// # Errors
     /// [`StudyError`]: as the build it starts as; a scenario that does not fit the problem.

@@ -21,8 +21,8 @@ pub struct FreeRun {
 const STEPS: usize = 200_000;
 const POINTS: usize = 1000;
 
-/// Lets go of a body that was pushed, and of one bent in its lowest mode with the energy ½. `lambdas` are the Rayleigh
-/// quotients of the modes \[rad²/s²\].
+/// Lets go of a body that was pushed, and of one bent in its lowest mode with the energy ½. `lambdas` are the
+/// Rayleigh quotients of the modes \[rad²/s²\].
 ///
 /// # Errors
 /// [`StudyError::File`]: a file that the evaluator refuses.
@@ -59,7 +59,8 @@ pub(crate) fn loadable(file: &File<'_>) -> bool {
     file.metadata().n_load_nodes > 0 || file.metadata().n_patterns > 0
 }
 
-/// A contact at the loadable node that the modes move most, or the first load pattern of a file without contacts.
+/// A contact at the loadable node that the modes move most, or the first load pattern of a file without
+/// contacts.
 pub(crate) fn push<T: Scalar>(
     file: &File<'_>,
     scene: &Scene<'_, T>,

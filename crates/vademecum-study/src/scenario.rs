@@ -1,6 +1,7 @@
 //! The scenario file: which loads act when (normative: `formats/scenario-1.md`).
 //!
-//! A scenario knows nothing of meshes or modes, so the full-order solver and the evaluator march the same one.
+//! A scenario knows nothing of meshes or modes, so the full-order solver and the evaluator march the same
+//! one.
 
 use std::path::Path;
 

@@ -47,7 +47,8 @@ pub fn repairs(file: &File<'_>) -> Result<Vec<String>, FileError> {
     lines(file, SectionKind::Repairs)
 }
 
-/// Places of the parameters by how closely `ln |1 − ρ|` follows them: by the square of their correlation, largest first.
+/// Places of the parameters by how closely `ln |1 − ρ|` follows them: by the square of their correlation,
+/// largest first.
 pub fn most_followed(parameters: &[Parameter<'_>], radii: &[RadiusSample]) -> Vec<usize> {
     let margin: Vec<f64> =
         radii.iter().map(|s| (1.0 - s.spectral_radius).abs().max(f64::MIN_POSITIVE).ln()).collect();

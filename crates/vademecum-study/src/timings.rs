@@ -49,7 +49,8 @@ fn seconds(mut work: impl FnMut() -> Result<(), StudyError>) -> Result<f64, Stud
     }
 }
 
-/// Times opening the file at `path`, and binding, stepping and reading the surface of `file`, which is the same one.
+/// Times opening the file at `path`, and binding, stepping and reading the surface of `file`, which is the
+/// same one.
 ///
 /// # Errors
 /// [`StudyError::File`]: a file that cannot be opened, or that the evaluator refuses.

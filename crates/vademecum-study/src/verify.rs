@@ -1,7 +1,7 @@
 //! A scenario through a file beside the same scenario at full order.
 //!
-//! A file knows its nodes by their ids in the mesh, so the model of the problem it was built from can be asked for the same
-//! loads, the same probes and the norm that errors are measured in.
+//! A file knows its nodes by their ids in the mesh, so the model of the problem it was built from can be
+//! asked for the same loads, the same probes and the norm that errors are measured in.
 
 use std::collections::HashMap;
 
@@ -81,8 +81,8 @@ struct Shown {
 /// Marches the scenario through the file and at full order, and compares them.
 ///
 /// # Errors
-/// [`StudyError::File`]: a file of another mesh, or one that the evaluator refuses; [`StudyError::NoPattern`],
-/// [`StudyError::ForeignPattern`]; a full-order march that fails or is stopped.
+/// [`StudyError::File`]: a file of another mesh, or one that the evaluator refuses;
+/// [`StudyError::NoPattern`], [`StudyError::ForeignPattern`]; a full-order march that fails or is stopped.
 pub fn verify(
     file: &File<'_>,
     options: &PlayOptions,

@@ -23,7 +23,8 @@ Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What th
 pub struct Bench {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
-    /// The scenario file (TOML); for the demo's beam the demo's, for a problem a push held for 200 of 2 000 steps.
+    /// The scenario file (TOML); for the demo's beam the demo's, for a problem a push held for 200 of 2 000
+    /// steps.
     #[arg(long)]
     scenario: Option<PathBuf>,
     /// Folder for the results; made if missing.
@@ -38,7 +39,8 @@ pub struct Bench {
     /// Steps of the reference march in one of the problem's [default: 8; with --quick 4].
     #[arg(long, value_parser = clap::value_parser!(u16).range(2..=256))]
     split: Option<u16>,
-    /// Map tolerances of files with a live stiffness, 8 to 16 modes each [default: 1e-3,1e-5,1e-7; with --quick none].
+    /// Map tolerances of files with a live stiffness, 8 to 16 modes each [default: 1e-3,1e-5,1e-7; with
+    /// --quick none].
     #[arg(long, value_delimiter = ',')]
     tolerance: Vec<f64>,
     /// Fewer modes and steps, one time scheme, no live stiffness, fewer repetitions.

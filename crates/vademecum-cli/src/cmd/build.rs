@@ -33,13 +33,15 @@ pub struct Build {
     /// Write the file even if no structure keeps the tolerance; its certificate says so.
     #[arg(long)]
     keep_missed: bool,
-    /// Folder for finished stages, kept after the build too [default: OUTPUT.work, removed once the file is written].
+    /// Folder for finished stages, kept after the build too [default: OUTPUT.work, removed once the file is
+    /// written].
     #[arg(long, value_name = "DIR")]
     work: Option<PathBuf>,
     /// Compute every stage anew, whatever is kept.
     #[arg(long)]
     fresh: bool,
-    /// Where the step over live parameters is unstable, add terms until it is stable; report and file say what was done.
+    /// Where the step over live parameters is unstable, add terms until it is stable; report and file say
+    /// what was done.
     #[arg(long)]
     repair: bool,
 }

@@ -24,7 +24,8 @@ use crate::print::{json, print_report, print_verification};
 /// Steps of the long run.
 const MANY: usize = 1_000_000;
 
-/// Builds a cantilever, writes its file, steps it a million times and compares it with the full-order solution.
+/// Builds a cantilever, writes its file, steps it a million times and compares it with the full-order
+/// solution.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum demo -o demo")]

@@ -26,7 +26,8 @@ enum What {
     Matrices(Matrices),
 }
 
-/// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and what the march needs to know.
+/// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and what the march needs
+/// to know.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum export matrices -o matrices                         the demo's beam and scenario

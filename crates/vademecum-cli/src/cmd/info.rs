@@ -28,7 +28,8 @@ pub struct Info {
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Print how many terms of the separated solution keep its maps within this relative error, such as 1e-3 (reads all load rows).
+    /// Print how many terms of the separated solution keep its maps within this relative error, such as 1e-3
+    /// (reads all load rows).
     #[arg(long, value_name = "TOLERANCE")]
     terms_for: Option<f64>,
 }
@@ -101,7 +102,8 @@ struct Certificates {
     trajectory_error_max: f64,
     trajectory_floor_max: f64,
     energy_ratio_max: f64,
-    /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its axes, `null` where nothing was seen beyond the floor.
+    /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its
+    /// axes, `null` where nothing was seen beyond the floor.
     good_for_steps: Option<f64>,
     /// What `build --repair` did, in order; empty where nothing had to be repaired.
     repairs: Vec<String>,
@@ -276,7 +278,8 @@ impl Contents {
         {
             if let Some(c) = certificate {
                 println!(
-                    "certificate, {name}: error {:.3e}, floor {:.3e} (ratio {:.3}) over {} steps; spectral radius 1 {:+.1e}; energy ratio {:.9}",
+                    "certificate, {name}: error {:.3e}, floor {:.3e} (ratio {:.3}) over {} steps; spectral \
+                     radius 1 {:+.1e}; energy ratio {:.9}",
                     c.trajectory_error,
                     c.projection_floor,
                     c.floor_ratio,
@@ -361,7 +364,8 @@ fn endurance(steps: f64) -> String {
     format!("the tolerance is good for about {steps:.1e} steps at least, by the drift seen")
 }
 
-/// From the stored errors and the tolerance of the stored problem; absent without either, or when it is without end.
+/// From the stored errors and the tolerance of the stored problem; absent without either, or when it is
+/// without end.
 fn good_for_steps(problem: &str, worst: &StructureReport) -> Option<f64> {
     let tolerance = Problem::parse(problem, "problem", PathBuf::new()).ok()?.tolerance;
     Some(worst.good_for_steps(tolerance.floor_ratio, tolerance.absolute)).filter(|steps| steps.is_finite())

@@ -1,4 +1,5 @@
-//! `vademecum report`: one page that shows a build to someone who did not make it, with its figures beside it.
+//! `vademecum report`: one page that shows a build to someone who did not make it, with its figures beside
+//! it.
 
 mod build_times;
 mod figures;

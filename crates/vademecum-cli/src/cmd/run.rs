@@ -34,10 +34,12 @@ pub struct Run {
     /// Time step \[s\]; the file's if absent (diagonal structure only).
     #[arg(long)]
     time_step: Option<f64>,
-    /// Only the first so many terms of the separated solution; `info --terms-for` tells how many a tolerance takes.
+    /// Only the first so many terms of the separated solution; `info --terms-for` tells how many a tolerance
+    /// takes.
     #[arg(long)]
     terms: Option<usize>,
-    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite it in place.
+    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite
+    /// it in place.
     #[arg(long)]
     copy: bool,
 }

@@ -69,7 +69,8 @@ impl Strip {
         write_file(&self.output, &stripped, bytes.len())?;
         if let Some(terms) = dropped_terms {
             println!(
-                "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with `verify`",
+                "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with \
+                 `verify`",
                 terms.left, terms.before, terms.error_rms, terms.error_max
             );
         }

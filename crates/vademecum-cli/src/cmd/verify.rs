@@ -15,7 +15,8 @@ use crate::failure::Failure;
 use crate::files::{open, read_file, whole_file};
 use crate::print::{print_json, print_verification};
 
-/// Marches a scenario full order and through the file, and prints how far apart they are; or checks the file alone.
+/// Marches a scenario full order and through the file, and prints how far apart they are; or checks the file
+/// alone.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum verify body.vdm --problem body.toml --scenario push.toml --json

@@ -1,7 +1,8 @@
 //! `vademecum view`: the body in a browser, stepped there by the evaluator itself.
 //!
-//! One page serves both ways: from a small local server the page fetches the file, in an exported page the file is inside. The
-//! page, its modules and the WebAssembly evaluator are part of the program (`assets/`), so nothing is asked of the network.
+//! One page serves both ways: from a small local server the page fetches the file, in an exported page the
+//! file is inside. The page, its modules and the WebAssembly evaluator are part of the program (`assets/`),
+//! so nothing is asked of the network.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -71,7 +72,8 @@ pub struct View {
     /// Write one self-contained page, file included, instead of serving.
     #[arg(long, value_name = "PAGE.html")]
     export: Option<PathBuf>,
-    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite it in place.
+    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite
+    /// it in place.
     #[arg(long)]
     copy: bool,
 }
@@ -150,15 +152,16 @@ impl Content<'_> {
         };
         let head = format!(
             "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
-             X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: close\r\n\r\n",
+             X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: \
+             close\r\n\r\n",
             body.len()
         );
         stream.write_all(head.as_bytes())?;
         stream.write_all(body)
     }
 
-    /// Status, type and body for a request head. Only our own names for this machine are answered: another site that makes its
-    /// name point here shall not read the file.
+    /// Status, type and body for a request head. Only our own names for this machine are answered: another
+    /// site that makes its name point here shall not read the file.
     fn content(&self, head: &str) -> (&'static str, &'static str, &[u8]) {
         let mut lines = head.split("\r\n");
         let mut request = lines.next().unwrap_or_default().split(' ');

@@ -14,7 +14,8 @@ use super::study::{Study, Timed};
 use crate::error::StudyError;
 use crate::verify::{file_nodes, free_basis};
 
-/// Relative error of fields that the quantised file may bring, and the level it is packed with: what is shipped.
+/// Relative error of fields that the quantised file may bring, and the level it is packed with: what is
+/// shipped.
 const QUANTISED: f64 = 1e-4;
 const ZSTD_LEVEL: i32 = 19;
 

@@ -1,4 +1,5 @@
-//! Every way to get the answer to one scenario: timed by turns, marched, and measured against one fine full-order march.
+//! Every way to get the answer to one scenario: timed by turns, marched, and measured against one fine
+//! full-order march.
 
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{FullOrder, SchemeKind, TimedLoad};
@@ -186,7 +187,8 @@ impl Comparison<'_> {
         Ok(Solver { scheme: *scheme, full: self.study.full_order(&table, time_step)? })
     }
 
-    /// What all errors are measured from: the problem's scheme with a fine step, loads at their mean where they jump.
+    /// What all errors are measured from: the problem's scheme with a fine step, loads at their mean where
+    /// they jump.
     fn fine_march(&self, scheme: SchemeKind) -> Result<Matrix, StudyError> {
         self.listener.stage(&format!("march full order, {scheme}, Δt/{}", self.split));
         let solver = self.solver(&scheme, self.dt() / self.split as f64)?;
@@ -206,8 +208,8 @@ impl Comparison<'_> {
         self.study.march(&solver.full.value, parts, loads, self.march.steps / times, self.listener)
     }
 
-    /// How far a scheme is from the fine march, as files sample the loads (known) and, unless `quick`, with loads at their
-    /// mean.
+    /// How far a scheme is from the fine march, as files sample the loads (known) and, unless `quick`, with
+    /// loads at their mean.
     fn scheme_distance(
         &self,
         solver: &Solver<'_>,

@@ -1,7 +1,8 @@
 //! The chapter's representation against ours at equal time: the best of our rows that steps no slower.
 //!
-//! Ours are the files on the default basis, whatever their structure and number of modes; of some that are equally close the
-//! fastest. Where the chapter superposes marches, a step of one of them is what ours may take: a comparison in its favour.
+//! Ours are the files on the default basis, whatever their structure and number of modes; of some that are
+//! equally close the fastest. Where the chapter superposes marches, a step of one of them is what ours may
+//! take: a comparison in its favour.
 
 use serde::Serialize;
 use vademecum_build::input::BasisKind;

@@ -1,11 +1,13 @@
-//! The error of a method and its parts: a chain from the fine full-order march to the method, one thing changed per link.
+//! The error of a method and its parts: a chain from the fine full-order march to the method, one thing
+//! changed per link.
 //!
 //! ```text
-//! fine full order ─time─ full order at Δt ─space─ on the basis ─separation─ summed from terms ─rounding─ in f32
+//! fine full order ─time─ full order at Δt ─space─ on the basis ─separation─ from terms ─rounding─ in f32
 //! ```
 //!
-//! Each part is the distance between two neighbours and the total that between the ends, all in the mass norm over all dofs
-//! and instants and relative to the fine march: the total is at most the sum of the parts, and they may cancel.
+//! Each part is the distance between two neighbours and the total that between the ends, all in the mass norm
+//! over all dofs and instants and relative to the fine march: the total is at most the sum of the parts, and
+//! they may cancel.
 
 use serde::Serialize;
 use vademecum_build::Matrix;
@@ -28,7 +30,8 @@ pub struct Errors {
     pub error_total: f64,
     /// From the fine march to full order at Δt; 0 where nothing is discrete in time.
     pub error_time: f64,
-    /// From full order at Δt to the basis, in f64 and without terms; from the fine march where nothing is discrete in time.
+    /// From full order at Δt to the basis, in f64 and without terms; from the fine march where nothing is
+    /// discrete in time.
     pub error_space: Option<f64>,
     /// From solved responses to terms over the live parameters.
     pub error_separation: Option<f64>,

@@ -1,7 +1,7 @@
 //! Which of some points of time and error no other beats.
 
-/// Points are on the front if no faster one comes within this factor of their error: digits that differ behind the second
-/// figure are no reason to step slower.
+/// Points are on the front if no faster one comes within this factor of their error: digits that differ
+/// behind the second figure are no reason to step slower.
 pub(super) const BETTER: f64 = 0.99;
 
 /// The points (time, error) that no other point beats in both, fastest first.

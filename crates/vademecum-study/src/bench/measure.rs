@@ -1,8 +1,8 @@
 //! Times of the online work: binding, steps, fields.
 //!
-//! Steps are timed in bursts under loads at full height, so that nothing comes to rest; a sample is a burst's time over its
-//! steps. Methods, full order included, take turns, round after round, so that what else the machine does falls on all of
-//! them and a ratio can be taken within a round.
+//! Steps are timed in bursts under loads at full height, so that nothing comes to rest; a sample is a burst's
+//! time over its steps. Methods, full order included, take turns, round after round, so that what else the
+//! machine does falls on all of them and a ratio can be taken within a round.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -139,7 +139,8 @@ fn through_file<T: Scalar>(
     })
 }
 
-/// A step of every march. One that leaves its ranges starts anew: a step costs the same wherever the state is.
+/// A step of every march. One that leaves its ranges starts anew: a step costs the same wherever the state
+/// is.
 fn chapter(bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), StudyError> {
     let file = File::parse(bytes)?;
     for _ in 0..REPEATS {
@@ -225,7 +226,8 @@ impl Samples {
         range.1 / range.0 - 1.0
     }
 
-    /// How many times as long a step of `other` takes: the median over the rounds of the ratio within a round.
+    /// How many times as long a step of `other` takes: the median over the rounds of the ratio within a
+    /// round.
     pub fn times_faster_than(&self, other: &Samples) -> f64 {
         let ratios = self.round_medians().into_iter().zip(other.round_medians());
         median(ratios.map(|(own, other)| other / own).collect())

@@ -277,7 +277,8 @@ impl Method {
         SceneOptions { structure: self.way.structure(), time_step, ..SceneOptions::default() }
     }
 
-    /// Its coordinates from rest at the instants kept, the start included; shape (r, instants). Or why it has none.
+    /// Its coordinates from rest at the instants kept, the start included; shape (r, instants). Or why it has
+    /// none.
     pub fn play(&self, march: &March<'_>, listener: &dyn Listener) -> Result<Played, StudyError> {
         let all = self.play_all(march, listener)?;
         Ok(if march.stride == 1 { all } else { all.map(|all| thinned(&all, march.stride)) })

@@ -63,7 +63,8 @@ pub struct Study {
 }
 
 impl Study {
-    /// Assembles the model and takes the snapshots of the problem's plan, for bases of up to `max_modes` modes.
+    /// Assembles the model and takes the snapshots of the problem's plan, for bases of up to `max_modes`
+    /// modes.
     ///
     /// Live parameters of the problem are left out: everything is compared at the values of the problem file.
     ///
@@ -139,7 +140,8 @@ impl Study {
         self.prepare_seconds
     }
 
-    /// Seconds of the snapshots and their decomposition: in the offline time of every method but natural modes.
+    /// Seconds of the snapshots and their decomposition: in the offline time of every method but natural
+    /// modes.
     pub fn snapshot_seconds(&self) -> f64 {
         self.snapshot_seconds
     }
@@ -164,7 +166,8 @@ impl Study {
         })
     }
 
-    /// The full-order solves of the stages projected on a basis: what the block structure and [`TwoStage`] are made of.
+    /// The full-order solves of the stages projected on a basis: what the block structure and [`TwoStage`]
+    /// are made of.
     ///
     /// # Errors
     /// [`StudyError`]: a stage that does not factorise.
@@ -172,8 +175,8 @@ impl Study {
         Timed::of(|| Ok(stage_responses(&self.prepared, basis)?))
     }
 
-    /// The bytes of a file with this basis: with responses the block structure, without them the diagonal structure
-    /// alone. Its certificate is empty.
+    /// The bytes of a file with this basis: with responses the block structure, without them the diagonal
+    /// structure alone. Its certificate is empty.
     ///
     /// # Errors
     /// [`StudyError`]: numbers a file cannot hold.
@@ -185,8 +188,9 @@ impl Study {
         Timed::of(|| self.encode(basis, Form { block: responses.map(BlockTerms::fixed), ..Form::default() }))
     }
 
-    /// The bytes of a file with this basis in which one stiffness stays live, between half and twice the problem's: that of the
-    /// first region, of the whole body where there is one. With them the number of terms.
+    /// The bytes of a file with this basis in which one stiffness stays live, between half and twice the
+    /// problem's: that of the first region, of the whole body where there is one. With them the number of
+    /// terms.
     ///
     /// # Errors
     /// [`StudyError`]: a separation that fails, numbers a file cannot hold.
@@ -283,8 +287,8 @@ impl Study {
         Timed::of(|| Ok(FullOrder::new(pencil, &self.prepared.symbolic, scheme, time_step, rayleigh)?))
     }
 
-    /// Marches loads full order from rest and keeps the displacement \[m\] at `steps` instants and the start, `split` steps of
-    /// the solver apart; shape (n, steps + 1).
+    /// Marches loads full order from rest and keeps the displacement \[m\] at `steps` instants and the start,
+    /// `split` steps of the solver apart; shape (n, steps + 1).
     ///
     /// # Errors
     /// [`StudyError`]: a march that is stopped.
@@ -299,8 +303,8 @@ impl Study {
         Ok(trajectory::march(full, split, loads, steps, listener)?)
     }
 
-    /// What a body is pushed with where no scenario is given: an oblique push on the middle one of the loadable triangles, 200
-    /// steps long, and 1 800 steps free.
+    /// What a body is pushed with where no scenario is given: an oblique push on the middle one of the
+    /// loadable triangles, 200 steps long, and 1 800 steps free.
     pub fn push(&self) -> Scenario {
         let body = &self.prepared.body;
         let corners =

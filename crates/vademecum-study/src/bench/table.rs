@@ -40,8 +40,8 @@ pub struct BenchTable {
 }
 
 impl BenchTable {
-    /// Distance of the fine march from the most natural modes, each moved exactly: what is left of its own time error, and the
-    /// modes not taken.
+    /// Distance of the fine march from the most natural modes, each moved exactly: what is left of its own
+    /// time error, and the modes not taken.
     pub fn exact_motion(&self) -> Option<f64> {
         let exact = self.methods.iter().filter(|row| row.name.way() == Some(Way::ExactMotion));
         exact.max_by_key(|row| row.modes).map(|row| row.errors.error_total)
@@ -57,7 +57,8 @@ pub struct SchemeDistance {
     pub time_step: f64,
     /// Relative L2 over all dofs and steps, mass norm, loads sampled as files sample them.
     pub error: f64,
-    /// The same with loads that jump on an instant taken at the mean of both sides; absent in a quick comparison.
+    /// The same with loads that jump on an instant taken at the mean of both sides; absent in a quick
+    /// comparison.
     pub error_mean_at_jumps: Option<f64>,
 }
 

@@ -11,8 +11,8 @@ use vademecum_build::progress::Listener;
 /// Columns compared at once: enough for the product with `M` to be bound by the columns and not by `M`.
 const AT_ONCE: usize = 32;
 
-/// Displacement of a march from rest \[m\], `split` steps of `full` for each of the `steps` instants kept, the start
-/// included; shape (n, steps + 1).
+/// Displacement of a march from rest \[m\], `split` steps of `full` for each of the `steps` instants kept,
+/// the start included; shape (n, steps + 1).
 pub(super) fn march(
     full: &FullOrder<'_>,
     split: usize,
@@ -29,10 +29,12 @@ pub(super) fn march(
     Ok(displacement)
 }
 
-/// The same loads, each at half its height where it jumps: an instant of the march that falls on a jump takes the mean of
-/// both sides, without which a scheme of second order is one of first order. `tie` \[s\] is short against a step.
+/// The same loads, each at half its height where it jumps: an instant of the march that falls on a jump takes
+/// the mean of both sides, without which a scheme of second order is one of first order. `tie` \[s\] is short
+/// against a step.
 ///
-/// Each load becomes two of half its size, the second one `tie` later (but from the start if it acts at time zero).
+/// Each load becomes two of half its size, the second one `tie` later (but from the start if it acts at time
+/// zero).
 pub(super) fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
     let halves = |load: &TimedLoad| {
         let force: Vec<f64> = load.force.iter().map(|f| 0.5 * f).collect();
@@ -87,8 +89,8 @@ impl Reference {
 
 /// A trajectory projected on an M-orthonormal basis.
 ///
-/// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the floor keeps its
-/// digits however small the rest is.
+/// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the
+/// floor keeps its digits however small the rest is.
 pub(super) struct Projection {
     /// `BᵀMu`, shape (r, instants).
     coordinates: Mat<f64>,
@@ -126,7 +128,8 @@ pub(super) fn distance_on_bases(
     })
 }
 
-/// `√Σ_j x_jᵀ M x_j` over the columns of a trajectory that is given some instants at a time: the first, how many.
+/// `√Σ_j x_jᵀ M x_j` over the columns of a trajectory that is given some instants at a time: the first, how
+/// many.
 fn norm(mass: &SymmetricMatrix, instants: usize, columns: impl Fn(usize, usize) -> Mat<f64>) -> f64 {
     let squared = |start: usize| {
         let columns = columns(start, AT_ONCE.min(instants - start));

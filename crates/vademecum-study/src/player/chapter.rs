@@ -1,7 +1,7 @@
 //! The chapter's structure, played: all that this crate knows of its scene.
 //!
-//! Its maps have an axis for the node that a load stands at, so a contact is moved to the nearest of those nodes. Its
-//! other axes end, so a march can leave them.
+//! Its maps have an axis for the node that a load stands at, so a contact is moved to the nearest of those
+//! nodes. Its other axes end, so a march can leave them.
 
 use vademecum_build::certificate::spectral_radius;
 use vademecum_build::chapter::ChapterReport;
@@ -90,8 +90,9 @@ pub fn left_ranges(error: StepError) -> Result<String, FileError> {
     }
 }
 
-/// Spectral radius of the step: of the map as the evaluator marches it, but for the chapter's structure, whose axes unit
-/// states are far off, the one that the build found by linearising the step. NaN where a file does not keep it.
+/// Spectral radius of the step: of the map as the evaluator marches it, but for the chapter's structure,
+/// whose axes unit states are far off, the one that the build found by linearising the step. NaN where a file
+/// does not keep it.
 ///
 /// # Errors
 /// [`StudyError`]: a file that the evaluator refuses, eigenvalues that do not converge.

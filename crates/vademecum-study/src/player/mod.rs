@@ -1,7 +1,7 @@
 //! Plays a scenario through the evaluator: the same for a run, a verification and a comparison of methods.
 //!
-//! A file has one of two kinds of scene: the ordinary one, and that of the chapter's structure. [`Playable`] is what both
-//! can do; all that knows of the second kind lies in [`chapter`].
+//! A file has one of two kinds of scene: the ordinary one, and that of the chapter's structure. [`Playable`]
+//! is what both can do; all that knows of the second kind lies in [`chapter`].
 
 mod body;
 pub mod chapter;
@@ -58,7 +58,8 @@ impl Track {
     /// Finds each contact's triangle and each pattern's number.
     ///
     /// # Errors
-    /// [`StudyError::NoPattern`]; [`StudyError::File`]: a file without a surface, or with one that cannot be read.
+    /// [`StudyError::NoPattern`]; [`StudyError::File`]: a file without a surface, or with one that cannot be
+    /// read.
     pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
         let chapter = Chapter::read(file)?;
         let contact = |entry: &ContactEntry| -> Result<PlacedContact, StudyError> {
@@ -160,8 +161,8 @@ pub fn with_scene<T: Scalar, R>(
 /// Marches `steps` steps from rest and shows the body after each, the start included.
 ///
 /// # Errors
-/// [`StudyError::File`]: a file, a load or a step that the evaluator refuses; [`StudyError::Cancelled`]; those of
-/// `observe`.
+/// [`StudyError::File`]: a file, a load or a step that the evaluator refuses; [`StudyError::Cancelled`];
+/// those of `observe`.
 pub fn play(
     file: &File<'_>,
     options: &PlayOptions,

@@ -59,8 +59,8 @@ fn conditions(table: &BenchTable) -> String {
         "{}: {} dofs, {} steps of {} s, {:.1} steps per first period.\n\
          Time scheme error against Δt/{} (in brackets with loads at their mean where they jump): {}.\n\
          The fine march itself is {} from the exact motion of the most natural modes.\n\
-         Reduced steps timed in bursts of {}, {} rounds by turns; clock and loop {:.2} ns per step, not taken off; \
-         medians of the rounds {:.1} % apart.\n\n",
+         Reduced steps timed in bursts of {}, {} rounds by turns; clock and loop {:.2} ns per step, not \
+         taken off; medians of the rounds {:.1} % apart.\n\n",
         table.title,
         table.dofs,
         table.steps,
@@ -89,7 +89,8 @@ fn at_equal_time(rows: &[EqualTime]) -> String {
     if rows.is_empty() {
         return text;
     }
-    text += "\nBlock against canonical at equal time (error of the reduction; a step of one march where the chapter superposes some):\n\n";
+    text += "\nBlock against canonical at equal time (error of the reduction; a step of one march where the \
+        chapter superposes some):\n\n";
     for EqualTime { chapter, marches, ours, ratio } in rows {
         let superposed = if *marches > 1 { format!(", {marches} marches") } else { String::new() };
         let ours = match (ours, ratio) {

@@ -41,8 +41,8 @@ fn of_reduction(table: &BenchTable) -> Picture {
     }
 }
 
-/// What everything costs in accuracy, the time scheme included; of the reduced methods those with the most modes, the
-/// others lie on them.
+/// What everything costs in accuracy, the time scheme included; of the reduced methods those with the most
+/// modes, the others lie on them.
 fn of_everything(table: &BenchTable) -> Picture {
     let shown = |name: Identity| match name.way() {
         None | Some(Way::DenseSolves | Way::ExactMotion) => true,

@@ -96,8 +96,8 @@ impl Figures {
                 Chart {
                     title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true
                 };
-            let caption = "How fast the snapshots run out of new shapes: the steeper, the fewer modes say everything. \
-                 The rest after the last mode kept bounds what the basis cannot show of them.";
+            let caption = "How fast the snapshots run out of new shapes: the steeper, the fewer modes say \
+                everything. The rest after the last mode kept bounds what the basis cannot show of them.";
             self.add("basis", "singular-values", caption.into(), |path| {
                 line_chart(path, &chart, &[Series { name: "", points }])
             })?;
@@ -121,9 +121,9 @@ impl Figures {
         let lines: Vec<Series<'_>> =
             pushed.into_iter().chain([run("bent in the lowest mode", &free.lowest)]).collect();
         let caption = format!(
-            "The body is let go and left alone for {:.0} periods of its lowest mode: after a push of half such a period, and bent in \
-             that mode alone. What the curves lose is the damping of the material and of the time scheme; a curve that keeps rising \
-             would be a defect.",
+            "The body is let go and left alone for {:.0} periods of its lowest mode: after a push of half \
+             such a period, and bent in that mode alone. What the curves lose is the damping of the material \
+             and of the time scheme; a curve that keeps rising would be a defect.",
             free.periods
         );
         let chart = Chart {
@@ -184,8 +184,8 @@ impl Figures {
             (name, bytes, format!("{} ({:.1} %)", size(bytes), 100.0 * bytes / content.bytes as f64))
         };
         let rows: Vec<_> = sections.into_iter().map(row).collect();
-        let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by those who ask for \
-             fields inside the body.";
+        let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by \
+            those who ask for fields inside the body.";
         self.add("file", "file", caption.into(), |path| bars(path, "bytes by section", &rows))
     }
 
@@ -196,7 +196,8 @@ impl Figures {
             (stage.stage.clone(), stage.seconds, format!("{:.2} s{memory}", stage.seconds))
         };
         let rows: Vec<_> = build.timings.iter().map(row).collect();
-        let caption = "Where the build spent its time, stage by stage in order, and the most memory the program had held until the end of each.";
+        let caption = "Where the build spent its time, stage by stage in order, and the most memory the \
+            program had held until the end of each.";
         self.add("timings", "build", caption.into(), |path| bars(path, "seconds of the build", &rows))
     }
 
@@ -215,7 +216,8 @@ impl Figures {
                 [over_time("full order", full, width, place), over_time("vademecum", file, width, place)];
             let title = format!("displacement of {probe}");
             let chart = Chart { title: &title, x: "time [s]", y: "displacement [m]", log_y: false };
-            let caption = "The same loads on the full-order model and on the file; the dashed line lies on the other where they agree.";
+            let caption = "The same loads on the full-order model and on the file; the dashed line lies on \
+                the other where they agree.";
             self.add("full order", &format!("probe-{}", file_name(probe)), caption.into(), |path| {
                 line_chart(path, &chart, &lines)
             })?;

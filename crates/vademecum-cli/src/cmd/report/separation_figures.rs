@@ -31,10 +31,12 @@ impl Figures {
             y: "relative error",
             log_y: true,
         };
-        let caption = "The answer to every value of the parameters is a sum of terms, found one after the other, each followed by a new \
-             fit of all. The line is the error that is left at points no term was fitted to: the root of the mean square or a tenth of the \
-             worst, whichever is larger. A line that keeps falling was stopped by the tolerance; one that runs level had nothing more to \
-             gain. The dashed lines are the error of the finished solution against full-order solves at other fresh points.";
+        let caption = "The answer to every value of the parameters is a sum of terms, found one after the \
+            other, each followed by a new fit of all. The line is the error that is left at points no term \
+            was fitted to: the root of the mean square or a tenth of the worst, whichever is larger. A line \
+            that keeps falling was stopped by the tolerance; one that runs level had nothing more to gain. \
+            The dashed lines are the error of the finished solution against full-order solves at other fresh \
+            points.";
         self.add("axes", "enrichment", caption.into(), |path| line_chart(path, &chart, &lines))
     }
 
@@ -61,10 +63,11 @@ impl Figures {
             let chart = Chart { title: &title, x: &x, y: "distance of ρ from 1", log_y: true };
             let again = format!("The same settings, placed by their {}.", parameter.name);
             let first = format!(
-                "ρ is the factor by which one step can enlarge a motion that no load drives: below 1 every motion decays. Each dot is one \
-                 of {} settings of all parameters (the corners of their box, the values of the problem file, and random ones), placed by \
-                 its {}; the lower a dot, the less the scheme and the material damp the slowest decaying motion there. A dot in the second \
-                 colour above 1e-12 would be an unstable setting.",
+                "ρ is the factor by which one step can enlarge a motion that no load drives: below 1 every \
+                 motion decays. Each dot is one of {} settings of all parameters (the corners of their box, \
+                 the values of the problem file, and random ones), placed by its {}; the lower a dot, the \
+                 less the scheme and the material damp the slowest decaying motion there. A dot in the \
+                 second colour above 1e-12 would be an unstable setting.",
                 content.radii.len(),
                 parameter.name
             );

@@ -1,9 +1,9 @@
 //! A file of the chapter's maps for the loads of one scenario.
 //!
-//! The position axis lists the nodes the scenario loads and no others, and the components of a load are axes, so the maps serve
-//! every direction there. Ranges are marched at full order as a build does, under unit loads at some of those nodes. The odd
-//! thing: a map for six nodes is a smaller task than the one for a whole surface that a build is asked for, so the chapter is
-//! compared at its best.
+//! The position axis lists the nodes the scenario loads and no others, and the components of a load are axes,
+//! so the maps serve every direction there. Ranges are marched at full order as a build does, under unit
+//! loads at some of those nodes. The odd thing: a map for six nodes is a smaller task than the one for a
+//! whole surface that a build is asked for, so the chapter is compared at its best.
 
 use vademecum_build::basis::{Basis, Runs};
 use vademecum_build::chapter::{ChapterCertificate, ChapterMap, ChapterSetting, sections};
@@ -40,7 +40,8 @@ impl LoadSites {
 }
 
 impl Study {
-    /// Marches what the axes range over: unit loads in the three directions of space, held and released as the snapshots' are.
+    /// Marches what the axes range over: unit loads in the three directions of space, held and released as
+    /// the snapshots' are.
     ///
     /// # Errors
     /// [`StudyError`]: a march that is stopped.
@@ -62,8 +63,8 @@ impl Study {
         })
     }
 
-    /// The bytes of a file of the chapter's maps on this basis, and the most terms of a stage; without a limit as many as the exact
-    /// map has. Its certificate says nothing of trajectories (no step marched).
+    /// The bytes of a file of the chapter's maps on this basis, and the most terms of a stage; without a
+    /// limit as many as the exact map has. Its certificate says nothing of trajectories (no step marched).
     ///
     /// # Errors
     /// [`StudyError`]: a stage that does not factorise, a separation that fails.

@@ -1,10 +1,12 @@
 //! The chapter's vademecum in the comparison: its maps for the nodes a scenario loads, and how they march it.
 //!
-//! A map of the chapter (state and load in the same terms) stands under one load at one node. A contact is up to three of those,
-//! so the chapter's answer is a superposition: one march from rest per loaded node, all with the same maps, summed. With state
-//! and load apart, which is one of the repairs, loads add up within one march.
+//! A map of the chapter (state and load in the same terms) stands under one load at one node. A contact is up
+//! to three of those, so the chapter's answer is a superposition: one march from rest per loaded node, all
+//! with the same maps, summed. With state and load apart, which is one of the repairs, loads add up within
+//! one march.
 //!
-//! The odd thing: a coordinate that leaves its range ends the march. Such a row has no error, and says where it ended.
+//! The odd thing: a coordinate that leaves its range ends the march. Such a row has no error, and says where
+//! it ended.
 
 mod map;
 
@@ -36,7 +38,8 @@ fn compared(modes: usize) -> bool {
     (6..=8).contains(&modes)
 }
 
-/// Adds the chapter's rows on POD vectors and the repaired row on the default basis, for some numbers of modes.
+/// Adds the chapter's rows on POD vectors and the repaired row on the default basis, for some numbers of
+/// modes.
 pub(super) fn add(
     groups: &mut [Group],
     study: &Study,
