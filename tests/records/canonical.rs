@@ -76,7 +76,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
         rows.push((name, map, clock.elapsed().as_secs_f64()));
     }
     let measured = |map: &ChapterMap| {
-        study.canonical_bytes(&basis, map, &ChapterCertificate::of_maps(map)).expect("the writer takes it")
+        study.chapter_bytes(&basis, map, &ChapterCertificate::of_maps(map)).expect("the writer takes it")
     };
     let bytes: Vec<Vec<u8>> = rows.iter().map(|row| measured(&row.1)).collect();
     let files: Vec<(&ChapterMap, &[u8])> =
@@ -84,7 +84,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
     let order = NodeOrder::new(&prepared.body);
     let certificates = certify_chapter(&files, &order, prepared, &full, &basis, study.runs(), STEPS, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
-        let bytes = study.canonical_bytes(&basis, map, &c).expect("the writer takes it");
+        let bytes = study.chapter_bytes(&basis, map, &c).expect("the writer takes it");
         let nanoseconds = step_nanoseconds(&bytes);
         let errors: Vec<String> =
             c.stages.iter().map(|e| format!("{:.1e} ({:.0e})", e.total, e.load)).collect();

@@ -3,31 +3,13 @@
 use std::path::Path;
 
 use serde_json::Value;
+use vademecum_study::bench::COLUMNS;
 use vademecum_tests::program::{repository, vademecum};
 
-/// Columns, in their order; the first eleven of the record's first version are among them.
-const COLUMNS: [&str; 20] = [
-    "name",
-    "modes",
-    "terms",
-    "time_step",
-    "offline_seconds",
-    "file_bytes",
-    "bind_us",
-    "step_ns_p50",
-    "step_ns_p99",
-    "step_ns_max",
-    "step_spread",
-    "times_full_order",
-    "reconstruct_ms",
-    "trajectory_error",
-    "projection_floor",
-    "error_total",
-    "error_time",
-    "error_space",
-    "error_separation",
-    "error_rounding",
-];
+/// Headings of the table's columns, in their order: the keys of the JSON.
+fn columns() -> [&'static str; COLUMNS.len()] {
+    COLUMNS.map(|column| column.name)
+}
 
 /// What the JSON says of a row besides.
 const MORE: [&str; 2] = ["marches", "note"];
@@ -114,7 +96,7 @@ fn the_record_is_whole_and_its_orderings_hold() {
 
 fn check_row(row: &Value) {
     let mut found: Vec<&str> = row.as_object().expect("a table").keys().map(String::as_str).collect();
-    let mut expected = [&COLUMNS[..], &MORE[..]].concat();
+    let mut expected = [&columns()[..], &MORE[..]].concat();
     found.sort_unstable();
     expected.sort_unstable();
     assert_eq!(found, expected);
@@ -258,7 +240,7 @@ fn check_files(folder: &Path, report: &Value, rows: usize) {
     assert_eq!(&serde_json::from_str::<Value>(&read("bench.json")).expect("JSON"), report);
     let table = read("bench.csv");
     assert_eq!(table.lines().count(), 1 + rows);
-    assert_eq!(table.lines().next(), Some(COLUMNS.join(",").as_str()));
+    assert_eq!(table.lines().next(), Some(columns().join(",").as_str()));
     assert_eq!(read("bench.md").lines().filter(|line| line.starts_with('|')).count(), 2 + rows);
     for name in ["pareto.svg", "pareto-total.svg"] {
         let picture = read(name);

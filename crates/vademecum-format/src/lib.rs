@@ -10,6 +10,7 @@ mod error;
 mod fuse;
 mod layout;
 mod metadata;
+mod names;
 mod parameter;
 pub mod policy;
 mod quantised;

@@ -62,7 +62,8 @@ fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError>
 }
 
 /// The real numbers of a decoded section; none for the other elements.
-pub(super) fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
+#[must_use]
+pub fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
     match section.element() {
         Element::I16 => {
             let numbers =
@@ -120,8 +121,11 @@ fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteE
     }
 }
 
-/// The lines of a text.
-fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
+/// The lines of a decoded text, such as one name a line; an empty text has none.
+///
+/// # Errors
+/// [`RewriteError::Names`]: bytes that are not UTF-8.
+pub fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
     let refused = |_| RewriteError::Names { kind, reason: "it is not UTF-8".to_string() };
     let text = std::str::from_utf8(raw).map_err(refused)?;
     Ok(if text.is_empty() { vec![] } else { text.split('\n').collect() })

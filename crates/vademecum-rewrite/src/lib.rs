@@ -14,7 +14,7 @@ mod pack;
 mod round;
 mod terms;
 
-pub use check::{Checked, check};
+pub use check::{Checked, check, lines, numbers};
 pub use codec::{DECODED_LIMIT, decode};
 pub use error::RewriteError;
 pub use pack::{pack, pack_within, read_losses};

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use vademecum_rewrite as rewrite;
 
-use super::{read_file, rewrite_failed, write_file};
 use crate::failure::Failure;
+use crate::files::{read_file, write_file};
 
 /// Compresses a file for shipping; without a tolerance, `unpack` gives back the very bytes.
 #[derive(clap::Args)]
@@ -35,7 +35,7 @@ impl Pack {
             None => rewrite::pack(&bytes, self.level),
             Some(tolerance) => rewrite::pack_within(&bytes, self.level, tolerance),
         };
-        let packed = packed.map_err(|error| rewrite_failed(&self.file, error))?;
+        let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
         write_file(&self.output, &packed, bytes.len())
     }
 }

@@ -1,32 +1,35 @@
-//! `vademecum report`: one page that shows a build to someone who did not make it, with its figures beside it.
+//! `vademecum report`: one page that shows a build to someone who did not make it, with its figures beside
+//! it.
 
 mod build_times;
 mod figures;
-mod measure;
 mod page;
 mod separation_figures;
 
 use std::path::{Path, PathBuf};
 
+use vademecum_build::dynamics::ModeRow;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::write_atomic;
-use vademecum_eval::Mapped;
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{File, FormatError, SectionKind};
+use vademecum_study::contents::{mode_table, numbers};
+use vademecum_study::free_run::{FreeRun, free_run};
+use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
+use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
+use vademecum_study::timings::{Timings, timings};
+use vademecum_study::verify::{Verified, verify};
+use vademecum_study::{FileError, StudyError};
 
 use self::build_times::BuildTimes;
 use self::figures::Figures;
-use self::measure::{FreeRun, Timings};
-use super::verify::{Verified, verify};
-use super::view::title;
-use super::{make_folder, refuse_canonical};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::player::PlayOptions;
-use crate::separation::{Enrichment, enrichment_history, radius_samples, repairs};
+use crate::files::{make_folder, open, refuse_canonical};
+use crate::html::title;
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
 #[derive(clap::Args)]
@@ -58,7 +61,7 @@ struct Content<'a> {
     path: &'a Path,
     bytes: usize,
     file: &'a File<'a>,
-    modes: Vec<[f64; 6]>,
+    modes: Vec<ModeRow>,
     timings: Timings,
     free: FreeRun,
     verified: Option<Verified>,
@@ -68,23 +71,31 @@ struct Content<'a> {
     build: Option<BuildTimes>,
 }
 
+impl Content<'_> {
+    /// Numbers of a section; none if the file does not have it.
+    fn numbers(&self, kind: SectionKind) -> Result<Vec<f64>, Failure> {
+        numbers(self.file, kind).map_err(|error| Failure::file(self.path, error))
+    }
+}
+
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let mapped = open(&self.file, false)?;
+        let file = mapped.file().map_err(|error: FormatError| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the report")?;
-        let modes = mode_table(&self.file, &file)?;
         let bytes = mapped.bytes().len();
         let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;
+        let about = |error: StudyError| Failure::from(error).about(&self.file);
+        let unread = |error: FileError| Failure::file(&self.file, error);
+        let modes = mode_table(&file).map_err(unread)?;
         console.stage("measure");
-        let timings = measure::timings(&self.file, &file)?;
+        let timings = timings(&self.file, &file).map_err(about)?;
         console.stage("free run");
-        let lambdas: Vec<f64> = modes.iter().map(|mode| mode[1]).collect();
-        let free = measure::free_run(&self.file, &file, &lambdas)?;
+        let quotients: Vec<f64> = modes.iter().map(|mode| mode.rayleigh_quotient).collect();
+        let free = free_run(&file, &quotients).map_err(about)?;
         let verified = self.compare(&file, console)?;
-        let title = title(&self.file, &file);
         let content = Content {
-            title,
+            title: title(&self.file, &file),
             path: &self.file,
             bytes,
             file: &file,
@@ -92,9 +103,9 @@ impl Report {
             timings,
             free,
             verified,
-            history: enrichment_history(&self.file, &file)?,
-            radii: radius_samples(&self.file, &file)?,
-            repairs: repairs(&self.file, &file)?,
+            history: enrichment_history(&file).map_err(unread)?,
+            radii: radius_samples(&file).map_err(unread)?,
+            repairs: repairs(&file).map_err(unread)?,
             build,
         };
 
@@ -123,19 +134,7 @@ impl Report {
         let (Some(problem), Some(scenario)) = (&self.problem, &self.scenario) else { return Ok(None) };
         let (problem, scenario) = (Problem::read(problem)?, Scenario::read(scenario)?);
         let prepared = prepare(&problem, &mut Stopwatch::new(console), console)?;
-        verify(&self.file, file, &PlayOptions::default(), &problem, &prepared, &scenario, console).map(Some)
+        let verified = verify(file, &PlayOptions::default(), &problem, &prepared, &scenario, console);
+        verified.map(Some).map_err(|error| Failure::from(error).about(&self.file))
     }
-}
-
-/// Rows of the mode table: frequency \[Hz\], Rayleigh quotient \[rad²/s²\], energy share, physical damping, numerical damping,
-/// period elongation.
-fn mode_table(path: &Path, file: &File<'_>) -> Result<Vec<[f64; 6]>, Failure> {
-    let values = numbers(path, file, SectionKind::ModeTable)?;
-    Ok(values.as_chunks().0.to_vec())
-}
-
-/// Numbers of a section; none if the file does not have it.
-fn numbers(path: &Path, file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, Failure> {
-    let Some(section) = file.section(kind) else { return Ok(vec![]) };
-    Ok(section.numbers().map_err(|error| Failure::file(path, error))?.iter().collect())
 }

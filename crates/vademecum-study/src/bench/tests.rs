@@ -13,8 +13,8 @@ use vademecum_build::dynamics::{TimedLoad, factors, stage_amplitudes};
 use vademecum_build::response::StageResponse;
 use vademecum_build::response::reduced::{BlockStep, FusedStep};
 
-/// The stages one after the other, with dense solves and with responses, and fused are one march; damped, loaded,
-/// released within a step.
+/// The stages one after the other, with dense solves and with responses, and fused are one march; damped,
+/// loaded, released within a step.
 #[test]
 fn stages_one_after_the_other_agree_with_the_fused_step() {
     let stiffness = faer::mat![[5.0, -2.0, 0.3], [-2.0, 4.0, 0.1], [0.3, 0.1, 30.0]];

@@ -1,28 +1,27 @@
 //! Times of the online work: binding, steps, fields.
 //!
-//! Steps are timed in bursts under loads at full height, so that nothing comes to rest; a sample is a burst's time over its
-//! steps. Methods, full order included, take turns, round after round, so that what else the machine does falls on all of
-//! them and a ratio can be taken within a round.
+//! Steps are timed in bursts under loads at full height, so that nothing comes to rest; a sample is a burst's
+//! time over its steps. Methods, full order included, take turns, round after round, so that what else the
+//! machine does falls on all of them and a ratio can be taken within a round.
 
 use std::hint::black_box;
-use std::path::Path;
 use std::time::Instant;
 
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::FullOrder;
-use vademecum_build::dynamics::{INSTANTS, TimedLoad};
-use vademecum_eval::{Field, Scalar, SceneOptions, StructureChoice};
+use vademecum_build::dynamics::{self, FullOrder, INSTANTS, TimedLoad};
+use vademecum_build::progress::Listener;
+use vademecum_eval::{Field, Scalar};
 use vademecum_format::{File, SectionKind};
-use vademecum_study::bench::{ReducedSolver, staged};
 
-use super::candidates::{Group, Stepper};
-use super::canonical::with_marches;
-use crate::console::cancelled;
-use crate::failure::{Cause, Failure};
-use crate::player::{Body, Playable, Track, with_scene};
+use super::method::{Group, Method, Precision, Stepper};
+use super::staged::{self, ReducedSolver};
+use crate::error::StudyError;
+use crate::player::chapter::with_marches;
+use crate::player::{Body, Playable, Track, stop_if_asked, with_scene};
+use crate::statistics::median;
 
 /// Steps of one burst: enough for the clock to be a small part, few enough for the slow ones to show.
-pub const BURST: usize = 32;
+pub(super) const BURST: usize = 32;
 /// Bursts of one method in one round.
 const BURSTS: usize = 1000;
 /// Full-order steps in one round, timed one by one.
@@ -32,7 +31,7 @@ const REPEATS: usize = 5;
 
 /// What was measured of one method.
 #[derive(Default)]
-pub struct Samples {
+pub(super) struct Samples {
     /// Time of a step, one list of samples per round \[ns\].
     pub step_ns: Vec<Vec<f64>>,
     /// Time to bind \[µs\]; empty where nothing is bound.
@@ -42,7 +41,7 @@ pub struct Samples {
 }
 
 /// What is measured: full-order solvers, then the methods of all groups, in their order.
-pub struct Candidates<'a> {
+pub(super) struct Candidates<'a> {
     /// Full-order solvers.
     pub full: &'a [&'a FullOrder<'a>],
     /// Reduced methods.
@@ -54,7 +53,11 @@ pub struct Candidates<'a> {
 }
 
 /// Measures all candidates; samples of the full-order solvers first.
-pub fn all(name: &Path, candidates: &Candidates<'_>, rounds: usize) -> Result<Vec<Samples>, Failure> {
+pub(super) fn all(
+    candidates: &Candidates<'_>,
+    rounds: usize,
+    listener: &dyn Listener,
+) -> Result<Vec<Samples>, StudyError> {
     let Candidates { full, groups, track, loads } = candidates;
     let methods: Vec<_> = groups.iter().flat_map(|group| &group.methods).collect();
     let mut samples: Vec<Samples> = (0..full.len() + methods.len()).map(|_| Samples::default()).collect();
@@ -63,18 +66,14 @@ pub fn all(name: &Path, candidates: &Candidates<'_>, rounds: usize) -> Result<Ve
         full.iter().zip(of_full).for_each(|(full, samples)| full_order(full, loads, samples));
         for (method, samples) in methods.iter().zip(of_methods) {
             match &method.stepper {
-                Stepper::Solver { solver, .. } => solve(solver.as_ref(), loads, samples),
-                Stepper::File { bytes, structure, single: false } => {
-                    through_file::<f64>(name, bytes, *structure, track, samples)?;
-                }
-                Stepper::File { bytes, structure, single: true } => {
-                    through_file::<f32>(name, bytes, *structure, track, samples)?;
-                }
-                Stepper::Canonical { bytes, tracks } => canonical(name, bytes, tracks, samples)?,
+                Stepper::Solver(solver) => solve(solver.as_ref(), loads, samples),
+                Stepper::File(bytes) => match method.precision {
+                    Precision::Single => through_file::<f32>(method, bytes, track, samples)?,
+                    Precision::Double => through_file::<f64>(method, bytes, track, samples)?,
+                },
+                Stepper::Chapter { bytes, tracks } => chapter(bytes, tracks, samples)?,
             }
-            if cancelled() {
-                return Err(Failure::new(Cause::Stopped, "stopped on request"));
-            }
+            stop_if_asked(listener)?;
         }
     }
     Ok(samples)
@@ -88,7 +87,7 @@ fn full_order(full: &FullOrder<'_>, loads: &[TimedLoad], samples: &mut Samples) 
         column.iter_mut().zip(&load.force).for_each(|(sum, f)| *sum += f);
     }
     let held: [_; INSTANTS] = std::array::from_fn(|_| Some(force.as_ref()));
-    let mut state = vademecum_build::dynamics::State::rest(full.n_dof(), 1);
+    let mut state = dynamics::State::rest(full.n_dof(), 1);
     let mut work = full.workspace(1, false);
     let step = |_| {
         let start = Instant::now();
@@ -111,24 +110,22 @@ fn solve(solver: &dyn ReducedSolver, loads: &[TimedLoad], samples: &mut Samples)
 }
 
 fn through_file<T: Scalar>(
-    name: &Path,
+    method: &Method,
     bytes: &[u8],
-    structure: StructureChoice,
     track: &Track,
     samples: &mut Samples,
-) -> Result<(), Failure> {
-    let file = File::parse(bytes).map_err(|error| Failure::file(name, error))?;
-    let options = SceneOptions { structure, ..SceneOptions::default() };
+) -> Result<(), StudyError> {
+    let file = File::parse(bytes)?;
+    let options = method.options(None);
     for _ in 0..REPEATS {
         let start = Instant::now();
-        with_scene::<T, _>(name, &file, &options, |_, _, _| {
+        with_scene::<T, _>(&file, &options, |_, _, _| {
             samples.bind_us.push(1e6 * start.elapsed().as_secs_f64());
             Ok(())
         })?;
     }
-    with_scene::<T, _>(name, &file, &options, |scene, state, loads| {
-        let full_height = vec![[1.0; 4]; track.contacts.len() + track.patterns.len()];
-        track.apply(&full_height, &mut Body { scene, state: &mut *state, loads: &mut *loads })?;
+    with_scene::<T, _>(&file, &options, |scene, state, loads| {
+        track.apply(&track.full_height(), &mut Body { scene, state: &mut *state, loads: &mut *loads })?;
         let mut failed = None;
         samples.step_ns.push(bursts(|| {
             if let Err(error) = scene.step(state, black_box(loads)) {
@@ -136,25 +133,26 @@ fn through_file<T: Scalar>(
             }
         }));
         if let Some(error) = failed {
-            return Err(Failure::file(name, error));
+            return Err(error.into());
         }
-        reconstruct(name, &file, &Body { scene, state, loads }, samples)
+        reconstruct(&file, &Body { scene, state, loads }, samples)
     })
 }
 
-/// A step of every march. One that leaves its ranges starts anew: a step costs the same wherever the state is.
-fn canonical(name: &Path, bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), Failure> {
-    let file = File::parse(bytes).map_err(|error| Failure::file(name, error))?;
+/// A step of every march. One that leaves its ranges starts anew: a step costs the same wherever the state
+/// is.
+fn chapter(bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), StudyError> {
+    let file = File::parse(bytes)?;
     for _ in 0..REPEATS {
         let start = Instant::now();
-        with_marches(name, &file, None, tracks.len(), |_, _| {
+        with_marches(&file, None, tracks.len(), |_, _| {
             samples.bind_us.push(1e6 * start.elapsed().as_secs_f64());
             Ok(())
         })?;
     }
-    with_marches(name, &file, None, tracks.len(), |scene, marches| {
+    with_marches(&file, None, tracks.len(), |scene, marches| {
         for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-            track.apply(&vec![[1.0; 4]; track.contacts.len()], &mut Body { scene, state, loads })?;
+            track.apply(&track.full_height(), &mut Body { scene, state, loads })?;
         }
         samples.step_ns.push(bursts(|| {
             for (state, loads) in &mut *marches {
@@ -164,17 +162,12 @@ fn canonical(name: &Path, bytes: &[u8], tracks: &[Track], samples: &mut Samples)
             }
         }));
         let (state, loads) = &mut marches[0];
-        reconstruct(name, &file, &Body { scene, state, loads }, samples)
+        reconstruct(&file, &Body { scene, state, loads }, samples)
     })
 }
 
 /// The whole body where the file holds it, the surface where not.
-fn reconstruct<B: Playable>(
-    name: &Path,
-    file: &File<'_>,
-    body: &B,
-    samples: &mut Samples,
-) -> Result<(), Failure> {
+fn reconstruct<B: Playable>(file: &File<'_>, body: &B, samples: &mut Samples) -> Result<(), StudyError> {
     let metadata = file.metadata();
     let surface_only =
         metadata.n_nodes > metadata.n_surface_nodes && file.section(SectionKind::InteriorBasis).is_none();
@@ -190,7 +183,7 @@ fn reconstruct<B: Playable>(
         failed = failed.take().or(result.err());
         black_box(&mut field);
     }));
-    failed.map_or(Ok(()), |error| Err(Failure::file(name, error)))
+    failed.map_or(Ok(()), |error| Err(error.into()))
 }
 
 /// Times of a step \[ns\], one per burst; the first burst warms up and is not counted.
@@ -214,22 +207,10 @@ fn repeats(parts: f64, mut work: impl FnMut()) -> Vec<f64> {
 }
 
 /// What an empty burst costs per step \[ns\]: in every sample of a step, not taken off.
-pub fn clock() -> f64 {
+pub(super) fn clock() -> f64 {
     median(bursts(|| {
         black_box(());
     }))
-}
-
-/// Median, 99th percentile, largest.
-pub fn percentiles(mut samples: Vec<f64>) -> [f64; 3] {
-    samples.sort_by(f64::total_cmp);
-    let at = |fraction: f64| samples[(fraction * (samples.len() - 1) as f64).round() as usize];
-    [at(0.5), at(0.99), at(1.0)]
-}
-
-/// The middle of some samples.
-pub fn median(samples: Vec<f64>) -> f64 {
-    percentiles(samples)[0]
 }
 
 impl Samples {
@@ -245,7 +226,8 @@ impl Samples {
         range.1 / range.0 - 1.0
     }
 
-    /// How many times as long a step of `other` takes: the median over the rounds of the ratio within a round.
+    /// How many times as long a step of `other` takes: the median over the rounds of the ratio within a
+    /// round.
     pub fn times_faster_than(&self, other: &Samples) -> f64 {
         let ratios = self.round_medians().into_iter().zip(other.round_medians());
         median(ratios.map(|(own, other)| other / own).collect())
@@ -253,6 +235,6 @@ impl Samples {
 }
 
 /// The median over all candidates of how far their rounds lie apart.
-pub fn noise(samples: &[Samples]) -> f64 {
+pub(super) fn noise(samples: &[Samples]) -> f64 {
     median(samples.iter().map(Samples::spread).collect())
 }

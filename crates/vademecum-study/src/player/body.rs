@@ -1,12 +1,18 @@
-//! The two kinds of scene a scenario is played on, alike.
+//! What playing a scenario asks of a body.
 
-use std::error::Error;
-
+use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, State, Structure};
 
-/// Why a scene refused.
-pub type Refusal = Box<dyn Error>;
+use crate::error::FileError;
+
+/// Name of a structure on the command line and in reports.
+pub(crate) fn structure_name(structure: Structure) -> &'static str {
+    match structure {
+        Structure::Diagonal => "diagonal",
+        Structure::Block => "block",
+    }
+}
 
 /// A scene with a state and loads.
 pub struct Body<Scene, State, Loads> {
@@ -28,27 +34,51 @@ pub trait Playable {
     /// `Δt` \[s\].
     fn time_step(&self) -> f64;
     /// Instants of a step at which a load is asked for, as fractions of the step.
-    fn instants(&self) -> [f64; 4];
+    fn instants(&self) -> [f64; INSTANTS];
     /// Takes all loads away.
     fn clear_loads(&mut self);
     /// Adds a contact with its amplitudes at the instants.
-    fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; 4]) -> Result<(), Refusal>;
+    ///
+    /// # Errors
+    /// A contact that the evaluator refuses.
+    fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
     /// Adds a load pattern with its amplitudes at the instants.
-    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; 4]) -> Result<(), Refusal>;
+    ///
+    /// # Errors
+    /// A pattern that the evaluator refuses.
+    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
     /// Puts the body where it is undeformed and does not move yet; its acceleration follows from the loads.
-    fn start(&mut self) -> Result<(), Refusal>;
+    ///
+    /// # Errors
+    /// As [`Playable::step`].
+    fn start(&mut self) -> Result<(), FileError>;
     /// One step.
-    fn step(&mut self) -> Result<(), Refusal>;
+    ///
+    /// # Errors
+    /// A step that the evaluator refuses.
+    fn step(&mut self) -> Result<(), FileError>;
     /// Reduced coordinates.
     fn zeta(&self) -> &[Self::Number];
     /// Energy \[J\].
-    fn energy(&self) -> Result<f64, Refusal>;
+    ///
+    /// # Errors
+    /// A file that cannot tell it.
+    fn energy(&self) -> Result<f64, FileError>;
     /// Displacement of a probe \[m\].
-    fn probe(&self, index: usize) -> Result<f64, Refusal>;
+    ///
+    /// # Errors
+    /// A file without this probe.
+    fn probe(&self, index: usize) -> Result<f64, FileError>;
     /// A field of the surface, shape (n_surface_nodes, 3).
-    fn surface_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), Refusal>;
+    ///
+    /// # Errors
+    /// A file without its surface.
+    fn surface_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
     /// A field of the whole body, shape (n_nodes, 3).
-    fn body_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), Refusal>;
+    ///
+    /// # Errors
+    /// A file without all of its nodes.
+    fn body_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
 }
 
 /// What both kinds of scene do by methods of the same names.
@@ -60,7 +90,7 @@ macro_rules! alike {
             self.scene.parameters().time_step
         }
 
-        fn instants(&self) -> [f64; 4] {
+        fn instants(&self) -> [f64; INSTANTS] {
             self.scene.instants()
         }
 
@@ -68,17 +98,17 @@ macro_rules! alike {
             self.loads.clear();
         }
 
-        fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; 4]) -> Result<(), Refusal> {
+        fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
             Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
         }
 
-        fn start(&mut self) -> Result<(), Refusal> {
+        fn start(&mut self) -> Result<(), FileError> {
             let zero = vec![0.0; self.scene.n_modes()];
             Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
         }
 
         #[inline]
-        fn step(&mut self) -> Result<(), Refusal> {
+        fn step(&mut self) -> Result<(), FileError> {
             self.scene.step(self.state, self.loads)?;
             Ok(())
         }
@@ -87,19 +117,19 @@ macro_rules! alike {
             self.state.zeta()
         }
 
-        fn energy(&self) -> Result<f64, Refusal> {
+        fn energy(&self) -> Result<f64, FileError> {
             Ok(self.scene.energy(self.state)?)
         }
 
-        fn probe(&self, index: usize) -> Result<f64, Refusal> {
+        fn probe(&self, index: usize) -> Result<f64, FileError> {
             Ok(self.scene.probe(self.state, index, Field::Displacement)?)
         }
 
-        fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), Refusal> {
+        fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
             Ok(self.scene.surface_into(self.state, field, out)?)
         }
 
-        fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), Refusal> {
+        fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
             Ok(self.scene.body_into(self.state, field, out)?)
         }
     };
@@ -109,13 +139,10 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
     alike!();
 
     fn structure(&self) -> &'static str {
-        match self.scene.structure() {
-            Structure::Diagonal => "diagonal",
-            Structure::Block => "block",
-        }
+        structure_name(self.scene.structure())
     }
 
-    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; 4]) -> Result<(), Refusal> {
+    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
         Ok(self.loads.add_pattern_staged(self.scene, index, amplitudes)?)
     }
 }
@@ -127,7 +154,7 @@ impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>
         "canonical"
     }
 
-    fn add_pattern(&mut self, _: usize, _: &[f64; 4]) -> Result<(), Refusal> {
-        Err("the canonical structure has no axis for load patterns".into())
+    fn add_pattern(&mut self, _: usize, _: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Err(FileError::NoPatterns)
     }
 }

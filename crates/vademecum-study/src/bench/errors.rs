@@ -1,19 +1,23 @@
-//! The error of a method and its parts: a chain from the fine full-order march to the method, one thing changed per link.
+//! The error of a method and its parts: a chain from the fine full-order march to the method, one thing
+//! changed per link.
 //!
 //! ```text
-//! fine full order ─time─ full order at Δt ─space─ on the basis ─separation─ summed from terms ─rounding─ in f32
+//! fine full order ─time─ full order at Δt ─space─ on the basis ─separation─ from terms ─rounding─ in f32
 //! ```
 //!
-//! Each part is the distance between two neighbours and the total that between the ends, all in the mass norm over all dofs
-//! and instants and relative to the fine march: the total is at most the sum of the parts, and they may cancel.
+//! Each part is the distance between two neighbours and the total that between the ends, all in the mass norm
+//! over all dofs and instants and relative to the fine march: the total is at most the sum of the parts, and
+//! they may cancel.
 
 use serde::Serialize;
 use vademecum_build::Matrix;
 use vademecum_build::fem::SymmetricMatrix;
-use vademecum_study::bench::{Projection, Reference, Study, distance, distance_on_bases};
+use vademecum_build::progress::Listener;
 
-use super::candidates::{Group, March, Method, Part, Shipped};
-use crate::failure::Failure;
+use super::method::{Group, March, Method, Part, Shipped, Way};
+use super::study::Study;
+use super::trajectory::{Projection, Reference, distance, distance_on_bases};
+use crate::error::StudyError;
 
 /// Error of a method and its parts; the parts a method does not have are `None`.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -26,7 +30,8 @@ pub struct Errors {
     pub error_total: f64,
     /// From the fine march to full order at Δt; 0 where nothing is discrete in time.
     pub error_time: f64,
-    /// From full order at Δt to the basis, in f64 and without terms; from the fine march where nothing is discrete in time.
+    /// From full order at Δt to the basis, in f64 and without terms; from the fine march where nothing is
+    /// discrete in time.
     pub error_space: Option<f64>,
     /// From solved responses to terms over the live parameters.
     pub error_separation: Option<f64>,
@@ -35,7 +40,7 @@ pub struct Errors {
 }
 
 /// The full-order marches of a scenario at one Δt.
-pub struct Marches {
+pub(super) struct Marches {
     /// With a fine step, at the instants of `full`.
     pub fine: Reference,
     /// The scheme at Δt.
@@ -47,7 +52,7 @@ pub struct Marches {
 impl Marches {
     /// Measures the two.
     pub fn new(study: &Study, fine: Matrix, full: Matrix) -> Self {
-        let mass = mass(study);
+        let mass = study.mass();
         let (fine, full) = (Reference::new(mass, fine), Reference::new(mass, full));
         let time = distance(mass, fine.displacement.as_ref(), full.displacement.as_ref()) / fine.norm;
         Self { fine, full, time }
@@ -69,7 +74,7 @@ impl Marches {
     /// Of a full-order march with another scheme at the same Δt.
     pub fn of_other_scheme(&self, study: &Study, march: &Matrix) -> Errors {
         let apart =
-            |from: &Reference| distance(mass(study), march.as_ref(), from.displacement.as_ref()) / from.norm;
+            |from: &Reference| distance(study.mass(), march.as_ref(), from.displacement.as_ref()) / from.norm;
         let total = apart(&self.fine);
         Errors {
             trajectory_error: apart(&self.full),
@@ -79,23 +84,24 @@ impl Marches {
         }
     }
 
-    /// Of the methods of a group that `wanted` names, with their numbers in it.
+    /// Of the `wanted` methods of a group, with their numbers in it, and why a march has no end.
     pub fn of_group(
         &self,
         study: &Study,
         group: &Group,
         march: &March<'_>,
-        wanted: impl Fn(&str) -> bool,
-    ) -> Result<Vec<(usize, Errors, Option<String>)>, Failure> {
-        let on_basis = OnBasis::new(self, mass(study), &group.basis.vectors);
+        wanted: impl Fn(&Method) -> bool,
+        listener: &dyn Listener,
+    ) -> Result<Vec<(usize, Errors, Option<String>)>, StudyError> {
+        let on_basis = OnBasis::new(self, study.mass(), &group.basis.vectors);
         let mut played: Vec<Option<(Matrix, Errors)>> = vec![];
         let mut found = vec![];
         for (index, method) in group.methods.iter().enumerate() {
-            if !wanted(method.name) {
+            if !wanted(method) {
                 played.push(None);
                 continue;
             }
-            match method.play(march)? {
+            match method.play(march, listener)? {
                 Ok(coordinates) => {
                     let base = method.differs.and_then(|(part, index)| Some((part, played[index].as_ref()?)));
                     let errors = on_basis.errors(method, &coordinates, base);
@@ -141,7 +147,7 @@ impl<'a> OnBasis<'a> {
                 [full, fine].map(|march| march.error(self.mass, basis.as_ref(), coordinates))
             }
         };
-        let exact_in_time = method.exact_in_time();
+        let exact_in_time = method.way == Way::ExactMotion;
         // Of the full-order march's norm in that of the fine one.
         let space = if exact_in_time { error_total } else { full.norm / fine.norm * trajectory_error };
         let own = Errors {
@@ -180,17 +186,4 @@ impl<'a> OnBasis<'a> {
             error_rounding: None,
         }
     }
-}
-
-/// The mass matrix of the study's body.
-pub fn mass(study: &Study) -> &SymmetricMatrix {
-    study.prepared().body.model.pencil().mass()
-}
-
-/// Every `stride`-th instant of a trajectory.
-pub fn thinned(trajectory: &Matrix, stride: usize) -> Matrix {
-    let columns = trajectory.ncols().div_ceil(stride);
-    let mut out = Matrix::zeros(trajectory.nrows(), columns);
-    (0..columns).for_each(|j| out.col_mut(j).copy_from(trajectory.col(stride * j)));
-    out
 }
