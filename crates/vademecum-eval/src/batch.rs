@@ -71,6 +71,26 @@ impl<'m, T: Scalar> Batch<'m, T> {
 
     /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what is in it does not matter.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![0.0; Batch::len_for(&scene, 500)];
+    /// let mut batch = Batch::new(&scene, 500, &mut memory)?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// batch.load(&scene, 7, &loads)?;
+    /// let status = batch.step(&scene)?;
+    /// assert_eq!((status.moving, status.at_rest), (1, 499));
+    ///
+    /// // An instance has the bits that it would have alone.
+    /// scene.step(&mut state, &loads)?;
+    /// let alone = state.zeta().to_vec();
+    /// batch.get(7, &mut state)?;
+    /// assert_eq!(state.zeta(), alone);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, n_instances: usize, memory: &'m mut [T]) -> Result<Self, BindError> {

@@ -15,6 +15,25 @@ impl<T: Scalar> Scene<'_, T> {
     /// so all numbers between different modes are 0. The step's own map is `I + D`; its spectral radius tells whether a free body
     /// stays bounded. `O(r²)`.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let n = 3 * scene.n_modes();
+    /// let mut map = vec![0.0; n * n];
+    /// scene.increment_into(&mut map)?;
+    /// // A step of the first unit state, less itself, is the first column.
+    /// let mut unit = vec![0.0; n];
+    /// unit[0] = 1.0;
+    /// state.restore(&unit)?;
+    /// scene.step(&mut state, &loads)?;
+    /// for (mode, &zeta) in state.zeta().iter().enumerate() {
+    ///     assert_eq!(zeta, unit[mode] + map[mode]);
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`OutputError::Length`] if `out` does not have `9r²` numbers.
     pub fn increment_into(&self, out: &mut [f64]) -> Result<(), OutputError> {

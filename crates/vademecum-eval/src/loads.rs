@@ -103,6 +103,17 @@ impl Contact {
 impl<'m, T: Scalar> Loads<'m, T> {
     /// No loads. `memory` holds at least [`crate::Sizes::loads`] numbers; what is in it does not matter.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![f64::NAN; sizes.loads];
+    /// let loads = Loads::new(&scene, &mut memory)?;
+    /// assert!(loads.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, memory: &'m mut [T]) -> Result<Self, BindError> {
@@ -119,6 +130,19 @@ impl<'m, T: Scalar> Loads<'m, T> {
     }
 
     /// Takes all loads away.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?; // under the pattern
+    /// scene.step(&mut state, &loads)?; // and still
+    /// loads.clear();
+    /// assert!(loads.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn clear(&mut self) {
         self.increment.fill(T::ZERO);
         self.force.fill(T::ZERO);
@@ -132,6 +156,28 @@ impl<'m, T: Scalar> Loads<'m, T> {
     }
 
     /// Adds a contact held over the step.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
+    /// let force = [0.0, 0.0, -20.0];
+    /// let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+    /// loads.add_contact(&scene, &contact)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let once = scene.point(&state, &touched, Field::Displacement)?;
+    /// assert!(once[2] < 0.0); // a body moves where it is pushed
+    ///
+    /// // Contacts add up, and the body is linear.
+    /// state.rest();
+    /// loads.add_contact(&scene, &contact)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let twice = scene.point(&state, &touched, Field::Displacement)?;
+    /// assert!((twice[2] / once[2] - 2.0).abs() < 1e-12);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.
@@ -153,6 +199,22 @@ impl<'m, T: Scalar> Loads<'m, T> {
     }
 
     /// Adds the load pattern `index` times an amplitude held over the step.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// // Patterns are numbered in the order of their names in the file.
+    /// use vademecum_eval::format::SectionKind;
+    /// let names = file.section(SectionKind::PatternNames).ok_or("no names")?.text()?;
+    /// let pull = names.lines().position(|name| name == "pull").ok_or("no such pattern")?;
+    /// loads.add_pattern(&scene, pull, 0.5)?;
+    /// assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
+    /// let beyond = loads.add_pattern(&scene, 1, 0.5);
+    /// assert_eq!(beyond, Err(LoadError::NoPattern { index: 1, count: 1 }));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.

@@ -41,6 +41,18 @@ impl Mapped {
     /// touched, an overwritten one gives other numbers. Replace files by renaming a new one over the old, as the builder does:
     /// the map then keeps the old file. Where that cannot be promised, [`Mapped::copy`].
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden");
+    /// # let path = &std::path::Path::new(folder).join("fixed-f64.vdm");
+    /// let mapped = Mapped::open(path)?;
+    /// let file = mapped.file()?;
+    /// assert_eq!(file.metadata().n_modes, 3);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`OpenError`] with the system's reason as its source.
     pub fn open(path: &Path) -> Result<Self, OpenError> {

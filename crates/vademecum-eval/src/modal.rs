@@ -73,6 +73,27 @@ impl<'m, T: Scalar> Modal<'m, T> {
     /// Cost `O(r³)`, some 5 (r = 8) to 40 (r = 64) times that of binding the scene: from a thousand steps on it pays
     /// (`docs/benchmarks/step.md`). Allocates nothing.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Block: file, sizes, scene, state, loads, work);
+    /// let lent = Modal::sizes(&scene);
+    /// let (mut memory, mut work) = (vec![0.0; lent.memory], vec![0.0; lent.work]);
+    /// let mut modal = Modal::bind(&scene, 1e-5, &mut memory, &mut work)?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// modal.march(&scene, &mut state, &loads, 50)?;
+    /// let marched = scene.energy(&state)?;
+    ///
+    /// // The same fifty steps, one by one.
+    /// state.rest();
+    /// for _ in 0..50 {
+    ///     scene.step(&mut state, &loads)?;
+    /// }
+    /// assert!((marched / scene.energy(&state)? - 1.0).abs() < 1e-9);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::OtherStructure`] for a diagonal scene, which has its modes; [`BindError::LentMemory`]; [`BindError::NotDiagonalisable`]
     /// if the remainder is larger than asked for; [`BindError::NotFinite`].

@@ -18,6 +18,26 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// `work` holds at least [`Sizes::work`](crate::Sizes::work) numbers. Costs what [`Scene::bind`] costs.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(LIVE, Auto: file, sizes, scene, state, loads, work);
+    /// let soft = SceneOptions::find(scene.metadata(), "soft").ok_or("no such parameter")?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.set_parameter(soft, 0.75, &mut state, &mut work)?;
+    /// assert_eq!(scene.options().region_stiffness[0], 0.75);
+    /// assert_eq!(scene.step(&mut state, &loads), Err(StepError::StaleLoads));
+    /// loads.clear();
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?;
+    ///
+    /// // The file was built for 0.5 to 2; another value is refused and changes nothing.
+    /// assert!(scene.set_parameter(soft, 3.0, &mut state, &mut work).is_err());
+    /// assert_eq!(scene.options().region_stiffness[0], 0.75);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError`]; scene and state are then unchanged.
     pub fn set_parameter(

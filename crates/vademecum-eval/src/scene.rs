@@ -37,6 +37,19 @@ pub struct Scene<'m, T> {
 impl<'m, T: Scalar> Scene<'m, T> {
     /// The memory a scene of these options asks for.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let options = SceneOptions::default();
+    /// let [single, double] = [Scene::<f32>::sizes(&file, &options)?, Scene::<f64>::sizes(&file, &options)?];
+    /// assert_eq!(single, double); // in numbers, not in bytes
+    /// assert!(single.state >= 6 * file.metadata().n_modes as usize); // old and new side by side
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::NoStructure`], [`BindError::NotDiagonal`] and [`BindError::BadOption`].
     pub fn sizes(file: &File<'_>, options: &SceneOptions) -> Result<Sizes, BindError> {
@@ -47,6 +60,24 @@ impl<'m, T: Scalar> Scene<'m, T> {
     ///
     /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block structure. The basis is
     /// not touched.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let options = SceneOptions { time_step: Some(0.5e-3), ..SceneOptions::default() };
+    /// let sizes = Scene::<f32>::sizes(&file, &options)?;
+    /// let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    /// let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
+    /// assert_eq!((scene.structure(), scene.n_modes()), (Structure::Diagonal, 3));
+    /// assert_eq!(scene.parameters().time_step, 0.5e-3);
+    ///
+    /// let short = Scene::<f32>::bind(&file, &options, &mut [], &mut work);
+    /// assert_eq!(short.err(), Some(BindError::LentMemory { found: 0, needed: sizes.scene }));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`BindError`].
@@ -122,6 +153,25 @@ impl<'m, T: Scalar> Scene<'m, T> {
     }
 
     /// Advances `state` by `Δt` under `loads`.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// assert_eq!(scene.step(&mut state, &loads)?, Status::AtRest); // nothing acts, nothing moves
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// for _ in 0..100 {
+    ///     assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
+    /// }
+    /// loads.clear();
+    /// let released = scene.energy(&state)?;
+    /// for _ in 0..1000 {
+    ///     scene.step(&mut state, &loads)?;
+    /// }
+    /// assert!(scene.energy(&state)? < released); // the body is damped
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`StepError`]; the state is then unchanged.

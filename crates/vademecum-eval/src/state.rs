@@ -17,6 +17,18 @@ pub struct State<'m, T> {
 impl<'m, T: Scalar> State<'m, T> {
     /// A body at rest. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not matter.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![f64::NAN; sizes.state];
+    /// let state = State::new(&scene, &mut memory)?;
+    /// assert_eq!(state.zeta(), [0.0; 3]);
+    /// assert_eq!(state.time_step(), 1e-3);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, memory: &'m mut [T]) -> Result<Self, BindError> {
@@ -74,6 +86,20 @@ impl<'m, T: Scalar> State<'m, T> {
     /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`State::restore`] takes it back, bit for
     /// bit, in a state of the same [`State::time_step`].
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let mut saved = vec![0.0; 3 * scene.n_modes()];
+    /// state.save_into(&mut saved)?;
+    /// assert_eq!(saved[..3], *state.zeta());
+    /// assert_eq!(saved[3..6], *state.scaled_velocity());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`StepError::Mismatch`] if the length is not `3r`.
     pub fn save_into(&self, out: &mut [T]) -> Result<(), StepError> {
@@ -81,6 +107,23 @@ impl<'m, T: Scalar> State<'m, T> {
     }
 
     /// Takes back what [`State::save_into`] wrote at the same `Δt`.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let mut saved = vec![0.0; 3 * scene.n_modes()];
+    /// state.save_into(&mut saved)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let once = state.zeta().to_vec();
+    /// state.restore(&saved)?;
+    /// scene.step(&mut state, &loads)?;
+    /// assert_eq!(state.zeta(), once); // every bit
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the state is then

@@ -45,6 +45,20 @@ impl<'m> Surface<'m> {
     }
 
     /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or `point` is not finite.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let surface = Surface::new(&file)?;
+    /// let above = surface.locate([0.0, 0.0, 0.25]).ok_or("nothing to touch")?;
+    /// assert_eq!((above.position, above.distance), ([0.0; 3], 0.25));
+    /// assert_eq!(above.weights.iter().sum::<f64>(), 1.0);
+    /// assert_eq!(surface.locate([f64::NAN; 3]), None);
+    /// # Ok(())
+    /// # }
+    /// ```
     #[must_use]
     pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
         let mut nearest: Option<SurfacePoint> = None;

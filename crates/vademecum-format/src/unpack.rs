@@ -28,6 +28,22 @@ pub fn unpacked_len(file: &File<'_>, wanted: impl Fn(SectionKind) -> bool) -> Re
 ///
 /// The checksum of each wanted section is verified first, so this reads all of what it keeps and nothing of the others.
 ///
+/// ```
+/// use vademecum_format::{File, SectionKind, unpack_into, unpacked_len};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let shipped = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/quantised.vdm"));
+/// let file = File::parse(shipped)?;
+/// let wanted = |kind| kind != SectionKind::InteriorBasis; // the surface will do
+/// let mut memory = vec![0; unpacked_len(&file, wanted)?];
+/// let raw = unpack_into(&file, wanted, &mut memory)?;
+/// assert!(raw.section(SectionKind::InteriorBasis).is_none());
+/// assert!(raw.section(SectionKind::SurfaceBasis).is_some());
+/// assert_eq!(raw.metadata().n_modes, file.metadata().n_modes);
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// Refusals 27 (damaged), 30 (`memory` too short, see [`unpacked_len`]), 36 and 37 (not what the codec says); 26 if what is wanted leaves out
 /// what an announced structure needs.
