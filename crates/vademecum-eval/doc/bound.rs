@@ -1,4 +1,5 @@
-// Included at the top of documentation tests, out of their sight: files of the repository, and a scene with a state and loads.
+// Included at the top of documentation tests, out of their sight: files of the repository, and a scene with a
+// state and loads.
 
 #[allow(unused_imports)]
 use vademecum_eval::format::File;

@@ -1,4 +1,5 @@
-//! The map a scene steps with, taken out again: for whoever wants to judge the numbers that are used, not those they were made from.
+//! The map a scene steps with, taken out again: for whoever wants to judge the numbers that are used, not
+//! those they were made from.
 
 use crate::bind::{place_in_modes, place_in_tiles};
 use crate::error::OutputError;
@@ -8,12 +9,12 @@ use crate::scalar::Scalar;
 use crate::scene::Scene;
 
 impl<T: Scalar> Scene<'_, T> {
-    /// Writes the increment map `D` of the step `y ← y + D y + ℓ` with `y = (ζ, Δt ζ̇, Δt² ζ̈)`, as the scene holds it in its
-    /// precision; each number is converted to `f64`, which is exact.
+    /// Writes the increment map `D` of the step `y ← y + D y + ℓ` with `y = (ζ, Δt ζ̇, Δt² ζ̈)`, as the scene
+    /// holds it in its precision; each number is converted to `f64`, which is exact.
     ///
-    /// `out` has shape `(3r, 3r)`, column-major: number `(i, j)` is at `3r j + i`. The diagonal structure has a 3×3 block per mode,
-    /// so all numbers between different modes are 0. The step's own map is `I + D`; its spectral radius tells whether a free body
-    /// stays bounded. `O(r²)`.
+    /// `out` has shape `(3r, 3r)`, column-major: number `(i, j)` is at `3r j + i`. The diagonal structure has
+    /// a 3×3 block per mode, so all numbers between different modes are 0. The step's own map is `I + D`; its
+    /// spectral radius tells whether a free body stays bounded. `O(r²)`.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -1,9 +1,10 @@
 //! What acts on the body during a step, accumulated in reduced form.
 //!
-//! A point force enters through one row of `H` per loaded dof (reciprocity): `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused
-//! step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the amplitude the scheme's stage `i` sees. Loads stay until they are
-//! cleared, so a held contact is added once; when the scene's parameters change, what was added means nothing any more and is
-//! refused until it is cleared.
+//! A point force enters through one row of `H` per loaded dof (reciprocity):
+//! `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the
+//! amplitude the scheme's stage `i` sees. Loads stay until they are cleared, so a held contact is added once;
+//! when the scene's parameters change, what was added means nothing any more and is refused until it is
+//! cleared.
 
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
@@ -16,7 +17,8 @@ use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 use vademecum_format::{Numbers, SectionKind};
 
-/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum to 1).
+/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum
+/// to 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Loadable nodes, in file order.
@@ -185,7 +187,8 @@ impl<'m, T: Scalar> Loads<'m, T> {
         self.contact(scene, contact, Amplitudes::held(1.0))
     }
 
-    /// Adds a contact whose force is `contact.force` times an amplitude given at [`Scene::instants`] of the step.
+    /// Adds a contact whose force is `contact.force` times an amplitude given at [`Scene::instants`] of the
+    /// step.
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.

@@ -1,4 +1,5 @@
-//! Reading a state: probes, nodes, the surface, the whole body, energy. Each costs what it reads and nothing else.
+//! Reading a state: probes, nodes, the surface, the whole body, energy. Each costs what it reads and nothing
+//! else.
 
 use crate::coordinates::Coordinates;
 use crate::error::OutputError;
@@ -242,8 +243,8 @@ impl<T: Scalar> Scene<'_, T> {
         self.sections.rows.body_into(self.factors(state, field)?, out)
     }
 
-    /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions in
-    /// `M_r = Σ ρ_q BᵀM_qB` and `K_r = Σ κ_q BᵀK_qB`. `O(r)`, or `O(r²)` times the regions that count.
+    /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions
+    /// in `M_r = Σ ρ_q BᵀM_qB` and `K_r = Σ κ_q BᵀK_qB`. `O(r)`, or `O(r²)` times the regions that count.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -1,9 +1,9 @@
 //! Binding a file to parameters and memory, and the step.
 //!
-//! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product. The diagonal
-//! structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping exactly; the block structure
-//! keeps the dense `3r × 3r` map and takes what its axes allow. Both can be set to other parameters where they are
-//! ([`Scene::set_parameter`]).
+//! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product.
+//! The diagonal structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping
+//! exactly; the block structure keeps the dense `3r × 3r` map and takes what its axes allow. Both can be set
+//! to other parameters where they are ([`Scene::set_parameter`]).
 
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::error::{BindError, StepError};
@@ -56,10 +56,11 @@ impl<'m, T: Scalar> Scene<'m, T> {
         Ok(shape(file, options)?.sizes())
     }
 
-    /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not matter.
+    /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not
+    /// matter.
     ///
-    /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block structure. The basis is
-    /// not touched.
+    /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block
+    /// structure. The basis is not touched.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -146,7 +147,8 @@ impl<'m, T: Scalar> Scene<'m, T> {
         &self.options
     }
 
-    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest is 0.
+    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest
+    /// is 0.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         self.metadata.scheme.instants()

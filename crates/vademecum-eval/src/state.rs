@@ -15,7 +15,8 @@ pub struct State<'m, T> {
 }
 
 impl<'m, T: Scalar> State<'m, T> {
-    /// A body at rest. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not matter.
+    /// A body at rest. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not
+    /// matter.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -50,12 +51,13 @@ impl<'m, T: Scalar> State<'m, T> {
         self.y.time_step
     }
 
-    /// Carries the state over to the parameters of `scene`: displacement, velocity and acceleration stay what they are, so
-    /// `Δt ζ̇` and `Δt² ζ̈` change when `Δt` has. Wanted after [`Scene::rebind`]; [`Scene::set_parameter`] does it itself.
+    /// Carries the state over to the parameters of `scene`: displacement, velocity and acceleration stay what
+    /// they are, so `Δt ζ̇` and `Δt² ζ̈` change when `Δt` has. Wanted after [`Scene::rebind`];
+    /// [`Scene::set_parameter`] does it itself.
     ///
     /// # Errors
-    /// [`StepError::Mismatch`] for a scene of another shape, [`StepError::NotFinite`] if a number leaves the precision; the state
-    /// is then unchanged.
+    /// [`StepError::Mismatch`] for a scene of another shape, [`StepError::NotFinite`] if a number leaves the
+    /// precision; the state is then unchanged.
     pub fn carry(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         if self.shape != scene.shape {
             return Err(StepError::Mismatch);
@@ -83,8 +85,8 @@ impl<'m, T: Scalar> State<'m, T> {
         self.y.part(2)
     }
 
-    /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`State::restore`] takes it back, bit for
-    /// bit, in a state of the same [`State::time_step`].
+    /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`State::restore`] takes it
+    /// back, bit for bit, in a state of the same [`State::time_step`].
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -126,8 +128,8 @@ impl<'m, T: Scalar> State<'m, T> {
     /// ```
     ///
     /// # Errors
-    /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the state is then
-    /// unchanged.
+    /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the
+    /// state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.y.restore(saved)
     }

@@ -1,15 +1,15 @@
 //! What a vademecum file is, byte for byte, and what its numbers mean.
 //!
-//! The builder writes through this crate, the evaluator reads through it, and they share nothing else. The normative text is
-//! `formats/vademecum-1.md`.
+//! The builder writes through this crate, the evaluator reads through it, and they share nothing else. The
+//! normative text is `formats/vademecum-1.md`.
 //!
 //! # Should I use this crate?
 //!
-//! Yes, if you want to know what is in a file, take its basis or its modes into a program of your own, or write files from another
-//! builder. It needs `core` only, has no heap, and does not panic on any input.
+//! Yes, if you want to know what is in a file, take its basis or its modes into a program of your own, or
+//! write files from another builder. It needs `core` only, has no heap, and does not panic on any input.
 //!
-//! No, if you want to step a body: the crate `vademecum-eval` does, and re-exports this one. Nor if you want a file made from a
-//! mesh: that is the program `vademecum build`.
+//! No, if you want to step a body: the crate `vademecum-eval` does, and re-exports this one. Nor if you want
+//! a file made from a mesh: that is the program `vademecum build`.
 //!
 //! # The flow
 //!
@@ -45,14 +45,17 @@
 //!
 //! # The longest ways through
 //!
-//! - **Reading.** [`File::parse`], [`File::metadata`], [`File::section`], [`Section::verify`], [`Section::numbers`], and
-//!   [`Numbers::iter`], [`Numbers::row`] or [`Numbers::get`]. [`File::verify_all`] checks every section at once.
-//! - **Writing.** A [`Metadata`] and a list of [`SectionInput`], [`encoded_len`], [`encode_into`] into memory you lend. What it
-//!   writes it opens once itself, so a file that could not be read is never written.
-//! - **Opening what was shipped small** (feature `zstd`). [`unpacked_len`] and [`unpack_into`] write the file anew, with the sections
-//!   you want and every one of them raw; a [`Decoder`] decodes one section, or one block of it.
-//! - **From a time scheme to a step.** [`scheme::SchemeTable::check`], [`scheme::theta`], [`scheme::StageCoefficients::new`] and
-//!   [`scheme::fuse_into`]: the arithmetic that builder and evaluator have in common.
+//! - **Reading.** [`File::parse`], [`File::metadata`], [`File::section`], [`Section::verify`],
+//!   [`Section::numbers`], and [`Numbers::iter`], [`Numbers::row`] or [`Numbers::get`]. [`File::verify_all`]
+//!   checks every section at once.
+//! - **Writing.** A [`Metadata`] and a list of [`SectionInput`], [`encoded_len`], [`encode_into`] into memory
+//!   you lend. What it writes it opens once itself, so a file that could not be read is never written.
+//! - **Opening what was shipped small** (feature `zstd`). [`unpacked_len`] and [`unpack_into`] write the file
+//!   anew, with the sections you want and every one of them raw; a [`Decoder`] decodes one section, or one
+//!   block of it.
+//! - **From a time scheme to a step.** [`scheme::SchemeTable::check`], [`scheme::theta`],
+//!   [`scheme::StageCoefficients::new`] and [`scheme::fuse_into`]: the arithmetic that builder and evaluator
+//!   have in common.
 //!
 //! What counts as accurate and stable enough is in [`policy`].
 #![no_std]
