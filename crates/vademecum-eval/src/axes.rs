@@ -1,14 +1,16 @@
-//! Where a scene stands on the axes of a separated solution, and the weights of its terms there: `g_t = Π_a g_ta(c_a)`.
+//! Where a scene stands on the axes of a separated solution, and the weights of its terms there:
+//! `g_t = Π_a g_ta(c_a)`.
 //!
-//! A factor between its points is a sum `Σ_j φ_j(c) f_j` whose basis functions `φ_j` (units, hats or Lagrange cardinals) do not
-//! depend on the term. So they are evaluated once per axis and stage, and a term costs one dot product per axis.
+//! A factor between its points is a sum `Σ_j φ_j(c) f_j` whose basis functions `φ_j` (units, hats or Lagrange
+//! cardinals) do not depend on the term. So they are evaluated once per axis and stage, and a term costs one
+//! dot product per axis.
 
 use crate::error::BindError;
 use crate::lend::{Lender, Short};
 use vademecum_format::{Axis, AxisKind, AxisRole, MAX_REGIONS, Metadata};
 
-/// A coordinate may pass the end of its axis by this much of itself: it is a product of up to 17 powers, the range was computed
-/// from another order of them, and each rounds once or twice.
+/// A coordinate may pass the end of its axis by this much of itself: it is a product of up to 17 powers, the
+/// range was computed from another order of them, and each rounds once or twice.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Where a stage stands.
@@ -67,7 +69,8 @@ fn power(x: f64, exponent: f64) -> f64 {
     }
 }
 
-/// The axes of a file, prepared in lent memory; every slice has one number per point of all axes, one axis after the other.
+/// The axes of a file, prepared in lent memory; every slice has one number per point of all axes, one axis
+/// after the other.
 pub(crate) struct Axes<'w> {
     /// The points, in logarithms where the axis says so.
     nodes: &'w mut [f64],
@@ -81,7 +84,8 @@ impl<'w> Axes<'w> {
     /// Numbers of work memory per point.
     pub const WORK: usize = 3;
 
-    /// Reads the points and computes what does not depend on the place. `work` has [`Axes::WORK`] numbers per point.
+    /// Reads the points and computes what does not depend on the place. `work` has [`Axes::WORK`] numbers per
+    /// point.
     pub fn new(metadata: &Metadata<'_>, points: &[[u8; 8]], work: &'w mut [f64]) -> Result<Self, Short> {
         let (n_points, mut work) = (points.len(), Lender::new(work));
         let (nodes, weights, basis) = (work.take(n_points)?, work.take(n_points)?, work.take(n_points)?);
@@ -183,7 +187,8 @@ fn hat_basis(x: f64, nodes: &[f64], basis: &mut [f64]) -> Option<()> {
     Some(())
 }
 
-/// `w_j = 1/Π_k (x_j − x_k)`, each difference in quarters of the range so that the products neither grow nor vanish.
+/// `w_j = 1/Π_k (x_j − x_k)`, each difference in quarters of the range so that the products neither grow nor
+/// vanish.
 fn barycentric_weights(nodes: &[f64], weights: &mut [f64]) {
     let (mut low, mut high) = (f64::MAX, f64::MIN);
     for &at in nodes {

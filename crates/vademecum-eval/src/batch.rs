@@ -1,13 +1,15 @@
-//! Many instances of one scene stepped together: a bridge with a thousand cables, a game with five hundred props.
+//! Many instances of one scene stepped together: a bridge with a thousand cables, a game with five hundred
+//! props.
 //!
-//! Each instance has a state, a load and a rest of its own. With the diagonal structure, [`Batch::LANES`] instances are held
-//! with their numbers interleaved (instance fastest): every operation of a step is done for all of them at once and a
-//! coefficient is read once for all of them, also where one body has too few modes to fill a vector. With the block structure the
-//! rows of `D` fill the vectors already; interleaving was measured to win nothing there (`docs/benchmarks/step.md`), so instances lie
-//! one after the other.
+//! Each instance has a state, a load and a rest of its own. With the diagonal structure, [`Batch::LANES`]
+//! instances are held with their numbers interleaved (instance fastest): every operation of a step is done
+//! for all of them at once and a coefficient is read once for all of them, also where one body has too few
+//! modes to fill a vector. With the block structure the rows of `D` fill the vectors already; interleaving
+//! was measured to win nothing there (`docs/benchmarks/step.md`), so instances lie one after the other.
 //!
-//! The bits of an instance are those of [`Scene::step`]: each number is the same sum in the same order. (One exception is in
-//! [`Batch::step`].) A batch knows no threads; a caller with several cores makes a batch for each, over the same scene.
+//! The bits of an instance are those of [`Scene::step`]: each number is the same sum in the same order. (One
+//! exception is in [`Batch::step`].) A batch knows no threads; a caller with several cores makes a batch for
+//! each, over the same scene.
 
 use crate::error::{BindError, LoadError, StepError};
 use crate::kernel::{LANES, ModeBlock, flushed, step_dense};
@@ -69,7 +71,28 @@ impl<'m, T: Scalar> Batch<'m, T> {
         group.saturating_mul(3).saturating_add(2 * WIDTH).saturating_mul(groups)
     }
 
-    /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what is in it does not matter.
+    /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what
+    /// is in it does not matter.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![0.0; Batch::len_for(&scene, 500)];
+    /// let mut batch = Batch::new(&scene, 500, &mut memory)?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// batch.load(&scene, 7, &loads)?;
+    /// let status = batch.step(&scene)?;
+    /// assert_eq!((status.moving, status.at_rest), (1, 499));
+    ///
+    /// // An instance has the bits that it would have alone.
+    /// scene.step(&mut state, &loads)?;
+    /// let alone = state.zeta().to_vec();
+    /// batch.get(7, &mut state)?;
+    /// assert_eq!(state.zeta(), alone);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`BindError::LentMemory`].
@@ -104,7 +127,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
         self.n_instances
     }
 
-    /// Loads `instance` with what `loads` holds, in place of what it had; it stays until the next call. `O(r)`.
+    /// Loads `instance` with what `loads` holds, in place of what it had; it stays until the next call.
+    /// `O(r)`.
     ///
     /// # Errors
     /// [`LoadError`]; the batch is then unchanged.
@@ -151,8 +175,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// Gives `instance` a state. `O(r)`.
     ///
     /// # Errors
-    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of another `Δt`; the batch is then
-    /// unchanged.
+    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of
+    /// another `Δt`; the batch is then unchanged.
     pub fn set(&mut self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
@@ -167,8 +191,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// Writes the state of `instance` to `state`, from which everything can be read. `O(r)`.
     ///
     /// # Errors
-    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of another `Δt`; `state` is then
-    /// unchanged.
+    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of
+    /// another `Δt`; `state` is then unchanged.
     pub fn get(&self, instance: usize, state: &mut State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
@@ -192,10 +216,12 @@ impl<'m, T: Scalar> Batch<'m, T> {
         judge(magnitude, loaded)
     }
 
-    /// Carries all states over to the parameters of `scene`; see [`State::carry`]. Loads from before are stale: clear them.
+    /// Carries all states over to the parameters of `scene`; see [`State::carry`]. Loads from before are
+    /// stale: clear them.
     ///
     /// # Errors
-    /// [`StepError::Mismatch`], and [`StepError::NotFinite`] if a number of some instance leaves the precision; the batch is then unchanged.
+    /// [`StepError::Mismatch`], and [`StepError::NotFinite`] if a number of some instance leaves the
+    /// precision; the batch is then unchanged.
     pub fn carry(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         if self.shape != scene.shape {
             return Err(StepError::Mismatch);
@@ -221,14 +247,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
         Ok(())
     }
 
-    /// Advances every instance by `Δt` under its load. An instance whose new state would not be finite keeps the old one and is counted
-    /// as refused; the others go on.
+    /// Advances every instance by `Δt` under its load. An instance whose new state would not be finite keeps
+    /// the old one and is counted as refused; the others go on.
     ///
-    /// An instance is put at rest by the rule of [`Scene::step`], except that `Σ|y|` is summed in another order: with
-    /// [`SceneOptions::rest_below`](crate::SceneOptions::rest_below) above 0 it may rest a step sooner or later than it would alone.
+    /// An instance is put at rest by the rule of [`Scene::step`], except that `Σ|y|` is summed in another
+    /// order: with [`SceneOptions::rest_below`](crate::SceneOptions::rest_below) above 0 it may rest a step
+    /// sooner or later than it would alone.
     ///
     /// # Errors
-    /// [`StepError::Mismatch`], [`StepError::NotCarried`] and [`StepError::StaleLoads`], for the batch as a whole and before anything moves.
+    /// [`StepError::Mismatch`], [`StepError::NotCarried`] and [`StepError::StaleLoads`], for the batch as a
+    /// whole and before anything moves.
     pub fn step(&mut self, scene: &Scene<'_, T>) -> Result<BatchStatus, StepError> {
         if self.shape != scene.shape {
             return Err(StepError::Mismatch);
@@ -318,8 +346,8 @@ const fn group_len(shape: Shape) -> usize {
     }
 }
 
-/// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so that the numbers of a mode lie side
-/// by side. Block: `(instance, third, mode)`, padded for the kernel.
+/// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so
+/// that the numbers of a mode lie side by side. Block: `(instance, third, mode)`, padded for the kernel.
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     match shape.structure {
         Structure::Diagonal => ((instance / WIDTH * shape.r + k) * 3 + third) * WIDTH + instance % WIDTH,
@@ -341,7 +369,8 @@ fn judge<T: Scalar>(magnitude: T, loaded: T) -> Result<Status, StepError> {
     }
 }
 
-/// Puts right the new states of a group: an instance that is refused keeps the old one, one that rests is zero in both.
+/// Puts right the new states of a group: an instance that is refused keeps the old one, one that rests is
+/// zero in both.
 fn settle<T: Scalar>(
     rest_below: T,
     loaded: &Lane<T>,
@@ -359,7 +388,8 @@ fn settle<T: Scalar>(
     }
 }
 
-/// [`step_diagonal`](crate::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at once.
+/// [`step_diagonal`](crate::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at
+/// once.
 fn step_modes<T: Scalar>(
     blocks: &[ModeBlock<T>],
     old: &[[Lane<T>; 3]],

@@ -1,7 +1,8 @@
-//! From a file to the numbers of a step: sections, parameters, and the fused maps of the diagonal and the block structure.
+//! From a file to the numbers of a step: sections, parameters, and the fused maps of the diagonal and the
+//! block structure.
 //!
-//! Everything is fused in `f64` in lent work memory first and laid out in the scene afterwards, so that a refusal leaves a bound
-//! scene as it was.
+//! Everything is fused in `f64` in lent work memory first and laid out in the scene afterwards, so that a
+//! refusal leaves a bound scene as it was.
 
 use crate::axes::{Axes, StagePlace};
 use crate::error::BindError;
@@ -142,7 +143,8 @@ pub(crate) fn fuse<'w, T: Scalar>(
     Ok(fused)
 }
 
-/// The 3×3 block and the load vectors of each mode: `E = −θλ/(1 + θλ)`, and `H = B/(1 + θλ)` goes into the load map.
+/// The 3×3 block and the load vectors of each mode: `E = −θλ/(1 + θλ)`, and `H = B/(1 + θλ)` goes into the
+/// load map.
 fn fuse_modes<'w>(
     metadata: &Metadata<'_>,
     sections: &Sections<'_>,
@@ -159,8 +161,8 @@ fn fuse_modes<'w>(
     let (d, loads) = (work.take(9 * shape.r)?, work.take(3 * shape.n_stages * shape.r)?);
     let mut small = [0.0; fuse_work_len(1)];
     let per_mode = shape.n_stages.saturating_mul(3).max(1);
-    // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
-    // For its sake, too, chunk sizes are saturated products.
+    // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that
+    // they are not zero. For its sake, too, chunk sizes are saturated products.
     let (mut blocks, mut load_vectors) = (d.chunks_exact_mut(9), loads.chunks_exact_mut(per_mode));
     let Stiffness::Diagonal(lambdas) = sections.matrices.stiffness else {
         return Err(missing(SectionKind::Eigenvalues).into());
@@ -199,7 +201,8 @@ fn fuse_block<'w>(
     Ok(Fused { d, loads, weights })
 }
 
-/// `E_i = Σ_t g_t E_t` at each stage's place on the axes, `(n_stages, r, r)`, and the weights `g_t`, `(n_stages, n_terms)`.
+/// `E_i = Σ_t g_t E_t` at each stage's place on the axes, `(n_stages, r, r)`, and the weights `g_t`,
+/// `(n_stages, n_terms)`.
 pub(crate) fn stage_responses(
     metadata: &Metadata<'_>,
     sections: &Sections<'_>,
@@ -267,8 +270,8 @@ fn on_an_axis(metadata: &Metadata<'_>, role: ParameterRole) -> bool {
     })
 }
 
-/// `θ` of a stage, if the block structure was built for it: without a parameter that moves `θ` and an axis that carries it, `θ`
-/// must be the file's, up to rounding (a few operations: 1e-12).
+/// `θ` of a stage, if the block structure was built for it: without a parameter that moves `θ` and an axis
+/// that carries it, `θ` must be the file's, up to rounding (a few operations: 1e-12).
 fn allowed_theta(metadata: &Metadata<'_>, asked: &StepParameters, stage: usize) -> Result<f64, BindError> {
     use ParameterRole as R;
     let requested = StageCoefficients::new(&metadata.scheme, asked, stage)?.theta;

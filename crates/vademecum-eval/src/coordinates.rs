@@ -1,5 +1,5 @@
-//! The reduced coordinates of a body and their rates, `y = (ζ, Δt ζ̇, Δt² ζ̈)`, twice in lent memory: as they are, and where a step
-//! writes the new ones. The states of both kinds of scene are made of them.
+//! The reduced coordinates of a body and their rates, `y = (ζ, Δt ζ̇, Δt² ζ̈)`, twice in lent memory: as they
+//! are, and where a step writes the new ones. The states of both kinds of scene are made of them.
 
 use crate::error::StepError;
 use crate::lend::{Lender, Short};
@@ -66,7 +66,8 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         self.time_step = time_step;
     }
 
-    /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small enough rests.
+    /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small
+    /// enough rests.
     pub fn settle(&mut self, magnitude: T, loaded: bool, rest_below: T) -> Result<Status, StepError> {
         if !magnitude.to_f64().is_finite() {
             return Err(StepError::NotFinite);

@@ -1,14 +1,16 @@
-//! What a bound scene costs: how much of the file each move reads and how many multiply-adds it takes. Computed from the sizes
-//! of things; nothing is counted while stepping.
+//! What a bound scene costs: how much of the file each move reads and how many multiply-adds it takes.
+//! Computed from the sizes of things; nothing is counted while stepping.
 //!
-//! A test poisons every number of a file that is not in these counts and finds the same bits (`tests/tests/needless.rs`).
+//! A test poisons every number of a file that is not in these counts and finds the same bits
+//! (`tests/tests/needless.rs`).
 
 use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use vademecum_format::Numbers;
 
-/// Costs of a scene's moves. Bytes are those of the file, apart from [`Cost::step_bytes`]. Sections that are not there count nothing.
+/// Costs of a scene's moves. Bytes are those of the file, apart from [`Cost::step_bytes`]. Sections that are
+/// not there count nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Terms of the separated solution that binding adds up; 0 for the diagonal structure.

@@ -16,12 +16,13 @@ pub enum BindError {
     Parameter(ParameterError),
     /// The structure asked for is not in the file.
     NoStructure,
-    /// The file has only the chapter's structure (`representation = "canonical"`), which an ordinary scene does not step. The
-    /// evaluator's feature `chapter` has a scene for it.
+    /// The file has only the chapter's structure (`representation = "canonical"`), which an ordinary scene
+    /// does not step. The evaluator's feature `chapter` has a scene for it.
     OnlyChapter,
     /// The scene was bound to the other structure; its memory has not the room for this one.
     OtherStructure,
-    /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the whole body.
+    /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the
+    /// whole body.
     NotDiagonal,
     /// The scale of a region is not a positive number.
     BadScale {
@@ -39,7 +40,8 @@ pub enum BindError {
     },
     /// The state was made for a scene of another shape.
     Mismatch,
-    /// The block structure was built for other parameters: no parameter and axis carry what the options change.
+    /// The block structure was built for other parameters: no parameter and axis carry what the options
+    /// change.
     Fixed {
         /// The stage.
         stage: usize,
@@ -72,7 +74,8 @@ pub enum BindError {
         /// Its value.
         value: f64,
     },
-    /// So many terms cannot be had: a file without live parameters needs all it has, others at least one; a bound scene keeps its number.
+    /// So many terms cannot be had: a file without live parameters needs all it has, others at least one; a
+    /// bound scene keeps its number.
     Terms {
         /// Terms asked for.
         asked: usize,
@@ -86,7 +89,8 @@ pub enum BindError {
         /// What was accepted.
         tolerance: f64,
     },
-    /// A coefficient of the fused step, or the state carried over to it, is not finite in the chosen precision.
+    /// A coefficient of the fused step, or the state carried over to it, is not finite in the chosen
+    /// precision.
     NotFinite,
 }
 
@@ -160,7 +164,8 @@ pub enum StepError {
     Mismatch,
     /// The loads were added before the scene's parameters changed; clear them and add again.
     StaleLoads,
-    /// The state belongs to another `Δt` than the scene's; carry it over with [`State::carry`](crate::State::carry).
+    /// The state belongs to another `Δt` than the scene's; carry it over with
+    /// [`State::carry`](crate::State::carry).
     NotCarried,
     /// The file's region masses do not sum to a positive definite matrix.
     BadMass,
@@ -219,8 +224,10 @@ impl fmt::Display for BindError {
             Self::Parameter(error) => error.fmt(out),
             Self::OnlyChapter => write!(
                 out,
-                "the file has only the chapter's structure (representation = \"canonical\"), which this scene does not step: \
-                 use `vademecum run`, or `ChapterScene` of the evaluator's feature `chapter`, or build the file without that line"
+                "the file has only the chapter's structure (representation = \"canonical\"), which this \
+                 scene does not step: \
+                 use `vademecum run`, or `ChapterScene` of the evaluator's feature `chapter`, or build \
+                 the file without that line"
             ),
             Self::OtherStructure => {
                 write!(
@@ -240,12 +247,14 @@ impl fmt::Display for BindError {
             Self::FixedRegion { role, value } => {
                 write!(
                     out,
-                    "{role:?} = {value:e}: the file has no such parameter; build it with one, or leave it at 1"
+                    "{role:?} = {value:e}: the file has no such parameter; build it with one, or leave it \
+                     at 1"
                 )
             }
             Self::NotDiagonalisable { remainder, tolerance } => write!(
                 out,
-                "the stages share their modes only up to {remainder:.1e}, {tolerance:.1e} was asked for: step dense"
+                "the stages share their modes only up to {remainder:.1e}, {tolerance:.1e} was asked for: \
+                 step dense"
             ),
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
             Self::LentMemory { found, needed } => {

@@ -1,6 +1,6 @@
-//! The two inner loops. Both read fixed-size arrays so that they vectorise without run-time lengths inside, write the new
-//! state beside the old one, set what is below [`Scalar::FLOOR`] to zero and return `Σ|y|`, which is not finite exactly when
-//! the new state is not (or overflows when summed).
+//! The two inner loops. Both read fixed-size arrays so that they vectorise without run-time lengths inside,
+//! write the new state beside the old one, set what is below [`Scalar::FLOOR`] to zero and return `Σ|y|`,
+//! which is not finite exactly when the new state is not (or overflows when summed).
 
 use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;

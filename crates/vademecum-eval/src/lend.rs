@@ -1,7 +1,8 @@
 //! Cutting lent memory into pieces whose lengths are known before.
 //!
-//! Every length was checked against what was lent before the first cut, so a cut that does not fit is a mistake inside this crate.
-//! It is returned as an error nevertheless: a piece that came out empty would otherwise pass for a body that never moves.
+//! Every length was checked against what was lent before the first cut, so a cut that does not fit is a
+//! mistake inside this crate. It is returned as an error nevertheless: a piece that came out empty would
+//! otherwise pass for a body that never moves.
 
 use crate::error::{BindError, LoadError, OutputError, StepError};
 

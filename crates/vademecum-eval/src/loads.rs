@@ -1,9 +1,10 @@
 //! What acts on the body during a step, accumulated in reduced form.
 //!
-//! A point force enters through one row of `H` per loaded dof (reciprocity): `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused
-//! step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the amplitude the scheme's stage `i` sees. Loads stay until they are
-//! cleared, so a held contact is added once; when the scene's parameters change, what was added means nothing any more and is
-//! refused until it is cleared.
+//! A point force enters through one row of `H` per loaded dof (reciprocity):
+//! `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the
+//! amplitude the scheme's stage `i` sees. Loads stay until they are cleared, so a held contact is added once;
+//! when the scene's parameters change, what was added means nothing any more and is refused until it is
+//! cleared.
 
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
@@ -16,7 +17,8 @@ use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 use vademecum_format::{Numbers, SectionKind};
 
-/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum to 1).
+/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum
+/// to 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Loadable nodes, in file order.
@@ -103,6 +105,17 @@ impl Contact {
 impl<'m, T: Scalar> Loads<'m, T> {
     /// No loads. `memory` holds at least [`crate::Sizes::loads`] numbers; what is in it does not matter.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![f64::NAN; sizes.loads];
+    /// let loads = Loads::new(&scene, &mut memory)?;
+    /// assert!(loads.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, memory: &'m mut [T]) -> Result<Self, BindError> {
@@ -119,6 +132,19 @@ impl<'m, T: Scalar> Loads<'m, T> {
     }
 
     /// Takes all loads away.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?; // under the pattern
+    /// scene.step(&mut state, &loads)?; // and still
+    /// loads.clear();
+    /// assert!(loads.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn clear(&mut self) {
         self.increment.fill(T::ZERO);
         self.force.fill(T::ZERO);
@@ -133,13 +159,36 @@ impl<'m, T: Scalar> Loads<'m, T> {
 
     /// Adds a contact held over the step.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
+    /// let force = [0.0, 0.0, -20.0];
+    /// let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+    /// loads.add_contact(&scene, &contact)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let once = scene.point(&state, &touched, Field::Displacement)?;
+    /// assert!(once[2] < 0.0); // a body moves where it is pushed
+    ///
+    /// // Contacts add up, and the body is linear.
+    /// state.rest();
+    /// loads.add_contact(&scene, &contact)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let twice = scene.point(&state, &touched, Field::Displacement)?;
+    /// assert!((twice[2] / once[2] - 2.0).abs() < 1e-12);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.
     pub fn add_contact(&mut self, scene: &Scene<'_, T>, contact: &Contact) -> Result<(), LoadError> {
         self.contact(scene, contact, Amplitudes::held(1.0))
     }
 
-    /// Adds a contact whose force is `contact.force` times an amplitude given at [`Scene::instants`] of the step.
+    /// Adds a contact whose force is `contact.force` times an amplitude given at [`Scene::instants`] of the
+    /// step.
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.
@@ -153,6 +202,22 @@ impl<'m, T: Scalar> Loads<'m, T> {
     }
 
     /// Adds the load pattern `index` times an amplitude held over the step.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// // Patterns are numbered in the order of their names in the file.
+    /// use vademecum_eval::format::SectionKind;
+    /// let names = file.section(SectionKind::PatternNames).ok_or("no names")?.text()?;
+    /// let pull = names.lines().position(|name| name == "pull").ok_or("no such pattern")?;
+    /// loads.add_pattern(&scene, pull, 0.5)?;
+    /// assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
+    /// let beyond = loads.add_pattern(&scene, 1, 0.5);
+    /// assert_eq!(beyond, Err(LoadError::NoPattern { index: 1, count: 1 }));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.

@@ -1,12 +1,14 @@
 //! The dense step of a block scene taken apart into independent modes, once per setting of its parameters.
 //!
-//! With live regions the stages of a step are functions of one pencil, `I + E_i = (M̃ + θ_i K̃)⁻¹ M̃` (`docs/decisions/lifting.md`), so
-//! they share their eigenvectors: `E_i = X diag(e_i) X⁻¹` with one real `X`. In `η = X⁻¹ζ` a step is `r` independent 3×3 blocks. A call of
-//! [`Modal::march`] goes to `η`, takes any number of such steps under the same loads, and comes back; states, loads and outputs of the
-//! scene stay as they are.
+//! With live regions the stages of a step are functions of one pencil, `I + E_i = (M̃ + θ_i K̃)⁻¹ M̃`
+//! (`docs/decisions/lifting.md`), so they share their eigenvectors: `E_i = X diag(e_i) X⁻¹` with one real
+//! `X`. In `η = X⁻¹ζ` a step is `r` independent 3×3 blocks. A call of [`Modal::march`] goes to `η`, takes any
+//! number of such steps under the same loads, and comes back; states, loads and outputs of the scene stay as
+//! they are.
 //!
-//! The odd thing: `M̃` and `K̃` are not in the file, only `E`, so the symmetric form of the problem cannot be had; `E` itself is
-//! diagonalised, as a general matrix. What the stages do not share is measured ([`Modal::remainder`]) and left out.
+//! The odd thing: `M̃` and `K̃` are not in the file, only `E`, so the symmetric form of the problem cannot be
+//! had; `E` itself is diagonalised, as a general matrix. What the stages do not share is measured
+//! ([`Modal::remainder`]) and left out.
 
 use crate::bind::{Asked, lay_out_columns, place_in_modes, stage_responses};
 use crate::eigen::diagonalise;
@@ -67,15 +69,37 @@ impl<'m, T: Scalar> Modal<'m, T> {
         }
     }
 
-    /// Diagonalises the step of a block scene as it is bound now. `tolerance` is the largest [`Modal::remainder`] accepted: about the map
-    /// error of the file's certificate (1e-5) for files with live regions.
+    /// Diagonalises the step of a block scene as it is bound now. `tolerance` is the largest
+    /// [`Modal::remainder`] accepted: about the map error of the file's certificate (1e-5) for files with
+    /// live regions.
     ///
-    /// Cost `O(r³)`, some 5 (r = 8) to 40 (r = 64) times that of binding the scene: from a thousand steps on it pays
-    /// (`docs/benchmarks/step.md`). Allocates nothing.
+    /// Cost `O(r³)`, some 5 (r = 8) to 40 (r = 64) times that of binding the scene: from a thousand steps on
+    /// it pays (`docs/benchmarks/step.md`). Allocates nothing.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Block: file, sizes, scene, state, loads, work);
+    /// let lent = Modal::sizes(&scene);
+    /// let (mut memory, mut work) = (vec![0.0; lent.memory], vec![0.0; lent.work]);
+    /// let mut modal = Modal::bind(&scene, 1e-5, &mut memory, &mut work)?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// modal.march(&scene, &mut state, &loads, 50)?;
+    /// let marched = scene.energy(&state)?;
+    ///
+    /// // The same fifty steps, one by one.
+    /// state.rest();
+    /// for _ in 0..50 {
+    ///     scene.step(&mut state, &loads)?;
+    /// }
+    /// assert!((marched / scene.energy(&state)? - 1.0).abs() < 1e-9);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
-    /// [`BindError::OtherStructure`] for a diagonal scene, which has its modes; [`BindError::LentMemory`]; [`BindError::NotDiagonalisable`]
-    /// if the remainder is larger than asked for; [`BindError::NotFinite`].
+    /// [`BindError::OtherStructure`] for a diagonal scene, which has its modes; [`BindError::LentMemory`];
+    /// [`BindError::NotDiagonalisable`] if the remainder is larger than asked for; [`BindError::NotFinite`].
     pub fn bind(
         scene: &Scene<'_, T>,
         tolerance: f64,
@@ -124,19 +148,21 @@ impl<'m, T: Scalar> Modal<'m, T> {
         Ok(modal)
     }
 
-    /// What of the stages is left beside the diagonals and is left out: the largest `|(X⁻¹E_iX)_kl| / √(e_ik e_il)` with columns of `X` of
-    /// unit length.
+    /// What of the stages is left beside the diagonals and is left out: the largest
+    /// `|(X⁻¹E_iX)_kl| / √(e_ik e_il)` with columns of `X` of unit length.
     #[must_use]
     pub const fn remainder(&self) -> f64 {
         self.remainder
     }
 
-    /// Advances `state` by `n_steps` steps of `Δt`, all under `loads` as they are now. Costs `6r² + 9r n_steps` multiply-adds, and `3r²` more under
-    /// load; `n_steps` calls of [`Scene::step`] cost `9r² n_steps`. So a call of one step is no gain, one of ten is. An unloaded body comes to rest as there, at the end of a call.
+    /// Advances `state` by `n_steps` steps of `Δt`, all under `loads` as they are now. Costs
+    /// `6r² + 9r n_steps` multiply-adds, and `3r²` more under load; `n_steps` calls of [`Scene::step`] cost
+    /// `9r² n_steps`. So a call of one step is no gain, one of ten is. An unloaded body comes to rest as
+    /// there, at the end of a call.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then unchanged. [`StepError::StaleModes`] if the scene's parameters have changed since this was
-    /// bound.
+    /// [`StepError`]; the state is then unchanged. [`StepError::StaleModes`] if the scene's parameters have
+    /// changed since this was bound.
     pub fn march(
         &mut self,
         scene: &Scene<'_, T>,
@@ -203,8 +229,9 @@ fn transform<T: Scalar>(
     Ok(())
 }
 
-/// Diagonalises the first stage's `E`, brings the others into its eigenvectors, and returns what is left beside their diagonals. `e`
-/// `(n_stages, r, r)` becomes `X⁻¹E_iX`, `columns` `X` column by column, `rows` `X⁻¹` row by row.
+/// Diagonalises the first stage's `E`, brings the others into its eigenvectors, and returns what is left
+/// beside their diagonals. `e` `(n_stages, r, r)` becomes `X⁻¹E_iX`, `columns` `X` column by column, `rows`
+/// `X⁻¹` row by row.
 fn share_eigenvectors(
     e: &mut [f64],
     columns: &mut [f64],

@@ -1,8 +1,8 @@
-//! The reduced equation of motion at a scene's parameters: `s_ρ M_r ζ̈ + … + s_K K_r ζ = BᵀF` with `M_r = Σ_q ρ_q BᵀM_qB` (the
-//! identity while every `ρ_q` is 1) and `K_r = Σ_q κ_q BᵀK_qB`.
+//! The reduced equation of motion at a scene's parameters: `s_ρ M_r ζ̈ + … + s_K K_r ζ = BᵀF` with
+//! `M_r = Σ_q ρ_q BᵀM_qB` (the identity while every `ρ_q` is 1) and `K_r = Σ_q κ_q BᵀK_qB`.
 //!
-//! The odd thing: the region sums are formed anew whenever they are read. They are wanted once per placed state or asked energy,
-//! and a step does not know them.
+//! The odd thing: the region sums are formed anew whenever they are read. They are wanted once per placed
+//! state or asked energy, and a step does not know them.
 
 use crate::coordinates::Coordinates;
 use crate::error::StepError;
@@ -47,11 +47,12 @@ pub(crate) struct Equation<'e, 'm> {
 }
 
 impl<T: Scalar> Scene<'_, T> {
-    /// Sets displacement and velocity in reduced coordinates and computes the acceleration that goes with them under `loads`
-    /// (their force at the start of a step): `ζ̈ = M_r⁻¹ (BᵀF − s_K K_r (ζ + β ζ̇))/s_ρ − α ζ̇`.
+    /// Sets displacement and velocity in reduced coordinates and computes the acceleration that goes with
+    /// them under `loads` (their force at the start of a step):
+    /// `ζ̈ = M_r⁻¹ (BᵀF − s_K K_r (ζ + β ζ̇))/s_ρ − α ζ̇`.
     ///
-    /// `zeta` \[m kg^½\] and `zeta_dot` \[m kg^½/s\] have length `r`. With region densities, `M_r ζ̈ = …` is solved by conjugate
-    /// gradients to rounding; otherwise `M_r` is the identity.
+    /// `zeta` \[m kg^½\] and `zeta_dot` \[m kg^½/s\] have length `r`. With region densities, `M_r ζ̈ = …` is
+    /// solved by conjugate gradients to rounding; otherwise `M_r` is the identity.
     ///
     /// # Errors
     /// [`StepError`]; the state is then unchanged.
@@ -80,7 +81,8 @@ impl<T: Scalar> Scene<'_, T> {
 }
 
 impl Equation<'_, '_> {
-    /// Sets displacement and velocity and computes the acceleration under `force = BᵀF`; all of it or nothing.
+    /// Sets displacement and velocity and computes the acceleration under `force = BᵀF`; all of it or
+    /// nothing.
     pub fn place<T: Scalar>(
         &self,
         y: &mut Coordinates<'_, T>,
@@ -127,8 +129,9 @@ impl Equation<'_, '_> {
         Some(0.5 * self.parameters.density * kinetic + 0.5 * self.parameters.stiffness * elastic)
     }
 
-    /// Solves `M_r a = f` by conjugate gradients: `f` in `residual` on entry, three vectors in all. `M_r` is between the smallest and
-    /// the largest region density times the identity, so the count of iterations goes with the root of their ratio.
+    /// Solves `M_r a = f` by conjugate gradients: `f` in `residual` on entry, three vectors in all. `M_r` is
+    /// between the smallest and the largest region density times the identity, so the count of iterations
+    /// goes with the root of their ratio.
     fn solve_mass<T: Scalar>(
         &self,
         residual: &mut [T],
@@ -207,8 +210,9 @@ impl Equation<'_, '_> {
         regions.try_fold(0.0, |sum, (q, scale)| Some(sum + scale * a(q)?))
     }
 
-    /// At least the largest eigenvalue of `K_r` of `r` modes, without `s_K`: the largest Ritz value, or the sum of the diagonal,
-    /// which no eigenvalue of a positive matrix exceeds. `None` if a matrix is smaller than that.
+    /// At least the largest eigenvalue of `K_r` of `r` modes, without `s_K`: the largest Ritz value, or the
+    /// sum of the diagonal, which no eigenvalue of a positive matrix exceeds. `None` if a matrix is smaller
+    /// than that.
     pub fn stiffness_bound(&self, r: usize) -> Option<f64> {
         let scales = self.region_stiffness;
         let on_diagonal = |matrix, k| number(matrix, k * r + k);

@@ -1,4 +1,5 @@
-//! Reading a state: probes, nodes, the surface, the whole body, energy. Each costs what it reads and nothing else.
+//! Reading a state: probes, nodes, the surface, the whole body, energy. Each costs what it reads and nothing
+//! else.
 
 use crate::coordinates::Coordinates;
 use crate::error::OutputError;
@@ -137,6 +138,19 @@ pub(crate) fn factors<'s, T: Scalar>(y: &'s Coordinates<'_, T>, field: Field) ->
 impl<T: Scalar> Scene<'_, T> {
     /// Value of probe `index`. `O(r)`.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// # loads.add_pattern(&scene, 0, 1.0)?;
+    /// # scene.step(&mut state, &loads)?;
+    /// let [displacement, velocity] = [Field::Displacement, Field::Velocity].map(|field| scene.probe(&state, 0, field));
+    /// assert!(displacement? != 0.0 && velocity? != 0.0); // one step after a load came on
+    /// assert_eq!(scene.probe(&state, 3, Field::Velocity), Err(OutputError::OutOfRange { index: 3, count: 3 }));
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`OutputError`].
     pub fn probe(&self, state: &State<'_, T>, index: usize, field: Field) -> Result<f64, OutputError> {
@@ -145,6 +159,23 @@ impl<T: Scalar> Scene<'_, T> {
 
     /// Displacement or velocity of `node` (file order), three components. `O(r)`.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// # loads.add_pattern(&scene, 0, 1.0)?;
+    /// # scene.step(&mut state, &loads)?;
+    /// // The surface holds the first nodes of the file, three numbers each.
+    /// let mut surface = vec![0.0; 3 * file.metadata().n_surface_nodes as usize];
+    /// scene.surface_into(&state, Field::Displacement, &mut surface)?;
+    /// let node = scene.node(&state, 5, Field::Displacement)?;
+    /// for component in 0..3 {
+    ///     assert!((node[component] - surface[3 * 5 + component]).abs() < 1e-15);
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`OutputError`].
     pub fn node(&self, state: &State<'_, T>, node: usize, field: Field) -> Result<[f64; 3], OutputError> {
@@ -152,6 +183,23 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// Displacement or velocity of a point of the surface, three components. `O(r)`.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// # loads.add_pattern(&scene, 0, 1.0)?;
+    /// # scene.step(&mut state, &loads)?;
+    /// // Half way between two nodes, the mean of both.
+    /// let middle = SurfacePoint { nodes: [0, 1, 3], weights: [0.5, 0.5, 0.0], position: [0.0; 3], distance: 0.0 };
+    /// let there = scene.point(&state, &middle, Field::Displacement)?;
+    /// let [a, b] = [scene.node(&state, 0, Field::Displacement)?, scene.node(&state, 1, Field::Displacement)?];
+    /// for component in 0..3 {
+    ///     assert_eq!(there[component], 0.5 * a[component] + 0.5 * b[component]);
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`OutputError`].
@@ -165,6 +213,21 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// The surface, `out` of shape `(n_surface_nodes, 3)`. Bound by reading the basis once.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// # loads.add_pattern(&scene, 0, 1.0)?;
+    /// # scene.step(&mut state, &loads)?;
+    /// let mut moved = vec![0.0; 3 * file.metadata().n_surface_nodes as usize]; // a vertex array
+    /// scene.surface_into(&state, Field::Displacement, &mut moved)?;
+    /// assert!(moved.iter().any(|&x| x != 0.0));
+    /// let wrong = scene.surface_into(&state, Field::Displacement, &mut moved[1..]);
+    /// assert_eq!(wrong, Err(OutputError::Length { found: 26, needed: 27 }));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`OutputError`].
@@ -180,8 +243,21 @@ impl<T: Scalar> Scene<'_, T> {
         self.sections.rows.body_into(self.factors(state, field)?, out)
     }
 
-    /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions in
-    /// `M_r = Σ ρ_q BᵀM_qB` and `K_r = Σ κ_q BᵀK_qB`. `O(r)`, or `O(r²)` times the regions that count.
+    /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions
+    /// in `M_r = Σ ρ_q BᵀM_qB` and `K_r = Σ κ_q BᵀK_qB`. `O(r)`, or `O(r²)` times the regions that count.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// # loads.add_pattern(&scene, 0, 1.0)?;
+    /// # scene.step(&mut state, &loads)?;
+    /// assert!(scene.energy(&state)? > 0.0);
+    /// state.rest();
+    /// assert_eq!(scene.energy(&state)?, 0.0);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`OutputError::Mismatch`].

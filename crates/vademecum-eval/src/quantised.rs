@@ -1,7 +1,7 @@
 //! Fields from a quantised basis, read where it lies.
 //!
-//! `Σ_k (s_k q_dk) x_k = Σ_k q_dk (s_k x_k)`: within a block of nodes the products `s_k x_k` are the same for all rows of one component, so
-//! the inner loop costs what it costs over binary32, and reads half the bytes.
+//! `Σ_k (s_k q_dk) x_k = Σ_k q_dk (s_k x_k)`: within a block of nodes the products `s_k x_k` are the same for
+//! all rows of one component, so the inner loop costs what it costs over binary32, and reads half the bytes.
 
 use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;

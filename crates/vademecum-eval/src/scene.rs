@@ -1,9 +1,9 @@
 //! Binding a file to parameters and memory, and the step.
 //!
-//! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product. The diagonal
-//! structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping exactly; the block structure
-//! keeps the dense `3r × 3r` map and takes what its axes allow. Both can be set to other parameters where they are
-//! ([`Scene::set_parameter`]).
+//! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product.
+//! The diagonal structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping
+//! exactly; the block structure keeps the dense `3r × 3r` map and takes what its axes allow. Both can be set
+//! to other parameters where they are ([`Scene::set_parameter`]).
 
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::error::{BindError, StepError};
@@ -37,16 +37,48 @@ pub struct Scene<'m, T> {
 impl<'m, T: Scalar> Scene<'m, T> {
     /// The memory a scene of these options asks for.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let options = SceneOptions::default();
+    /// let [single, double] = [Scene::<f32>::sizes(&file, &options)?, Scene::<f64>::sizes(&file, &options)?];
+    /// assert_eq!(single, double); // in numbers, not in bytes
+    /// assert!(single.state >= 6 * file.metadata().n_modes as usize); // old and new side by side
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::NoStructure`], [`BindError::NotDiagonal`] and [`BindError::BadOption`].
     pub fn sizes(file: &File<'_>, options: &SceneOptions) -> Result<Sizes, BindError> {
         Ok(shape(file, options)?.sizes())
     }
 
-    /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not matter.
+    /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not
+    /// matter.
     ///
-    /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block structure. The basis is
-    /// not touched.
+    /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block
+    /// structure. The basis is not touched.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let options = SceneOptions { time_step: Some(0.5e-3), ..SceneOptions::default() };
+    /// let sizes = Scene::<f32>::sizes(&file, &options)?;
+    /// let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    /// let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
+    /// assert_eq!((scene.structure(), scene.n_modes()), (Structure::Diagonal, 3));
+    /// assert_eq!(scene.parameters().time_step, 0.5e-3);
+    ///
+    /// let short = Scene::<f32>::bind(&file, &options, &mut [], &mut work);
+    /// assert_eq!(short.err(), Some(BindError::LentMemory { found: 0, needed: sizes.scene }));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`BindError`].
@@ -115,13 +147,33 @@ impl<'m, T: Scalar> Scene<'m, T> {
         &self.options
     }
 
-    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest is 0.
+    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest
+    /// is 0.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         self.metadata.scheme.instants()
     }
 
     /// Advances `state` by `Δt` under `loads`.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// assert_eq!(scene.step(&mut state, &loads)?, Status::AtRest); // nothing acts, nothing moves
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// for _ in 0..100 {
+    ///     assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
+    /// }
+    /// loads.clear();
+    /// let released = scene.energy(&state)?;
+    /// for _ in 0..1000 {
+    ///     scene.step(&mut state, &loads)?;
+    /// }
+    /// assert!(scene.energy(&state)? < released); // the body is damped
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`StepError`]; the state is then unchanged.

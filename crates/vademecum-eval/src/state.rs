@@ -15,7 +15,20 @@ pub struct State<'m, T> {
 }
 
 impl<'m, T: Scalar> State<'m, T> {
-    /// A body at rest. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not matter.
+    /// A body at rest. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not
+    /// matter.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![f64::NAN; sizes.state];
+    /// let state = State::new(&scene, &mut memory)?;
+    /// assert_eq!(state.zeta(), [0.0; 3]);
+    /// assert_eq!(state.time_step(), 1e-3);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`BindError::LentMemory`].
@@ -38,12 +51,13 @@ impl<'m, T: Scalar> State<'m, T> {
         self.y.time_step
     }
 
-    /// Carries the state over to the parameters of `scene`: displacement, velocity and acceleration stay what they are, so
-    /// `Δt ζ̇` and `Δt² ζ̈` change when `Δt` has. Wanted after [`Scene::rebind`]; [`Scene::set_parameter`] does it itself.
+    /// Carries the state over to the parameters of `scene`: displacement, velocity and acceleration stay what
+    /// they are, so `Δt ζ̇` and `Δt² ζ̈` change when `Δt` has. Wanted after [`Scene::rebind`];
+    /// [`Scene::set_parameter`] does it itself.
     ///
     /// # Errors
-    /// [`StepError::Mismatch`] for a scene of another shape, [`StepError::NotFinite`] if a number leaves the precision; the state
-    /// is then unchanged.
+    /// [`StepError::Mismatch`] for a scene of another shape, [`StepError::NotFinite`] if a number leaves the
+    /// precision; the state is then unchanged.
     pub fn carry(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         if self.shape != scene.shape {
             return Err(StepError::Mismatch);
@@ -71,8 +85,22 @@ impl<'m, T: Scalar> State<'m, T> {
         self.y.part(2)
     }
 
-    /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`State::restore`] takes it back, bit for
-    /// bit, in a state of the same [`State::time_step`].
+    /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`State::restore`] takes it
+    /// back, bit for bit, in a state of the same [`State::time_step`].
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let mut saved = vec![0.0; 3 * scene.n_modes()];
+    /// state.save_into(&mut saved)?;
+    /// assert_eq!(saved[..3], *state.zeta());
+    /// assert_eq!(saved[3..6], *state.scaled_velocity());
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`StepError::Mismatch`] if the length is not `3r`.
@@ -82,9 +110,26 @@ impl<'m, T: Scalar> State<'m, T> {
 
     /// Takes back what [`State::save_into`] wrote at the same `Δt`.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let mut saved = vec![0.0; 3 * scene.n_modes()];
+    /// state.save_into(&mut saved)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let once = state.zeta().to_vec();
+    /// state.restore(&saved)?;
+    /// scene.step(&mut state, &loads)?;
+    /// assert_eq!(state.zeta(), once); // every bit
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
-    /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the state is then
-    /// unchanged.
+    /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the
+    /// state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.y.restore(saved)
     }

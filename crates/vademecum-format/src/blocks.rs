@@ -1,8 +1,8 @@
 //! Sections coded by block: any block can be decoded without the others.
 //!
-//! The decoded bytes are cut every `block_length` bytes; each piece is filtered by itself (so that like bytes lie together) and is one zstd
-//! frame. In front stands a table of little-endian u64: `block_length`, then for each block where its frame ends, counted from the
-//! end of the table.
+//! The decoded bytes are cut every `block_length` bytes; each piece is filtered by itself (so that like bytes
+//! lie together) and is one zstd frame. In front stands a table of little-endian u64: `block_length`, then
+//! for each block where its frame ends, counted from the end of the table.
 
 use crate::error::FormatError;
 use crate::section::{Codec, Section};

@@ -1,12 +1,13 @@
-//! The chapter's structure: the stage maps of chapter 5 as it prints them (equations 5.8 and 5.9, key `chapter5` of
-//! `docs/bibliography.md`), kept as a baseline. The file format calls it the *canonical* structure, and the sections and
-//! refusals keep that name because files stay readable for ever.
+//! The chapter's structure: the stage maps of chapter 5 as it prints them (equations 5.8 and 5.9, key
+//! `chapter5` of `docs/bibliography.md`), kept as a baseline. The file format calls it the *canonical*
+//! structure, and the sections and refusals keep that name because files stay readable for ever.
 //!
-//! Every coordinate of the state, the magnitude of the load and its position is an axis with one-dimensional functions of
-//! its own. Stage `i` of the scheme is `ζ_i = Σ_parts Σ_t (Π_a g_ta(x_a)) f_t` with `f_t = ΠF_t`, which are r numbers per
-//! term. A part has terms over some of the axes: over all of them (a *joint* part, as the chapter prints it), or over the
-//! state alone and the load alone. The new state follows from `ζ` and the `ζ_i` by the scheme's `finish`. There are more
-//! axes than the metadata have places for, so they are a table of numbers, which is checked when the file is opened.
+//! Every coordinate of the state, the magnitude of the load and its position is an axis with one-dimensional
+//! functions of its own. Stage `i` of the scheme is `ζ_i = Σ_parts Σ_t (Π_a g_ta(x_a)) f_t` with
+//! `f_t = ΠF_t`, which are r numbers per term. A part has terms over some of the axes: over all of them
+//! (a *joint* part, as the chapter prints it), or over the state alone and the load alone. The new state
+//! follows from `ζ` and the `ζ_i` by the scheme's `finish`. There are more axes than the metadata have places
+//! for, so they are a table of numbers, which is checked when the file is opened.
 
 use crate::error::FormatError;
 use crate::metadata::{MAX_TERMS, Metadata};
@@ -19,7 +20,8 @@ use core::fmt;
 pub const CHAPTER_AXIS: usize = 6;
 /// Most points an axis of the chapter's structure may have.
 pub const MAX_CHAPTER_POINTS: usize = 1 << 20;
-/// Numbers of the certificate before those of the stages: the seven of a structure, and the step the trajectory left at.
+/// Numbers of the certificate before those of the stages: the seven of a structure, and the step the
+/// trajectory left at.
 pub const CHAPTER_CERTIFICATE: usize = 8;
 
 /// What runs along an axis. The order is that of the axes of a part.
@@ -73,7 +75,8 @@ pub struct ChapterAxis {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// Points, equidistant, with hat functions between them; a position axis has one per position and nothing between.
+    /// Points, equidistant, with hat functions between them; a position axis has one per position and nothing
+    /// between.
     pub points: usize,
     /// The axis' coordinate is this times the entry of the history (1 for the load's axes).
     pub factor: f64,
@@ -191,8 +194,8 @@ pub struct Chapter<'a> {
 }
 
 impl<'a> Chapter<'a> {
-    /// Reads and checks the structure; `None` if the file does not have it. Costs one look at the tables of parts, axes and
-    /// positions; factors and terms are not touched.
+    /// Reads and checks the structure; `None` if the file does not have it. Costs one look at the tables of
+    /// parts, axes and positions; factors and terms are not touched.
     ///
     /// # Errors
     /// Refusals 26, 28 (a section is compressed) and 32 to 35.

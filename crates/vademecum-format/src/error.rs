@@ -207,7 +207,8 @@ pub enum FormatError {
         /// Its place.
         parameter: u32,
     },
-    /// 32: a part of the canonical structure is malformed, or a stage lacks one (state and load, together or apart).
+    /// 32: a part of the canonical structure is malformed, or a stage lacks one (state and load, together or
+    /// apart).
     CanonicalPart {
         /// Its place; the number of parts where one is missing.
         part: u32,
@@ -226,12 +227,14 @@ pub enum FormatError {
         /// Numbers the parts ask for.
         expected: u64,
     },
-    /// 35: a load position is no loadable node, or the load's direction is missing, not finite or one too many.
+    /// 35: a load position is no loadable node, or the load's direction is missing, not finite or one too
+    /// many.
     CanonicalLoad {
         /// Its place; the number of positions for the direction.
         place: u32,
     },
-    /// 36: the table of a section coded by block is cut, not increasing, or does not end where the section does.
+    /// 36: the table of a section coded by block is cut, not increasing, or does not end where the section
+    /// does.
     BlockTable {
         /// The section's kind.
         kind: u32,
@@ -292,7 +295,8 @@ impl fmt::Display for FormatError {
             E::TooShort { found, needed } => {
                 write!(
                     out,
-                    "{found} bytes where at least {needed} are needed; the file is cut: copy or build it again"
+                    "{found} bytes where at least {needed} are needed; the file is cut: copy or build it \
+                     again"
                 )
             }
             E::Magic => {
@@ -301,7 +305,8 @@ impl fmt::Display for FormatError {
             E::MajorVersion { found } => {
                 write!(
                     out,
-                    "file version {found}, this reader knows version 1; use a newer program or build the file again"
+                    "file version {found}, this reader knows version 1; use a newer program or build the \
+                     file again"
                 )
             }
             E::HeaderChecksum { found, expected } => checksum(out, "the header", found, expected),
@@ -325,7 +330,8 @@ impl fmt::Display for FormatError {
             E::MetadataEncoding { understood, length } => {
                 write!(
                     out,
-                    "of {length} bytes of metadata {understood} could be understood; the writer is not ours or newer"
+                    "of {length} bytes of metadata {understood} could be understood; the writer is not \
+                     ours or newer"
                 )
             }
             E::Count { what, found, lower, upper } => {
@@ -339,7 +345,8 @@ impl fmt::Display for FormatError {
             E::NoStructure => {
                 write!(
                     out,
-                    "neither the diagonal, nor the block, nor the canonical structure is present: nothing to step with"
+                    "neither the diagonal, nor the block, nor the canonical structure is present: nothing \
+                     to step with"
                 )
             }
             E::UnknownKind { kind } => {
@@ -376,7 +383,8 @@ impl fmt::Display for FormatError {
             E::SectionChecksum { kind, found, expected } => {
                 write!(
                     out,
-                    "section {kind} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy it again"
+                    "section {kind} has checksum {found:#010x}, written is {expected:#010x}: damaged, \
+                     copy it again"
                 )
             }
             E::Compressed { kind, codec } => {
@@ -398,12 +406,14 @@ impl fmt::Display for FormatError {
             E::Frame { kind, block } => {
                 write!(
                     out,
-                    "section {kind}, block {block}: not one zstd frame of the declared length; the file is damaged"
+                    "section {kind}, block {block}: not one zstd frame of the declared length; the file \
+                     is damaged"
                 )
             }
             E::Parameter { parameter } => write!(
                 out,
-                "parameter {parameter} is malformed: check its range, its region, and that its name and role are its own"
+                "parameter {parameter} is malformed: check its range, its region, and that its name and \
+                 role are its own"
             ),
             E::CanonicalPart { part } => {
                 write!(out, "part {part} of the canonical structure is malformed or missing")
@@ -411,13 +421,15 @@ impl fmt::Display for FormatError {
             E::CanonicalAxis { axis } => {
                 write!(
                     out,
-                    "axis {axis} of the canonical structure is malformed: role, order, range, points or factor"
+                    "axis {axis} of the canonical structure is malformed: role, order, range, points or \
+                     factor"
                 )
             }
             E::CanonicalLength { kind, found, expected } => {
                 write!(
                     out,
-                    "section {kind} has {found} numbers, the parts of the canonical structure ask for {expected}"
+                    "section {kind} has {found} numbers, the parts of the canonical structure ask for \
+                     {expected}"
                 )
             }
             E::CanonicalLoad { place } => {
@@ -430,7 +442,8 @@ impl fmt::Display for FormatError {
 fn checksum(out: &mut fmt::Formatter<'_>, what: &str, found: u32, expected: u32) -> fmt::Result {
     write!(
         out,
-        "{what} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file again"
+        "{what} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file \
+         again"
     )
 }
 

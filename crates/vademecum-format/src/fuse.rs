@@ -1,8 +1,9 @@
 //! The stages of a scheme fused into one increment map.
 //!
 //! With `K → s_K K`, `M → s_ρ M` and `C = αM + βK`, stage `i` has the matrix `m̃ (M + θ_i K)` with
-//! `m̃ = s_ρ (m + d Δt α)`, `k̃ = s_K (k Δt² + d Δt β)` and `θ_i = k̃ / m̃`. Everything the reduced step needs of it is
-//! `C(θ_i) = BᵀM (M + θ_i K)⁻¹ M B = I + E_i`, because `Π A⁻¹M B = (I + E_i)/m̃` and `Π A⁻¹K B = −E_i/k̃`.
+//! `m̃ = s_ρ (m + d Δt α)`, `k̃ = s_K (k Δt² + d Δt β)` and `θ_i = k̃ / m̃`. Everything the reduced step
+//! needs of it is `C(θ_i) = BᵀM (M + θ_i K)⁻¹ M B = I + E_i`, because `Π A⁻¹M B = (I + E_i)/m̃` and
+//! `Π A⁻¹K B = −E_i/k̃`.
 //!
 //! Written for the increments `x_i = ζ_i − ζ`, with `a_j = s_ρ (h^M_j + Δt α h^C_j)` and
 //! `b_j = s_K (Δt² h^K_j + Δt β h^C_j)`, and `y = (ζ, Δt ζ̇, Δt² ζ̈)`:
@@ -12,12 +13,13 @@
 //!                   + Σ_{l<i}   [(a_l/m̃)(I + E_i) − (b_l/k̃) E_i] x_l + (Δt²/m̃) p_i g_i
 //! ```
 //!
-//! Region scales change `M` and `K` themselves. With `M = Σ ρ_q M_q` and the basis normalised in the nominal mass `M_0`, the
-//! projection is `Π = BᵀM_0` and `C(θ) = BᵀM_0 (M + θK)⁻¹ M B`; both identities above stay, only the symmetry of `E_i` goes.
+//! Region scales change `M` and `K` themselves. With `M = Σ ρ_q M_q` and the basis normalised in the nominal
+//! mass `M_0`, the projection is `Π = BᵀM_0` and `C(θ) = BᵀM_0 (M + θK)⁻¹ M B`; both identities above stay,
+//! only the symmetry of `E_i` goes.
 //!
-//! `c_i = s_K Δt²/k̃` (from `k − Σh^K = 1`). A consistent table has `Σ a_j = m̃` over the displacements, so `y_0` enters through
-//! `E_i` alone: the large identity parts cancel on paper, not in the arithmetic. The odd thing: that makes
-//! consistency a condition, and [`SchemeTable::check`] refuses a table without it.
+//! `c_i = s_K Δt²/k̃` (from `k − Σh^K = 1`). A consistent table has `Σ a_j = m̃` over the displacements, so
+//! `y_0` enters through `E_i` alone: the large identity parts cancel on paper, not in the arithmetic. The odd
+//! thing: that makes consistency a condition, and [`SchemeTable::check`] refuses a table without it.
 
 use crate::scheme::{HISTORY, MAX_STAGES, SchemeTable, StepParameters, TableError};
 
@@ -68,8 +70,8 @@ impl StageCoefficients {
     }
 }
 
-/// `θ_i = k̃/m̃` \[s²\] of a stage (counted from 0): the one number through which `Δt`, uniform stiffness and density,
-/// `α` and `β` reach the stage's matrix.
+/// `θ_i = k̃/m̃` \[s²\] of a stage (counted from 0): the one number through which `Δt`, uniform stiffness and
+/// density, `α` and `β` reach the stage's matrix.
 ///
 /// # Errors
 /// As [`StageCoefficients::new`].
@@ -85,11 +87,12 @@ pub const fn fuse_work_len(r: usize) -> usize {
 
 /// Fuses one step: `y ← y + D y + Σ_i p_i L_i g_i`, `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length `3r`.
 ///
-/// - `e`: `(n_stages, r, r)`, `E_i = C(θ_i) − I` (pure numbers), each row-major and used as a general matrix: row `k` gives
-///   `x_i[k]` (region densities make it unsymmetric);
+/// - `e`: `(n_stages, r, r)`, `E_i = C(θ_i) − I` (pure numbers), each row-major and used as a general matrix:
+///   row `k` gives `x_i[k]` (region densities make it unsymmetric);
 /// - `d`: `(3r, 3r)` column-major, receives `D`;
-/// - `loads`: `(n_stages, 3r, r)`, each `L_i` column-major, receives the map from `g_i` (row of `H_i` at the loaded dof times
-///   the force, `Σ_dof H_i[dof, ·] F[dof]`) to the state; `p_i = Σ_j f_ij F_j` is the load's amplitude in stage `i`;
+/// - `loads`: `(n_stages, 3r, r)`, each `L_i` column-major, receives the map from `g_i` (row of `H_i` at the
+///   loaded dof times the force, `Σ_dof H_i[dof, ·] F[dof]`) to the state; `p_i = Σ_j f_ij F_j` is the load's
+///   amplitude in stage `i`;
 /// - `work`: at least [`fuse_work_len`].
 ///
 /// With `r = 1` and `E = −θλ/(1 + θλ)` it gives the 3×3 block of one mode of the diagonal structure.
@@ -200,7 +203,8 @@ impl Propagation<'_> {
                     *out += weight * x;
                 }
             }
-            // The columns of ζ are consistent: what they keep and what the stages carry of them cancel on paper.
+            // The columns of ζ are consistent: what they keep and what the stages carry of them cancel on
+            // paper.
             if let Some(weight) = row.iter().take(3).nth(unit.block).filter(|_| unit.block != 0) {
                 let kept = if block == unit.block { 1.0 } else { 0.0 };
                 add_at(out, unit.row, weight - kept)?;
@@ -210,8 +214,8 @@ impl Propagation<'_> {
     }
 }
 
-/// `x += E w`, `E` row by row. A unit input meets its first stage as a `w` of one number, and later ones as none if it is another
-/// stage's load: most products are a column or nothing.
+/// `x += E w`, `E` row by row. A unit input meets its first stage as a `w` of one number, and later ones as
+/// none if it is another stage's load: most products are a column or nothing.
 fn add_product(e: &[f64], w: &[f64], x: &mut [f64]) -> Option<()> {
     let mut present = w.iter().enumerate().filter(|&(_, &w)| w != 0.0);
     let (first, second) = (present.next(), present.next());

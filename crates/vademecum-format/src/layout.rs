@@ -2,12 +2,13 @@
 
 use crate::error::FormatError;
 
-/// First bytes of every file: a byte with the high bit, a name, line ends and an end-of-file mark, so that a text-mode copy
-/// shows.
+/// First bytes of every file: a byte with the high bit, a name, line ends and an end-of-file mark, so that a
+/// text-mode copy shows.
 pub const MAGIC: [u8; 8] = [0x89, 0x56, 0x44, 0x4D, 0x0D, 0x0A, 0x1A, 0x0A];
 /// Major version written and read.
 pub const MAJOR: u16 = 1;
-/// Highest minor version this crate knows; any is read. A file is written in the lowest that knows all it holds.
+/// Highest minor version this crate knows; any is read. A file is written in the lowest that knows all it
+/// holds.
 pub const MINOR: u16 = 1;
 /// Bytes of the header, of a directory entry, and the alignment of sections.
 pub const BLOCK: usize = 64;

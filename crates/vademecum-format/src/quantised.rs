@@ -1,8 +1,9 @@
 //! Quantised numbers: 16-bit integers, and a binary32 scale for each block of nodes and each column.
 //!
-//! A section of shape `(nodes, a, b)` has `a·b` columns. Its decoded bytes are the scales, `(⌈nodes/128⌉, a·b)`, and then the integers,
-//! `(nodes, a·b)`; number `(i, c)` is `scale(i/128, c) × integer(i, c)`. So any node can be read where it lies, at half the
-//! bytes of binary32, and the scales of a node lie side by side like its numbers.
+//! A section of shape `(nodes, a, b)` has `a·b` columns. Its decoded bytes are the scales,
+//! `(⌈nodes/128⌉, a·b)`, and then the integers, `(nodes, a·b)`; number `(i, c)` is
+//! `scale(i/128, c) × integer(i, c)`. So any node can be read where it lies, at half the bytes of binary32,
+//! and the scales of a node lie side by side like its numbers.
 
 /// Nodes that share their scales.
 pub const BLOCK_NODES: usize = 128;
@@ -76,7 +77,8 @@ impl<'a> Quantised<'a> {
             scales.iter().zip(numbers).map(|(scale, number)| value(scale, number))
         };
         self.blocks().flat_map(move |(scales, numbers)| {
-            // The bound stands here, where the compiler sees that a chunk is not empty: no panic is left to link.
+            // The bound stands here, where the compiler sees that a chunk is not empty: no panic is left to
+            // link.
             numbers.chunks(columns.max(1)).flat_map(move |numbers| node(scales, numbers))
         })
     }

@@ -8,7 +8,8 @@ use crate::section::{Codec, Element, Section, SectionKind};
 
 /// An opened file: borrowed bytes whose structure has been checked.
 ///
-/// Opening reads header, directory, metadata and padding; the sections themselves are read when they are used.
+/// Opening reads header, directory, metadata and padding; the sections themselves are read when they are
+/// used.
 #[derive(Clone, Copy, Debug)]
 pub struct File<'a> {
     bytes: &'a [u8],
@@ -213,7 +214,8 @@ fn check_place(entry: &Entry, end: u64, bytes: &[u8]) -> Result<u64, FormatError
     Ok(start)
 }
 
-/// The section of an entry whose place has been checked; `None` for an optional kind this reader does not know.
+/// The section of an entry whose place has been checked; `None` for an optional kind this reader does not
+/// know.
 fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>>, FormatError> {
     let number = entry.kind;
     let required = entry.flags & 1 == 1;

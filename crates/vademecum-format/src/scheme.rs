@@ -7,16 +7,18 @@
 //! ```
 //!
 //! where the history `z = (u, Δt u̇, Δt² ü, u_1, …, u_{i−1})` holds the old state and the earlier stages, and
-//! `F_0 = F(t_n)`, `F_j = F(t_n + c_j Δt)`. The new state is a linear combination of `(u, Δt u̇, Δt² ü, u_1, …, u_s)`.
-//! Full-order solver, reduced solver and vademecum read this same table (`docs/theory/`).
+//! `F_0 = F(t_n)`, `F_j = F(t_n + c_j Δt)`. The new state is a linear combination of
+//! `(u, Δt u̇, Δt² ü, u_1, …, u_s)`. Full-order solver, reduced solver and vademecum read this same table
+//! (`docs/theory/`).
 
 use bincode::{BorrowDecode, Encode};
 use core::fmt;
 
 pub use crate::fuse::{StageCoefficients, fuse_into, fuse_work_len, theta};
 
-/// Sums that a table owes exactly may miss by this much, relative to the terms added: a table is computed in `f64` from
-/// a few scheme constants, so its sums carry a few roundings (2⁻⁵²) times the size of the terms; 2⁻⁴⁰ leaves 4 000 of them.
+/// Sums that a table owes exactly may miss by this much, relative to the terms added: a table is computed in
+/// `f64` from a few scheme constants, so its sums carry a few roundings (2⁻⁵²) times the size of the terms;
+/// 2⁻⁴⁰ leaves 4 000 of them.
 const CONSISTENCY: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Most stages a table can hold.
@@ -90,7 +92,8 @@ pub enum TableError {
         /// The stage.
         stage: usize,
     },
-    /// A sum that a consistent scheme owes is missed: constant displacement must be no motion, `k − Σh^K = Σf = 1`.
+    /// A sum that a consistent scheme owes is missed: constant displacement must be no motion,
+    /// `k − Σh^K = Σf = 1`.
     Inconsistent {
         /// The stage, or the number of stages for `finish`.
         stage: usize,
@@ -128,7 +131,8 @@ impl fmt::Display for TableError {
             ),
             Self::Inconsistent { stage, by } => write!(
                 out,
-                "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement must stay constant"
+                "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement \
+                 must stay constant"
             ),
             Self::BadParameter { index, value } => {
                 let names = ["time step", "alpha", "beta", "density scale", "stiffness scale"];
@@ -174,7 +178,8 @@ impl SchemeTable {
         self.stages.get(..usize::from(self.n_stages)).unwrap_or(&self.stages)
     }
 
-    /// Instants at which a step needs the load, as fractions of it: 0, then `c_i` of each stage; the rest is zero.
+    /// Instants at which a step needs the load, as fractions of it: 0, then `c_i` of each stage; the rest is
+    /// zero.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         let mut instants = [0.0; 1 + MAX_STAGES];
@@ -184,8 +189,8 @@ impl SchemeTable {
         instants
     }
 
-    /// Checks that the table is finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the displacement
-    /// columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over them.
+    /// Checks that the table is finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the
+    /// displacement columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over them.
     ///
     /// # Errors
     /// [`TableError`] naming the stage.

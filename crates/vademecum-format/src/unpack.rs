@@ -1,7 +1,8 @@
-//! From a packed file to a raw one in lent memory, with no more of it than is wanted (feature `zstd`; needs `std`).
+//! From a packed file to a raw one in lent memory, with no more of it than is wanted (feature `zstd`; needs
+//! `std`).
 //!
-//! Each section is decoded straight into its place, block by block. Beside the lent memory there is one block and the decoder's own state,
-//! whatever the file declares.
+//! Each section is decoded straight into its place, block by block. Beside the lent memory there is one block
+//! and the decoder's own state, whatever the file declares.
 
 extern crate std;
 
@@ -26,11 +27,28 @@ pub fn unpacked_len(file: &File<'_>, wanted: impl Fn(SectionKind) -> bool) -> Re
 
 /// Writes the file with the wanted sections, every one raw, at the front of `memory`, and opens it there.
 ///
-/// The checksum of each wanted section is verified first, so this reads all of what it keeps and nothing of the others.
+/// The checksum of each wanted section is verified first, so this reads all of what it keeps and nothing of
+/// the others.
+///
+/// ```
+/// use vademecum_format::{File, SectionKind, unpack_into, unpacked_len};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let shipped = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/quantised.vdm"));
+/// let file = File::parse(shipped)?;
+/// let wanted = |kind| kind != SectionKind::InteriorBasis; // the surface will do
+/// let mut memory = vec![0; unpacked_len(&file, wanted)?];
+/// let raw = unpack_into(&file, wanted, &mut memory)?;
+/// assert!(raw.section(SectionKind::InteriorBasis).is_none());
+/// assert!(raw.section(SectionKind::SurfaceBasis).is_some());
+/// assert_eq!(raw.metadata().n_modes, file.metadata().n_modes);
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
-/// Refusals 27 (damaged), 30 (`memory` too short, see [`unpacked_len`]), 36 and 37 (not what the codec says); 26 if what is wanted leaves out
-/// what an announced structure needs.
+/// Refusals 27 (damaged), 30 (`memory` too short, see [`unpacked_len`]), 36 and 37 (not what the codec says);
+/// 26 if what is wanted leaves out what an announced structure needs.
 pub fn unpack_into<'m>(
     file: &File<'_>,
     wanted: impl Fn(SectionKind) -> bool,

@@ -14,7 +14,8 @@ pub enum ChapterBindError {
     Bind(BindError),
     /// The file does not have the chapter's structure.
     NoChapter,
-    /// The structure was built for the file's time step, damping and scales and for all its terms, and the options ask for others.
+    /// The structure was built for the file's time step, damping and scales and for all its terms, and the
+    /// options ask for others.
     Fixed,
 }
 
@@ -76,7 +77,8 @@ impl fmt::Display for ChapterBindError {
             }
             Self::Fixed => write!(
                 out,
-                "the canonical structure holds one time step, damping and scale and all its terms: leave the options at the file's"
+                "the canonical structure holds one time step, damping and scale and all its terms: leave \
+                 the options at the file's"
             ),
         }
     }

@@ -1,4 +1,5 @@
-//! What acts on the body during a step: forces in the direction, at the nodes and of the size the file was built for.
+//! What acts on the body during a step: forces in the direction, at the nodes and of the size the file was
+//! built for.
 
 use super::error::{ChapterBindError, ChapterLoadError};
 use super::scene::{ChapterScene, Shape};
@@ -54,7 +55,8 @@ impl Held {
 }
 
 impl<'m, T: Scalar> ChapterLoads<'m, T> {
-    /// No loads. `memory` holds at least [`Sizes::loads`](crate::Sizes::loads) numbers; what is in it does not matter.
+    /// No loads. `memory` holds at least [`Sizes::loads`](crate::Sizes::loads) numbers; what is in it does
+    /// not matter.
     ///
     /// # Errors
     /// [`BindError::LentMemory`].
@@ -103,7 +105,8 @@ impl<'m, T: Scalar> ChapterLoads<'m, T> {
         self.contact(scene, contact, Amplitudes::held(1.0))
     }
 
-    /// Adds a contact whose force is `contact.force` times an amplitude given at [`ChapterScene::instants`] of the step.
+    /// Adds a contact whose force is `contact.force` times an amplitude given at [`ChapterScene::instants`]
+    /// of the step.
     ///
     /// # Errors
     /// [`ChapterLoadError`]; the loads are then unchanged.

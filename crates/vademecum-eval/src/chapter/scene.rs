@@ -95,10 +95,11 @@ impl<'m, T: Scalar> ChapterScene<'m, T> {
         })
     }
 
-    /// Binds a file. `memory` holds at least what [`ChapterScene::sizes`] says; what is in it does not matter.
+    /// Binds a file. `memory` holds at least what [`ChapterScene::sizes`] says; what is in it does not
+    /// matter.
     ///
-    /// Of the options only [`SceneOptions::rest_below`] is free. The others must be the file's: the defaults, or the same numbers.
-    /// Cost: every factor and term is rounded once.
+    /// Of the options only [`SceneOptions::rest_below`] is free. The others must be the file's: the defaults,
+    /// or the same numbers. Cost: every factor and term is rounded once.
     ///
     /// # Errors
     /// [`ChapterBindError`].
@@ -152,14 +153,15 @@ impl<'m, T: Scalar> ChapterScene<'m, T> {
         &self.parameters
     }
 
-    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest is 0.
+    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest
+    /// is 0.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         self.metadata.scheme.instants()
     }
 
-    /// Sets displacement and velocity in reduced coordinates and computes the acceleration that goes with them under `loads`, as
-    /// [`Scene::set`](crate::Scene::set) does.
+    /// Sets displacement and velocity in reduced coordinates and computes the acceleration that goes with
+    /// them under `loads`, as [`Scene::set`](crate::Scene::set) does.
     ///
     /// # Errors
     /// [`StepError`]; the state is then unchanged.

@@ -21,7 +21,8 @@ pub struct ChapterState<'m, T> {
 }
 
 impl<'m, T: Scalar> ChapterState<'m, T> {
-    /// A body at rest. `memory` holds at least [`Sizes::state`](crate::Sizes::state) numbers; what is in it does not matter.
+    /// A body at rest. `memory` holds at least [`Sizes::state`](crate::Sizes::state) numbers; what is in it
+    /// does not matter.
     ///
     /// # Errors
     /// [`BindError::LentMemory`].
@@ -58,8 +59,8 @@ impl<'m, T: Scalar> ChapterState<'m, T> {
         self.y.part(2)
     }
 
-    /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`ChapterState::restore`] takes it back, bit for
-    /// bit.
+    /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`ChapterState::restore`]
+    /// takes it back, bit for bit.
     ///
     /// # Errors
     /// [`StepError::Mismatch`] if the length is not `3r`.
@@ -70,7 +71,8 @@ impl<'m, T: Scalar> ChapterState<'m, T> {
     /// Takes back what [`ChapterState::save_into`] wrote.
     ///
     /// # Errors
-    /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the state is then unchanged.
+    /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the
+    /// state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.y.restore(saved)
     }

@@ -41,8 +41,8 @@ pub(super) fn pieces<'s, T>(
 }
 
 impl<T: Scalar> Piece<'_, T> {
-    /// Adds `Σ_t (Π_a g_ta(x_a)) f_t` to `out`, length r. `value` tells the coordinate of an axis, `weights` has room for a number
-    /// per term.
+    /// Adds `Σ_t (Π_a g_ta(x_a)) f_t` to `out`, length r. `value` tells the coordinate of an axis, `weights`
+    /// has room for a number per term.
     pub fn add(
         &self,
         value: impl Fn(ChapterRole) -> Result<f64, Short>,
