@@ -5,12 +5,12 @@
 //! refusal leaves a bound scene as it was.
 
 use crate::axes::{Axes, StagePlace};
+use crate::equation::{Matrices, Stiffness};
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::lend::{Lender, Short, put};
-use crate::motion::{Matrices, Stiffness};
 use crate::options::{SceneOptions, Structure};
-use crate::output::Rows;
+use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};

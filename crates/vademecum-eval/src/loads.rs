@@ -10,7 +10,7 @@ use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
 use crate::lend::Lender;
 use crate::options::Structure;
-use crate::output::Rows;
+use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::shape::Shape;

@@ -9,7 +9,7 @@
 //! [`Scalar::FLOOR`] to zero, which feeds a lightly damped body about as much as damping takes from it:
 //! without a threshold it moved for ever at some hundred times the floor.
 
-use crate::motion::{Equation, larger};
+use crate::equation::{Equation, larger};
 use crate::options::SceneOptions;
 use crate::scalar::Scalar;
 use crate::scene::Scene;

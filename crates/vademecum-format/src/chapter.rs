@@ -13,16 +13,11 @@ use crate::error::FormatError;
 use crate::metadata::{MAX_TERMS, Metadata};
 use crate::read::File;
 use crate::scheme::{HISTORY, MAX_STAGES};
-use crate::section::SectionKind;
+use crate::section::{CHAPTER_AXIS, SectionKind};
 use core::fmt;
 
-/// Numbers in a row of the table of axes: role, index, lower, upper, points, factor.
-pub const CHAPTER_AXIS: usize = 6;
 /// Most points an axis of the chapter's structure may have.
 pub const MAX_CHAPTER_POINTS: usize = 1 << 20;
-/// Numbers of the certificate before those of the stages: the seven of a structure, and the step the
-/// trajectory left at.
-pub const CHAPTER_CERTIFICATE: usize = 8;
 
 /// What runs along an axis. The order is that of the axes of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -80,7 +80,7 @@ mod unpack;
 mod write;
 
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
-pub use chapter::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, Chapter, ChapterAxis, ChapterPart, ChapterRole};
+pub use chapter::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
 pub use error::{FormatError, Quantity};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{
@@ -90,7 +90,7 @@ pub use metadata::{
 pub use parameter::{Parameter, ParameterRole};
 pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
-pub use section::{Codec, Element, Numbers, Section, SectionKind};
+pub use section::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, Codec, Element, Numbers, Section, SectionKind};
 #[cfg(feature = "zstd")]
 pub use unpack::{Decoder, unpack_into, unpacked_len};
 pub use write::{SectionInput, encode_into, encoded_len};

@@ -4,10 +4,15 @@
 //! needs neither alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is
 //! opened, so that opening does not touch every page of a mapped file; call [`Section::verify`] for that.
 
-use crate::chapter::{CHAPTER_AXIS, CHAPTER_CERTIFICATE};
 use crate::error::FormatError;
 use crate::metadata::Metadata;
 use crate::quantised::{self, Quantised};
+
+/// Numbers in a row of the table of axes: role, index, lower, upper, points, factor.
+pub const CHAPTER_AXIS: usize = 6;
+/// Numbers of the certificate before those of the stages: the seven of a structure, and the step the
+/// trajectory left at.
+pub const CHAPTER_CERTIFICATE: usize = 8;
 
 /// The kind of a section. Shapes use `r = n_modes`; row-major, last number fastest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 mod output;
 mod pareto;
+mod words;
 
 use std::path::PathBuf;
 
