@@ -1,8 +1,9 @@
 //! The bits of everything the evaluator computes from the golden files, as checksums.
 //!
-//! The evaluator uses `+ − × ÷ √` and its own logarithms and powers in a fixed order, so these checksums are the same on every
-//! machine with IEEE arithmetic. A change that only moves code must leave them alone. A change that means to alter a result
-//! prints the new table when it fails; put it here and say in the commit what changed and why.
+//! The evaluator uses `+ − × ÷ √` and its own logarithms and powers in a fixed order, so these checksums are
+//! the same on every machine with IEEE arithmetic. A change that only moves code must leave them alone. A
+//! change that means to alter a result prints the new table when it fails; put it here and say in the commit
+//! what changed and why.
 
 use vademecum_eval::{
     Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, SurfacePoint,
@@ -80,7 +81,8 @@ fn read<T: Scalar>(file: &File<'_>, scene: &Scene<'_, T>, state: &State<'_, T>, 
     read!(file, scene, state, bits);
 }
 
-/// A march under a contact and a pattern, at rest and placed, with every parameter moved on the way, in a batch and in modes.
+/// A march under a contact and a pattern, at rest and placed, with every parameter moved on the way, in a
+/// batch and in modes.
 fn ordinary<T: Scalar>(bytes: &[u8], structure: StructureChoice) -> u32 {
     let file = File::parse(bytes).expect("a file");
     let options = SceneOptions { structure, ..SceneOptions::default() };
@@ -214,7 +216,8 @@ fn the_bits_of_every_result_stay() {
     }
     let layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
     let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
-    // Eigenvalues that are written here, as those of the golden files are: powers round differently from machine to machine.
+    // Eigenvalues that are written here, as those of the golden files are: powers round differently from
+    // machine to machine.
     let body = Body { lambda: vec![900.0, 40_000.0, 2_500_000.0], ..Body::closed(layout, 5) };
     let bytes = chapter_file(&body, &bathe(), &step, &[0, 2, 5], Terms::Together);
     let force = [0.0, 0.0, 3.0];

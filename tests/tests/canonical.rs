@@ -1,5 +1,5 @@
-//! The chapter's representation end to end: what it reaches with all repairs and without any, in builder and evaluator alike, and
-//! that nothing is clamped or extrapolated.
+//! The chapter's representation end to end: what it reaches with all repairs and without any, in builder and
+//! evaluator alike, and that nothing is clamped or extrapolated.
 
 use std::path::PathBuf;
 
@@ -34,7 +34,8 @@ fn push(node: u32, z: f64) -> Contact {
     Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, z] }
 }
 
-/// Loads a scene of either kind with a push, marches it 300 steps, clears the loads on the way, and gives `ζ` after each step.
+/// Loads a scene of either kind with a push, marches it 300 steps, clears the loads on the way, and gives `ζ`
+/// after each step.
 macro_rules! march {
     ($scene:ident, $state:ident, $loads:ident) => {{
         $loads.add_contact($scene, &push(2, 3.0)).expect("a contact");
@@ -71,8 +72,8 @@ fn exact_terms_step_as_the_diagonal_structure_does() {
     for terms in [Terms::Apart, Terms::Together] {
         let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, terms);
         let double = distance(&march_chapter::<f64>(&bytes), &reference);
-        // An interpolation rounds to ε times the axis' reach, 2e-17; the acceleration amplifies a stage's error by 1/(ωΔt)², 1e3
-        // for the lowest mode; over 300 steps, against a ζ of 1e-3.
+        // An interpolation rounds to ε times the axis' reach, 2e-17; the acceleration amplifies a stage's
+        // error by 1/(ωΔt)², 1e3 for the lowest mode; over 300 steps, against a ζ of 1e-3.
         assert!(double < 1e-8, "{terms:?}: {double:e}");
     }
 }
@@ -205,7 +206,8 @@ fn states_and_loads_of_another_scene_are_refused() {
     });
 }
 
-/// The refusal of the canonical file after numbers of a section are changed (its own checksum is not looked at on opening).
+/// The refusal of the canonical file after numbers of a section are changed (its own checksum is not looked
+/// at on opening).
 fn refusal(kind: SectionKind, edit: impl FnOnce(&mut [u8])) -> FormatError {
     let mut bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let place = {
@@ -228,7 +230,8 @@ fn refusals_32_to_35_hostile_tables() {
     let f64_at = |place: usize, value: f64| {
         move |bytes: &mut [u8]| bytes[8 * place..][..8].copy_from_slice(&value.to_le_bytes())
     };
-    // 32: a stage that is none, out of order, no axes, more axes than there are, no terms, a stage without load.
+    // 32: a stage that is none, out of order, no axes, more axes than there are, no terms, a stage without
+    // load.
     for (place, value) in [(0, 7), (0, 1), (1, 0), (1, u32::MAX), (2, 0), (2, u32::MAX), (3, 1)] {
         let error = refusal(S::CanonicalParts, u32_at(place, value));
         assert!(
@@ -297,7 +300,8 @@ fn short_beam(options: &str) -> Problem {
     let path = repository().join("fixtures/problems/short-beam.toml");
     let text = std::fs::read_to_string(path).expect("a fixture");
     let text = format!(
-        "representation = \"canonical\"\n{text}\n[tolerance]\nsteps = 500\n[canonical]\npositions = 20\n{options}\n"
+        "representation = \"canonical\"\n{text}\n[tolerance]\nsteps = 500\n[canonical]\npositions = \
+         20\n{options}\n"
     );
     Problem::parse(&text, "short-beam.toml", PathBuf::new()).expect("a problem")
 }
@@ -337,7 +341,8 @@ fn the_chapters_own_misses_its_tolerance_and_says_so() {
 
 #[test]
 fn without_a_margin_the_certificate_reports_where_it_left() {
-    // Ranges of weak snapshots, and a load ten times as strong as they are made for cannot be asked for; a held load can.
+    // Ranges of weak snapshots, and a load ten times as strong as they are made for cannot be asked for; a
+    // held load can.
     let problem = short_beam(&format!("{REPAIRS}\nmargin = 0.0"));
     let mut text = problem.text.replace("duration = 0.1", "duration = 0.1\nhold = 0.002");
     text = text.replace("positions = 2\n", "positions = 1\ndirections = [[0.0, 1.0, 0.0]]\n");
@@ -384,7 +389,8 @@ fn the_program_builds_runs_verifies_and_describes_it() {
     std::fs::write(path("hard.toml"), scenario.replace("-20.0", "-40.0")).expect("written");
     run(&["run", "c.vdm", "--scenario", "hard.toml", "-o", "out"]).fails(7, &["magnitude of the load"]);
     run(&["report", "c.vdm", "-o", "r.html"]).fails(7, &["canonical"]);
-    // Its structure by name, another one, another step, a load pattern; and a file that has other structures only.
+    // Its structure by name, another one, another step, a load pattern; and a file that has other structures
+    // only.
     let played = |file: &str, more: &[&str]| run(&[&["run", file, "-o", "out"], more].concat());
     let push = ["--scenario", "s.toml"];
     let with = |more: [&'static str; 2]| [push, more].concat();

@@ -5,8 +5,8 @@ use vademecum_format::File;
 use vademecum_tests::program::fixtures;
 use vademecum_tests::stage::with_scene;
 
-/// Steps every unit state without loads and compares with the columns of `D`, bit by bit: a step of `e_j` is the sum of one
-/// product with 1 and of zeros, added to `e_j`, and then set to zero below the floor.
+/// Steps every unit state without loads and compares with the columns of `D`, bit by bit: a step of `e_j` is
+/// the sum of one product with 1 and of zeros, added to `e_j`, and then set to zero below the floor.
 fn check<T: Scalar>(name: &str, bytes: &[u8], structure: StructureChoice) {
     let options = SceneOptions { structure, ..SceneOptions::default() };
     with_scene::<T, _>(bytes, &options, |scene, state, loads| {

@@ -64,7 +64,8 @@ fn bits(mesh: &Mesh, node: u32) -> Position {
     mesh.nodes[node as usize].map(f64::to_bits)
 }
 
-/// Corners of every element with its region, and the nodes on its edges each with the two corners it lies between.
+/// Corners of every element with its region, and the nodes on its edges each with the two corners it lies
+/// between.
 fn solid(mesh: &Mesh, region: impl Fn(usize) -> u32) -> BTreeSet<(BTreeSet<Position>, u32, Vec<Position>)> {
     const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
     let element = |index: usize| {

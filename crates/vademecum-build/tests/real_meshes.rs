@@ -1,6 +1,7 @@
 //! Every public mesh of `../shared/meshes` gives what its list says, or the error it deserves.
 //!
-//! Skipped with a message where the folder is absent, and a failure in CI. `own_meshes.rs` reads a small body in every format without it.
+//! Skipped with a message where the folder is absent, and a failure in CI. `own_meshes.rs` reads a small body
+//! in every format without it.
 
 mod common;
 

@@ -1,5 +1,5 @@
-//! The committed WebAssembly evaluator gives the bits of the one compiled for this machine: neither fuses multiplications, so
-//! there is nothing to tolerate.
+//! The committed WebAssembly evaluator gives the bits of the one compiled for this machine: neither fuses
+//! multiplications, so there is nothing to tolerate.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,5 +1,6 @@
-//! Everything the evaluator does, in both precisions, as a library for a machine without operating system: opening, binding,
-//! setting parameters, loading, stepping, reading. `check` builds it and looks at the symbols it is left with.
+//! Everything the evaluator does, in both precisions, as a library for a machine without operating system:
+//! opening, binding, setting parameters, loading, stepping, reading. `check` builds it and looks at the
+//! symbols it is left with.
 #![no_std]
 
 use core::panic::PanicInfo;

@@ -1,8 +1,10 @@
-//! Meshes of other projects. Their licences vary, so they lie beside the repository, in `../shared/meshes`, and not in it.
+//! Meshes of other projects. Their licences vary, so they lie beside the repository, in `../shared/meshes`,
+//! and not in it.
 
 use std::path::PathBuf;
 
-/// The folder. Where it is absent, the test that asks is skipped with a message, except in CI, where that is a failure.
+/// The folder. Where it is absent, the test that asks is skipped with a message, except in CI, where that is
+/// a failure.
 ///
 /// # Panics
 /// If the folder is absent and the variable `CI` is set.
