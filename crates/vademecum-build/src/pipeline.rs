@@ -1,4 +1,5 @@
-//! The whole build on one page, one call per stage: mesh → model → snapshots → basis → vademecum → certificate → bytes.
+//! The whole build on one page, one call per stage: mesh → model → snapshots → basis → vademecum →
+//! certificate → bytes.
 
 mod error;
 mod vademecum;
@@ -133,8 +134,8 @@ impl Stages<'_> {
     }
 }
 
-/// Sizes of the basis to try, smallest first: the one asked for, unless live regions turn the eigenvectors and the problem
-/// leaves the number open.
+/// Sizes of the basis to try, smallest first: the one asked for, unless live regions turn the eigenvectors
+/// and the problem leaves the number open.
 fn basis_sizes(problem: &Problem, space: &ParameterSpace) -> Vec<Option<usize>> {
     let asked = problem.basis.modes.is_some() || problem.basis.kind == BasisKind::Modes;
     let fixed = asked || !space.has_region_parameters();

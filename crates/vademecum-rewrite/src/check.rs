@@ -1,5 +1,5 @@
-//! Everything that can be said of a file without the problem it came from: it parses, every checksum holds, every number is finite,
-//! names and indices fit the counts. Reads (and decodes) the whole file.
+//! Everything that can be said of a file without the problem it came from: it parses, every checksum holds,
+//! every number is finite, names and indices fit the counts. Reads (and decodes) the whole file.
 
 use std::collections::HashSet;
 

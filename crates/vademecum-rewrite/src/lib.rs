@@ -1,10 +1,11 @@
-//! A finished file made into another: compressed for shipping (rounded, if that is allowed), raw for mapping, or without what a target does
-//! not need.
+//! A finished file made into another: compressed for shipping (rounded, if that is allowed), raw for mapping,
+//! or without what a target does not need.
 //!
-//! Each function takes the bytes of a whole file and gives the bytes of a whole new one; nothing is changed in place. Metadata are
-//! taken over word for word (but for the number of terms and its certificate where terms are dropped), so a section that is gone is *absent*, never of another shape, and what needs it says so by name. The odd
-//! thing: sections this program does not know cannot be carried along (their meaning may be tied to what is dropped), so a file
-//! that has some is not rewritten at all.
+//! Each function takes the bytes of a whole file and gives the bytes of a whole new one; nothing is changed
+//! in place. Metadata are taken over word for word (but for the number of terms and its certificate where
+//! terms are dropped), so a section that is gone is *absent*, never of another shape, and what needs it says
+//! so by name. The odd thing: sections this program does not know cannot be carried along (their meaning may
+//! be tied to what is dropped), so a file that has some is not rewritten at all.
 
 mod check;
 mod codec;
@@ -25,7 +26,8 @@ use vademecum_format::{Codec, File, Metadata, SectionInput, SectionKind, encode_
 /// What a stripped file can still do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// Stepping under load patterns, probe values, energy, live parameters. No fields, no contacts, no geometry.
+    /// Stepping under load patterns, probe values, energy, live parameters. No fields, no contacts, no
+    /// geometry.
     Probes,
     /// That, and the surface: geometry, contacts, surface fields. No fields inside the body.
     Surface,
@@ -72,8 +74,8 @@ impl Keep {
 /// The file without the sections `keep` does not name. Codecs stay as they are.
 ///
 /// # Errors
-/// [`RewriteError::Format`], [`RewriteError::Unknown`]; [`RewriteError::Absent`] if what is to be kept is not there;
-/// [`RewriteError::NothingToStrip`] if all of the file is to be kept.
+/// [`RewriteError::Format`], [`RewriteError::Unknown`]; [`RewriteError::Absent`] if what is to be kept is not
+/// there; [`RewriteError::NothingToStrip`] if all of the file is to be kept.
 pub fn strip(bytes: &[u8], keep: Keep) -> Result<Vec<u8>, RewriteError> {
     let file = whole(bytes)?;
     if let Some(&kind) = keep.needs().iter().find(|&&kind| file.section(kind).is_none()) {

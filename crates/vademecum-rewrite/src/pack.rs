@@ -15,7 +15,8 @@ struct Packed<'a> {
     stored: Vec<u8>,
 }
 
-/// The file with each section in the codec that makes it smallest, raw where none does. `level` is zstd's, 1 to 22.
+/// The file with each section in the codec that makes it smallest, raw where none does. `level` is zstd's, 1
+/// to 22.
 ///
 /// The same input, level and version of zstd give the same bytes.
 ///
@@ -26,9 +27,10 @@ pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
     repack(bytes, level, None)
 }
 
-/// [`pack`], and sections of numbers over nodes rounded to 16 bits with scales, or to binary32, as far as fields stay within `tolerance`
-/// (relative, root of the mean square over nodes; no single mode off by more than 32 tolerances). What it cost is measured and kept in section
-/// Losses. Probes, patterns and the step stay as they are.
+/// [`pack`], and sections of numbers over nodes rounded to 16 bits with scales, or to binary32, as far as
+/// fields stay within `tolerance` (relative, root of the mean square over nodes; no single mode off by more
+/// than 32 tolerances). What it cost is measured and kept in section Losses. Probes, patterns and the step
+/// stay as they are.
 ///
 /// # Errors
 /// Those of [`pack`], and [`RewriteError::Tolerance`].
@@ -157,7 +159,8 @@ fn moved(exact: &[f64], rounded: &[f64]) -> f64 {
     if off == 0.0 { 0.0 } else { off / (0..3).map(side).fold(0.0, f64::max) }
 }
 
-/// What the errors of a section are held against; `None` if the file cannot say (no basis to the loads, no numbers).
+/// What the errors of a section are held against; `None` if the file cannot say (no basis to the loads, no
+/// numbers).
 fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Option<Measure>, RewriteError> {
     let r = file.metadata().n_modes as usize;
     let squares = |rows: &[f64]| {

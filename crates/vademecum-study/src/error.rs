@@ -9,7 +9,7 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::response::ResponseError;
 use vademecum_format::FormatError;
-use vademecum_format::scheme::SchemeError as TableError;
+use vademecum_format::scheme::TableError;
 
 /// Why a study ended without its figures.
 #[derive(Debug, thiserror::Error)]

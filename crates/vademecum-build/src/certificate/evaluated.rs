@@ -14,7 +14,8 @@ use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
 use crate::progress::{Cancelled, Listener};
 
-/// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`] at most.
+/// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`]
+/// at most.
 const FREE_RUN_WORK: usize = 1_000_000_000;
 /// See [`FREE_RUN_WORK`].
 const FREE_RUN_STEPS: usize = 100_000;
@@ -54,10 +55,11 @@ struct March<'m> {
     trajectories: Vec<Trajectory<'m>>,
 }
 
-/// Marches the unseen loads full order beside the structures of a file, each bound to its options, and measures all of them.
+/// Marches the unseen loads full order beside the structures of a file, each bound to its options, and
+/// measures all of them.
 ///
-/// `bytes` is the whole file and `order` its order of nodes; `mass` is the mass matrix of the problem file, in which `basis` is
-/// orthonormal and errors are measured. Map errors are not measured here; they are NaN.
+/// `bytes` is the whole file and `order` its order of nodes; `mass` is the mass matrix of the problem file,
+/// in which `basis` is orthonormal and errors are measured. Map errors are not measured here; they are NaN.
 ///
 /// # Errors
 /// [`CertificateError`]: a full-order march that fails or is stopped, a file the evaluator refuses.
@@ -149,7 +151,8 @@ impl<'m> March<'m> {
         })
     }
 
-    /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at its start.
+    /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at
+    /// its start.
     fn free_run_energy(&mut self, listener: &dyn Listener) -> Result<f64, CertificateError> {
         let r = self.scene.n_modes();
         let steps = (FREE_RUN_WORK / (9 * r * r)).min(FREE_RUN_STEPS);
@@ -197,18 +200,8 @@ pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, C
 /// The increment map `D` of `y ← y + D y` as the scene holds it, shape (3r, 3r).
 fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateError> {
     let n = 3 * scene.n_modes();
-    let (mut state_memory, mut load_memory) = (vec![0.0; 4096 * 64], vec![0.0; 4096 * 64]);
-    let mut state = State::new(scene, &mut state_memory)?;
-    let loads = Loads::new(scene, &mut load_memory)?;
     let mut map = vec![0.0; n * n];
-    for j in 0..n {
-        let mut unit = vec![0.0; n];
-        unit[j] = 1.0;
-        state.restore(&unit)?;
-        scene.step(&mut state, &loads)?;
-        state.save_into(&mut map[j * n..(j + 1) * n])?;
-        map[j * n + j] -= 1.0;
-    }
+    scene.increment_into(&mut map)?;
     Ok(MatRef::from_column_major_slice(&map, n, n).to_owned())
 }
 

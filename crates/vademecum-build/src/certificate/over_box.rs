@@ -1,5 +1,6 @@
-//! What a parametric build measures over its box: trajectories and energy at the corners, stability at corners and
-//! random points. A stage map that is off by 1e-6 is off by more after a thousand steps; only marching tells.
+//! What a parametric build measures over its box: trajectories and energy at the corners, stability at
+//! corners and random points. A stage map that is off by 1e-6 is off by more after a thousand steps; only
+//! marching tells.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -33,11 +34,13 @@ pub struct BoxCertificate {
     pub worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
-    /// The spectral radius at the corners, at the values of the problem file and at random points, in this order.
+    /// The spectral radius at the corners, at the values of the problem file and at random points, in this
+    /// order.
     pub radius_samples: Vec<RadiusSample>,
 }
 
-/// Marches unseen loads at every corner of the box, full order beside the file's block structure, and checks stability over it.
+/// Marches unseen loads at every corner of the box, full order beside the file's block structure, and checks
+/// stability over it.
 ///
 /// `bytes` is the whole file and `order` its order of nodes.
 ///

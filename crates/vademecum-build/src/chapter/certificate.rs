@@ -1,5 +1,5 @@
-//! What a build measures about the chapter's structure: unseen loads at its positions, full order beside the evaluator on the
-//! bytes that ship, and whether the trajectories stayed on its axes.
+//! What a build measures about the chapter's structure: unseen loads at its positions, full order beside the
+//! evaluator on the bytes that ship, and whether the trajectories stayed on its axes.
 
 use faer::{Mat, MatRef};
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
@@ -27,8 +27,9 @@ const SEED: u64 = 0x5EED_0002;
 /// What was measured of a canonical map.
 #[derive(Clone, Debug)]
 pub struct ChapterCertificate {
-    /// As of the other structures, over the steps that were on the axes. The map errors are those of the worst stage, root mean
-    /// square and the larger of its state and load parts; the spectral radius is that of the step linearised at rest.
+    /// As of the other structures, over the steps that were on the axes. The map errors are those of the
+    /// worst stage, root mean square and the larger of its state and load parts; the spectral radius is that
+    /// of the step linearised at rest.
     pub structure: StructureCertificate,
     /// The step at which a trajectory left an axis, and which; errors are of the steps before it.
     pub left: Option<(usize, ChapterStepError)>,
@@ -79,8 +80,8 @@ struct March<'m> {
 
 /// Marches unseen loads full order beside files of maps over the same positions and measures each.
 ///
-/// The loads have the largest magnitude, are held for 0.7 of the snapshots' hold and stand where no run of the snapshots was, if
-/// there are such positions. `order` is the files' order of nodes.
+/// The loads have the largest magnitude, are held for 0.7 of the snapshots' hold and stand where no run of
+/// the snapshots was, if there are such positions. `order` is the files' order of nodes.
 ///
 /// # Errors
 /// [`ChapterError`]: a full-order march that fails or is cancelled, a file the evaluator refuses.
@@ -206,8 +207,8 @@ impl<'m> March<'m> {
         Ok(largest / start)
     }
 
-    /// Largest modulus of the eigenvalues of the unloaded step linearised at rest, by differences over half of each range
-    /// (less where a stage would leave its own); NaN if some coordinate cannot be moved.
+    /// Largest modulus of the eigenvalues of the unloaded step linearised at rest, by differences over half
+    /// of each range (less where a stage would leave its own); NaN if some coordinate cannot be moved.
     fn spectral_radius(&mut self, map: &ChapterMap) -> Result<f64, ChapterError> {
         let n = 3 * map.n_modes;
         let mut columns = vec![0.0; n * n];

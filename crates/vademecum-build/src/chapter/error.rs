@@ -1,6 +1,6 @@
 //! Why there is no map in the chapter's representation.
 
-use vademecum_format::scheme::SchemeError as TableError;
+use vademecum_format::scheme::TableError;
 
 use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepError};
 use vademecum_eval::{OutputError, StepError};

@@ -1,11 +1,12 @@
 //! The three kinds of vademecum a build can make, certified through the evaluator on the bytes that ship.
 
 use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Certificate, StructureCertificate};
 
 use super::{BuildError, Stages};
 use crate::basis::Basis;
-use crate::certificate::{STABLE, StructureReport, certify, certify_box, kept_certificate};
+use crate::certificate::{StructureReport, certify, certify_box, kept_certificate};
 use crate::chapter::{self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, certify_chapter};
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
 use crate::export::{Parts, encode};
@@ -89,10 +90,12 @@ impl Stages<'_> {
         Ok(Certified { vademecum: Vademecum::Fixed(responses), certificate, separation: None })
     }
 
-    /// The separated solution and its certificate; with `repair`, as often as it takes to make the step stable.
+    /// The separated solution and its certificate; with `repair`, as often as it takes to make the step
+    /// stable.
     ///
-    /// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection (without), and either
-    /// is stable as it is: what makes the separated step unstable is what the terms miss. So the repair is more terms.
+    /// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection
+    /// (without), and either is stable as it is: what makes the separated step unstable is what the terms
+    /// miss. So the repair is more terms.
     fn parametric(
         &self,
         problem: &Problem,
@@ -109,7 +112,7 @@ impl Stages<'_> {
             let certify = || self.over_box(problem, basis, &parametric);
             let (certificate, mut record) = watch.stage("certificate", certify)?;
             let radius = certificate.block.spectral_radius;
-            if !self.repair || radius <= STABLE || repairs.len() == MOST_REPAIRS {
+            if !self.repair || radius <= STABLE_RADIUS || repairs.len() == MOST_REPAIRS {
                 record.repairs = repairs;
                 let vademecum = Vademecum::Parametric(Box::new(parametric));
                 return Ok(Certified { vademecum, certificate, separation: Some(record) });
@@ -142,8 +145,8 @@ impl Stages<'_> {
         })
     }
 
-    /// The block structure over the box; the diagonal structure, closed form in every parameter it allows, at the values of the
-    /// problem file.
+    /// The block structure over the box; the diagonal structure, closed form in every parameter it allows, at
+    /// the values of the problem file.
     fn over_box(
         &self,
         problem: &Problem,

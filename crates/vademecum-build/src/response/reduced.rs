@@ -1,8 +1,9 @@
-//! The fused reduced step in its two structures, as the evaluator will march it, for certificates and comparisons.
+//! The fused reduced step in its two structures, as the evaluator will march it, for certificates and
+//! comparisons.
 
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::SchemeTable;
-use vademecum_format::scheme::{SchemeError as TableError, StepParameters, fuse_into, fuse_work_len, theta};
+use vademecum_format::scheme::{StepParameters, TableError, fuse_into, fuse_work_len, theta};
 
 use super::stage::{StageResponse, galerkin_increment};
 use crate::linalg::project;

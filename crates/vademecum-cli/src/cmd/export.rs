@@ -144,6 +144,10 @@ impl Matrices {
         let forces = field::Matrix { rows: model.dofs, columns: loads.len(), data: forces };
         write_npy(&at("loads.npy"), &forces).map_err(failed)?;
         write_text(&at("dofs.csv"), &dofs(&prepared.body))?;
+        write_text(&at("nodes.csv"), &nodes(&prepared.body))?;
+        if !prepared.body.surface.is_empty() {
+            write_text(&at("triangles.csv"), &triangles(&prepared.body))?;
+        }
         let json = serde_json::to_string_pretty(&model).expect("a model has string keys and finite nesting");
         write_text(&at("model.json"), &json)?;
         console.clear();
@@ -181,8 +185,33 @@ fn dofs(body: &Body) -> String {
     for (row, &dof) in body.model.dofs().dof_of_free().iter().enumerate() {
         let (node, component) = (dof as usize / 3, ["x", "y", "z"][dof as usize % 3]);
         let [x, y, z] = mesh.nodes[node];
-        let id = mesh.node_ids.get(node).copied().unwrap_or(node as u64);
+        let id = node_id(body, node);
         writeln!(text, "{row},{id},{component},{x:e},{y:e},{z:e}").expect("writing to a string cannot fail");
     }
     text
+}
+
+/// All nodes in the order of the mesh, those without a free dof among them.
+fn nodes(body: &Body) -> String {
+    let mut text = String::from("node,x,y,z\n");
+    for (node, [x, y, z]) in body.model.mesh().nodes.iter().enumerate() {
+        let id = node_id(body, node);
+        writeln!(text, "{id},{x:e},{y:e},{z:e}").expect("writing to a string cannot fail");
+    }
+    text
+}
+
+/// Triangles of the whole surface by node number, outward.
+fn triangles(body: &Body) -> String {
+    let mut text = String::from("a,b,c\n");
+    for triangle in &body.surface {
+        let [a, b, c] = triangle.map(|node| node_id(body, node as usize));
+        writeln!(text, "{a},{b},{c}").expect("writing to a string cannot fail");
+    }
+    text
+}
+
+/// The number a node has in the mesh file.
+fn node_id(body: &Body, node: usize) -> u64 {
+    body.model.mesh().node_ids.get(node).copied().unwrap_or(node as u64)
 }

@@ -10,7 +10,7 @@ use vademecum_study::scenario::Scenario;
 
 use crate::cmd::demo::{PROBLEM, SCENARIO};
 use crate::cmd::verify::{file_nodes, full_order_loads};
-use crate::failure::Failure;
+use crate::failure::{Cause, Failure};
 use crate::player::Track;
 
 /// The problem of a file, or the demo's.
@@ -30,22 +30,27 @@ pub fn scenario_or_push(
     Ok(match (path, problem) {
         (Some(path), _) => Scenario::read(path)?,
         (None, None) => Scenario::parse(SCENARIO, "the demo's scenario")?,
-        (None, Some(_)) => Scenario::parse(&push(study), "the bench's own scenario")?,
+        (None, Some(_)) => Scenario::parse(&push(study)?, "the bench's own scenario")?,
     })
 }
 
 /// An oblique push on the middle one of the loadable triangles, 200 steps long, and 1 800 steps free.
-fn push(study: &Study) -> String {
+fn push(study: &Study) -> Result<String, Failure> {
     let body = &study.prepared().body;
-    let triangle = body.loadable[body.loadable.len() / 2];
+    let Some(triangle) = body.loadable.get(body.loadable.len() / 2) else {
+        let text = "the body has no surface that a push could act on";
+        return Err(
+            Failure::new(Cause::Input, text).remedy("name a scenario of load patterns: `--scenario FILE`")
+        );
+    };
     let corners = triangle.map(|node| body.model.mesh().nodes[node as usize]);
     let center: [f64; 3] = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
     let dt = study.time_step();
-    format!(
+    Ok(format!(
         "duration = {:e}\n[[contact]]\npoint = {center:?}\nforce = [0.3, -0.5, -0.8]\nend = {:e}\n",
         2000.0 * dt,
         200.0 * dt
-    )
+    ))
 }
 
 /// A scenario on a body: the nodes of every file of a body stand in one order, so that one track serves all.
