@@ -100,7 +100,8 @@ fn every_listed_pair_is_one() {
     none("pairs on the list that do not use each other", &stale);
 }
 
-/// The builder looks at what it made through the evaluator, on encoded bytes; nobody below knows who is above.
+/// The builder looks at what it made through the evaluator, on encoded bytes; nobody below knows who is
+/// above.
 #[test]
 fn crates_know_only_what_is_below_them() {
     let known: [(&str, &[&str]); 6] = [
