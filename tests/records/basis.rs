@@ -1,7 +1,9 @@
-//! The record of `docs/benchmarks/basis.md`: bases and structures beside the full-order march, long marches, precision.
+//! The record of `docs/benchmarks/basis.md`: bases and structures beside the full-order march, long marches,
+//! precision.
 //!
-//! `cargo run --release -p vademecum-tests --example basis [-- PROBLEM.toml ...]`; without arguments the cantilever and the
-//! liver of the fixtures (the liver's mesh lies in `../shared`; it is left out where that is absent).
+//! `cargo run --release -p vademecum-tests --example basis [-- PROBLEM.toml ...]`; without arguments the
+//! cantilever and the liver of the fixtures (the liver's mesh lies in `../shared`; it is left out where that
+//! is absent).
 
 use std::path::PathBuf;
 
@@ -38,20 +40,23 @@ fn record(study: &Study) {
     let dofs = study.prepared().body.n_dof();
     println!("## {}\n", study.problem().title);
     println!(
-        "{dofs} dofs, {:.1} steps per first period, {} snapshots of {} loads, {STEPS} steps of three unseen loads.\n",
+        "{dofs} dofs, {:.1} steps per first period, {} snapshots of {} loads, {STEPS} steps of three unseen \
+         loads.\n",
         study.first_period() / study.time_step(),
         study.pod().n_snapshots,
         study.runs().count()
     );
     let rows = compare(study, &VARIANTS, &MODES, STEPS, &Silent);
     println!(
-        "| basis, structure | r | error | floor | error ÷ floor | spectral radius |\n|---|---|---|---|---|---|"
+        "| basis, structure | r | error | floor | error ÷ floor | spectral radius \
+         |\n|---|---|---|---|---|---|"
     );
     for variant in VARIANTS {
         rows.iter().filter(|row| row.variant == variant).for_each(print);
     }
     println!(
-        "\n| structure | r | energy over {LONG:.0e} free steps ÷ at release | f32 − f64, held | f32 − f64, ringing |"
+        "\n| structure | r | energy over {LONG:.0e} free steps ÷ at release | f32 − f64, held | f32 − f64, \
+         ringing |"
     );
     println!("|---|---|---|---|---|");
     for modes in MODES {

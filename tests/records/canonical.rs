@@ -1,8 +1,8 @@
-//! The record of `docs/benchmarks/chapter.md`: the chapter's representation, each repair alone and all together, on one
-//! body.
+//! The record of `docs/benchmarks/chapter.md`: the chapter's representation, each repair alone and all
+//! together, on one body.
 //!
-//! `cargo run --release -p vademecum-tests --example canonical [-- PROBLEM.toml]`; without arguments the fixture
-//! `canonical-beam.toml`.
+//! `cargo run --release -p vademecum-tests --example canonical [-- PROBLEM.toml]`; without arguments the
+//! fixture `canonical-beam.toml`.
 
 use std::time::Instant;
 
@@ -31,7 +31,8 @@ fn main() {
         study.first_period() / study.time_step()
     );
     println!(
-        "| basis | r | canonical | terms | stage errors (load part) | offline s | ns a step, f64 | error | floor | left at |"
+        "| basis | r | canonical | terms | stage errors (load part) | offline s | ns a step, f64 | error \
+         | floor | left at |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for modes in [6, 8] {
@@ -89,7 +90,8 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
         let errors: Vec<String> =
             c.stages.iter().map(|e| format!("{:.1e} ({:.0e})", e.total, e.load)).collect();
         println!(
-            "| {name_of_basis} | {modes} | {name} | {} | {} | {seconds:.1} | {nanoseconds:.0} | {:.2e} | {:.2e} | {} |",
+            "| {name_of_basis} | {modes} | {name} | {} | {} | {seconds:.1} | {nanoseconds:.0} | {:.2e} \
+             | {:.2e} | {} |",
             c.terms.iter().max().expect("a stage"),
             errors.join(", "),
             c.structure.trajectory_error,
@@ -99,7 +101,8 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
     }
 }
 
-/// Nanoseconds of a step under a held contact, the least of twenty bursts; the body starts anew with each burst.
+/// Nanoseconds of a step under a held contact, the least of twenty bursts; the body starts anew with each
+/// burst.
 fn step_nanoseconds(bytes: &[u8]) -> f64 {
     const BURST: usize = 50;
     let opened = File::parse(bytes).expect("a file");

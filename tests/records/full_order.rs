@@ -1,7 +1,7 @@
 //! The full-order side in numbers: factorisation, solves and the Bathe step on beams of linear tetrahedra.
 //!
-//! `cargo run --release -p vademecum-tests --example full_order` prints the table of `docs/benchmarks/full-order.md`: best of
-//! five (three for the largest) in one run.
+//! `cargo run --release -p vademecum-tests --example full_order` prints the table of
+//! `docs/benchmarks/full-order.md`: best of five (three for the largest) in one run.
 
 use std::time::Instant;
 
@@ -21,7 +21,8 @@ fn best(times: usize, mut work: impl FnMut()) -> f64 {
 
 fn main() {
     println!(
-        "| dofs | assemble | order, analyse | factor | both Bathe factors | solve 1 | 8 | 16 | Bathe step, 1 | 16 trajectories |"
+        "| dofs | assemble | order, analyse | factor | both Bathe factors | solve 1 | 8 | 16 | Bathe step, \
+         1 | 16 trajectories |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for divisions in [[40, 4, 4], [130, 8, 8], [200, 12, 12]] {

@@ -1,5 +1,5 @@
-//! Writes the golden files into `fixtures/golden`: `cargo run --release -p vademecum-tests --example golden`. What it changes is a
-//! change of the format, or of the numbers in `tests/src/golden.rs`.
+//! Writes the golden files into `fixtures/golden`: `cargo run --release -p vademecum-tests --example golden`.
+//! What it changes is a change of the format, or of the numbers in `tests/src/golden.rs`.
 
 use vademecum_build::store::write_atomic;
 use vademecum_tests::program::repository;

@@ -1,4 +1,5 @@
-//! Writes the hostile files into `fixtures/hostile`: `cargo run --release -p vademecum-tests --example hostile`.
+//! Writes the hostile files into `fixtures/hostile`:
+//! `cargo run --release -p vademecum-tests --example hostile`.
 
 use vademecum_build::store::write_atomic;
 use vademecum_tests::program::repository;

@@ -1,7 +1,8 @@
 //! Cost against the number of live parameters: the table of `docs/benchmarks/parameters.md`.
 //!
-//! `cargo run --release -p vademecum-tests --example parameters [-- COUNT ...]` builds the body of `fixtures/problems/four-materials.toml`
-//! with each COUNT (1 to 6) of parameters: the time step, the stiffness of one region after the other, the density of the last.
+//! `cargo run --release -p vademecum-tests --example parameters [-- COUNT ...]` builds the body of
+//! `fixtures/problems/four-materials.toml` with each COUNT (1 to 6) of parameters: the time step, the
+//! stiffness of one region after the other, the density of the last.
 
 use std::time::Instant;
 
@@ -22,7 +23,8 @@ fn main() {
         counts = (1..=6).collect();
     }
     println!(
-        "| parameters | points of the axes | stopped by | terms | map error, rms | worst | separate \\[s\\] | file \\[bytes\\] | set \\[µs\\] |"
+        "| parameters | points of the axes | stopped by | terms | map error, rms | worst | separate \\[s\\] \
+         | file \\[bytes\\] | set \\[µs\\] |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for count in counts {

@@ -1,7 +1,7 @@
 //! The record of `docs/benchmarks/stability.md`: every cell of the stress matrix at full size.
 //!
-//! `cargo run --release -p vademecum-tests --example stress [-- WORD]`; with a word only the cells whose group or name has it,
-//! and `--reduced` runs them as continuous integration does.
+//! `cargo run --release -p vademecum-tests --example stress [-- WORD]`; with a word only the cells whose
+//! group or name has it, and `--reduced` runs them as continuous integration does.
 
 use vademecum_tests::stress::{Form, cells, markdown, row};
 

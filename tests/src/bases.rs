@@ -1,7 +1,8 @@
-//! How far each basis and each structure of the step stays from the full-order march, on one body, side by side.
+//! How far each basis and each structure of the step stays from the full-order march, on one body, side by
+//! side.
 //!
-//! One POD of the problem's snapshots serves all bases, one full-order march of unseen loads all structures, so that what
-//! differs between two rows is the basis and the structure and nothing else.
+//! One POD of the problem's snapshots serves all bases, one full-order march of unseen loads all structures,
+//! so that what differs between two rows is the basis and the structure and nothing else.
 
 use vademecum_build::Matrix;
 use vademecum_build::basis::{Basis, ritz_basis};
@@ -24,7 +25,8 @@ pub enum Variant {
     RitzDiagonal,
     /// The project's basis, block structure (full-order stages projected with `BᵀM`).
     RitzBlock,
-    /// Ritz vectors of the oversampled POD itself, without its static response (docs/theory/4-basis.md), diagonal structure.
+    /// Ritz vectors of the oversampled POD itself, without its static response (docs/theory/4-basis.md),
+    /// diagonal structure.
     PlainRitzDiagonal,
     /// The same, block structure.
     PlainRitzBlock,

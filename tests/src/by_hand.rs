@@ -1,5 +1,5 @@
-//! The published two-dof problem as a file of numbers worked out by hand: M = diag(2, 1), K = [6 −2; −2 4], R = (0, 10), so λ = 2 and 5 with
-//! the modes (1, 1)/√3 and (1, −2)/√6. Nothing of the builder is in it.
+//! The published two-dof problem as a file of numbers worked out by hand: M = diag(2, 1), K = [6 −2; −2 4], R
+//! = (0, 10), so λ = 2 and 5 with the modes (1, 1)/√3 and (1, −2)/√6. Nothing of the builder is in it.
 
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
 use vademecum_format::{

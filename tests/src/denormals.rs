@@ -1,8 +1,10 @@
-//! Did a calculation meet denormal numbers? The processor keeps a flag, so the answer does not depend on how fast it is.
+//! Did a calculation meet denormal numbers? The processor keeps a flag, so the answer does not depend on how
+//! fast it is.
 //!
-//! An operation with a denormal operand or result costs many times a normal one on most processors, and a body that rings down
-//! would be full of them. A clock sees that only on a quiet machine. The status register MXCSR of x86-64 remembers, until it is
-//! cleared, that some operand was denormal (DE) or that some result was below the smallest normal number (UE).
+//! An operation with a denormal operand or result costs many times a normal one on most processors, and a
+//! body that rings down would be full of them. A clock sees that only on a quiet machine. The status register
+//! MXCSR of x86-64 remembers, until it is cleared, that some operand was denormal (DE) or that some result
+//! was below the smallest normal number (UE).
 
 /// What [`watch`] saw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +34,8 @@ mod register {
 
     fn read() -> u32 {
         let mut register = 0u32;
-        // SAFETY: writes the four bytes of the status register to the place given and changes nothing else. Without `pure` and
-        // with memory clobbered, no operation on lent memory moves across it.
+        // SAFETY: writes the four bytes of the status register to the place given and changes nothing else.
+        // Without `pure` and with memory clobbered, no operation on lent memory moves across it.
         #[allow(unsafe_code)]
         unsafe {
             asm!("stmxcsr [{place}]", place = in(reg) &mut register, options(nostack));
@@ -43,7 +45,8 @@ mod register {
 
     pub fn clear() {
         let register = read() & !FLAGS;
-        // SAFETY: the value is the register's own with two sticky flags cleared: rounding mode and masks stay as they are.
+        // SAFETY: the value is the register's own with two sticky flags cleared: rounding mode and masks stay
+        // as they are.
         #[allow(unsafe_code)]
         unsafe {
             asm!("ldmxcsr [{place}]", place = in(reg) &register, options(nostack));

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-/// A path below `../shared`, relative to the repository. Where there is no such file, the test that asks is skipped with a message,
-/// except in CI, where that is a failure.
+/// A path below `../shared`, relative to the repository. Where there is no such file, the test that asks is
+/// skipped with a message, except in CI, where that is a failure.
 ///
 /// # Panics
 /// If there is no such file and the variable `CI` is set.

@@ -300,7 +300,8 @@ fn short_beam(options: &str) -> Problem {
     let path = repository().join("fixtures/problems/short-beam.toml");
     let text = std::fs::read_to_string(path).expect("a fixture");
     let text = format!(
-        "representation = \"canonical\"\n{text}\n[tolerance]\nsteps = 500\n[canonical]\npositions = 20\n{options}\n"
+        "representation = \"canonical\"\n{text}\n[tolerance]\nsteps = 500\n[canonical]\npositions = \
+         20\n{options}\n"
     );
     Problem::parse(&text, "short-beam.toml", PathBuf::new()).expect("a problem")
 }

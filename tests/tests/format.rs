@@ -1,5 +1,6 @@
-//! The file format against hostile bytes: what every numbered refusal of `formats/vademecum-1.md` says of what it found (one stored
-//! file for each is in `tests/hostile.rs`), every single flipped bit is noticed, every cut is refused, nothing panics.
+//! The file format against hostile bytes: what every numbered refusal of `formats/vademecum-1.md` says of
+//! what it found (one stored file for each is in `tests/hostile.rs`), every single flipped bit is noticed,
+//! every cut is refused, nothing panics.
 
 use proptest::prelude::*;
 use vademecum_format::scheme::{StepParameters, TableError};
@@ -375,7 +376,10 @@ proptest! {
     }
 
     #[test]
-    fn random_edits_never_panic(edits in proptest::collection::vec((0usize..4000, any::<u8>()), 1..12), seal in any::<bool>()) {
+    fn random_edits_never_panic(
+        edits in proptest::collection::vec((0usize..4000, any::<u8>()), 1..12),
+        seal in any::<bool>(),
+    ) {
         let mut bytes = small();
         let length = bytes.len();
         edits.iter().for_each(|&(at, value)| bytes[at % length] = value);

@@ -1,8 +1,9 @@
 //! Natural frequencies against another program, of our own small bar and of real meshes.
 //!
-//! `fixtures/reference/modal.json` and `../shared/reference/modal.json` hold what scikit-fem found with a consistent mass matrix, as
-//! ours is (other columns of the latter integrate the mass at one point or lump it, and lie up to 5 % away). Same mesh, element,
-//! material and held nodes: the matrices agree to rounding, and so must the frequencies.
+//! `fixtures/reference/modal.json` and `../shared/reference/modal.json` hold what scikit-fem found with a
+//! consistent mass matrix, as ours is (other columns of the latter integrate the mass at one point or lump
+//! it, and lie up to 5 % away). Same mesh, element, material and held nodes: the matrices agree to rounding,
+//! and so must the frequencies.
 
 use std::path::Path;
 
@@ -29,9 +30,10 @@ struct Reference {
 
 /// Compares every frequency.
 ///
-/// The tolerance is what rounding alone may do: an assembled matrix is off by ε of its largest eigenvalue, λ_max, whoever
-/// assembles it, so an eigenvalue λ moves by ε λ_max, a frequency by half of ε λ_max/λ of itself, and there are two programs. The
-/// reference's own iteration stops at its solves' precision, which is of that order and inside the bound.
+/// The tolerance is what rounding alone may do: an assembled matrix is off by ε of its largest eigenvalue,
+/// λ_max, whoever assembles it, so an eigenvalue λ moves by ε λ_max, a frequency by half of ε λ_max/λ of
+/// itself, and there are two programs. The reference's own iteration stops at its solves' precision, which is
+/// of that order and inside the bound.
 fn agrees(reference: Reference) {
     let Reference { name, mesh, held, material, frequencies } = reference;
     let materials = vec![material; mesh.regions.len()];

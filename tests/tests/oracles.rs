@@ -1,10 +1,12 @@
-//! Published problems, reproduced to their printed digits by a vademecum: matrices → full basis → file → evaluator.
+//! Published problems, reproduced to their printed digits by a vademecum: matrices → full basis → file →
+//! evaluator.
 //!
-//! With a full basis nothing is projected away, so the file must repeat what the scheme prints, whatever the basis. The
-//! numbers are those of `vademecum-build`'s full-order oracles (Bathe 2014, the two-dof system; Bathe and Noh 2012, stiff and
-//! soft springs), and a number printed with d decimals is met when the error is below half a unit of the last. The full-order
-//! oracles check the schemes; these check what becomes of a scheme in a file and in the evaluator, in files of the builder's parts
-//! and in files of numbers worked out by hand.
+//! With a full basis nothing is projected away, so the file must repeat what the scheme prints, whatever the
+//! basis. The numbers are those of `vademecum-build`'s full-order oracles (Bathe 2014, the two-dof system;
+//! Bathe and Noh 2012, stiff and soft springs), and a number printed with d decimals is met when the error is
+//! below half a unit of the last. The full-order oracles check the schemes; these check what becomes of a
+//! scheme in a file and in the evaluator, in files of the builder's parts and in files of numbers worked out
+//! by hand.
 
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{SchemeKind, lowest_modes};
@@ -125,7 +127,8 @@ impl TwoDof {
         }
     }
 
-    /// Displacements after each step under the held load, the start included; `changed` is a time step that the file is bound with.
+    /// Displacements after each step under the held load, the start included; `changed` is a time step that
+    /// the file is bound with.
     fn march(self, scheme: Scheme, time_step: f64, changed: Option<f64>, steps: usize) -> Vec<[f64; 2]> {
         let bytes = self.file(scheme, time_step);
         let (structure, expected) = self.structure();
@@ -188,7 +191,8 @@ fn two_dof_problem_with_a_huge_step_goes_to_the_static_answer() {
     }
 }
 
-/// What a vademecum of the stiff and the soft spring tells at each step: u3 and the acceleration of the second mass.
+/// What a vademecum of the stiff and the soft spring tells at each step: u3 and the acceleration of the
+/// second mass.
 ///
 /// The evaluator reads displacements and velocities; the acceleration comes from its saved state, `Δt² ζ̈`.
 fn springs_march(road: Road, scheme: &SchemeTable) -> Vec<(f64, f64)> {
@@ -223,7 +227,8 @@ fn bathe_damps_the_stiff_spring_at_once() {
         let path = springs_march(road, &bathe());
         assert!((path[39].0 + 2.269068).abs() <= 0.5e-6, "{road:?}: u3 = {}", path[39].0);
         assert!((path[0].1 + 23.3).abs() <= 0.05, "{road:?}: a2 = {}", path[0].1);
-        // u2 follows u1, whose acceleration is at most 1.44; the method's own transient is over after a few steps.
+        // u2 follows u1, whose acceleration is at most 1.44; the method's own transient is over after a few
+        // steps.
         assert!(path[4..].iter().all(|(_, a2)| a2.abs() < 2.0 * 1.44), "{road:?}");
     }
 }

@@ -1,4 +1,5 @@
-//! A body at rest: the energy its rest takes away, what wakes it, and that quiet bodies do rest and meet no denormal number before.
+//! A body at rest: the energy its rest takes away, what wakes it, and that quiet bodies do rest and meet no
+//! denormal number before.
 
 use vademecum_eval::{Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, Status, StructureChoice};
 use vademecum_format::scheme::StepParameters;
@@ -18,7 +19,8 @@ fn file(time_step: f64, alpha: f64) -> (Body, Vec<u8>) {
     (body, bytes)
 }
 
-/// Decays from random states under random damping to random thresholds: the twin that never rests shows what was dropped.
+/// Decays from random states under random damping to random thresholds: the twin that never rests shows what
+/// was dropped.
 #[test]
 fn rest_takes_no_more_than_the_stated_energy() {
     let mut random = Random::new(7);
@@ -45,7 +47,8 @@ fn rest_takes_no_more_than_the_stated_energy() {
                 let dropped = free.energy(twin).expect("energy");
                 assert!(dropped > 0.0 && dropped <= stated, "{structure:?}: {dropped:e} of {stated:e}");
                 closest = closest.max(dropped / stated);
-                // ½ s_K λ_min |ζ|² ≤ E, and the energy of a free run stays within 1 + 1e-6 of its start (the certificate's limit).
+                // ½ s_K λ_min |ζ|² ≤ E, and the energy of a free run stays within 1 + 1e-6 of its start (the
+                // certificate's limit).
                 let softest = body.lambda.iter().fold(f64::MAX, |a, &b| a.min(b));
                 for _ in 0..2000 {
                     free.step(twin, loads).expect("step");
@@ -75,7 +78,8 @@ fn a_load_wakes_and_a_change_of_parameters_does_not() {
     assert_eq!(scene.step(&mut state, &loads), Ok(Status::Moving));
     loads.clear();
     while scene.step(&mut state, &loads) == Ok(Status::Moving) {}
-    // Zero is the rest of an unloaded body at every stiffness and density: nothing to wake for. A held load would have kept it awake.
+    // Zero is the rest of an unloaded body at every stiffness and density: nothing to wake for. A held load
+    // would have kept it awake.
     let other = SceneOptions { stiffness: 3.0, time_step: Some(2e-3), ..options };
     scene.rebind(&other, &mut work).expect("rebound");
     state.carry(&scene).expect("carried");
@@ -97,7 +101,8 @@ fn normal<T: Scalar>(state: &State<'_, T>) -> bool {
     numbers.iter().all(|x| x.to_f64() == 0.0 || x.to_f64().abs() >= smallest)
 }
 
-/// Steps from a state where all numbers are `start` until the body rests, and tells after how many steps it does.
+/// Steps from a state where all numbers are `start` until the body rests, and tells after how many steps it
+/// does.
 ///
 /// # Panics
 /// If a step takes or gives a denormal number, or the body does not rest within `n` steps.
@@ -119,11 +124,13 @@ fn ring_down<T: Scalar>(structure: StructureChoice, alpha: f64, start: f64, n: u
     })
 }
 
-/// A body that rings down never meets denormal numbers, and comes to rest however lightly it is damped: there is a floor under the
-/// numbers and a threshold above the floor. A step that meets no denormal number costs what every step costs.
+/// A body that rings down never meets denormal numbers, and comes to rest however lightly it is damped: there
+/// is a floor under the numbers and a threshold above the floor. A step that meets no denormal number costs
+/// what every step costs.
 #[test]
 fn a_body_that_rings_down_meets_no_denormals_and_does_not_go_on_for_ever() {
-    // From an ordinary amplitude, and from just above the threshold, where a step leaves accelerations at the floor.
+    // From an ordinary amplitude, and from just above the threshold, where a step leaves accelerations at the
+    // floor.
     for (alpha, start, n) in [(5.0, 1e-3, 100_000), (5.0, 2e-18, 100_000), (0.1, 2e-18, 400_000)] {
         for structure in STRUCTURES {
             let steps = ring_down::<f32>(structure, alpha, start, n);
@@ -161,8 +168,9 @@ fn the_size_of_a_load_changes_nothing_but_the_size_of_the_answer() {
             assert_ne!(seen, Denormals::Met, "{structure:?} 2^{power}");
             assert!(found.iter().zip(&one).all(|(a, b)| *a == size * b), "{structure:?} 2^{power}");
         }
-        // Denormal itself, or through the load map. Such a load is an addend of the step's sums and nothing else: what comes out is
-        // zero at every step, so that no product of the next one has a denormal operand.
+        // Denormal itself, or through the load map. Such a load is an addend of the step's sums and nothing
+        // else: what comes out is zero at every step, so that no product of the next one has a denormal
+        // operand.
         for force in [5e-324, 1e-306, 1e-303] {
             run(force, &mut |state| {
                 let mut numbers = [1.0; 3 * R];

@@ -1,7 +1,9 @@
-//! A large file is used in part: opening it and taking the first step under a contact reads the pages that needs, and no others.
+//! A large file is used in part: opening it and taking the first step under a contact reads the pages that
+//! needs, and no others.
 //!
-//! The test takes away the right to read the mapped file. The first read of each page then faults; the handler notes the page and gives
-//! the right back. So the test counts what the code reads, whatever the system caches or reads ahead and however fast the disk is.
+//! The test takes away the right to read the mapped file. The first read of each page then faults; the
+//! handler notes the page and gives the right back. So the test counts what the code reads, whatever the
+//! system caches or reads ahead and however fast the disk is.
 #![cfg(target_os = "linux")]
 
 use std::collections::BTreeSet;
@@ -14,7 +16,8 @@ use vademecum_eval::{Contact, Loads, Mapped, Scene, SceneOptions, State, Status}
 use vademecum_format::{File, SectionKind};
 use vademecum_tests::large;
 
-/// Pages whose first read faults: where they start, how long one is, how many there are, and which have been read.
+/// Pages whose first read faults: where they start, how long one is, how many there are, and which have been
+/// read.
 static START: AtomicUsize = AtomicUsize::new(0);
 static PAGE: AtomicUsize = AtomicUsize::new(0);
 static COUNT: AtomicUsize = AtomicUsize::new(0);
@@ -24,7 +27,8 @@ static READ: [AtomicBool; 1 << 15] = [const { AtomicBool::new(false) }; 1 << 15]
 #[allow(unsafe_code)]
 extern "C" fn note(_: libc::c_int, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
     let [start, page, count] = [&START, &PAGE, &COUNT].map(|x| x.load(Ordering::SeqCst));
-    // SAFETY: the system calls this with a valid record of the fault; `mprotect` is given a page of the map that `trace` holds.
+    // SAFETY: the system calls this with a valid record of the fault; `mprotect` is given a page of the map
+    // that `trace` holds.
     unsafe {
         let place = ((*info).si_addr() as usize).wrapping_sub(start) / page;
         if place >= count || libc::mprotect((start + place * page) as *mut _, page, libc::PROT_READ) != 0 {
@@ -44,8 +48,9 @@ fn trace(bytes: &[u8], work: impl FnOnce()) -> BTreeSet<usize> {
     START.store(bytes.as_ptr() as usize, Ordering::SeqCst);
     PAGE.store(page, Ordering::SeqCst);
     COUNT.store(count, Ordering::SeqCst);
-    // SAFETY: the action is filled in whole before it is installed. The bytes are a map of whole pages that nobody else uses (this file
-    // has one test); they can be read again after the first fault on each page, and all of them before this function returns.
+    // SAFETY: the action is filled in whole before it is installed. The bytes are a map of whole pages that
+    // nobody else uses (this file has one test); they can be read again after the first fault on each page,
+    // and all of them before this function returns.
     unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
         action.sa_sigaction = note as *const () as usize;
@@ -65,8 +70,8 @@ fn trace(bytes: &[u8], work: impl FnOnce()) -> BTreeSet<usize> {
 fn resident(bytes: &[u8]) -> usize {
     let mut pages = vec![0u8; bytes.len().div_ceil(4096)];
     let start = bytes.as_ptr().cast_mut().cast();
-    // SAFETY: `start` is the first byte of a map (page-aligned), its length is that of the slice, and there is a byte for every page
-    // of 4096 bytes or more.
+    // SAFETY: `start` is the first byte of a map (page-aligned), its length is that of the slice, and there
+    // is a byte for every page of 4096 bytes or more.
     let code = unsafe { libc::mincore(start, bytes.len(), pages.as_mut_ptr()) };
     assert_eq!(code, 0, "mincore: {}", std::io::Error::last_os_error());
     pages.iter().filter(|&page| page & 1 == 1).count()
@@ -101,8 +106,8 @@ fn first_step(mapped: &Mapped) {
     assert_eq!(scene.step(&mut state, &loads), Ok(Status::Moving));
 }
 
-/// Where the bytes lie that opening and the first step need: the front of the file, the zeros behind each section, the eigenvalues, and
-/// the rows of the surface at the nodes of the contact.
+/// Where the bytes lie that opening and the first step need: the front of the file, the zeros behind each
+/// section, the eigenvalues, and the rows of the surface at the nodes of the contact.
 fn needed(file: &File<'_>) -> Vec<Range<usize>> {
     let origin = file.bytes().as_ptr() as usize;
     let place =
@@ -147,7 +152,8 @@ fn the_first_step_reads_only_the_pages_it_needs() {
         .collect();
     times.sort_by(f64::total_cmp);
     println!(
-        "{} of {} pages read, {brought_in} brought in from a cold disk; open, bind and step, warm: {:.0} µs (median)",
+        "{} of {} pages read, {brought_in} brought in from a cold disk; open, bind and step, warm: {:.0} µs \
+         (median)",
         read.len(),
         mapped.bytes().len().div_ceil(page),
         1e6 * times[10]

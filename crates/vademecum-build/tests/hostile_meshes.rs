@@ -13,41 +13,55 @@ const FILES: [(&str, &str); 10] = [
     ("a.msh", "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n"),
     (
         "b.msh",
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"side\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n\
-         2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n2\n1 2 2 7 1 1 2 3\n2 4 2 1 1 1 2 3 4\n$EndElements\n",
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \
+         \"side\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n\
+         2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n2\n1 2 2 7 1 1 2 3\n2 4 2 1 1 1 2 3 \
+         4\n$EndElements\n",
     ),
     (
         "c.msh",
-        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"side\"\n$EndPhysicalNames\n$Entities\n0 0 1 1\n\
-         1 0 0 0 1 1 0 1 7 0\n1 0 0 0 1 1 1 0 1 1\n$EndEntities\n$Nodes\n2 4 1 9\n2 1 1 3\n1\n2\n3\n0 0 0 0 0\n1 0 0 1 0\n\
-         0 1 0 0 1\n3 1 0 1\n9\n0 0 1\n$EndNodes\n$Elements\n2 2 1 2\n2 1 2 1\n1 1 2 3\n3 1 4 1\n2 1 2 3 9\n$EndElements\n",
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \
+         \"side\"\n$EndPhysicalNames\n$Entities\n0 0 1 1\n\
+         1 0 0 0 1 1 0 1 7 0\n1 0 0 0 1 1 1 0 1 1\n$EndEntities\n$Nodes\n2 4 1 9\n2 1 1 3\n1\n2\n3\n0 0 0 0 \
+         0\n1 0 0 1 0\n\
+         0 1 0 0 1\n3 1 0 1\n9\n0 0 1\n$EndNodes\n$Elements\n2 2 1 2\n2 1 2 1\n1 1 2 3\n3 1 4 1\n2 1 2 3 \
+         9\n$EndElements\n",
     ),
     (
         "d.inp",
-        "*NODE, NSET=N\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=E\n1, 1, 2, 3, 4\n\
+        "*NODE, NSET=N\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=E\n1, 1, \
+         2, 3, 4\n\
          *NSET, NSET=G, GENERATE\n1, 4, 2\n*SURFACE, NAME=S\nE, S2\n",
     ),
     (
         "e.vtk",
-        "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\n\
-         CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nCELL_DATA 1\nSCALARS material int\nLOOKUP_TABLE default\n3\n",
+        "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 \
+         0 1 0 0 0 1\n\
+         CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nCELL_DATA 1\nSCALARS material int\nLOOKUP_TABLE \
+         default\n3\n",
     ),
     (
         "f.vtu",
-        "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" \
-         NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 \
-         0 0 0 1</DataArray></Points><Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 3\
-         </DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray><DataArray type=\"UInt8\" \
+        "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece \
+         NumberOfPoints=\"4\" \
+         NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" \
+         format=\"ascii\">0 0 0 1 0 0 0 1 \
+         0 0 0 1</DataArray></Points><Cells><DataArray type=\"Int64\" Name=\"connectivity\" \
+         format=\"ascii\">0 1 2 3\
+         </DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray><DataArray \
+         type=\"UInt8\" \
          Name=\"types\" format=\"binary\">AQAAAAo=</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>",
     ),
     (
         "g.mesh",
-        "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 1\nTriangles\n1\n1 2 3 5\n\
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 \
+         1\nTriangles\n1\n1 2 3 5\n\
          Corners\n1\n2\nTetrahedra\n1\n1 2 3 4 2\nEnd\n",
     ),
     (
         "h.mesh",
-        "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 4 0 1 2 3\n\nboundary\n1\n2 2 0 1 2\n\nvertices\n4\n3\n0 0 0\n\
+        "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 4 0 1 2 3\n\nboundary\n1\n2 2 0 1 \
+         2\n\nvertices\n4\n3\n0 0 0\n\
          1 0 0\n0 1 0\n0 0 1\n",
     ),
     ("i.node", "4 3 0 1\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n4 0 0 1 6\n"),
@@ -94,7 +108,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn damaged_text_never_panics(flips in prop::collection::vec((any::<usize>(), byte()), 0..6), keep in any::<usize>()) {
+    fn damaged_text_never_panics(
+        flips in prop::collection::vec((any::<usize>(), byte()), 0..6),
+        keep in any::<usize>(),
+    ) {
         let folder = tempfile::tempdir().unwrap();
         write_all(folder.path());
         for (name, text) in FILES {
@@ -110,12 +127,16 @@ proptest! {
     }
 
     #[test]
-    fn damaged_binary_vtu_never_panics(flips in prop::collection::vec((any::<usize>(), any::<u8>()), 0..6), keep in any::<usize>()) {
+    fn damaged_binary_vtu_never_panics(
+        flips in prop::collection::vec((any::<usize>(), any::<u8>()), 0..6),
+        keep in any::<usize>(),
+    ) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("u.vtu");
         let mesh = block([1.0; 3], [1; 3], Order::Linear);
         let u = vec![0.5; 3 * mesh.nodes.len()];
-        field::write_vtu(&path, &mesh.nodes, field::Cells::Tetrahedra(Order::Linear, &mesh.elements), &[("u", &u, 3)]).unwrap();
+        let cells = field::Cells::Tetrahedra(Order::Linear, &mesh.elements);
+        field::write_vtu(&path, &mesh.nodes, cells, &[("u", &u, 3)]).unwrap();
         let whole = std::fs::read(&path).unwrap();
         for keep in [keep, whole.len()] {
             std::fs::write(&path, damaged(&whole, &flips, keep)).unwrap();

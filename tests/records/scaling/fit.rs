@@ -8,7 +8,8 @@ pub struct Column {
     pub values: Vec<f64>,
 }
 
-/// Least-squares exponent `p` of `value ≈ c sizeᵖ` in logarithms, over the points with positive values; NaN below two.
+/// Least-squares exponent `p` of `value ≈ c sizeᵖ` in logarithms, over the points with positive values; NaN
+/// below two.
 pub fn exponent(sizes: &[f64], values: &[f64]) -> f64 {
     let points: Vec<(f64, f64)> =
         sizes.iter().zip(values).filter(|(_, v)| **v > 0.0).map(|(s, v)| (s.ln(), v.ln())).collect();

@@ -1,6 +1,7 @@
 //! Seconds and memory of the stages of a build against dofs, modes, parameters and loadable nodes.
 //!
-//! Every build is a process of its own, so that the largest memory is its own; blocks of quadratic tetrahedra, 4 : 1 : 1.
+//! Every build is a process of its own, so that the largest memory is its own; blocks of quadratic
+//! tetrahedra, 4 : 1 : 1.
 
 use serde_json::Value;
 use vademecum_tests::program::vademecum;
@@ -103,7 +104,8 @@ fn text(case: &Case) -> String {
     let mut text = format!(
         "title = \"a block\"\n\
          [mesh]\nblock = {{ lengths = [1.0, 0.25, 0.25], divisions = [{along}, {across}, {across}] }}\n\
-         [[mesh.region]]\nname = \"far\"\non = {{ fraction = {{ axis = \"x\", side = \"max\", fraction = 0.5 }} }}\n\
+         [[mesh.region]]\nname = \"far\"\non = {{ fraction = {{ axis = \"x\", side = \"max\", fraction = \
+         0.5 }} }}\n\
          [[material]]\nyoung = 2.1e9\npoisson = 0.3\ndensity = 1200.0\n\
          [[support]]\non = {{ group = \"x_min\" }}\n\
          [load]\nsurface = {{ fraction = {{ axis = \"x\", side = \"max\", fraction = {loadable} }} }}\n\
@@ -120,7 +122,8 @@ fn text(case: &Case) -> String {
     ];
     for (i, (kind, region, nominal)) in ranges.iter().take(parameters).enumerate() {
         text.push_str(&format!(
-            "[[parameter]]\nname = \"p{i}\"\nkind = \"{kind}\"\nregion = \"{region}\"\nrange = [{:e}, {:e}]\nscale = \"log\"\n",
+            "[[parameter]]\nname = \"p{i}\"\nkind = \"{kind}\"\nregion = \"{region}\"\nrange = [{:e}, \
+             {:e}]\nscale = \"log\"\n",
             nominal / 2.0,
             nominal * 2.0
         ));

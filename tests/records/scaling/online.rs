@@ -26,8 +26,8 @@ fn options(structure: StructureChoice) -> SceneOptions {
 
 const CONTACT: Contact = Contact { nodes: [0, 1, 5], weights: [0.2, 0.3, 0.5], force: [1.0, 0.0, 0.0] };
 
-/// Nanoseconds of one call: the fastest of some bursts, each long enough for the clock and short enough to be left alone by
-/// whatever else runs.
+/// Nanoseconds of one call: the fastest of some bursts, each long enough for the clock and short enough to be
+/// left alone by whatever else runs.
 fn timed(mut work: impl FnMut()) -> f64 {
     const BURST_NS: f64 = 20_000.0;
     let mut burst = |calls: usize| {

@@ -1,8 +1,9 @@
 //! Which file of a crate uses which, from its `use` lines and from all other paths.
 //!
-//! A path leads to the file in which the item it names is defined: re-exports are followed, and a re-export alone is no use. Also
-//! read are paths inside macro calls and in strings of attributes (`#[serde(with = "crate::…")]`). Code for tests does not count. Not
-//! seen are uses without a path: a method or a field of a value that came from elsewhere.
+//! A path leads to the file in which the item it names is defined: re-exports are followed, and a re-export
+//! alone is no use. Also read are paths inside macro calls and in strings of attributes
+//! (`#[serde(with = "crate::…")]`). Code for tests does not count. Not seen are uses without a path: a method
+//! or a field of a value that came from elsewhere.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

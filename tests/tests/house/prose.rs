@@ -10,9 +10,9 @@ const WIDTH: usize = 110;
 
 /// Lines of Rust and of Markdown prose that are too wide and could be broken.
 ///
-/// Exempt are tables, blocks of code and records in Markdown, lines of code with a text in them (the formatter leaves such lines
-/// alone, and a text that is read as one line is found as one), and lines whose first word is what makes them wide: a link cannot be
-/// broken. A link of Markdown counts as one word.
+/// Exempt are tables, blocks of code and records in Markdown, lines of code with a text in them (the formatter
+/// leaves such lines alone, and a text that is read as one line is found as one), and lines whose first word is
+/// what makes them wide: a link cannot be broken. A link of Markdown counts as one word.
 pub fn wide_lines() -> Vec<String> {
     let code = files("rs").into_iter().flat_map(|source| wide(&source, |_, line| !has_text(line)));
     let mut prose = files("md");
@@ -50,7 +50,8 @@ fn is_prose() -> impl FnMut(usize, &str) -> bool + Copy {
     }
 }
 
-/// Where the first word of a line ends, in characters: marks of comments, lists and quotations before it do not count as words.
+/// Where the first word of a line ends, in characters: marks of comments, lists and quotations before it do
+/// not count as words.
 fn first_word_ends(line: &str) -> usize {
     let mut end = 0;
     let marks = ["//", "///", "//!", "-", "*", ">", "#", "##", "###"];

@@ -10,7 +10,8 @@ pub struct Source {
     pub text: String,
 }
 
-/// All files with this extension, by path. Hidden folders, what git ignores at the root, and folders of build results are left out.
+/// All files with this extension, by path. Hidden folders, what git ignores at the root, and folders of build
+/// results are left out.
 pub fn files(extension: &str) -> Vec<Source> {
     let root = repository();
     let ignored = std::fs::read_to_string(root.join(".gitignore")).expect("a list");
