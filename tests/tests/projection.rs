@@ -13,9 +13,9 @@ use vademecum_build::dynamics::SchemeKind;
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::report::CertificateReport;
 use vademecum_build::response::StageResponse;
-use vademecum_build::response::reduced::fused_radius;
 use vademecum_format::StructureCertificate;
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
+use vademecum_tests::fused::fused_radius;
 use vademecum_tests::synthetic::Random;
 
 /// The most the search finds for Bathe, less one.

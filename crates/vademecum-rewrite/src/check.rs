@@ -5,7 +5,9 @@ use std::collections::HashSet;
 
 use vademecum_format::{AxisKind, Element, File, Metadata, Numbers, Section, SectionKind};
 
-use super::{DECODED_LIMIT, RewriteError, codec, decode, unknown_sections};
+use super::codec::{self, DECODED_LIMIT, decode};
+use super::error::RewriteError;
+use super::whole::unknown_sections;
 
 /// What a check has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

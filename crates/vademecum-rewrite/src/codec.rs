@@ -11,7 +11,7 @@ use vademecum_format::{
 };
 use zstd::stream::read::Decoder;
 
-use super::RewriteError;
+use super::error::RewriteError;
 
 /// Bytes all sections of a file may decode to unless the caller says otherwise: 4 GiB.
 pub const DECODED_LIMIT: u64 = 1 << 32;

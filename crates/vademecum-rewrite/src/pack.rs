@@ -2,9 +2,10 @@
 
 use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind};
 
-use super::codec::{check_total, decode, smallest};
+use super::codec::{DECODED_LIMIT, check_total, decode, smallest};
+use super::error::RewriteError;
 use super::round::{Loss, Measure, may_be_rounded, quantise, single};
-use super::{DECODED_LIMIT, RewriteError, whole, write};
+use super::whole::{whole, write};
 
 /// A section as it will be written.
 struct Packed<'a> {

@@ -9,9 +9,10 @@
 
 use vademecum_format::{Codec, Element, File, Metadata, Section, SectionInput, SectionKind};
 
-use super::codec::decode;
+use super::codec::{DECODED_LIMIT, decode};
+use super::error::RewriteError;
 use super::pack::reals_of;
-use super::{DECODED_LIMIT, RewriteError, whole};
+use super::whole::{whole, write_with};
 
 /// Most terms a file may have here: the Gram matrices hold their square.
 const MOST_TERMS: usize = 4096;
@@ -202,7 +203,7 @@ fn without(file: &File<'_>, dropped: &Dropped) -> Result<Vec<u8>, RewriteError> 
         }
         inputs.push(input);
     }
-    super::write_with(&metadata, &inputs)
+    write_with(&metadata, &inputs)
 }
 
 /// The decoded bytes of a section that has terms, with the first only; `None` if it has none.

@@ -14,7 +14,7 @@ mod unseen;
 mod verdict;
 
 pub use error::CertificateError;
-pub use evaluated::{certify, spectral_radius};
+pub use evaluated::{Candidate, Measured, certify, measure, spectral_radius};
 pub use over_box::{BoxCertificate, certify_box};
 pub use unseen::{UnseenLoad, UnseenLoads};
 pub(crate) use verdict::worst;

@@ -9,7 +9,7 @@ use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::{File, StructureCertificate};
 
 use super::error::CertificateError;
-use super::evaluated::{certify, spectral_radius};
+use super::evaluated::{Candidate, certify, spectral_radius};
 use super::kept_certificate;
 use super::unseen::UnseenLoads;
 use crate::basis::Basis;
@@ -118,7 +118,8 @@ fn certify_corner(
     let pencil = setting.pencil(body.model.pencil());
     let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
     let mass = body.model.pencil().mass();
-    certify(bytes, order, mass, &full, basis, std::slice::from_ref(options), unseen, &Quiet(kept.listener))
+    let candidate = Candidate { bytes, basis, options };
+    certify(&[candidate], order, mass, &full, unseen, &Quiet(kept.listener))
 }
 
 /// Spectral radius at the corners, at the values of the problem file and at random points.

@@ -6,7 +6,7 @@ use vademecum_format::{Certificate, StructureCertificate};
 
 use super::{BuildError, Stages};
 use crate::basis::Basis;
-use crate::certificate::{StructureReport, certify, certify_box, kept_certificate};
+use crate::certificate::{Candidate, StructureReport, certify, certify_box, kept_certificate};
 use crate::chapter::{self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, certify_chapter};
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
 use crate::export::{Parts, encode};
@@ -190,8 +190,10 @@ impl Stages<'_> {
             let bytes = self.encode(problem, basis, vademecum, Certificate::default(), None)?;
             let options = |&structure| SceneOptions { structure, ..SceneOptions::default() };
             let options: Vec<SceneOptions> = structures.iter().map(options).collect();
+            let candidate = |options| Candidate { bytes: &bytes, basis, options };
+            let candidates: Vec<Candidate<'_>> = options.iter().map(candidate).collect();
             let mass = prepared.body.model.pencil().mass();
-            Ok(certify(&bytes, order, mass, full, basis, &options, unseen, kept.listener)?)
+            Ok(certify(&candidates, order, mass, full, unseen, kept.listener)?)
         })
     }
 

@@ -2,7 +2,6 @@
 //! of it.
 
 mod error;
-pub mod reduced;
 mod stage;
 mod terms;
 
