@@ -336,6 +336,9 @@ fn matrices_that_are_not_positive_definite_are_refused_by_name() {
         assert!(text.contains(from));
         std::fs::write(folder.path().join(file), text.replacen(from, to, 1)).expect("written");
     };
+    // Lumped and consistent masses are judged apart.
+    change("mass.mtx", "300 300 300\n", "300 300 301\n2 1 0.5\n");
+    assert!(refused(&problem()).contains("`mesh.matrices.mass`"));
     change("mass.mtx", "\n7 7 0.5\n", "\n7 7 0\n");
     assert!(refused(&problem()).contains("`mesh.matrices.mass`"));
     let ran = vademecum(&["modes".into(), folder.path().join("problem.toml")]);

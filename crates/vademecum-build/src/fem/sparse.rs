@@ -102,6 +102,14 @@ impl SymmetricMatrix {
         self.get(j, j).unwrap_or(0.0)
     }
 
+    /// Whether every entry off the diagonal is zero.
+    pub(crate) fn is_diagonal(&self) -> bool {
+        (0..self.n()).all(|j| {
+            let mut column = self.pattern.rows_of(j).iter().zip(&self.values[self.pattern.range(j)]);
+            column.all(|(&i, &value)| i as usize == j || value == 0.0)
+        })
+    }
+
     /// `Σ_i w_i A_i` on the common pattern, summed in the given order.
     ///
     /// # Panics

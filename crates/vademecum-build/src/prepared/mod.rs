@@ -11,7 +11,7 @@ pub use parameters::{LiveParameter, ParameterSpace, Setting};
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, numerical_damping};
-use crate::fem::{FactorError, Pencil, Symbolic};
+use crate::fem::{FactorError, Pencil, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
 use crate::mesh::{Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
@@ -134,10 +134,19 @@ pub fn prepare(
 /// The mass and the stiffness of a held solid are positive definite as they are assembled; matrices from
 /// elsewhere may be anything.
 fn check_definite(pencil: &Pencil, symbolic: &Symbolic) -> Result<(), PrepareError> {
-    for (key, matrix) in [("mass", pencil.mass()), ("stiffness", pencil.stiffness())] {
-        symbolic.factorize(matrix.clone()).map_err(|source| PrepareError::NotDefinite { key, source })?;
+    let factorises = |matrix: &SymmetricMatrix| symbolic.factorize(matrix.clone()).map(|_| ());
+    // Lumped masses need no factor, which would fill as much as that of the stiffness.
+    let mass = if pencil.mass().is_diagonal() { positive(pencil.mass()) } else { factorises(pencil.mass()) };
+    mass.map_err(|source| PrepareError::NotDefinite { key: "mass", source })?;
+    factorises(pencil.stiffness()).map_err(|source| PrepareError::NotDefinite { key: "stiffness", source })
+}
+
+/// Whether every diagonal entry is above zero.
+fn positive(matrix: &SymmetricMatrix) -> Result<(), FactorError> {
+    match (0..matrix.n()).find(|&i| matrix.diagonal(i) <= 0.0) {
+        None => Ok(()),
+        Some(pivot) => Err(FactorError::NotPositiveDefinite { pivot, n: matrix.n() }),
     }
-    Ok(())
 }
 
 /// Linear tetrahedra cannot keep their volume and bend: near ν = ½ they are many times too stiff.
