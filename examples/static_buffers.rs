@@ -1,10 +1,12 @@
 //! The evaluator without heap: fixed arrays, and a file that is part of the program.
 //!
-//! What you learn: how a program for a microcontroller holds a body. Only `main` uses the standard library, to print;
-//! [`Body`] and all it calls would compile for a target that has none (`tests/bare-metal` does that).
+//! What you learn: how a program for a microcontroller holds a body. Only `main` uses the standard library,
+//! to print; [`Body`] and all it calls would compile for a target that has none (`tests/bare-metal` does
+//! that).
 //!
-//! How do you know the lengths of the arrays? Print `Scene::sizes` of your file once, on your desk, and write the numbers
-//! down as constants. At start the program asks the file again, so that a larger file is refused and never cut short.
+//! How do you know the lengths of the arrays? Print `Scene::sizes` of your file once, on your desk, and write
+//! the numbers down as constants. At start the program asks the file again, so that a larger file is refused
+//! and never cut short.
 
 use vademecum_eval::format::File;
 use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface};

@@ -19,7 +19,10 @@ const LIVE: &[u8] =
 /// Binds a file. The names of what it leaves are given to it, because a macro's own names stay its own.
 #[allow(unused_macros)]
 macro_rules! bound {
-    ($bytes:expr, $structure:ident: $file:ident, $sizes:ident, $scene:ident, $state:ident, $loads:ident, $work:ident) => {
+    (
+        $bytes:expr, $structure:ident:
+        $file:ident, $sizes:ident, $scene:ident, $state:ident, $loads:ident, $work:ident
+    ) => {
         let $file = File::parse($bytes)?;
         let options = SceneOptions { structure: StructureChoice::$structure, ..SceneOptions::default() };
         let $sizes = Scene::<f64>::sizes(&$file, &options)?;

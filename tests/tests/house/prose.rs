@@ -10,11 +10,11 @@ const WIDTH: usize = 110;
 
 /// Lines of Rust and of Markdown prose that are too wide and could be broken.
 ///
-/// Exempt are tables, blocks of code and records in Markdown, lines of code with a text in them (the formatter
-/// leaves such lines alone, and a text that is read as one line is found as one), and lines whose first word is
-/// what makes them wide: a link cannot be broken. A link of Markdown counts as one word.
+/// Exempt are tables, blocks of code and records in Markdown, lines of code with a text in them (the
+/// formatter leaves such lines alone, and a text that is read as one line is found as one), and lines whose
+/// first word is what makes them wide: a link cannot be broken. A link of Markdown counts as one word.
 pub fn wide_lines() -> Vec<String> {
-    let code = files("rs").into_iter().flat_map(|source| wide(&source, |_, line| !has_text(line)));
+    let code = files("rs").into_iter().flat_map(|source| wide(&source, is_code_or_comment()));
     let mut prose = files("md");
     prose.retain(|source| !source.path.contains("/records/"));
     let prose: Vec<String> = prose.iter().flat_map(|source| wide(source, is_prose())).collect();
@@ -30,6 +30,18 @@ fn wide(source: &Source, mut counts: impl FnMut(usize, &str) -> bool) -> Vec<Str
         }
     }
     found
+}
+
+/// Tells for line after line of a source whether its width counts: comments are prose, and code has no text in it.
+fn is_code_or_comment() -> impl FnMut(usize, &str) -> bool + Copy {
+    let mut prose = is_prose();
+    move |index, line| {
+        let comment = ["//!", "///", "//"].iter().find_map(|mark| line.trim_start().strip_prefix(mark));
+        match comment {
+            Some(comment) => prose(index, comment),
+            None => !has_text(line),
+        }
+    }
 }
 
 /// Whether a line of code holds a text, or a part of one that goes on.

@@ -114,8 +114,8 @@ pub fn certify(
 
 /// Marches the unseen loads once full order, and through each candidate beside it.
 ///
-/// `order` is the order of nodes of every file; `mass` is the mass matrix in which errors are measured and bases are
-/// orthonormal.
+/// `order` is the order of nodes of every file; `mass` is the mass matrix in which errors are measured and
+/// bases are orthonormal.
 ///
 /// # Errors
 /// [`CertificateError`]: a full-order march that fails or is stopped, a file the evaluator refuses.

@@ -109,7 +109,8 @@ impl<'a> FullOrder<'a> {
     /// one thread each.
     ///
     /// # Errors
-    /// [`FullOrderError`]: a step or damping that makes no sense, an inconsistent table, a matrix that is not positive definite.
+    /// [`FullOrderError`]: a step or damping that makes no sense, an inconsistent table, a matrix that is not
+    /// positive definite.
     pub fn new(
         pencil: &'a Pencil,
         symbolic: &Symbolic,

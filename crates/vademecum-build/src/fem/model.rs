@@ -153,7 +153,8 @@ impl Model {
     /// runs, as much again.
     ///
     /// # Errors
-    /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left free to move.
+    /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left
+    /// free to move.
     pub fn assemble(mesh: Mesh, materials: &[Material], constrained: &[bool]) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
         check_supports(&mesh, constrained)?;
