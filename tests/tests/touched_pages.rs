@@ -114,8 +114,8 @@ fn needed(file: &File<'_>) -> Vec<Range<usize>> {
         |stored: &[u8]| stored.as_ptr() as usize - origin..stored.as_ptr() as usize - origin + stored.len();
     let mut sections: Vec<_> = file.sections().map(|s| place(s.stored())).collect();
     sections.sort_by_key(|s| s.start);
-    let mut ranges = vec![0..sections[0].start];
-    ranges.extend(sections.windows(2).map(|pair| pair[0].end..pair[1].start));
+    let mut ranges: Vec<_> = sections.windows(2).map(|pair| pair[0].end..pair[1].start).collect();
+    ranges.push(0..sections[0].start);
     ranges.push(place(file.section(SectionKind::Eigenvalues).expect("there").stored()));
     let surface = place(file.section(SectionKind::SurfaceBasis).expect("there").stored()).start;
     let row = 3 * large::LAYOUT.r * 8;
