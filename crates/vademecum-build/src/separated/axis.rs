@@ -1,9 +1,10 @@
 //! One parameter with its unit, its range and the functions that live on it.
 //!
-//! A factor on an axis is a vector of values at the axis' points; its basis turns the vector into a function. Hat
-//! functions are the chapter's choice; Chebyshev points (second kind, barycentric interpolation, Clenshaw–Curtis
-//! weights) converge exponentially for the smooth functions that parameters cause; an index axis has no "between".
-//! A logarithmic axis does all this in `x = ln μ`. Points outside the range are refused, never clamped.
+//! A factor on an axis is a vector of values at the axis' points; its basis turns the vector into a function.
+//! Hat functions are the chapter's choice; Chebyshev points (second kind, barycentric interpolation,
+//! Clenshaw–Curtis weights) converge exponentially for the smooth functions that parameters cause; an index
+//! axis has no "between". A logarithmic axis does all this in `x = ln μ`. Points outside the range are
+//! refused, never clamped.
 
 use super::error::SeparatedError;
 use super::operator::AxisOperator;
@@ -41,8 +42,9 @@ impl Axis {
     /// An axis over `[lower, upper]` in `unit`; `log` puts the functions on `ln μ`.
     ///
     /// # Errors
-    /// [`SeparatedError::BadRange`], [`SeparatedError::LogOfNonPositive`], [`SeparatedError::TooFewPoints`]; an index
-    /// axis whose ends are not whole numbers is a [`SeparatedError::NotAPosition`]; it may have a single position.
+    /// [`SeparatedError::BadRange`], [`SeparatedError::LogOfNonPositive`], [`SeparatedError::TooFewPoints`];
+    /// an index axis whose ends are not whole numbers is a [`SeparatedError::NotAPosition`]; it may have a
+    /// single position.
     pub fn new(
         name: &str,
         unit: &str,
@@ -113,8 +115,8 @@ impl Axis {
         false
     }
 
-    /// The point a fraction `t ∈ [0, 1]` along the axis (in `ln μ` on a logarithmic one; rounded down to a position on
-    /// an index axis).
+    /// The point a fraction `t ∈ [0, 1]` along the axis (in `ln μ` on a logarithmic one; rounded down to a
+    /// position on an index axis).
     pub fn at_fraction(&self, t: f64) -> f64 {
         match self.kind {
             AxisKind::Index => self.nodes[((t * self.len() as f64) as usize).min(self.len() - 1)],
@@ -122,11 +124,12 @@ impl Axis {
         }
     }
 
-    /// Values of all basis functions at `point`, into `values` of length [`Axis::len`]; a factor `g` then has the value
-    /// `Σ_j values_j g_j`. Costs O(points), allocates nothing.
+    /// Values of all basis functions at `point`, into `values` of length [`Axis::len`]; a factor `g` then has
+    /// the value `Σ_j values_j g_j`. Costs O(points), allocates nothing.
     ///
     /// # Errors
-    /// [`SeparatedError::OutsideAxis`] (NaN included), [`SeparatedError::NotAPosition`]; `values` is then untouched.
+    /// [`SeparatedError::OutsideAxis`] (NaN included), [`SeparatedError::NotAPosition`]; `values` is then
+    /// untouched.
     pub fn basis_into(&self, point: f64, values: &mut [f64]) -> Result<(), SeparatedError> {
         super::error::check_len("basis values", self.len(), values.len())?;
         if !(self.lower <= point && point <= self.upper) {
@@ -158,8 +161,8 @@ impl Axis {
         Ok(basis.iter().zip(factor).map(|(b, g)| b * g).sum())
     }
 
-    /// Gram matrix of the basis, `∫ N_i N_j dx` over `x = μ` or `ln μ`: the finite element mass matrix for hats, the
-    /// Clenshaw–Curtis weights at the points for Chebyshev, one per position for an index axis.
+    /// Gram matrix of the basis, `∫ N_i N_j dx` over `x = μ` or `ln μ`: the finite element mass matrix for
+    /// hats, the Clenshaw–Curtis weights at the points for Chebyshev, one per position for an index axis.
     pub fn gram(&self) -> AxisOperator {
         match self.kind {
             AxisKind::Index => AxisOperator::diagonal(vec![1.0; self.len()]),
@@ -219,13 +222,13 @@ impl Axis {
     }
 }
 
-/// Chebyshev points that interpolate the solution of a parametric pencil over `μ ∈ [1, ratio]`, in `ln μ`, to a relative
-/// `tolerance` wherever it is small.
+/// Chebyshev points that interpolate the solution of a parametric pencil over `μ ∈ [1, ratio]`, in `ln μ`, to
+/// a relative `tolerance` wherever it is small.
 ///
-/// `1/(1 + μλ)` has its poles at `ln μ = −ln λ ± iπ`; with `ρ` the Bernstein ellipse through them, the error of `n` points is
-/// at most `4 ρ^{1−n}/(ρ − 1)` (Trefethen, Approximation Theory, thm. 8.2), and an increment may be `ratio` times smaller
-/// at one end than at the other. `strip` is the distance of the poles from the real axis: π, or π/2 for a contrast, which
-/// enters as `c` and `1/c` at once.
+/// `1/(1 + μλ)` has its poles at `ln μ = −ln λ ± iπ`; with `ρ` the Bernstein ellipse through them, the error
+/// of `n` points is at most `4 ρ^{1−n}/(ρ − 1)` (Trefethen, Approximation Theory, thm. 8.2), and an increment
+/// may be `ratio` times smaller at one end than at the other. `strip` is the distance of the poles from the
+/// real axis: π, or π/2 for a contrast, which enters as `c` and `1/c` at once.
 pub(crate) fn chebyshev_points(ratio: f64, strip: f64, tolerance: f64) -> usize {
     let x = 2.0 * strip / ratio.ln();
     let rho = x + (1.0 + x * x).sqrt();
@@ -248,8 +251,8 @@ fn hat_basis(t: f64, points: usize, values: &mut [f64]) {
     values[left + 1] = x - left as f64;
 }
 
-/// Lagrange polynomials of the Chebyshev points of the second kind on [0, 1], by the barycentric formula (weights
-/// `(−1)^j`, halved at the ends).
+/// Lagrange polynomials of the Chebyshev points of the second kind on [0, 1], by the barycentric formula
+/// (weights `(−1)^j`, halved at the ends).
 fn chebyshev_basis(t: f64, points: usize, values: &mut [f64]) {
     let mut sum = 0.0;
     for j in 0..points {

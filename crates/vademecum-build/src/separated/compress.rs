@@ -1,8 +1,9 @@
 //! Space compression: a few dozen vectors that hold solutions of one body, orthonormal in the energy.
 //!
-//! Solutions at many parameter points share most of what they are made of. The [`compress`]ed basis of a few of them
-//! turns a problem over the whole mesh into a small dense one, and every stage after it costs the same for a beam and
-//! for a liver. The basis is built column by column, so that tolerances near rounding are met.
+//! Solutions at many parameter points share most of what they are made of. The [`compress`]ed basis of a few
+//! of them turns a problem over the whole mesh into a small dense one, and every stage after it costs the
+//! same for a beam and for a liver. The basis is built column by column, so that tolerances near rounding are
+//! met.
 
 use super::error::{SeparatedError, check_len};
 use super::linalg::{add_product, inner, product, thin_svd, transposed_product};
@@ -11,9 +12,9 @@ use faer::{Mat, MatRef};
 /// The energy inner product: `M X` for a block `X`, `M` symmetric positive definite.
 pub type Energy<'a> = dyn Fn(MatRef<'_, f64>) -> Mat<f64> + Sync + 'a;
 
-/// `M`-orthonormal basis `(n, k)` of the blocks, to a relative `tolerance` in the energy norm, every block counted
-/// relative to its own size. By orthogonalisation and a small decomposition, so tolerances near rounding are met (a
-/// Gram matrix would lose half of the digits).
+/// `M`-orthonormal basis `(n, k)` of the blocks, to a relative `tolerance` in the energy norm, every block
+/// counted relative to its own size. By orthogonalisation and a small decomposition, so tolerances near
+/// rounding are met (a Gram matrix would lose half of the digits).
 ///
 /// # Errors
 /// [`SeparatedError::Shape`]; [`SeparatedError::NoConvergence`] when an entry is not finite.
@@ -45,7 +46,8 @@ impl EnergyBasis {
         EnergyBasis { vectors: Mat::zeros(n, 0), images: Mat::zeros(n, 0), coordinates: Vec::new() }
     }
 
-    /// Adds what a block has outside the basis, leaving out columns whose remainder is below `drop` of the block.
+    /// Adds what a block has outside the basis, leaving out columns whose remainder is below `drop` of the
+    /// block.
     pub(crate) fn append(&mut self, block: MatRef<'_, f64>, energy: &Energy<'_>, drop: f64) {
         let size = inner(block, energy(block).as_ref()).max(0.0).sqrt();
         if size == 0.0 {

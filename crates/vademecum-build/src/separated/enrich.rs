@@ -1,9 +1,11 @@
-//! Greedy enrichment: one rank-one term at a time by alternating directions, eqs. (5.11)–(5.13) of the chapter.
+//! Greedy enrichment: one rank-one term at a time by alternating directions, eqs. (5.11)–(5.13) of the
+//! chapter.
 //!
-//! A new term is the Galerkin fixed point: every direction is solved with all the others frozen and the same frozen
-//! functions as weights (eq. 5.13), sweep after sweep. Terms already found join the right-hand side with a minus sign
-//! (the last line of eq. 5.12). What the chapter lacks, and what makes the method usable at small tolerances, is the
-//! update: after each new term all factors on one axis at a time are solved for again, together.
+//! A new term is the Galerkin fixed point: every direction is solved with all the others frozen and the same
+//! frozen functions as weights (eq. 5.13), sweep after sweep. Terms already found join the right-hand side
+//! with a minus sign (the last line of eq. 5.12). What the chapter lacks, and what makes the method usable at
+//! small tolerances, is the update: after each new term all factors on one axis at a time are solved for
+//! again, together.
 
 use super::error::SeparatedError;
 use super::greedy::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
@@ -16,11 +18,12 @@ use super::update::update;
 use crate::linalg::Random;
 use faer::{Mat, MatRef};
 
-/// Enriches from `start` (or from zero) until `measure` (a relative error of a candidate, the caller's choice; without
-/// one, the residual at 200 random grid points) meets the tolerance.
+/// Enriches from `start` (or from zero) until `measure` (a relative error of a candidate, the caller's
+/// choice; without one, the residual at 200 random grid points) meets the tolerance.
 ///
 /// # Errors
-/// [`SeparatedError::NotPositiveDefinite`] from the space solves, [`SeparatedError::Shape`] of a start that does not fit.
+/// [`SeparatedError::NotPositiveDefinite`] from the space solves, [`SeparatedError::Shape`] of a start that
+/// does not fit.
 pub fn enrich<S: Space>(
     problem: &KroneckerProblem<S>,
     options: &EnrichmentOptions,
@@ -90,8 +93,8 @@ impl Stack {
     }
 }
 
-/// The term that follows those of `found`, by alternating directions from the functions `g`, one per axis; `None` when
-/// nothing is left to answer.
+/// The term that follows those of `found`, by alternating directions from the functions `g`, one per axis;
+/// `None` when nothing is left to answer.
 pub(super) fn next_term<S: Space>(
     problem: &KroneckerProblem<S>,
     found: &Separated,
@@ -130,7 +133,8 @@ pub(super) fn next_term<S: Space>(
             g[a] = new;
         }
         block = solve_block(problem, sources, &seen, &energy)?;
-        // Directions known to a thousandth are good enough: the term is corrected by the next ones or by the update.
+        // Directions known to a thousandth are good enough: the term is corrected by the next ones or by the
+        // update.
         if change < 1e-3 {
             break;
         }
@@ -212,12 +216,13 @@ impl<S: Space> KroneckerProblem<S> {
     }
 
     /// `count` random grid points, one point number per axis each.
-    pub(crate) fn random_indices(&self, count: usize, random: &mut Random) -> Vec<Vec<usize>> {
+    fn random_indices(&self, count: usize, random: &mut Random) -> Vec<Vec<usize>> {
         (0..count).map(|_| self.axes.iter().map(|a| random.below(a.len())).collect()).collect()
     }
 
-    /// Relative residual `‖b − A u‖ / ‖b‖` over the given grid points: the true one, formed entry by entry, so that it is
-    /// meaningful down to rounding (a residual from inner products stops at half of all digits).
+    /// Relative residual `‖b − A u‖ / ‖b‖` over the given grid points: the true one, formed entry by entry,
+    /// so that it is meaningful down to rounding (a residual from inner products stops at half of all
+    /// digits).
     pub fn residual(&self, u: &Separated, points: &[Vec<usize>]) -> f64 {
         let stack = Stack::residual(self, u);
         let given = self.sources.len();

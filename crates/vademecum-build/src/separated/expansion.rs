@@ -1,5 +1,5 @@
-//! A block over the box as a polynomial in its parameters: sampled at the points of a lower set, its coefficients dense
-//! in space and sparse in the degrees. It is what the terms are fitted to.
+//! A block over the box as a polynomial in its parameters: sampled at the points of a lower set, its
+//! coefficients dense in space and sparse in the degrees. It is what the terms are fitted to.
 
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
@@ -20,8 +20,9 @@ pub struct SampledBlocks {
 }
 
 impl SampledBlocks {
-    /// Calls `solve` at the points of the whole grid if there are at most `most`, else at those of the largest simplex of
-    /// degrees; points that `known` has are taken from there. In parallel, collected in order.
+    /// Calls `solve` at the points of the whole grid if there are at most `most`, else at those of the
+    /// largest simplex of degrees; points that `known` has are taken from there. In parallel, collected in
+    /// order.
     ///
     /// # Errors
     /// Of `solve`; [`SeparatedError::NotPolynomial`] for an axis without Chebyshev points.
@@ -66,8 +67,8 @@ impl SampledBlocks {
     }
 }
 
-/// `f(μ) ω(μ) = Σ_ν c_ν Π_a T_{ν_a}(x_a)` with orthonormal Chebyshev polynomials, `x_a ∈ [−1, 1]` along each axis and a
-/// weight `ω = Π_a ω_a` near one over the size of `f`: least squares then sees relative errors.
+/// `f(μ) ω(μ) = Σ_ν c_ν Π_a T_{ν_a}(x_a)` with orthonormal Chebyshev polynomials, `x_a ∈ [−1, 1]` along each
+/// axis and a weight `ω = Π_a ω_a` near one over the size of `f`: least squares then sees relative errors.
 #[derive(Clone, Debug)]
 pub struct Expansion {
     pub(super) axes: Vec<Axis>,
@@ -135,7 +136,8 @@ impl Expansion {
         Ok((0..points.len()).map(|p| Mat::from_fn(rows, columns, |i, j| values[(i + j * rows, p)])).collect())
     }
 
-    /// Coefficients of a weighted factor on axis `a` to values of the factor at the points of the axis, `(n, n)`.
+    /// Coefficients of a weighted factor on axis `a` to values of the factor at the points of the axis,
+    /// `(n, n)`.
     pub(super) fn nodal(&self, a: usize) -> Mat<f64> {
         let n = self.axes[a].len();
         let x: Vec<f64> = self.axes[a].nodes().iter().map(|v| self.axes[a].position(*v)).collect();
@@ -150,7 +152,8 @@ fn value(weight: &[(f64, f64)], x: &[f64]) -> f64 {
     (-weight.iter().zip(x).map(|((b, q), x)| b * x + q * x * x).sum::<f64>()).exp()
 }
 
-/// Least squares of `ln ‖f‖ = c + Σ_a (b_a x_a + q_a x_a²)`: smooth, so that `f ω` needs no higher degrees than `f`.
+/// Least squares of `ln ‖f‖ = c + Σ_a (b_a x_a + q_a x_a²)`: smooth, so that `f ω` needs no higher degrees
+/// than `f`.
 fn separable_size(points: &[Vec<f64>], values: &Mat<f64>) -> Vec<(f64, f64)> {
     let axes = points.first().map_or(0, Vec::len);
     let sizes: Vec<f64> = (0..points.len()).map(|p| norm(values.as_ref().subcols(p, 1))).collect();

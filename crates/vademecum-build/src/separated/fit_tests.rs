@@ -1,5 +1,5 @@
-//! The way from samples to terms on bodies of one, two and four regions: [`compress`], [`SampledBlocks`], [`Expansion`]
-//! and [`fit()`], as a build with live parameters takes it.
+//! The way from samples to terms on bodies of one, two and four regions: [`compress`], [`SampledBlocks`],
+//! [`Expansion`] and [`fit()`], as a build with live parameters takes it.
 
 use super::linalg::{add_product, axpy, inner, norm, product, transposed_product};
 use super::surrogate::Pencil;
@@ -7,8 +7,8 @@ use super::*;
 use crate::linalg::{Random, symmetric_part};
 use faer::{Mat, MatRef};
 
-/// `(M + Σ_q θ_q K_q) X = −Σ_q θ_q K_q B`: the increments of a stage over a common `θ` and a stiffness scale in [½, 2]
-/// for each region, when there are several.
+/// `(M + Σ_q θ_q K_q) X = −Σ_q θ_q K_q B`: the increments of a stage over a common `θ` and a stiffness scale
+/// in [½, 2] for each region, when there are several.
 struct Increment {
     regions: usize,
     map: RegionAxes,
@@ -115,7 +115,8 @@ impl Fresh {
     }
 }
 
-/// What compression and terms together miss, against solves in the full space: the worst of six points, energy norm.
+/// What compression and terms together miss, against solves in the full space: the worst of six points,
+/// energy norm.
 fn true_error(full: &Increment, basis: &Mat<f64>, u: &Separated) -> f64 {
     let error = |(point, exact): &(Vec<f64>, Mat<f64>)| {
         full.size(&(exact - basis * u.evaluate(point).unwrap())) / full.size(exact)
@@ -131,7 +132,8 @@ fn one_region_over_a_factor_of_100_takes_at_most_20_terms_for_1e_8() {
         let options = EnrichmentOptions { tolerance: 1e-8, max_terms: 20, ..Default::default() };
         let (u, (rms, worst)) = small.fresh(200).fit(&small.expansion(100), &options);
         assert!(rms <= 1e-8 && worst <= 1e-7, "{} terms, {rms}, {worst}", u.n_terms());
-        // compression 2e-10, terms 1e-8 rms, and six points instead of two hundred: a factor of 10 covers the worst
+        // compression 2e-10, terms 1e-8 rms, and six points instead of two hundred: a factor of 10 covers the
+        // worst
         assert!(true_error(&full, &basis, &u) <= 1e-7);
     }
 }

@@ -53,8 +53,8 @@ impl std::fmt::Display for StopReason {
     }
 }
 
-/// What an enrichment did. The solution returned beside it is the best one seen, not the last, in the order and scaling
-/// of [`Separated::normalised`].
+/// What an enrichment did. The solution returned beside it is the best one seen, not the last, in the order
+/// and scaling of [`Separated::normalised`].
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct EnrichmentReport {
     /// Measured error after each enrichment.

@@ -12,7 +12,8 @@ use faer::Mat;
 /// One separable right-hand side, `(⊗_a f_a) ⊗ B`.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// Load vector on each axis, tested against the axis' basis (for a function `f`: Gram matrix times its values).
+    /// Load vector on each axis, tested against the axis' basis (for a function `f`: Gram matrix times its
+    /// values).
     pub vectors: Vec<Vec<f64>>,
     /// Load in space: `(n_rows, n_columns)`.
     pub block: Mat<f64>,

@@ -1,41 +1,46 @@
 //! Separated solutions: a parametric field as a sum of products of one-dimensional functions.
 //!
-//! A solution over axes `μ_1 … μ_d` is kept as `u(μ) = Σ_i (Π_a g_ia(μ_a)) F_i`, with factors `g_ia` on one axis each and
-//! blocks `F_i` of a few columns over space. Nothing is solved when it is looked up: a point costs one basis evaluation
-//! per axis and one weighted sum. Everything here works on plain matrices; meshes and finite elements stay outside.
+//! A solution over axes `μ_1 … μ_d` is kept as `u(μ) = Σ_i (Π_a g_ia(μ_a)) F_i`, with factors `g_ia` on one
+//! axis each and blocks `F_i` of a few columns over space. Nothing is solved when it is looked up: a point
+//! costs one basis evaluation per axis and one weighted sum. Everything here works on plain matrices; meshes
+//! and finite elements stay outside.
 //!
 //! # From samples to terms
 //!
-//! A build with live parameters goes this way, because its problem in space is small once it is [`compress`]ed:
+//! A build with live parameters goes this way, because its problem in space is small once [`compress()`] has
+//! found a basis for it:
 //!
 //! 1. An [`Axis`] is one parameter with its unit, its range and the functions that live on it.
-//! 2. [`SampledBlocks::collect`] calls a solver at points of the box that the axes span: at the whole grid when it is
-//!    small, else at the points that belong to the lowest polynomial degrees.
+//! 2. [`SampledBlocks::collect`] calls a solver at points of the box that the axes span: at the whole grid
+//!    when it is small, else at the points that belong to the lowest polynomial degrees.
 //! 3. An [`Expansion`] is the polynomial through these samples, weighted so that errors are relative.
-//! 4. [`fit()`] finds the terms of a [`Separated`] solution from the coefficients of the polynomial, by alternating least
-//!    squares. It stops at a tolerance, at a number of terms, or when further terms do not help, and an
-//!    [`EnrichmentReport`] says which.
+//! 4. [`fit()`] finds the terms of a [`Separated`] solution from the coefficients of the polynomial, by
+//!    alternating least squares. It stops at a tolerance, at a number of terms, or when further terms do not
+//!    help, and an [`EnrichmentReport`] says which.
 //!
-//! The other way needs no samples: [`enrich()`] solves a [`KroneckerProblem`] for its terms by alternating directions
-//! (chapter eqs. 5.11–5.13), with an optional update of all factors after each term. The chapter's own representation is
-//! built on it ([`chapter::separation`](crate::chapter::separation)), and docs/theory/5a-separation-by-hand.md works it
-//! by hand.
+//! The other way needs no samples: [`enrich()`] solves a [`KroneckerProblem`] for its terms by alternating
+//! directions (chapter eqs. 5.11–5.13), with an optional update of all factors after each term. The chapter's
+//! own representation is built on it ([`chapter::separation`](crate::chapter::separation)), and
+//! docs/theory/5a-separation-by-hand.md works it by hand.
 //!
-//! The odd thing: every dense kernel runs sequentially, and threads only solve independent samples, so the bytes that
-//! come out depend on the seed and not on the number of threads.
+//! The odd thing: every dense kernel runs sequentially, and threads only share out samples and columns that do
+//! not depend on each other, so the bytes that come out depend on the seed and not on the number of threads.
 //!
 //! # One oscillator, two parameters
 //!
-//! `(1 + θκ) x = −θκ` is the increment problem of a unit mass on a unit spring: `x = h − 1` with `h = 1/(1 + θκ)`. As a
-//! function of `θ` and `κ` it is no product, but it is a short sum of products:
+//! `(1 + θκ) x = −θκ` is the increment problem of a unit mass on a unit spring: `x = h − 1` with
+//! `h = 1/(1 + θκ)`. As a function of `θ` and `κ` it is no product, but it is a short sum of products:
 //!
 //! ```
 //! use faer::Mat;
 //! use vademecum_build::separated::*;
 //!
 //! // Two axes of twelve Chebyshev points each, on ln θ and ln κ.
-//! let log = |name: &str, low, high| Axis::new(name, "1", low, high, AxisKind::Chebyshev { points: 12 }, true);
-//! let axes = [log("theta", 0.1, 1.0)?, log("kappa", 0.5, 2.0)?];
+//! let kind = AxisKind::Chebyshev { points: 12 };
+//! let axes = [
+//!     Axis::new("theta", "1", 0.1, 1.0, kind, true)?,
+//!     Axis::new("kappa", "1", 0.5, 2.0, kind, true)?,
+//! ];
 //!
 //! // The solver: a block of 1 × 1 for a point (θ, κ). The grid has 144 points, so all of them are samples.
 //! let solve = |point: &[f64]| {

@@ -23,8 +23,8 @@ impl Separated {
         Separated { axes: axes.to_vec(), factors, blocks: Mat::zeros(n_rows * n_columns, 0), n_rows }
     }
 
-    /// From its parts: `factors[a]` is `(axes[a].len(), n_terms)`; `blocks` is `(n_rows · n_columns, n_terms)`, each
-    /// column one block in column-major order.
+    /// From its parts: `factors[a]` is `(axes[a].len(), n_terms)`; `blocks` is
+    /// `(n_rows · n_columns, n_terms)`, each column one block in column-major order.
     ///
     /// # Errors
     /// [`SeparatedError::Shape`].
@@ -127,8 +127,9 @@ impl Separated {
         Separated::new(self.axes.clone(), factors, join(&self.blocks, &other.blocks), self.n_rows)
     }
 
-    /// The same sum in one form of the many it has: factors of unit Gram norm whose largest entry is positive, the size
-    /// of a term in its block, terms by descending size (ties keep their order). Terms of size zero are dropped.
+    /// The same sum in one form of the many it has: factors of unit Gram norm whose largest entry is
+    /// positive, the size of a term in its block, terms by descending size (ties keep their order). Terms of
+    /// size zero are dropped.
     pub fn normalised(&self) -> Separated {
         let (mut factors, mut blocks) = (self.factors.clone(), self.blocks.clone());
         for (axis, g) in self.axes.iter().zip(&mut factors) {

@@ -1,7 +1,8 @@
-//! Operators in space: what a [`KroneckerProblem`](super::KroneckerProblem) and a sampled problem ask of a body.
+//! Operators in space: what a [`KroneckerProblem`](super::KroneckerProblem) and a sampled problem ask of a
+//! body.
 //!
-//! Space is reached through [`Space`] only, so the same code runs on small dense matrices and on a sparse factorisation
-//! of the whole mesh.
+//! Space is reached through [`Space`] only, so the same code runs on small dense matrices and on a sparse
+//! factorisation of the whole mesh.
 
 use super::error::{SeparatedError, check_len};
 use super::linalg::{Cholesky, axpy, product};

@@ -1,7 +1,8 @@
-//! Pencils to test on without meshes: a lattice of springs, and a clamped Euler–Bernoulli beam of several regions, 2 dofs per node.
+//! Pencils to test on without meshes: a lattice of springs, and a clamped Euler–Bernoulli beam of several
+//! regions, 2 dofs per node.
 //!
-//! Its frequencies spread as 1 : 6 : 18 : 34 : …, as those of a slender solid do, and its stiffness is singularly ill
-//! conditioned, so it is not an easy case.
+//! Its frequencies spread as 1 : 6 : 18 : 34 : …, as those of a slender solid do, and its stiffness is
+//! singularly ill conditioned, so it is not an easy case.
 
 use super::linalg::{product, thin_svd, transposed_product};
 use super::space::{DenseSpace, Space};
@@ -13,13 +14,14 @@ pub(crate) struct Pencil {
     pub(crate) stiffness: Vec<Mat<f64>>,
     /// Lowest eigenvalues of the nominal pencil.
     pub(crate) eigenvalues: Vec<f64>,
-    /// Ritz vectors of a space of static responses, `(n, n_modes)`: near the eigenmodes but not invariant, as a basis
-    /// that comes from snapshots.
+    /// Ritz vectors of a space of static responses, `(n, n_modes)`: near the eigenmodes but not invariant, as
+    /// a basis that comes from snapshots.
     pub(crate) modes: Mat<f64>,
 }
 
 impl Pencil {
-    /// `elements` beam elements on unit length with unit bending stiffness and mass, split into equal regions.
+    /// `elements` beam elements on unit length with unit bending stiffness and mass, split into equal
+    /// regions.
     pub(crate) fn beam(elements: usize, regions: usize, n_modes: usize) -> Pencil {
         let h = 1.0 / elements as f64;
         let bending = [[12.0, 6.0 * h, -12.0, 6.0 * h], [6.0 * h, 4.0 * h * h, -6.0 * h, 2.0 * h * h]];
@@ -96,7 +98,8 @@ fn dense(n: usize, entries: &[(usize, usize, f64)]) -> Mat<f64> {
     matrix
 }
 
-/// Lowest eigenvalues, and the Ritz vectors of `3 n_modes` responses to point loads, once through the inertia.
+/// Lowest eigenvalues, and the Ritz vectors of `3 n_modes` responses to point loads, once through the
+/// inertia.
 fn ritz(mass: &Mat<f64>, stiffness: &[Mat<f64>], count: usize) -> (Vec<f64>, Mat<f64>) {
     let n = mass.nrows();
     let mut matrices = vec![mass.clone()];

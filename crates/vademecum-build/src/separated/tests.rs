@@ -67,13 +67,15 @@ fn the_sine_of_a_sum_takes_two_terms_and_of_three_takes_its_known_rank() {
     let axes = [hat("x", 0.0, 3.0, 31), hat("y", 0.0, 3.0, 31)];
     let functions: Vec<Vec<Function>> = vec![vec![f64::sin, f64::cos], vec![f64::cos, f64::sin]];
     let problem = gram_problem(&axes, &functions, &[unit_block(), unit_block()]);
-    // Rounding of a Galerkin fit: Gram matrices of two nearly orthogonal terms, a few ε times the mass condition.
+    // Rounding of a Galerkin fit: Gram matrices of two nearly orthogonal terms, a few ε times the mass
+    // condition.
     let options =
         EnrichmentOptions { tolerance: 1e-10, max_terms: 3, update_sweeps: 10, ..Default::default() };
     let (u, report) = enrich(&problem, &options, None, None).unwrap();
     assert_eq!((u.n_terms(), report.stop), (2, StopReason::Tolerance), "{report:?}");
 
-    // sin(x+y+z) expands into 2² products; its rank over the reals is 3. Updated greedy must not need more than the 4.
+    // sin(x+y+z) expands into 2² products; its rank over the reals is 3. Updated greedy must not need more
+    // than the 4.
     let axes = [hat("x", 0.0, 3.0, 16), hat("y", 0.0, 3.0, 16), hat("z", 0.0, 3.0, 16)];
     let (s, c): (Function, Function) = (f64::sin, f64::cos);
     let minus_sin: Function = |x| -x.sin();
@@ -113,11 +115,13 @@ fn updates_recover_a_sum_of_one_axis_terms_that_plain_greedy_does_not() {
     );
 }
 
-/// −Δu = f on the unit square with f of known solution sin πx sin πy: hat functions on y, finite elements on x.
+/// −Δu = f on the unit square with f of known solution sin πx sin πy: hat functions on y, finite elements on
+/// x.
 fn poisson(points: usize) -> KroneckerProblem<DenseSpace> {
     let y = hat("y", 0.0, 1.0, points);
     let h = 1.0 / (points - 1) as f64;
-    // ∫ N_i' N_j' of hat functions, the two ends held by a stiff spring, the way the engine's axes know supports
+    // ∫ N_i' N_j' of hat functions, the two ends held by a stiff spring, the way the engine's axes know
+    // supports
     let spring = 1e8;
     let mut own = vec![2.0 / h; points];
     own[0] = 1.0 / h + spring;
@@ -218,7 +222,8 @@ fn terms_of_one_round_from_the_load_are_those_worked_by_hand() {
     {
         assert!((found / by_hand - 1.0).abs() < 1e-3, "{found} {by_hand}");
     }
-    // the odd terms share one function of t, the even ones another; each is found from a residual 30 times smaller
+    // the odd terms share one function of t, the even ones another; each is found from a residual 30 times
+    // smaller
     for (term, by_hand) in [28.0 / 23.0, -0.5, 28.0 / 23.0, -0.5].into_iter().enumerate() {
         assert!((ratio(0, term) - by_hand).abs() < 1e-9, "{term}: {}", ratio(0, term));
     }

@@ -1,10 +1,10 @@
 //! The update: all factors on one axis (then all blocks) solved for together, the rest frozen.
 //!
-//! On axis `a` the unknown is the whole matrix `G_a` `(n_points, n_terms)` in
-//! `Σ_t A_ta G_a W_t = R`, with `W_t = (F_iᵀS_tF_j) ∘ Π_{b≠a} G_bᵀA_tbG_b`. With one operator this is a small
-//! Kronecker solve; otherwise points couple to their neighbours at most, and block elimination along the axis costs
-//! `O(n_points · n_terms³)`. Everything is solved for the *correction*: parallel terms make `W` singular to rounding,
-//! and a ridge on a correction moves nothing once the residual is gone.
+//! On axis `a` the unknown is the whole matrix `G_a` `(n_points, n_terms)` in `Σ_t A_ta G_a W_t = R`, with
+//! `W_t = (F_iᵀS_tF_j) ∘ Π_{b≠a} G_bᵀA_tbG_b`. With one operator this is a small Kronecker solve; otherwise
+//! points couple to their neighbours at most, and block elimination along the axis costs
+//! `O(n_points · n_terms³)`. Everything is solved for the *correction*: parallel terms make `W` singular to
+//! rounding, and a ridge on a correction moves nothing once the residual is gone.
 
 use super::error::SeparatedError;
 use super::kronecker::KroneckerProblem;
@@ -17,7 +17,7 @@ use faer::Mat;
 ///
 /// # Errors
 /// [`SeparatedError::NotPositiveDefinite`] from the space solves.
-pub(crate) fn update<S: Space>(
+pub(super) fn update<S: Space>(
     problem: &KroneckerProblem<S>,
     u: &Separated,
 ) -> Result<Separated, SeparatedError> {
@@ -101,7 +101,8 @@ impl Grams {
     }
 }
 
-/// Unit largest entry for every factor, its size moved into the block: the solves after it see balanced columns.
+/// Unit largest entry for every factor, its size moved into the block: the solves after it see balanced
+/// columns.
 fn rescale(g: &mut Mat<f64>, blocks: &mut Mat<f64>, grams: &mut Grams) {
     let terms = g.ncols();
     let size: Vec<f64> =
@@ -185,8 +186,8 @@ fn block_elimination<S: Space>(
     Mat::from_fn(points, terms, |j, i| right[j][(i, 0)])
 }
 
-/// New blocks, `(n_rows · n_columns, n_terms)`: jointly with one space operator, else term after term (Gauss–Seidel, one
-/// pass; the energy never rises).
+/// New blocks, `(n_rows · n_columns, n_terms)`: jointly with one space operator, else term after term
+/// (Gauss–Seidel, one pass; the energy never rises).
 fn update_blocks<S: Space>(
     problem: &KroneckerProblem<S>,
     u: &Separated,

@@ -110,7 +110,8 @@ impl Span {
         let a = |x: MatRef<'_, f64>| space.apply(0, x);
         let mut basis = EnergyBasis::new(columns.nrows());
         for s in 0..answers.ncols() {
-            // Families share their columns up to a factor; what rounding leaves of a repeated one is no new direction.
+            // Families share their columns up to a factor; what rounding leaves of a repeated one is no new
+            // direction.
             basis.append(answers.as_ref().subcols(s, 1), &a, 1e-12);
         }
         let basis = basis.into_vectors();

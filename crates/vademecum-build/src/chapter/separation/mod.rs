@@ -1,14 +1,16 @@
 //! The chapter's representation: state coordinates, load magnitude and load position as axes (eqs. 5.8–5.13).
 //!
-//! One stage of the scheme solves `A u = Σ_j x_j b_j + p f(s)`: every reduced coordinate `x_j` (ζ, ζ̇, and ζ̈ or ζ½) is an
-//! axis with hat functions, `b_j` is its column `(h_M M + h_K K) φ_j` (the chapter prints a ones vector for φ_j), `p` and
-//! `s` are the load's magnitude and position, and the load's components are axes too when asked for. The unknown is a sum
-//! of rank-one terms over all of them. `A = m M + k K` is one matrix, and on the parameter axes only mass matrices
-//! appear, so every space solve of eq. (5.12) is with the same factor, and every space function lies in the span of the
-//! `A⁻¹ b`: the engine runs in that span. Its iterates are those of the full mesh up to rounding, at no cost in `n`.
+//! One stage of the scheme solves `A u = Σ_j x_j b_j + p f(s)`: every reduced coordinate `x_j` (ζ, ζ̇, and ζ̈
+//! or ζ½) is an axis with hat functions, `b_j` is its column `(h_M M + h_K K) φ_j` (the chapter prints a ones
+//! vector for φ_j), `p` and `s` are the load's magnitude and position, and the load's components are axes too
+//! when asked for. The unknown is a sum of rank-one terms over all of them. `A = m M + k K` is one matrix,
+//! and on the parameter axes only mass matrices appear, so every space solve of eq. (5.12) is with the same
+//! factor, and every space function lies in the span of the `A⁻¹ b`: the engine runs in that span. Its
+//! iterates are those of the full mesh up to rounding, at no cost in `n`.
 //!
-//! The odd thing: the map is linear in the state, so one term per right-hand side is exact, and greedy does not find
-//! them. The repairs of docs/theory/5-vademecum.md are switches of [`ChapterOptions`] so that the effect of each can be shown.
+//! The odd thing: the map is linear in the state, so one term per right-hand side is exact, and greedy does
+//! not find them. The repairs of docs/theory/5-vademecum.md are switches of [`ChapterOptions`] so that the
+//! effect of each can be shown.
 
 mod fresh;
 mod inputs;
@@ -48,29 +50,32 @@ pub struct ChapterStage {
     pub magnitude: (f64, f64),
     /// Ranges of the load's components, each an axis; empty when every position has its one direction.
     pub components: Vec<(f64, f64)>,
-    /// Right-hand sides of a unit load, `(n_rows, n_positions · max(1, components))`, components of a position adjacent.
+    /// Right-hand sides of a unit load, `(n_rows, n_positions · max(1, components))`, components of a
+    /// position adjacent.
     pub loads: Mat<f64>,
-    /// Points of a hat grid on a state axis, at least 2. (Magnitude and components have 2: the map is linear.)
+    /// Points of a hat grid on a state axis, at least 2. (Magnitude and components have 2: the map is
+    /// linear.)
     pub points: usize,
 }
 
 /// What is done about the chapter's weaknesses; with everything off it is the chapter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChapterOptions {
-    /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`. Makes the numbers comparable for rounding and `f32`; a change of units alone does not
-    /// change which terms are found.
+    /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`. Makes the numbers comparable for rounding and `f32`; a change of units
+    /// alone does not change which terms are found.
     pub scaled_coordinates: bool,
     /// State and load separated apart, each to the tolerance relative to itself.
     pub separate_blocks: bool,
-    /// Start from the one-axis terms, one per right-hand side with its own functions and its own space solve, the largest
-    /// `max_terms` of them, and enrich from there. Nothing is left to find when there is room for all.
+    /// Start from the one-axis terms, one per right-hand side with its own functions and its own space solve,
+    /// the largest `max_terms` of them, and enrich from there. Nothing is left to find when there is room for
+    /// all.
     pub one_axis_start: bool,
     /// Tolerance, limits and updates of the engine. `max_terms` counts both blocks together.
     pub enrichment: EnrichmentOptions,
 }
 
-/// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root mean square
-/// of the error over root mean square of the exact map.
+/// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root
+/// mean square of the error over root mean square of the exact map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageError {
     /// State and load together.
@@ -105,10 +110,12 @@ pub struct SeparatedStage {
     pub reports: Vec<EnrichmentReport>,
 }
 
-/// Separates one stage. `space` has the one operator `A`; `energy` is the inner product errors are measured in, the mass.
+/// Separates one stage. `space` has the one operator `A`; `energy` is the inner product errors are measured
+/// in, the mass.
 ///
 /// # Errors
-/// As [`Axis::new`] for the ranges; [`SeparatedError::NotPositiveDefinite`] for `A`; [`SeparatedError::Shape`].
+/// As [`Axis::new`] for the ranges; [`SeparatedError::NotPositiveDefinite`] for `A`;
+/// [`SeparatedError::Shape`].
 pub fn separate<S: Space>(
     stage: &ChapterStage,
     space: &S,
