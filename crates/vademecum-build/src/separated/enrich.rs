@@ -216,7 +216,7 @@ impl<S: Space> KroneckerProblem<S> {
     }
 
     /// `count` random grid points, one point number per axis each.
-    pub(crate) fn random_indices(&self, count: usize, random: &mut Random) -> Vec<Vec<usize>> {
+    fn random_indices(&self, count: usize, random: &mut Random) -> Vec<Vec<usize>> {
         (0..count).map(|_| self.axes.iter().map(|a| random.below(a.len())).collect()).collect()
     }
 

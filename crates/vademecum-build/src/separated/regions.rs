@@ -75,7 +75,7 @@ impl RegionAxes {
         &self.axes
     }
 
-    /// Exponents of the axes in every `θ_q`, for [`BlockProblem::increment`](super::BlockProblem::increment).
+    /// Exponents of the axes in `θ_q`, one list per region: `θ_q = Π_a μ_a^{powers[q][a]}`.
     pub fn powers(&self) -> &[Vec<f64>] {
         &self.powers
     }

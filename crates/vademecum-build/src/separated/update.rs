@@ -17,7 +17,7 @@ use faer::Mat;
 ///
 /// # Errors
 /// [`SeparatedError::NotPositiveDefinite`] from the space solves.
-pub(crate) fn update<S: Space>(
+pub(super) fn update<S: Space>(
     problem: &KroneckerProblem<S>,
     u: &Separated,
 ) -> Result<Separated, SeparatedError> {
