@@ -50,6 +50,9 @@ pub enum StudyError {
         /// The pattern's name.
         name: String,
     },
+    /// No scenario is given, and there is no surface that could be pushed.
+    #[error("the body has no surface that a push could act on")]
+    NothingToPush,
     /// Every number of modes asked for is more than the snapshots span.
     #[error("no number of modes is left to compare: the snapshots span {span} dimensions")]
     NoModes {

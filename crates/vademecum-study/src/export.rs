@@ -96,7 +96,7 @@ impl ExportedModel {
         listener: &dyn Listener,
     ) -> Result<Self, StudyError> {
         let study = Study::new(problem, modes, listener)?;
-        let scenario = scenario.cloned().unwrap_or_else(|| study.push());
+        let scenario = scenario.cloned().map_or_else(|| study.push(), Ok)?;
         listener.stage("basis");
         let basis = study.basis(kind, modes)?.value;
         // Contacts find their triangle through a file, as they do when it is stepped.
