@@ -78,7 +78,10 @@ fn a_build_over_three_parameters_keeps_what_it_promises() {
     assert!(number("map_error_rms") <= 1e-6 && number("map_error_max") <= 1e-5);
     assert!(number("spectral_radius_max") <= 1.0 + 1e-12);
     assert!(number("trajectory_error_max") <= 3.0 * number("trajectory_floor_max") + 1e-6);
-    assert_eq!(info["parameters"].as_array().map(Vec::len), Some(3));
+    let parameters = info["parameters"].as_array().expect("a list");
+    let roles: Vec<&str> = parameters.iter().filter_map(|parameter| parameter["role"].as_str()).collect();
+    assert_eq!(roles, ["RegionStiffness 0", "RegionStiffness 1", "TimeStep"]);
+    assert_eq!([&info["axes"][0]["role"], &info["axes"][0]["kind"]], ["Monomial", "Chebyshev"]);
     // The history ends where the solution met its tolerance; the worst sample of the radius is the one certified.
     let history = info["enrichment_history"].as_array().expect("a history");
     let error = |entry: &Value| entry["error"].as_f64().expect("an error");
