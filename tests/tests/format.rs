@@ -9,6 +9,7 @@ use vademecum_format::{
     Quantity, SectionInput, SectionKind, encode_into, encoded_len,
 };
 use vademecum_tests::hostile::{entry, put, reseal, u32_at};
+use vademecum_tests::program::repository;
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 const LAYOUT: Layout = Layout { rows: 2, load_rows: 2, columns: 2, n_interior: 1, r: 2 };
@@ -297,6 +298,16 @@ fn history_and_radii_have_the_columns_they_must_have_and_any_number_of_rows() {
         assert!(matches!(found, FormatError::Length { kind, .. } if kind == number), "{found:?}");
         let found = refusal_of_separation(kind, |entry| entry[4] = Element::F32 as u8);
         assert_eq!(found, FormatError::Element { kind: number, found: Element::F32 as u8 });
+    }
+}
+
+#[test]
+fn sections_have_the_names_of_the_text() {
+    let text = std::fs::read_to_string(repository().join("formats/vademecum-1.md")).expect("the text");
+    for kind in SectionKind::ALL {
+        let since = if kind.since() > 0 { format!(" (1.{})", kind.since()) } else { String::new() };
+        let row = format!("\n| {} | {kind}{since} | ", kind.number());
+        assert!(text.contains(&row), "no row `{}`", row.trim());
     }
 }
 

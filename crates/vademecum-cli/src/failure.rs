@@ -178,6 +178,9 @@ impl From<StudyError> for Failure {
             error @ (StudyError::NoPattern { .. } | StudyError::ForeignPattern { .. }) => {
                 Self::new(Cause::Input, error)
             }
+            error @ StudyError::NothingToPush => {
+                Self::new(Cause::Input, error).remedy("name a scenario of load patterns: `--scenario FILE`")
+            }
             error @ StudyError::NoModes { .. } => {
                 Self::new(Cause::Input, error).remedy("ask for fewer `--modes`, or add to `[snapshots]`")
             }

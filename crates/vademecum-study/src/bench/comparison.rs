@@ -66,19 +66,12 @@ pub fn compare_methods(
     asked.sort_unstable();
     asked.dedup();
     let study = Study::new(problem, asked.last().copied().unwrap_or(1), listener)?;
-    let push;
-    let scenario = match scenario {
-        Some(scenario) => scenario,
-        None => {
-            push = study.push()?;
-            &push
-        }
-    };
+    let scenario = scenario.cloned().map_or_else(|| study.push(), Ok)?;
     let modes = spanned(&study, asked, listener)?;
     let extent = Extent { modes, tolerances: options.tolerances.clone() };
     let mut groups = groups(&study, &extent, listener)?;
     let bytes = groups.iter().flat_map(Group::files).next().expect("every group has a file");
-    let bound = Bound::new(bytes, scenario, &study.prepared().body)?;
+    let bound = Bound::new(bytes, &scenario, &study.prepared().body)?;
     chapter::add(&mut groups, &study, &bound, listener)?;
     let steps = options.steps.unwrap_or(usize::MAX).clamp(1, scenario.steps(study.time_step()));
     let march =

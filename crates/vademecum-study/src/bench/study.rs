@@ -307,11 +307,11 @@ impl Study {
     /// loadable triangles, 200 steps long, and 1 800 steps free.
     ///
     /// # Errors
-    /// [`StudyError::NothingToPush`]: a body without a loadable surface.
+    /// [`StudyError::NothingToPush`].
     pub fn push(&self) -> Result<Scenario, StudyError> {
         let body = &self.prepared.body;
-        let triangle = body.loadable.get(body.loadable.len() / 2).ok_or(StudyError::NothingToPush)?;
-        let corners = triangle.map(|node| body.model.mesh().nodes[node as usize]);
+        let middle = body.loadable.get(body.loadable.len() / 2).ok_or(StudyError::NothingToPush)?;
+        let corners = middle.map(|node| body.model.mesh().nodes[node as usize]);
         let point = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
         let (force, end) = ([0.3, -0.5, -0.8], 200.0 * self.time_step());
         let push = ContactEntry { point, force, start: 0.0, end, ramp: 0.0 };

@@ -4,7 +4,7 @@
 //! is what both can do; all that knows of the second kind lies in [`chapter`].
 
 mod body;
-pub mod chapter;
+pub(crate) mod chapter;
 
 use std::time::Instant;
 
