@@ -1,7 +1,8 @@
 //! A loop at 1 kHz in which a finger presses on a body and feels it.
 //!
-//! What you learn: what belongs before the loop (opening, binding, lending memory), what belongs into it (locate, load,
-//! step, read), and how a second thread that draws gets its numbers without ever making the loop wait.
+//! What you learn: what belongs before the loop (opening, binding, lending memory), what belongs into it
+//! (locate, load, step, read), and how a second thread that draws gets its numbers without ever making the
+//! loop wait.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -61,7 +62,8 @@ fn touch(path: &std::path::Path, tip: &AtomicU64) -> Result<(), Box<dyn Error>> 
         thread::sleep(due.saturating_duration_since(Instant::now()));
         let woken = Instant::now();
 
-        // The device says where the finger is. Here it wanders along the beam and dips up to 4 mm below its rest.
+        // The device says where the finger is. Here it wanders along the beam and dips up to 4 mm below its
+        // rest.
         let time = tick as f64 * 1e-3;
         let finger = [0.7 + 0.2 * time, 0.05, 0.1 - 0.002 * (1.0 - (std::f64::consts::TAU * time).cos())];
         let touched = surface.locate([finger[0], finger[1], 0.1]).ok_or("no loadable surface")?;

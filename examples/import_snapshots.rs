@@ -1,10 +1,11 @@
 //! A basis from the snapshots of another program.
 //!
-//! What you learn: in which shape and order snapshots are handed over, and how good a basis of them is: the build measures it
-//! at loads that no snapshot has seen, and says so.
+//! What you learn: in which shape and order snapshots are handed over, and how good a basis of them is: the
+//! build measures it at loads that no snapshot has seen, and says so.
 //!
-//! The "other program" is beam theory: the bending shapes of a cantilever, evaluated at the nodes of the solid's mesh. A real
-//! one would write the displacements it has computed; `numpy.save` writes the same files.
+//! The "other program" is beam theory: the bending shapes of a cantilever, evaluated at the nodes of the
+//! solid's mesh. A real one would write the displacements it has computed; `numpy.save` writes the same
+//! files.
 
 use std::error::Error;
 use std::path::PathBuf;

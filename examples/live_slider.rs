@@ -1,7 +1,7 @@
 //! A parameter that is moved while the body rings.
 //!
-//! What you learn: what a problem file says so that a parameter stays free, how a program finds it and sets it, that the
-//! motion goes on from where it is, and why loads are added again after a change.
+//! What you learn: what a problem file says so that a parameter stays free, how a program finds it and sets
+//! it, that the motion goes on from where it is, and why loads are added again after a change.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -73,7 +73,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Lets the body ring for half a second; the frequency of its tip, from the first and the last crossing of zero, Hz.
+/// Lets the body ring for half a second; the frequency of its tip, from the first and the last crossing of
+/// zero, Hz.
 fn ring(
     scene: &Scene<'_, f64>,
     state: &mut State<'_, f64>,

@@ -1,7 +1,8 @@
 //! Hundreds of instances of one body, each with its own load and state, stepped together.
 //!
-//! What you learn: the file and the bound scene exist once; an instance costs its state only. `Batch` steps sixteen
-//! instances at once with the vectors of the processor, and puts those to rest that have come to rest.
+//! What you learn: the file and the bound scene exist once; an instance costs its state only. `Batch` steps
+//! sixteen instances at once with the vectors of the processor, and puts those to rest that have come to
+//! rest.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -22,7 +23,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bytes = build(&problem, &BuildOptions::default(), &Silent)?.kept()?.bytes;
     let file = File::parse(&bytes)?;
 
-    // A body whose state sums up to less than `rest_below` is put to rest, and costs nothing until it is loaded again.
+    // A body whose state sums up to less than `rest_below` is put to rest, and costs nothing until it is
+    // loaded again.
     let options = SceneOptions { rest_below: 1e-6, ..SceneOptions::default() };
     let sizes = Scene::<f32>::sizes(&file, &options)?;
     let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);

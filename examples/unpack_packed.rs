@@ -1,7 +1,7 @@
 //! Opening a compressed file in memory that the program lends.
 //!
-//! What you learn: how small a file ships, that a program decodes only what it wants, and that it can say beforehand how much
-//! memory that takes.
+//! What you learn: how small a file ships, that a program decodes only what it wants, and that it can say
+//! beforehand how much memory that takes.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -16,7 +16,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let problem = Problem::parse(include_str!("beam.toml"), "beam.toml", PathBuf::new())?;
     let raw = build(&problem, &BuildOptions::default(), &Silent)?.kept()?.bytes;
 
-    // `vademecum pack` does the same. Without loss a file shrinks a little; fields rounded to 1e-4 shrink a lot.
+    // `vademecum pack` does the same. Without loss a file shrinks a little; fields rounded to 1e-4 shrink a
+    // lot.
     let exact = vademecum_rewrite::pack(&raw, 19)?;
     let rounded = vademecum_rewrite::pack_within(&raw, 19, 1e-4)?;
     println!(
@@ -26,12 +27,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         rounded.len()
     );
 
-    // This program touches and draws the surface. It wants no displacements inside the body, and nothing that is for people.
+    // This program touches and draws the surface. It wants no displacements inside the body, and nothing that
+    // is for people.
     let wanted = |kind: SectionKind| {
         !matches!(kind, SectionKind::InteriorBasis | SectionKind::SingularValues | SectionKind::ModeTable)
     };
     let open = |packed: &[u8]| -> Result<(usize, f64), Box<dyn Error>> {
-        // A packed file opens like any other: header, directory and metadata are never compressed. Its sections are.
+        // A packed file opens like any other: header, directory and metadata are never compressed. Its
+        // sections are.
         let file = File::parse(packed)?;
         let mut memory = vec![0; unpacked_len(&file, wanted)?];
         // Now the sections lie in `memory`, as in a file that was never packed. `packed` may be dropped.

@@ -1,5 +1,5 @@
-//! Models from the matrices of another program: what `export matrices` writes is read back as the same model, and a chain of
-//! masses, whose frequencies are known, runs the same road as a mesh.
+//! Models from the matrices of another program: what `export matrices` writes is read back as the same model,
+//! and a chain of masses, whose frequencies are known, runs the same road as a mesh.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,7 +14,8 @@ use vademecum_format::{File, SectionKind};
 use vademecum_tests::program::{repository, vademecum};
 
 /// The end of every problem here: a small basis of few runs, and a probe at the tip of the short beam.
-const REST: &str = "[load]\n[time]\nstep = 1e-3\n[snapshots]\npositions = 2\nduration = 0.1\n[basis]\nmodes = 4\n\
+const REST: &str = "[load]\n[time]\nstep = 1e-3\n[snapshots]\npositions = 2\nduration = 0.1\n\
+                    [basis]\nmodes = 4\n\
                     [[output.probe]]\nname = \"tip\"\npoint = [1.0, 0.1, 0.1]\ndirection = [0.0, 0.0, 1.0]\n";
 
 /// The tables that `export matrices` writes.
@@ -128,7 +129,8 @@ fn exported_matrices_build_the_file_of_the_mesh() {
     }
 }
 
-/// Renames the rows of the exported matrices: all x dofs last to first, then y, then z; and writes both triangles.
+/// Renames the rows of the exported matrices: all x dofs last to first, then y, then z; and writes both
+/// triangles.
 fn shuffle(folder: &Path) {
     let table = std::fs::read_to_string(folder.join("dofs.csv")).expect("dofs");
     let mut lines: Vec<&str> = table.lines().skip(1).collect();
@@ -213,7 +215,8 @@ fn verify_marches_the_matrices_full_order() {
     keeps(verified());
 }
 
-/// `count` masses of `mass` in a row along x, each held to the next (and the ends to walls) by a spring; only x is free.
+/// `count` masses of `mass` in a row along x, each held to the next (and the ends to walls) by a spring; only
+/// x is free.
 struct Chain {
     count: usize,
     mass: f64,
@@ -255,8 +258,8 @@ impl Chain {
 const CHAIN: Chain = Chain { count: 300, mass: 0.5, spring: 2e6 };
 
 /// What a problem of the chain needs beside its matrices.
-const CHAIN_REST: &str = "[load]\n[time]\nstep = 2e-3\n[snapshots]\npositions = 3\ndirections = [[1.0, 0.0, 0.0]]\n\
-                          [basis]\nmodes = 6\n[tolerance]\nsteps = 100\n";
+const CHAIN_REST: &str = "[load]\n[time]\nstep = 2e-3\n[snapshots]\npositions = 3\n\
+                          directions = [[1.0, 0.0, 0.0]]\n[basis]\nmodes = 6\n[tolerance]\nsteps = 100\n";
 
 #[test]
 fn a_chain_has_the_frequencies_of_the_textbook() {
@@ -313,7 +316,8 @@ fn every_uniform_parameter_is_live() {
     let folder = tempfile::tempdir().expect("a folder");
     CHAIN.write(folder.path());
     let live = "[damping]\nalpha = 0.1\nbeta = 1e-4\n\
-                [[parameter]]\nname = \"stiffness\"\nkind = \"stiffness\"\nregion = \"body\"\nrange = [0.5, 2.0]\n\
+                [[parameter]]\nname = \"stiffness\"\nkind = \"stiffness\"\nregion = \"body\"\n\
+                range = [0.5, 2.0]\n\
                 [[parameter]]\nname = \"density\"\nkind = \"density\"\nrange = [0.5, 2.0]\n\
                 [[parameter]]\nname = \"alpha\"\nkind = \"alpha\"\nrange = [0.0, 1.0]\n\
                 [[parameter]]\nname = \"beta\"\nkind = \"beta\"\nrange = [0.0, 1e-3]\n\

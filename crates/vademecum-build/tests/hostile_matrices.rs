@@ -16,8 +16,9 @@ const FILES: [(&str, &str); 5] = [
     ("t.csv", "a,b,c\n1,2,3\n"),
 ];
 
-const PROBLEM: &str = "[mesh.matrices]\nmass = \"m.mtx\"\nstiffness = \"k.mtx\"\ndofs = \"d.csv\"\nnodes = \"n.csv\"\n\
-                       triangles = \"t.csv\"\n[load]\n[[load.pattern]]\nname = \"g\"\nacceleration = [1, 2, 3]\n\
+const PROBLEM: &str = "[mesh.matrices]\nmass = \"m.mtx\"\nstiffness = \"k.mtx\"\ndofs = \"d.csv\"\n\
+                       nodes = \"n.csv\"\ntriangles = \"t.csv\"\n\
+                       [load]\n[[load.pattern]]\nname = \"g\"\nacceleration = [1, 2, 3]\n\
                        [time]\nstep = 1e-3\n";
 
 fn write_all(folder: &Path) {

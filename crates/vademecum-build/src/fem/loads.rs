@@ -95,8 +95,9 @@ fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
 impl Model {
     /// `∫ ρ N_a b` for a uniform acceleration `b`, m/s² (gravity, or minus the acceleration of the frame).
     ///
-    /// Without elements it is `M a`, with `a` the rigid translation over the free dofs. That leaves out what held dofs
-    /// would add, and is the same integral where no held dof shares an entry of the mass with a free one.
+    /// Without elements it is `M a`, with `a` the rigid translation over the free dofs. That leaves out what
+    /// held dofs would add, and is the same integral where no held dof shares an entry of the mass with a
+    /// free one.
     pub fn body_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
         let mesh = self.mesh();
         if mesh.elements.is_empty() {

@@ -164,9 +164,9 @@ impl Model {
         Ok(Model { mesh, materials: materials.to_vec(), dofs, pencil })
     }
 
-    /// Takes matrices that another program assembled. `mesh` has nodes and no elements, `constrained` one flag per dof
-    /// (node by node, x y z), `pencil` one row per free dof, ascending. Whether the body is held shows when its stiffness
-    /// is factorised.
+    /// Takes matrices that another program assembled. `mesh` has nodes and no elements, `constrained` one
+    /// flag per dof (node by node, x y z), `pencil` one row per free dof, ascending. Whether the body is held
+    /// shows when its stiffness is factorised.
     ///
     /// # Errors
     /// [`ModelError::SupportCount`], [`ModelError::NothingFree`], [`ModelError::PencilSize`].

@@ -124,7 +124,8 @@ impl Pencil {
         Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None })
     }
 
-    /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects nodes.
+    /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects
+    /// nodes.
     ///
     /// # Panics
     /// If there is not one node per dof.

@@ -1,8 +1,8 @@
 //! Symmetric sparse matrices as Matrix Market files, which SciPy, MATLAB, Julia and Eigen read and write.
 //!
-//! The reader takes `coordinate` matrices of `real` or `integer` values, `symmetric` or `general`; a general one must be
-//! symmetric within rounding. Files are untrusted: no text makes the reader panic, or allocate beyond a small multiple of
-//! the file's own size.
+//! The reader takes `coordinate` matrices of `real` or `integer` values, `symmetric` or `general`; a general
+//! one must be symmetric within rounding. Files are untrusted: no text makes the reader panic, or allocate
+//! beyond a small multiple of the file's own size.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,9 +12,9 @@ use crate::fem::SymmetricMatrix;
 use crate::mesh::text::{Number, Text, tokens};
 use crate::mesh::{Place, shown};
 
-/// Mirrored entries of a general matrix may differ by this, relative to `√(a_ii a_jj)`, the largest that an entry of a
-/// positive definite matrix can be. Programs add some thousand contributions to an entry at most, each rounded to 1.1e-16
-/// of that, and not always in the same order for both.
+/// Mirrored entries of a general matrix may differ by this, relative to `√(a_ii a_jj)`, the largest that an
+/// entry of a positive definite matrix can be. Programs add some thousand contributions to an entry at most,
+/// each rounded to 1.1e-16 of that, and not always in the same order for both.
 const ROUNDING: f64 = 1e-12;
 
 /// The shortest line of an entry, `1 1 1` and its end.
@@ -30,7 +30,8 @@ pub struct MarketMatrix {
 }
 
 impl MarketMatrix {
-    /// Entries of both triangles, each with its rows and columns renamed: `name[i]` is the new number of row `i`.
+    /// Entries of both triangles, each with its rows and columns renamed: `name[i]` is the new number of row
+    /// `i`.
     ///
     /// # Panics
     /// If `name` is shorter than `n`.
@@ -47,8 +48,8 @@ impl MarketMatrix {
     }
 }
 
-/// An entry with its line, for messages. `upper`: it stands above the diagonal of a general matrix; row and column are
-/// swapped then, so that mirrored entries lie side by side when sorted.
+/// An entry with its line, for messages. `upper`: it stands above the diagonal of a general matrix; row and
+/// column are swapped then, so that mirrored entries lie side by side when sorted.
 #[derive(Clone, Copy)]
 struct Entry {
     column: u32,
@@ -65,12 +66,14 @@ struct Header {
     symmetric: bool,
 }
 
-/// Reads a symmetric matrix: `coordinate real` or `integer`, `symmetric` or `general`. Comments and blank lines may stand
-/// anywhere after the first line. Mirrored entries of a general matrix that differ by rounding are replaced by their mean.
+/// Reads a symmetric matrix: `coordinate real` or `integer`, `symmetric` or `general`. Comments and blank
+/// lines may stand anywhere after the first line. Mirrored entries of a general matrix that differ by
+/// rounding are replaced by their mean.
 ///
 /// # Errors
-/// [`FieldError::Io`], or [`FieldError::Faulty`] with the line of the first fault: another kind of matrix, one that is not
-/// square or not symmetric, a count beyond the file, an entry that is malformed, outside the matrix or given twice.
+/// [`FieldError::Io`], or [`FieldError::Faulty`] with the line of the first fault: another kind of matrix,
+/// one that is not square or not symmetric, a count beyond the file, an entry that is malformed, outside the
+/// matrix or given twice.
 pub fn read_matrix_market(path: &Path) -> Result<MarketMatrix, FieldError> {
     let bytes = std::fs::read(path).map_err(io_error(path))?;
     let mut text = Text::new(path, &bytes);
@@ -230,7 +233,8 @@ fn symmetrised(text: &Text<'_>, n: usize, entries: &[Entry]) -> Result<Vec<(u32,
             let (row, column) = (row + 1, column + 1);
             let found = match pair.get(1) {
                 Some(other) => format!(
-                    "{value:e} for the entry of rows {row} and {column}, and {mirrored:e} for its mirror image on line {}",
+                    "{value:e} for the entry of rows {row} and {column}, and {mirrored:e} for its mirror \
+                     image on line {}",
                     other.line
                 ),
                 None => format!(
@@ -289,7 +293,7 @@ mod tests {
         let texts = [
             "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n2 1 -1.0\n2 2 2e0\n",
             // Which one of a mirrored pair is given does not matter, nor does the order.
-            "%%matrixmarket MATRIX Coordinate Real Symmetric\n%\n\n2 2 3\n% two\n2 2 2.0\n\n1 2 -1\n1 1 2.0D0",
+            "%%matrixmarket MATRIX Coordinate Real Symmetric\n%\n\n2 2 3\n% two\n2 2 2.0\n\n1 2 -1\n1 1 2D0",
             "%%MatrixMarket matrix coordinate integer symmetric\n2 2 3\r\n1 1 2\r\n2 1 -1\r\n2 2 2\r\n",
             "%%MatrixMarket matrix coordinate real general\n2 2 4\n1 1 2\n1 2 -1\n2 1 -1\n2 2 2\n% the end\n",
         ];

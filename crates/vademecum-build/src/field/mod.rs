@@ -1,9 +1,10 @@
 //! Fields on meshes: written for ParaView, read back as snapshots.
 //!
-//! [`write_vtu`] and [`write_pvd`] write what ParaView opens; [`read_vtu`] and [`read_displacements`] read point data of
-//! VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through the last two;
-//! [`write_matrix_market`] hands a model to another code. The model of another code enters through [`read_matrix_market`],
-//! which reads its matrices, and [`read_dofs`], [`read_points`] and [`read_triangles`], which say what their rows are.
+//! [`write_vtu`] and [`write_pvd`] write what ParaView opens; [`read_vtu`] and [`read_displacements`] read
+//! point data of VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through
+//! the last two; [`write_matrix_market`] hands a model to another code. The model of another code enters
+//! through [`read_matrix_market`], which reads its matrices, and [`read_dofs`], [`read_points`] and
+//! [`read_triangles`], which say what their rows are.
 
 mod market;
 mod npy;

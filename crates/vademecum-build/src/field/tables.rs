@@ -1,8 +1,9 @@
-//! The tables beside the matrices of another program: what each row is, where the nodes lie, the surface's triangles
-//! (normative: `formats/matrices-1.md`).
+//! The tables beside the matrices of another program: what each row is, where the nodes lie, the surface's
+//! triangles (normative: `formats/matrices-1.md`).
 //!
-//! Each is a text table, one row per line, cells separated by commas. Blank lines and lines that start with `#` or `%` are
-//! left out. A reader returns what the file contains; whether the tables fit each other is judged where they are joined.
+//! Each is a text table, one row per line, cells separated by commas. Blank lines and lines that start with
+//! `#` or `%` are left out. A reader returns what the file contains; whether the tables fit each other is
+//! judged where they are joined.
 
 use std::path::Path;
 
@@ -85,7 +86,8 @@ pub fn read_points(path: &Path) -> Result<Vec<PointRow>, FieldError> {
     })
 }
 
-/// Reads three node numbers per line, separated by commas, semicolons or white space; the first line may be `a,b,c`.
+/// Reads three node numbers per line, separated by commas, semicolons or white space; the first line may be
+/// `a,b,c`.
 ///
 /// # Errors
 /// As [`read_dofs`].

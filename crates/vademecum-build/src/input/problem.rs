@@ -59,7 +59,8 @@ pub struct Problem {
     pub canonical: Option<ChapterEntry>,
     /// Where the mesh comes from.
     pub mesh: MeshSource,
-    /// Materials; the first that names a region wins, `"*"` stands for all. None beside matrices, which have them in them.
+    /// Materials; the first that names a region wins, `"*"` stands for all. None beside matrices, which have
+    /// them in them.
     #[serde(rename = "material", default)]
     pub materials: Vec<MaterialEntry>,
     /// Rayleigh damping.
@@ -152,7 +153,8 @@ pub struct MatricesSource {
     pub stiffness: PathBuf,
     /// What each row is: `row,node,component,x,y,z`.
     pub dofs: PathBuf,
-    /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of `dofs`.
+    /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of
+    /// `dofs`.
     pub nodes: Option<PathBuf>,
     /// Triangles of the surface by node number, outward; absent: no surface, and forces act on nodes.
     pub triangles: Option<PathBuf>,

@@ -67,6 +67,12 @@ pub enum BodyError {
         /// Path of the key.
         key: String,
     },
+    /// The problem has matrices and no mesh.
+    #[error("{path}: `mesh` names matrices, and no mesh that could be read")]
+    NoMesh {
+        /// The problem file and line.
+        path: String,
+    },
     /// No node where forces may act can move.
     #[error("{path}: `load.surface` chooses no node with a free component")]
     NoFreeNode {
@@ -104,7 +110,8 @@ pub struct Body {
     pub surface: Vec<[u32; 3]>,
     /// Linear triangles contacts may touch, by mesh node; a subset of `surface` in its order.
     pub loadable: Vec<[u32; 3]>,
-    /// Nodes forces may act on, ascending: those of `loadable`, or of a body without triangles the chosen ones.
+    /// Nodes forces may act on, ascending: those of `loadable`, or of a body without triangles the chosen
+    /// ones.
     pub load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,
@@ -181,10 +188,8 @@ impl Body {
 /// Reads or makes the mesh a problem names, scales it and cuts out the regions the problem adds.
 ///
 /// # Errors
-/// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty.
-///
-/// # Panics
-/// If the problem names matrices instead of a mesh.
+/// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty, or if the problem names
+/// matrices instead.
 pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     let source = &problem.mesh;
     let mut mesh = if let Some(file) = &source.file {
@@ -192,7 +197,8 @@ pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     } else if let Some(tables) = &source.tables {
         mesh::read_tables(&problem.resolve(&tables.coordinates), &problem.resolve(&tables.connectivity))?
     } else {
-        let block = source.block.as_ref().expect("a checked problem without matrices names one mesh source");
+        let none = || BodyError::NoMesh { path: problem.place("mesh") };
+        let block = source.block.as_ref().ok_or_else(none)?;
         mesh::block(block.lengths, block.divisions, block.order.into())
     };
     mesh.nodes.iter_mut().flatten().for_each(|x| *x *= source.scale);

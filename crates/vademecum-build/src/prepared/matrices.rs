@@ -1,7 +1,8 @@
-//! From the matrices of another program to a model: which row is which dof, where the nodes lie, what the surface is.
+//! From the matrices of another program to a model: which row is which dof, where the nodes lie, what the
+//! surface is.
 //!
-//! The model has nodes and no elements. Rows may come in any order; they are renamed to the order of the dofs, node by
-//! node. A dof without a row is held.
+//! The model has nodes and no elements. Rows may come in any order; they are renamed to the order of the
+//! dofs, node by node. A dof without a row is held.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,8 @@ use crate::mesh::{Fault, Mesh, Order, Place, Region, bounding_box};
 /// Name of the only region.
 const REGION: &str = "body";
 
-/// The place of a node may differ between two lines by this share of the body's size: many programs write single precision.
+/// The place of a node may differ between two lines by this share of the body's size: many programs write
+/// single precision.
 const SAME_PLACE: f64 = 1e-6;
 
 /// Why matrices and tables make no model.

@@ -130,8 +130,8 @@ pub fn prepare(
     Ok(Prepared { body, symbolic, scheme, space, step })
 }
 
-/// The mass and the stiffness of a held solid are positive definite as they are assembled; matrices from elsewhere may be
-/// anything.
+/// The mass and the stiffness of a held solid are positive definite as they are assembled; matrices from
+/// elsewhere may be anything.
 fn check_definite(pencil: &Pencil, symbolic: &Symbolic) -> Result<(), PrepareError> {
     let factorises = |matrix: &SymmetricMatrix| symbolic.factorize(matrix.clone()).map(|_| ());
     // Lumped masses need no factor, which would fill as much as that of the stiffness.
