@@ -8,20 +8,25 @@
 //! the numbers down as constants. At start the program asks the file again, so that a larger file is refused
 //! and never cut short.
 
-use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface};
+use core::fmt;
+
+use vademecum_eval::format::{File, FormatError};
+use vademecum_eval::{
+    BindError, Contact, Field, LoadError, Loads, OutputError, Scene, SceneOptions, State, StepError, Surface,
+};
 
 /// The file, in flash beside the code.
 static FILE: &[u8] = include_bytes!("../fixtures/golden/fixed-f32.vdm");
 
-/// Room for a scene of three modes and Newmark's scheme, diagonal or block structure.
-const SCENE: usize = 512;
-/// Room for binding, in double precision; needed while binding only.
-const WORK: usize = 512;
-/// Room for one state.
-const STATE: usize = 64;
-/// Room for the loads of one step.
-const LOADS: usize = 64;
+/// Floats for a bound scene. All four are a little more than this file needs; the last line of the output
+/// tells the needs.
+const SCENE: usize = 256;
+/// Doubles for binding; not needed after it.
+const WORK: usize = 1024;
+/// Floats for one state.
+const STATE: usize = 128;
+/// Floats for the loads of one step.
+const LOADS: usize = 128;
 
 /// All memory the body ever needs.
 struct Memory {
@@ -37,12 +42,33 @@ impl Memory {
     }
 }
 
-/// Why the body cannot run. A small device has no strings to build; a number and a place are enough.
-#[derive(Debug)]
+/// Why the body cannot run. The errors of the library are small and `Copy`; one with numbers of its own is as
+/// well.
+#[derive(Clone, Copy, Debug)]
 enum Fault {
-    File,
+    File(FormatError),
     TooSmall { array: &'static str, found: usize, needed: usize },
-    Scene,
+    Bind(BindError),
+    NoSurface,
+    Load(LoadError),
+    Step(StepError),
+    Output(OutputError),
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(error) => error.fmt(out),
+            Self::TooSmall { array, found, needed } => {
+                write!(out, "the array `{array}` has room for {found} numbers, and the file needs {needed}")
+            }
+            Self::Bind(error) => error.fmt(out),
+            Self::NoSurface => write!(out, "the file has no surface to touch"),
+            Self::Load(error) => error.fmt(out),
+            Self::Step(error) => error.fmt(out),
+            Self::Output(error) => error.fmt(out),
+        }
+    }
 }
 
 /// A body and what acts on it, over memory that someone else owns.
@@ -55,10 +81,10 @@ struct Body<'m> {
 
 impl<'m> Body<'m> {
     fn start(bytes: &'m [u8], memory: &'m mut Memory) -> Result<Self, Fault> {
-        let file = File::parse(bytes).map_err(|_| Fault::File)?;
+        let file = File::parse(bytes).map_err(Fault::File)?;
         let options = SceneOptions::default();
         // Ask the file what it needs before anything else.
-        let sizes = Scene::<f32>::sizes(&file, &options).map_err(|_| Fault::Scene)?;
+        let sizes = Scene::<f32>::sizes(&file, &options).map_err(Fault::Bind)?;
         let rooms = [
             ("scene", SCENE, sizes.scene),
             ("work", WORK, sizes.work),
@@ -69,25 +95,32 @@ impl<'m> Body<'m> {
             return Err(Fault::TooSmall { array, found, needed });
         }
         let Memory { scene, work, state, loads } = memory;
-        let scene = Scene::bind(&file, &options, scene, work).map_err(|_| Fault::Scene)?;
-        let state = State::new(&scene, state).map_err(|_| Fault::Scene)?;
-        let loads = Loads::new(&scene, loads).map_err(|_| Fault::Scene)?;
-        let surface = Surface::new(&file).map_err(|_| Fault::File)?;
+        let scene = Scene::bind(&file, &options, scene, work).map_err(Fault::Bind)?;
+        let state = State::new(&scene, state).map_err(Fault::Bind)?;
+        let loads = Loads::new(&scene, loads).map_err(Fault::Bind)?;
+        let surface = Surface::new(&file).map_err(Fault::Output)?;
         Ok(Self { scene, state, loads, surface })
     }
 
     /// Pushes at the surface point nearest to `finger` for one step; how that point has moved, m.
     fn tick(&mut self, finger: [f64; 3], force: [f64; 3]) -> Result<[f64; 3], Fault> {
-        let touched = self.surface.locate(finger).ok_or(Fault::File)?;
+        let touched = self.surface.locate(finger).ok_or(Fault::NoSurface)?;
         let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
         self.loads.clear();
-        self.loads.add_contact(&self.scene, &contact).map_err(|_| Fault::Scene)?;
-        self.scene.step(&mut self.state, &self.loads).map_err(|_| Fault::Scene)?;
-        self.scene.point(&self.state, &touched, Field::Displacement).map_err(|_| Fault::Scene)
+        self.loads.add_contact(&self.scene, &contact).map_err(Fault::Load)?;
+        self.scene.step(&mut self.state, &self.loads).map_err(Fault::Step)?;
+        self.scene.point(&self.state, &touched, Field::Displacement).map_err(Fault::Output)
     }
 }
 
-fn main() -> Result<(), Fault> {
+fn main() {
+    if let Err(fault) = run() {
+        eprintln!("{fault}");
+        std::process::exit(1);
+    }
+}
+
+fn run() -> Result<(), Fault> {
     // On a device this is a `static` that is taken once at start; here the stack of `main` will do.
     let mut memory = Memory::new();
     let mut body = Body::start(FILE, &mut memory)?;
@@ -98,12 +131,12 @@ fn main() -> Result<(), Fault> {
     println!("{} bytes of memory, {} bytes of file", size_of::<Memory>(), FILE.len());
     println!("after 10 steps the touched point is at {:+.3e} m", moved[2]);
 
-    // A file that needs more is refused at start, with the number to write down.
-    let file = File::parse(FILE).map_err(|_| Fault::File)?;
-    let sizes = Scene::<f32>::sizes(&file, &SceneOptions::default()).map_err(|_| Fault::Scene)?;
+    // Write these numbers down as the constants above.
+    let file = File::parse(FILE).map_err(Fault::File)?;
+    let sizes = Scene::<f32>::sizes(&file, &SceneOptions::default()).map_err(Fault::Bind)?;
     println!(
-        "this file needs {} + {} + {} floats and {} doubles",
-        sizes.scene, sizes.state, sizes.loads, sizes.work
+        "it needs: scene {}, work {}, state {}, loads {}",
+        sizes.scene, sizes.work, sizes.state, sizes.loads
     );
     Ok(())
 }

@@ -317,7 +317,8 @@ fn every_uniform_parameter_is_live() {
     CHAIN.write(folder.path());
     let live = "[damping]\nalpha = 0.1\nbeta = 1e-4\n\
                 [[parameter]]\nname = \"stiffness\"\nkind = \"stiffness\"\nregion = \"body\"\n\
-                range = [0.5, 2.0]\n[[parameter]]\nname = \"density\"\nkind = \"density\"\nrange = [0.5, 2.0]\n\
+                range = [0.5, 2.0]\n\
+                [[parameter]]\nname = \"density\"\nkind = \"density\"\nrange = [0.5, 2.0]\n\
                 [[parameter]]\nname = \"alpha\"\nkind = \"alpha\"\nrange = [0.0, 1.0]\n\
                 [[parameter]]\nname = \"beta\"\nkind = \"beta\"\nrange = [0.0, 1e-3]\n\
                 [[parameter]]\nname = \"step\"\nkind = \"time-step\"\nrange = [1e-3, 4e-3]\n";

@@ -85,8 +85,8 @@ struct March<'m> {
     left: Option<(usize, ChapterStepError)>,
 }
 
-/// Marches unseen loads full order beside files of maps over the same positions and measures each. `mass` is the
-/// mass matrix of the problem file, in which `basis` is orthonormal.
+/// Marches unseen loads full order beside files of maps over the same positions and measures each. `mass` is
+/// the mass matrix of the problem file, in which `basis` is orthonormal.
 ///
 /// # Errors
 /// [`ChapterError`]: a full-order march that fails or is cancelled, a file the evaluator refuses.
@@ -273,8 +273,9 @@ fn load_step(
 }
 
 impl ChapterUnseen {
-    /// Draws loads of the largest magnitude, held for 0.7 of the snapshots' hold, where no run of the snapshots was if
-    /// there are such positions; the same for the same map. `order` is the order of nodes of the files.
+    /// Draws loads of the largest magnitude, held for 0.7 of the snapshots' hold, where no run of the
+    /// snapshots was if there are such positions; the same for the same map. `order` is the order of nodes of
+    /// the files.
     pub fn draw(map: &ChapterMap, body: &Body, order: &NodeOrder, runs: &Runs, steps: usize) -> Self {
         let mut random = Random::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };

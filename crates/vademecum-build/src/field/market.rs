@@ -234,7 +234,8 @@ fn symmetrised(text: &Text<'_>, n: usize, entries: &[Entry]) -> Result<Vec<(u32,
             let (row, column) = (row + 1, column + 1);
             let found = match pair.get(1) {
                 Some(other) => format!(
-                    "{value:e} for the entry of rows {row} and {column}, and {mirrored:e} for its mirror image on line {}",
+                    "{value:e} for the entry of rows {row} and {column}, and {mirrored:e} for its mirror \
+                     image on line {}",
                     other.line
                 ),
                 None => format!(
@@ -293,7 +294,7 @@ mod tests {
         let texts = [
             "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n2 1 -1.0\n2 2 2e0\n",
             // Which one of a mirrored pair is given does not matter, nor does the order.
-            "%%matrixmarket MATRIX Coordinate Real Symmetric\n%\n\n2 2 3\n% two\n2 2 2.0\n\n1 2 -1\n1 1 2.0D0",
+            "%%matrixmarket MATRIX Coordinate Real Symmetric\n%\n\n2 2 3\n% two\n2 2 2.0\n\n1 2 -1\n1 1 2D0",
             "%%MatrixMarket matrix coordinate integer symmetric\n2 2 3\r\n1 1 2\r\n2 1 -1\r\n2 2 2\r\n",
             "%%MatrixMarket matrix coordinate real general\n2 2 4\n1 1 2\n1 2 -1\n2 1 -1\n2 2 2\n% the end\n",
         ];

@@ -68,6 +68,12 @@ pub enum BodyError {
         /// Path of the key.
         key: String,
     },
+    /// The problem has matrices and no mesh.
+    #[error("{path}: `mesh` names matrices, and no mesh that could be read")]
+    NoMesh {
+        /// The problem file and line.
+        path: String,
+    },
     /// No node where forces may act can move.
     #[error("{path}: `load.surface` chooses no node with a free component")]
     NoFreeNode {
@@ -183,10 +189,8 @@ impl Body {
 /// Reads or makes the mesh a problem names, scales it and cuts out the regions the problem adds.
 ///
 /// # Errors
-/// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty.
-///
-/// # Panics
-/// If the problem names matrices instead of a mesh.
+/// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty, or if the problem names
+/// matrices instead.
 pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     let source = &problem.mesh;
     let mut mesh = if let Some(file) = &source.file {
@@ -194,7 +198,8 @@ pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     } else if let Some(tables) = &source.tables {
         mesh::read_tables(&problem.resolve(&tables.coordinates), &problem.resolve(&tables.connectivity))?
     } else {
-        let block = source.block.as_ref().expect("a checked problem without matrices names one mesh source");
+        let none = || BodyError::NoMesh { path: problem.place("mesh") };
+        let block = source.block.as_ref().ok_or_else(none)?;
         mesh::block(block.lengths, block.divisions, block.order.into())
     };
     mesh.nodes.iter_mut().flatten().for_each(|x| *x *= source.scale);
