@@ -93,11 +93,17 @@ fn bad_problems() -> Vec<(usize, String)> {
         format!("[[output.probe]]\nname = {name}\npoint = {point}\ndirection = {direction}\n")
     };
     let parameter = |rest: &str| format!("[[parameter]]\nname = \"a\"\n{rest}\n");
-    let twice = "kind = \"alpha\"\nrange = [0.0, 1.0]\n[[parameter]]\nname = \"b\"\nkind = \"alpha\"\nrange = [0.0, 1.0]";
+    let twice = "kind = \"alpha\"\nrange = [0.0, 1.0]\n[[parameter]]\nname = \"b\"\nkind = \"alpha\"\nrange \
+        = [0.0, 1.0]";
     let canonical = |rest: &str| format!("representation = \"canonical\"\n[canonical]\n{rest}\n");
+    let matrices = |rest: &str| {
+        let mesh = "[mesh]\nmatrices = { mass = \"m\", stiffness = \"k\", dofs = \"d\" } # no [[material]]";
+        format!("{mesh}\n{rest}\n")
+    };
     let text = |text: &str| text.to_string();
     vec![
         (3, text("[mesh]\nscale = 1.0")),
+        (3, matrices("").replace("[mesh]", "[mesh]\nfile = \"a.msh\"")),
         (3, block("[1, 1, 1]", "[1, 1, 1]") + "file = \"a.msh\""),
         (4, block("[1, 1, 1]", "[1, 1, 1]") + "scale = 0.0"),
         (5, block("[1, inf, 1]", "[1, 1, 1]")),
@@ -158,6 +164,10 @@ fn bad_problems() -> Vec<(usize, String)> {
         (54, canonical("load = [0.0, 0.0]")),
         (55, canonical("direction = [0, 0, 0]")),
         (56, canonical("direction = [0, 0, 1]\ncomponents = true")),
+        (57, matrices("[[mesh.region]]\nname = \"a\"\non = { group = \"a\" }")),
+        (58, matrices(&format!("[[material]]\n{STEEL}"))),
+        (59, matrices("[[support]]\non = { group = \"a\" }")),
+        (60, matrices("[load]\n[[load.pattern]]\nname = \"a\"\npressure = 1.0\non = { group = \"a\" }")),
     ]
 }
 

@@ -103,8 +103,8 @@ fn modes_are_those_of_a_beam() {
     let modes = run([&"modes", &short_beam(), &"--count", &"6", &"--json"]).json();
     let frequencies = modes["frequencies_hz"].as_array().expect("a list");
     assert_eq!(frequencies.len(), 6);
-    // Euler–Bernoulli, h = 0.1: 0.5596 √(E/ρ h²/12)/L² = 20.85 Hz, twice; shear at L/h = 10 takes 1 to 2 % from it and
-    // six quadratic elements along the beam give a few percent back.
+    // Euler–Bernoulli, h = 0.1: 0.5596 √(E/ρ h²/12)/L² = 20.85 Hz, twice; shear at L/h = 10 takes 1 to 2 %
+    // from it and six quadratic elements along the beam give a few percent back.
     let euler: f64 = 0.5596 * (2e9 / 1200.0 * 0.01 / 12.0_f64).sqrt();
     for frequency in &frequencies[..2] {
         let frequency = frequency.as_f64().expect("a number");

@@ -148,6 +148,9 @@ impl From<BuildError> for Failure {
                 Cause::Numerics,
                 "hold every part of the body; thicken or refine what is a thousand times as long as thick",
             ),
+            BuildError::Prepare(PrepareError::NotDefinite { .. }) => {
+                (Cause::Numerics, "leave held dofs and dofs without mass out of the matrices")
+            }
             BuildError::Prepare(PrepareError::Factor(_)) => (Cause::Numerics, ""),
             BuildError::Prepare(_) => (Cause::Input, PROBLEM_KEYS),
             BuildError::Basis(BasisError::Snapshots(_) | BasisError::TooManyModes { .. }) => {

@@ -1,11 +1,13 @@
-//! Everything that can be said of a file without the problem it came from: it parses, every checksum holds, every number is finite,
-//! names and indices fit the counts. Reads (and decodes) the whole file.
+//! Everything that can be said of a file without the problem it came from: it parses, every checksum holds,
+//! every number is finite, names and indices fit the counts. Reads (and decodes) the whole file.
 
 use std::collections::HashSet;
 
 use vademecum_format::{AxisKind, Element, File, Metadata, Numbers, Section, SectionKind};
 
-use super::{DECODED_LIMIT, RewriteError, codec, decode, unknown_sections};
+use super::codec::{self, DECODED_LIMIT, decode};
+use super::error::RewriteError;
+use super::whole::unknown_sections;
 
 /// What a check has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -65,7 +67,11 @@ fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError>
 #[must_use]
 pub fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
     match section.element() {
-        Element::I16 => Numbers::quantised(raw, section.shape()).iter().collect(),
+        Element::I16 => {
+            let numbers =
+                Numbers::quantised(raw, section.shape()).expect("decoded to the length of its shape");
+            numbers.iter().collect()
+        }
         element => reals(element, raw),
     }
 }

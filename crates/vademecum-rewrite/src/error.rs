@@ -3,7 +3,7 @@
 use thiserror::Error;
 use vademecum_format::{FormatError, SectionKind};
 
-use super::Keep;
+use super::keep::Keep;
 
 /// Why a file was not rewritten or did not pass its check.
 #[derive(Debug, Error)]

@@ -139,9 +139,25 @@ impl ExportedModel {
         let mesh = model.mesh();
         model.dofs().dof_of_free().iter().map(|&dof| {
             let (index, component) = (dof as usize / 3, dof as usize % 3);
-            let node = mesh.node_ids.get(index).copied().unwrap_or(index as u64);
-            FreeDof { node, component, place: mesh.nodes[index] }
+            FreeDof { node: self.node_id(index), component, place: mesh.nodes[index] }
         })
+    }
+
+    /// Id and place \[m\] of every node, in the order of the mesh; those without a free dof are among them.
+    pub fn nodes(&self) -> impl Iterator<Item = (u64, [f64; 3])> {
+        let nodes = &self.study.prepared().body.model.mesh().nodes;
+        nodes.iter().enumerate().map(|(index, &place)| (self.node_id(index), place))
+    }
+
+    /// Triangles of the whole surface by node id, outward.
+    pub fn triangles(&self) -> impl Iterator<Item = [u64; 3]> {
+        let surface = &self.study.prepared().body.surface;
+        surface.iter().map(|triangle| triangle.map(|node| self.node_id(node as usize)))
+    }
+
+    /// The id a node has in the mesh file.
+    fn node_id(&self, index: usize) -> u64 {
+        self.study.prepared().body.model.mesh().node_ids.get(index).copied().unwrap_or(index as u64)
     }
 }
 

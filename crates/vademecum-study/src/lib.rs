@@ -1,5 +1,5 @@
-//! What is asked of a finished file: a scenario played through it, a full-order march and other methods beside
-//! it.
+//! What is asked of a finished file: a scenario played through it, a full-order march and other methods
+//! beside it.
 //!
 //! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It
 //! prints nothing and writes nothing: the program `vademecum` and any other caller show what they get.

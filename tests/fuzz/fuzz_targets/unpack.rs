@@ -1,5 +1,5 @@
-//! Any bytes, unpacked: no panic, and never more bytes than the limit allows. What unpacks is a sound file that packs and unpacks to
-//! itself.
+//! Any bytes, unpacked: no panic, and never more bytes than the limit allows. What unpacks is a sound file
+//! that packs and unpacks to itself.
 #![no_main]
 
 mod seal;

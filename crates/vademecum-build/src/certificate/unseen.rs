@@ -33,13 +33,17 @@ pub struct UnseenLoads {
 }
 
 impl UnseenLoads {
-    /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots' hold, so
-    /// that its spectrum is another one.
+    /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots'
+    /// hold, so that its spectrum is another one.
     pub fn draw(body: &Body, runs: &Runs, steps: usize) -> Self {
         let mut random = Random::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let load = |column| {
-            let nodes = body.loadable[random.below(body.loadable.len())];
+            // A body without triangles is loaded at nodes.
+            let nodes = match body.loadable.len() {
+                0 => [body.load_nodes[random.below(body.load_nodes.len())]; 3],
+                triangles => body.loadable[random.below(triangles)],
+            };
             let (a, b) = (random.uniform(), random.uniform());
             let weights = [1.0 - a.max(b), a.min(b), (a - b).abs()];
             let force = unit(std::array::from_fn(|_| random.uniform() - 0.5));

@@ -1,4 +1,5 @@
-//! The order of nodes and triangles in a file: what a contact needs first, what only a whole field needs last.
+//! The order of nodes and triangles in a file: what a contact needs first, what only a whole field needs
+//! last.
 
 use super::curve;
 use crate::prepared::Body;
@@ -28,7 +29,7 @@ impl NodeOrder {
         let n = body.model.mesh().nodes.len();
         let mut part = vec![INTERIOR; n];
         body.surface.iter().flatten().for_each(|&node| part[node as usize] = 1);
-        body.loadable.iter().flatten().for_each(|&node| part[node as usize] = 0);
+        body.load_nodes.iter().for_each(|&node| part[node as usize] = 0);
         let mut nodes: Vec<u32> = (0..n as u32).collect();
         let places = curve::places(&body.model.mesh().nodes);
         nodes.sort_by_key(|&node| (part[node as usize], places[node as usize], node));

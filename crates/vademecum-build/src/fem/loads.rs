@@ -1,9 +1,12 @@
-//! Load vectors over the free dofs, N: body acceleration, traction and pressure on facets, a force at a point.
+//! Load vectors over the free dofs, N: body acceleration, traction and pressure on facets, a force at a
+//! point.
 //!
-//! All are consistent: `F_a = ∫ N_a f`, with the shape functions of the displacement. What falls on a held dof goes
-//! into the support and is dropped.
+//! All are consistent: `F_a = ∫ N_a f`, with the shape functions of the displacement. What falls on a held
+//! dof goes into the support and is dropped.
 
 use std::collections::HashMap;
+
+use faer::{MatMut, MatRef};
 
 use super::assembly::element_nodes;
 use super::element::{EDGES, ElementKernel, cross};
@@ -47,7 +50,8 @@ pub enum LoadError {
     },
 }
 
-/// The surface triangles with the given corners, in the given order, turned so that their normal points outward.
+/// The surface triangles with the given corners, in the given order, turned so that their normal points
+/// outward.
 ///
 /// # Errors
 /// [`LoadError`] for a triangle that is no face of an element, or of two.
@@ -92,8 +96,15 @@ fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
 
 impl Model {
     /// `∫ ρ N_a b` for a uniform acceleration `b`, m/s² (gravity, or minus the acceleration of the frame).
+    ///
+    /// Without elements it is `M a`, with `a` the rigid translation over the free dofs. That leaves out what
+    /// held dofs would add, and is the same integral where no held dof shares an entry of the mass with a
+    /// free one.
     pub fn body_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
         let mesh = self.mesh();
+        if mesh.elements.is_empty() {
+            return self.translation_load(acceleration);
+        }
         let kernel = ElementKernel::new(mesh.order);
         let n = kernel.n_nodes();
         let mut mass = vec![0.0; n * n];
@@ -113,6 +124,17 @@ impl Model {
         load
     }
 
+    /// `M a`.
+    fn translation_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
+        let of_dof = |&dof: &u32| acceleration[dof as usize % 3];
+        let rigid: Vec<f64> = self.dofs().dof_of_free().iter().map(of_dof).collect();
+        let n = rigid.len();
+        let mut load = vec![0.0; n];
+        let column = MatMut::from_column_major_slice_mut(&mut load, n, 1);
+        self.pencil().mass().mul_into(MatRef::from_column_major_slice(&rigid, n, 1), column);
+        load
+    }
+
     /// `∫ N_a t dA` for a uniform traction `t`, Pa, on a set of facets.
     pub fn traction_load(&self, facets: &[Facet], traction: [f64; 3]) -> Vec<f64> {
         self.facet_load(facets, |normal| {
@@ -126,8 +148,9 @@ impl Model {
         self.facet_load(facets, |normal| normal.map(|n| -pressure * n))
     }
 
-    /// A force, N, at the point `Σ_i w_i x_i` of a facet or element: node `nodes[i]` receives the share `weights[i]`
-    /// (barycentric weights on three corners, or shape-function values on all nodes). Added to `load`, `(n_free)`.
+    /// A force, N, at the point `Σ_i w_i x_i` of a facet or element: node `nodes[i]` receives the share
+    /// `weights[i]` (barycentric weights on three corners, or shape-function values on all nodes). Added to
+    /// `load`, `(n_free)`.
     ///
     /// # Panics
     /// If the two lists differ in length, a node does not exist, or `load` is not of length `n_free`.
@@ -147,7 +170,8 @@ impl Model {
         }
     }
 
-    /// Integrates a force density over facets; `density` maps the normal scaled by the area form to force per reference area.
+    /// Integrates a force density over facets; `density` maps the normal scaled by the area form to force per
+    /// reference area.
     fn facet_load(&self, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
         let mut load = vec![0.0; self.dofs().n_free()];
         for facet in facets {
@@ -192,8 +216,8 @@ fn facet_shapes(order: Order, l: [f64; 3]) -> ([f64; 6], [[f64; 2]; 6]) {
     (values, slopes)
 }
 
-/// Seven points on a triangle, exact for degree 5 (Radon 1948), weights summing to ½. The force density of a quadratic
-/// facet times a shape function is of degree 4 for a pressure, flat or curved.
+/// Seven points on a triangle, exact for degree 5 (Radon 1948), weights summing to ½. The force density of a
+/// quadratic facet times a shape function is of degree 4 for a pressure, flat or curved.
 fn triangle_rule() -> [([f64; 3], f64); 7] {
     let root = 15.0_f64.sqrt();
     let (a, b) = ((6.0 - root) / 21.0, (6.0 + root) / 21.0);

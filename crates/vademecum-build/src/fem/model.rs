@@ -1,4 +1,4 @@
-//! A body: mesh, supports and materials, with its matrices.
+//! A body: mesh, supports and materials, with its matrices; or nodes and the matrices of another program.
 
 use super::assembly::{NodeGraph, assemble};
 use super::element::{ElementError, Material};
@@ -59,6 +59,14 @@ pub enum ModelError {
         n_nodes: usize,
         /// Rigid-body modes left to it.
         n_modes: usize,
+    },
+    /// Matrices of another size than the number of free dofs.
+    #[error("matrices of {found} rows for {expected} free dofs")]
+    PencilSize {
+        /// Rows of the matrices.
+        found: usize,
+        /// Free dofs.
+        expected: usize,
     },
     /// More matrix entries than a 32-bit index counts.
     #[error("the matrices have more entries than a 32-bit index can count")]
@@ -138,13 +146,15 @@ pub struct Model {
 }
 
 impl Model {
-    /// Assembles consistent mass and stiffness. `materials` holds one entry per region of the mesh, `constrained` one
-    /// flag per dof `3 · node + component`.
+    /// Assembles consistent mass and stiffness. `materials` holds one entry per region of the mesh,
+    /// `constrained` one flag per dof `3 · node + component`.
     ///
-    /// Elements in parallel, the same bits for any number of threads; allocates the matrices and, while it runs, as much again.
+    /// Elements in parallel, the same bits for any number of threads; allocates the matrices and, while it
+    /// runs, as much again.
     ///
     /// # Errors
-    /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left free to move.
+    /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left
+    /// free to move.
     pub fn assemble(mesh: Mesh, materials: &[Material], constrained: &[bool]) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
         check_supports(&mesh, constrained)?;
@@ -156,12 +166,32 @@ impl Model {
         Ok(Model { mesh, materials: materials.to_vec(), dofs, pencil })
     }
 
-    /// The mesh.
+    /// Takes matrices that another program assembled. `mesh` has nodes and no elements, `constrained` one
+    /// flag per dof (node by node, x y z), `pencil` one row per free dof, ascending. Whether the body is held
+    /// shows when its stiffness is factorised.
+    ///
+    /// # Errors
+    /// [`ModelError::SupportCount`], [`ModelError::NothingFree`], [`ModelError::PencilSize`].
+    pub fn from_matrices(mesh: Mesh, constrained: &[bool], pencil: Pencil) -> Result<Model, ModelError> {
+        check_support_count(&mesh, constrained)?;
+        let dofs = DofMap::new(constrained);
+        let (found, expected) = (pencil.n_dof(), dofs.n_free());
+        if expected == 0 {
+            return Err(ModelError::NothingFree);
+        }
+        if found != expected {
+            return Err(ModelError::PencilSize { found, expected });
+        }
+        let nodes = dofs.dof_of_free().iter().map(|dof| dof / 3).collect();
+        Ok(Model { mesh, materials: vec![], dofs, pencil: pencil.with_dof_nodes(nodes) })
+    }
+
+    /// The mesh; nodes without elements where the matrices came from another program.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// One material per region.
+    /// One material per region; none where the matrices came from another program.
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -181,15 +211,18 @@ fn check_counts(mesh: &Mesh, materials: &[Material], constrained: &[bool]) -> Re
     if materials.len() != mesh.regions.len() {
         return Err(ModelError::MaterialCount { found: materials.len(), expected: mesh.regions.len() });
     }
-    if constrained.len() != 3 * mesh.nodes.len() {
-        return Err(ModelError::SupportCount { found: constrained.len(), expected: 3 * mesh.nodes.len() });
-    }
+    check_support_count(mesh, constrained)?;
     for (material, region) in materials.iter().zip(&mesh.regions) {
         if !material.is_sound() {
             return Err(ModelError::UnsoundMaterial { region: region.name.clone(), material: *material });
         }
     }
     Ok(())
+}
+
+fn check_support_count(mesh: &Mesh, constrained: &[bool]) -> Result<(), ModelError> {
+    let (found, expected) = (constrained.len(), 3 * mesh.nodes.len());
+    if found == expected { Ok(()) } else { Err(ModelError::SupportCount { found, expected }) }
 }
 
 /// Every connected part must be held against its six rigid-body modes.
@@ -256,8 +289,8 @@ fn held_modes(mesh: &Mesh, part: &[u32], constrained: &[bool]) -> usize {
     rank(gram)
 }
 
-/// Rank of a Gram matrix by elimination with diagonal pivots. A pivot below 1e-12 of the largest counts as zero: it
-/// belongs to supports that span less than a millionth of the body, below what coordinates resolve.
+/// Rank of a Gram matrix by elimination with diagonal pivots. A pivot below 1e-12 of the largest counts as
+/// zero: it belongs to supports that span less than a millionth of the body, below what coordinates resolve.
 fn rank(mut gram: [[f64; 6]; 6]) -> usize {
     let largest = (0..6).map(|i| gram[i][i]).fold(0.0, f64::max);
     let mut used = [false; 6];
@@ -280,8 +313,8 @@ fn rank(mut gram: [[f64; 6]; 6]) -> usize {
     6
 }
 
-/// The matrices of all regions on their pattern, and the dofs they stand for. Mesh, materials and supports act on the
-/// dynamics through these alone.
+/// The matrices of all regions on their pattern, and the dofs they stand for. Mesh, materials and supports
+/// act on the dynamics through these alone.
 impl Hashed for Model {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());

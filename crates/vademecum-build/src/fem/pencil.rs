@@ -1,9 +1,9 @@
-//! The pair `(M, K)` over the free dofs: all that dynamics, reduction and the vademecum need to know of a body.
+//! The pair `(M, K)` over the free dofs: all that dynamics, reduction and the vademecum need to know of a
+//! body.
 //!
-//! `M = Σ_q M_q` and `K = Σ_q K_q`, one term per material region, all on one pattern. With one region the total is the
-//! term and is stored once.
+//! `M = Σ_q M_q` and `K = Σ_q K_q`, one term per material region, all on one pattern. With one region the
+//! total is the term and is stored once.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use faer::MatRef;
@@ -106,7 +106,8 @@ impl Pencil {
         Pencil::from_triplets(n, &entries(mass), &entries(stiffness))
     }
 
-    /// A pencil of size `n` from `(row, column, value)` entries of both triangles; repeated entries add up in order.
+    /// A pencil of size `n` from `(row, column, value)` entries of both triangles; repeated entries add up in
+    /// order.
     ///
     /// # Errors
     /// As [`Pencil::from_matrices`].
@@ -115,39 +116,24 @@ impl Pencil {
         mass: &[(u32, u32, f64)],
         stiffness: &[(u32, u32, f64)],
     ) -> Result<Pencil, PencilError> {
-        // Keyed (column, row), the order of the pattern; the diagonal always has its place.
-        let mut entries: BTreeMap<(u32, u32), [f64; 2]> = (0..n as u32).map(|j| ((j, j), [0.0; 2])).collect();
-        for (which, triplets) in [mass, stiffness].into_iter().enumerate() {
-            for &(row, column, value) in triplets {
-                if row as usize >= n || column as usize >= n {
-                    return Err(PencilError::OutOfBounds { row, column, n });
-                }
-                if !value.is_finite() {
-                    return Err(PencilError::NotFinite { row, column });
-                }
-                entries.entry((column, row)).or_default()[which] += value;
-            }
-        }
-        if entries.len() > u32::MAX as usize {
-            return Err(PencilError::TooLarge { entries: entries.len() });
-        }
-        for (&(column, row), value) in &entries {
-            if entries.get(&(row, column)) != Some(value) {
-                return Err(PencilError::NotSymmetric { row, column });
-            }
-        }
-        let mut starts = vec![0u32; n + 1];
-        for &(column, _) in entries.keys() {
-            starts[column as usize + 1] += 1;
-        }
-        for j in 0..n {
-            starts[j + 1] += starts[j];
-        }
-        let pattern = Arc::new(Pattern::new(starts, entries.keys().map(|key| key.1).collect()));
-        let matrix = |which: usize| {
-            SymmetricMatrix::new(pattern.clone(), entries.values().map(|v| v[which]).collect())
+        let pattern = Arc::new(common_pattern(n, [mass, stiffness])?);
+        let matrix = |triplets| -> Result<SymmetricMatrix, PencilError> {
+            let matrix = SymmetricMatrix::new(pattern.clone(), values_on(&pattern, triplets));
+            check_symmetry(&matrix)?;
+            Ok(matrix)
         };
-        Ok(Pencil { mass: matrix(0), stiffness: matrix(1), regions: Vec::new(), dof_nodes: None })
+        let (mass, stiffness) = (matrix(mass)?, matrix(stiffness)?);
+        Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None })
+    }
+
+    /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects
+    /// nodes.
+    ///
+    /// # Panics
+    /// If there is not one node per dof.
+    pub(crate) fn with_dof_nodes(self, dof_nodes: Vec<u32>) -> Pencil {
+        assert_eq!(dof_nodes.len(), self.n_dof());
+        Pencil { dof_nodes: Some(dof_nodes), ..self }
     }
 
     /// Number of free dofs `n`.
@@ -185,18 +171,8 @@ impl Pencil {
         SymmetricMatrix::combine(&[(m, &self.mass), (k, &self.stiffness)])
     }
 
-    /// `Σ_q m_q M_q + Σ_q k_q K_q`.
-    ///
-    /// # Panics
-    /// If the two slices do not hold one weight per region.
-    pub fn combine_regions(&self, m: &[f64], k: &[f64]) -> SymmetricMatrix {
-        assert!(m.len() == self.n_regions() && k.len() == self.n_regions());
-        let masses = m.iter().enumerate().map(|(q, &w)| (w, self.region_mass(q)));
-        let stiffnesses = k.iter().enumerate().map(|(q, &w)| (w, self.region_stiffness(q)));
-        SymmetricMatrix::combine(&masses.chain(stiffnesses).collect::<Vec<_>>())
-    }
-
-    /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice gives it.
+    /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice
+    /// gives it.
     ///
     /// # Panics
     /// If the two slices do not hold one weight per region.
@@ -214,5 +190,80 @@ impl Pencil {
     /// The node each free dof belongs to, ascending; `None` for matrices without a mesh.
     pub fn dof_nodes(&self) -> Option<&[u32]> {
         self.dof_nodes.as_deref()
+    }
+}
+
+/// The places of all entries and of the diagonal, each once, sorted by column and row.
+fn common_pattern(n: usize, matrices: [&[(u32, u32, f64)]; 2]) -> Result<Pattern, PencilError> {
+    let key = |row: u32, column: u32| u64::from(column) << 32 | u64::from(row);
+    let mut places: Vec<u64> = (0..n as u32).map(|j| key(j, j)).collect();
+    for &(row, column, value) in matrices.into_iter().flatten() {
+        if row as usize >= n || column as usize >= n {
+            return Err(PencilError::OutOfBounds { row, column, n });
+        }
+        if !value.is_finite() {
+            return Err(PencilError::NotFinite { row, column });
+        }
+        places.push(key(row, column));
+    }
+    places.sort_unstable();
+    places.dedup();
+    if places.len() > u32::MAX as usize {
+        return Err(PencilError::TooLarge { entries: places.len() });
+    }
+    let mut starts = vec![0u32; n + 1];
+    places.iter().for_each(|place| starts[(place >> 32) as usize + 1] += 1);
+    for j in 0..n {
+        starts[j + 1] += starts[j];
+    }
+    Ok(Pattern::new(starts, places.iter().map(|&place| place as u32).collect()))
+}
+
+/// Sums of the entries at each place of a pattern that has them all, added in order.
+fn values_on(pattern: &Pattern, triplets: &[(u32, u32, f64)]) -> Vec<f64> {
+    let mut values = vec![0.0; pattern.n_stored()];
+    for &(row, column, value) in triplets {
+        let at = pattern.rows_of(column as usize).binary_search(&row);
+        values[pattern.range(column as usize).start + at.expect("a place of the pattern")] += value;
+    }
+    values
+}
+
+/// Every entry has a mirror image and equals it.
+fn check_symmetry(matrix: &SymmetricMatrix) -> Result<(), PencilError> {
+    let pattern = matrix.pattern();
+    for column in 0..pattern.n() {
+        for (&row, &value) in pattern.rows_of(column).iter().zip(&matrix.values()[pattern.range(column)]) {
+            if matrix.get(column, row as usize) != Some(value) {
+                return Err(PencilError::NotSymmetric { row, column: column as u32 });
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triplets_add_up_on_one_pattern_with_the_diagonal() {
+        let mass = [(1, 1, 2.0), (0, 0, 1.0)];
+        let stiffness = [(2, 0, -1.0), (0, 0, 3.0), (0, 2, -0.5), (0, 2, -0.5), (0, 0, 4.0)];
+        let pencil = Pencil::from_triplets(3, &mass, &stiffness).unwrap();
+        let pattern = pencil.mass().pattern();
+        let rows: Vec<&[u32]> = (0..3).map(|j| pattern.rows_of(j)).collect();
+        assert_eq!(rows, [&[0, 2][..], &[1], &[0, 2]]);
+        assert_eq!(pencil.mass().values(), [1.0, 0.0, 2.0, 0.0, 0.0]);
+        assert_eq!(pencil.stiffness().values(), [7.0, -1.0, 0.0, -1.0, 0.0]);
+    }
+
+    #[test]
+    fn triplets_that_are_no_symmetric_matrix_are_refused() {
+        let refused = |entries: &[(u32, u32, f64)]| Pencil::from_triplets(2, entries, &[]).unwrap_err();
+        assert_eq!(refused(&[(0, 2, 1.0)]), PencilError::OutOfBounds { row: 0, column: 2, n: 2 });
+        assert_eq!(refused(&[(0, 1, f64::INFINITY)]), PencilError::NotFinite { row: 0, column: 1 });
+        assert_eq!(refused(&[(1, 0, 1.0)]), PencilError::NotSymmetric { row: 1, column: 0 });
+        assert!(matches!(refused(&[(1, 0, 1.0), (0, 1, 1.5)]), PencilError::NotSymmetric { .. }));
     }
 }

@@ -1,8 +1,9 @@
 //! Symmetric sparse matrices that share one pattern.
 //!
-//! Mass and stiffness of all regions have the same nonzero places, so the pattern is stored once and a matrix is a
-//! vector of values on it. Both triangles are kept: a column is then also a row, and a product is a gather that runs
-//! in parallel over rows with no sums across threads, hence the same bits for any number of threads.
+//! Mass and stiffness of all regions have the same nonzero places, so the pattern is stored once and a matrix
+//! is a vector of values on it. Both triangles are kept: a column is then also a row, and a product is a
+//! gather that runs in parallel over rows with no sums across threads, hence the same bits for any number of
+//! threads.
 
 use std::sync::Arc;
 
@@ -90,13 +91,23 @@ impl SymmetricMatrix {
         &self.values
     }
 
+    /// Entry `(row, column)`; `None` where the pattern has no place.
+    pub(crate) fn get(&self, row: usize, column: usize) -> Option<f64> {
+        let at = self.pattern.rows_of(column).binary_search(&(row as u32)).ok()?;
+        Some(self.values[self.pattern.range(column).start + at])
+    }
+
     /// Diagonal entry `j`.
     pub fn diagonal(&self, j: usize) -> f64 {
-        let rows = self.pattern.rows_of(j);
-        match rows.binary_search(&(j as u32)) {
-            Ok(at) => self.values[self.pattern.range(j).start + at],
-            Err(_) => 0.0,
-        }
+        self.get(j, j).unwrap_or(0.0)
+    }
+
+    /// Whether every entry off the diagonal is zero.
+    pub(crate) fn is_diagonal(&self) -> bool {
+        (0..self.n()).all(|j| {
+            let mut column = self.pattern.rows_of(j).iter().zip(&self.values[self.pattern.range(j)]);
+            column.all(|(&i, &value)| i as usize == j || value == 0.0)
+        })
     }
 
     /// `Σ_i w_i A_i` on the common pattern, summed in the given order.
@@ -117,7 +128,8 @@ impl SymmetricMatrix {
 
     /// `y ← A x` for `x` and `y` of shape `(n, c)`, column-major with contiguous columns.
     ///
-    /// Parallel over rows, the same bits for any number of threads; does not allocate beyond the thread pool's own.
+    /// Parallel over rows, the same bits for any number of threads; does not allocate beyond the thread
+    /// pool's own.
     ///
     /// # Panics
     /// If the shapes differ.

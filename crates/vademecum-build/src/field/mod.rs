@@ -1,12 +1,15 @@
 //! Fields on meshes: written for ParaView, read back as snapshots.
 //!
-//! [`write_vtu`] and [`write_pvd`] write what ParaView opens; [`read_vtu`] and [`read_displacements`] read point data of
-//! VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through the last two;
-//! [`write_matrix_market`] hands a model to another code.
+//! [`write_vtu`] and [`write_pvd`] write what ParaView opens; [`read_vtu`] and [`read_displacements`] read
+//! point data of VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through
+//! the last two; [`write_matrix_market`] hands a model to another code. The model of another code enters
+//! through [`read_matrix_market`], which reads its matrices, and [`read_dofs`], [`read_points`] and
+//! [`read_triangles`], which say what their rows are.
 
 mod market;
 mod npy;
 mod pvd;
+mod tables;
 mod vtu_read;
 mod vtu_write;
 
@@ -14,13 +17,14 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-pub use market::write_matrix_market;
+pub use market::{MarketMatrix, read_matrix_market, write_matrix_market};
 pub use npy::{read_npy, write_npy};
 pub use pvd::{read_pvd, write_pvd};
+pub use tables::{DofRow, PointRow, TriangleRow, read_dofs, read_points, read_triangles};
 pub use vtu_read::{PointArray, VtuFile, read_displacements, read_vtu};
 pub use vtu_write::{Cells, write_vtu};
 
-use crate::mesh::MeshError;
+use crate::mesh::{Fault, MeshError};
 
 /// A dense matrix, columns one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +71,9 @@ pub enum FieldError {
         /// What the format asks for.
         expected: String,
     },
+    /// A text file is faulty at a line.
+    #[error("{0}")]
+    Faulty(Box<Fault>),
     /// A file has no point data of this name.
     #[error("{}: no point data `{name}` with {components} components; there are {known}", .file.display())]
     NoSuchField {
@@ -103,7 +110,8 @@ fn io_error(file: &Path) -> impl Fn(std::io::Error) -> FieldError + '_ {
     |source| FieldError::Io { file: file.to_path_buf(), source }
 }
 
-/// Writes a file under another name and gives it its own when it is whole, so that no half-written file is ever seen.
+/// Writes a file under another name and gives it its own when it is whole, so that no half-written file is
+/// ever seen.
 fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,

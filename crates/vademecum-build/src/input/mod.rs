@@ -5,7 +5,7 @@ pub mod toml_file;
 
 pub use problem::{
     BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, InnerProduct,
-    LoadEntry, MaterialEntry, MeshSource, OrderEntry, OutputEntry, ParameterEntry, ParameterKind,
-    ParameterScale, PatternEntry, Precision, ProbeEntry, Problem, ProblemError, Projection, RegionEntry,
-    Repair, Representation, SnapshotPlan, SupportEntry, TablesSource, TimeEntry, Tolerances,
+    LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry, OutputEntry, ParameterEntry,
+    ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem, ProblemError, Projection,
+    RegionEntry, Repair, Representation, SnapshotPlan, SupportEntry, TablesSource, TimeEntry, Tolerances,
 };

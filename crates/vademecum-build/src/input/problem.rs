@@ -1,8 +1,8 @@
 //! The problem file: what a build is asked for (normative: `formats/problem-1.md`).
 //!
-//! A problem is read whole or refused: unknown keys, missing keys and impossible values are errors that name the
-//! file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in the mesh
-//! are resolved when the model is built.
+//! A problem is read whole or refused: unknown keys, missing keys and impossible values are errors that name
+//! the file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in
+//! the mesh are resolved when the model is built.
 
 mod chapter;
 mod check;
@@ -12,6 +12,8 @@ pub use chapter::{ChapterEntry, Projection, Repair, Representation};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+
+use vademecum_format::policy;
 
 use crate::dynamics::{Damping, DampingError, Rayleigh, SchemeError, SchemeKind};
 use crate::input::toml_file::{self, TomlError};
@@ -59,13 +61,14 @@ pub struct Problem {
     pub canonical: Option<ChapterEntry>,
     /// Where the mesh comes from.
     pub mesh: MeshSource,
-    /// Materials; the first that names a region wins, `"*"` stands for all.
-    #[serde(rename = "material")]
+    /// Materials; the first that names a region wins, `"*"` stands for all. None beside matrices, which have
+    /// them in them.
+    #[serde(rename = "material", default)]
     pub materials: Vec<MaterialEntry>,
     /// Rayleigh damping.
     #[serde(default)]
     pub damping: DampingEntry,
-    /// Supports; at least one.
+    /// Supports; none beside matrices, whose rows are the free dofs.
     #[serde(rename = "support", default)]
     pub supports: Vec<SupportEntry>,
     /// Where and how the body can be loaded.
@@ -102,7 +105,7 @@ fn si_units() -> String {
     "SI: m, kg, s, N, Pa".into()
 }
 
-/// Where the mesh comes from: exactly one of `file`, `tables` and `block`.
+/// Where the mesh comes from: exactly one of `file`, `tables`, `block` and `matrices`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSource {
@@ -112,6 +115,8 @@ pub struct MeshSource {
     pub tables: Option<TablesSource>,
     /// A generated block.
     pub block: Option<BlockSource>,
+    /// The matrices of another program instead of a mesh.
+    pub matrices: Option<MatricesSource>,
     /// Factor on all coordinates.
     #[serde(default = "one")]
     pub scale: f64,
@@ -138,6 +143,23 @@ pub struct TablesSource {
     pub coordinates: PathBuf,
     /// One element per line: its nodes.
     pub connectivity: PathBuf,
+}
+
+/// A model that another program has assembled: its matrices over the free dofs, and what their rows are.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MatricesSource {
+    /// Mass, a Matrix Market file.
+    pub mass: PathBuf,
+    /// Stiffness, the same.
+    pub stiffness: PathBuf,
+    /// What each row is: `row,node,component,x,y,z`.
+    pub dofs: PathBuf,
+    /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of
+    /// `dofs`.
+    pub nodes: Option<PathBuf>,
+    /// Triangles of the surface by node number, outward; absent: no surface, and forces act on nodes.
+    pub triangles: Option<PathBuf>,
 }
 
 /// A block `[0, lengths]` cut into cells of six tetrahedra.
@@ -246,7 +268,8 @@ pub enum Component {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadEntry {
-    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free surface.
+    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free
+    /// surface.
     pub surface: Option<Selection>,
     /// Distributed loads with an amplitude each.
     #[serde(rename = "pattern", default)]
@@ -406,7 +429,8 @@ pub struct Tolerances {
     /// Steps of the certificate's unseen runs.
     #[serde(default = "default_steps")]
     pub steps: usize,
-    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the worst point.
+    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the
+    /// worst point.
     #[serde(default = "default_map")]
     pub map: f64,
     /// Most terms of the separated solution.
@@ -423,11 +447,11 @@ fn default_max_terms() -> usize {
 }
 
 fn default_ratio() -> f64 {
-    1.1
+    policy::FLOOR_RATIO
 }
 
 fn default_absolute() -> f64 {
-    1e-6
+    policy::ABSOLUTE_ERROR
 }
 
 fn default_steps() -> usize {
@@ -506,7 +530,8 @@ pub struct ParameterEntry {
     /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
     #[serde(default = "every_region")]
     pub region: String,
-    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value itself.
+    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value
+    /// itself.
     pub range: [f64; 2],
     /// How values are spread over the range.
     #[serde(default)]
@@ -569,6 +594,14 @@ impl Problem {
     /// `file:line` of a key, for messages.
     pub fn place(&self, key: &str) -> String {
         toml_file::place(&self.path, &self.text, key)
+    }
+}
+
+impl Problem {
+    /// Options of the chapter's representation, if it is asked for.
+    pub fn chapter(&self) -> Option<ChapterEntry> {
+        let asked = self.representation == Representation::Canonical;
+        asked.then(|| self.canonical.clone().unwrap_or_default())
     }
 }
 

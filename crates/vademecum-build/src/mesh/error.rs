@@ -112,7 +112,7 @@ impl At<'_> {
         MeshError::Unsupported(Box::new(self.fault(found.into(), expected.into(), remedy.into())))
     }
 
-    fn fault(&self, found: String, expected: String, remedy: String) -> Fault {
+    pub fn fault(&self, found: String, expected: String, remedy: String) -> Fault {
         let (file, section) = (self.file.to_path_buf(), self.section.to_string());
         Fault { file, place: self.place, section, found, expected, remedy }
     }

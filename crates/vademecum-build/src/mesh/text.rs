@@ -45,6 +45,11 @@ impl<'a> Text<'a> {
         if self.binary { Place::Byte(self.pos) } else { Place::Line(self.line.max(1)) }
     }
 
+    /// Number of the line that was read last, from 1.
+    pub fn line_number(&self) -> usize {
+        self.line
+    }
+
     pub fn at(&self) -> At<'_> {
         At { file: self.file, place: self.place(), section: &self.section }
     }

@@ -1,7 +1,9 @@
-//! From the problem to the body: the model with its supports, its loadable surface, its load patterns and its probes.
+//! From the problem to the body: the model with its supports, its loadable surface, its load patterns and its
+//! probes.
 //!
 //! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
 
+use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
 use crate::input::{PatternEntry, Problem};
 use crate::mesh::select::{SelectError, Selection};
@@ -66,6 +68,15 @@ pub enum BodyError {
         /// Path of the key.
         key: String,
     },
+    /// No node where forces may act can move.
+    #[error("{path}: `load.surface` chooses no node with a free component")]
+    NoFreeNode {
+        /// The problem file.
+        path: String,
+    },
+    /// The matrices of another program cannot be used.
+    #[error("the matrices cannot be used")]
+    Matrices(#[from] MatricesError),
     /// The matrices cannot be assembled.
     #[error("the model cannot be assembled")]
     Model(#[from] ModelError),
@@ -94,6 +105,9 @@ pub struct Body {
     pub surface: Vec<[u32; 3]>,
     /// Linear triangles contacts may touch, by mesh node; a subset of `surface` in its order.
     pub loadable: Vec<[u32; 3]>,
+    /// Nodes forces may act on, ascending: those of `loadable`, or of a body without triangles the chosen
+    /// ones.
+    pub load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,
     /// Probes.
@@ -125,7 +139,44 @@ impl Body {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
             patterns.push((entry.name.clone(), force));
         }
-        Ok(Self { model, surface: surface.triangles, loadable, patterns, probes, mesh_hash })
+        let load_nodes = nodes_of(&loadable);
+        Ok(Self { model, surface: surface.triangles, loadable, load_nodes, patterns, probes, mesh_hash })
+    }
+
+    /// Builds the body of a problem whose matrices another program has assembled.
+    ///
+    /// # Errors
+    /// [`BodyError`], by cause.
+    pub fn of_matrices(problem: &Problem, matrices: MatrixModel) -> Result<Self, BodyError> {
+        let MatrixModel { mesh, constrained, pencil, triangles: surface } = matrices;
+        let mesh_hash = mesh::hash(&mesh);
+        let chosen = match &problem.load.surface {
+            Some(selection) => select(problem, selection, &mesh, || LOAD_SURFACE.into())?,
+            None => (0..mesh.nodes.len() as u32).collect(),
+        };
+        let inside = |t: &&[u32; 3]| t.iter().all(|node| chosen.binary_search(node).is_ok());
+        let loadable = if surface.is_empty() {
+            vec![]
+        } else {
+            movable(problem, surface.iter().filter(inside), &constrained)?
+        };
+        let load_nodes = if surface.is_empty() {
+            chosen.into_iter().filter(|node| !held(&constrained, node)).collect()
+        } else {
+            nodes_of(&loadable)
+        };
+        if load_nodes.is_empty() {
+            return Err(BodyError::NoFreeNode { path: problem.place(LOAD_SURFACE) });
+        }
+        let probes = probes(problem, &mesh);
+        let model = Model::from_matrices(mesh, &constrained, pencil)?;
+        let force = |entry: &PatternEntry| {
+            let acceleration =
+                entry.acceleration.expect("a checked pattern beside matrices is an acceleration");
+            (entry.name.clone(), model.body_load(acceleration))
+        };
+        let patterns = problem.load.patterns.iter().map(force).collect();
+        Ok(Self { model, surface, loadable, load_nodes, patterns, probes, mesh_hash })
     }
 }
 
@@ -133,6 +184,9 @@ impl Body {
 ///
 /// # Errors
 /// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty.
+///
+/// # Panics
+/// If the problem names matrices instead of a mesh.
 pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     let source = &problem.mesh;
     let mut mesh = if let Some(file) = &source.file {
@@ -140,7 +194,7 @@ pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     } else if let Some(tables) = &source.tables {
         mesh::read_tables(&problem.resolve(&tables.coordinates), &problem.resolve(&tables.connectivity))?
     } else {
-        let block = source.block.as_ref().expect("a checked problem names one mesh source");
+        let block = source.block.as_ref().expect("a checked problem without matrices names one mesh source");
         mesh::block(block.lengths, block.divisions, block.order.into())
     };
     mesh.nodes.iter_mut().flatten().for_each(|x| *x *= source.scale);
@@ -221,22 +275,46 @@ fn loadable_triangles(
     surface: &Surface,
     constrained: &[bool],
 ) -> Result<Vec<[u32; 3]>, BodyError> {
-    let key = "load.surface";
     let selected = match &problem.load.surface {
         Some(selection) => {
-            let nodes = select(problem, selection, mesh, || key.into())?;
+            let nodes = select(problem, selection, mesh, || LOAD_SURFACE.into())?;
             facets_within(surface, mesh.nodes.len(), &nodes)
         }
         None => (0..surface.facet_count()).collect(),
     };
     let per_facet = surface.triangles.len() / surface.facet_count().max(1);
-    let held = |node: &u32| (0..3).all(|c| constrained[3 * *node as usize + c]);
     let triangles = selected.iter().flat_map(|&f| &surface.triangles[f * per_facet..(f + 1) * per_facet]);
+    movable(problem, triangles, constrained)
+}
+
+/// The key that chooses where forces may act.
+const LOAD_SURFACE: &str = "load.surface";
+
+/// Whether no component of a node is free.
+fn held(constrained: &[bool], node: &u32) -> bool {
+    (0..3).all(|c| constrained[3 * *node as usize + c])
+}
+
+/// Those of the chosen triangles that are not held entirely.
+fn movable<'a>(
+    problem: &Problem,
+    triangles: impl Iterator<Item = &'a [u32; 3]>,
+    constrained: &[bool],
+) -> Result<Vec<[u32; 3]>, BodyError> {
+    let held = |node: &u32| held(constrained, node);
     let loadable: Vec<[u32; 3]> = triangles.filter(|t| !t.iter().all(held)).copied().collect();
     if loadable.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.place(key), key: key.into() });
+        return Err(BodyError::NoFacet { path: problem.place(LOAD_SURFACE), key: LOAD_SURFACE.into() });
     }
     Ok(loadable)
+}
+
+/// Nodes of triangles, ascending and unique.
+fn nodes_of(triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut nodes = triangles.as_flattened().to_vec();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
 }
 
 /// Facets all of whose corners are among `nodes`.

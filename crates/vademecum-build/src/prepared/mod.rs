@@ -1,15 +1,17 @@
 //! A problem on its mesh, ready to be computed with: the value that every stage after it reads.
 
 mod body;
+mod matrices;
 mod parameters;
 
 pub use body::{Body, BodyError, Probe, read_mesh};
+pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 
-use vademecum_format::scheme::{SchemeError as TableError, SchemeTable, StepParameters};
+use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, numerical_damping};
-use crate::fem::{FactorError, Symbolic};
+use crate::fem::{FactorError, Pencil, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
 use crate::mesh::{Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
@@ -30,6 +32,14 @@ pub enum PrepareError {
     /// The scheme's table is unusable.
     #[error("`time.scheme`")]
     Table(#[from] TableError),
+    /// A matrix of another program is not positive definite.
+    #[error("`mesh.matrices.{key}`: the {key} matrix cannot be computed with")]
+    NotDefinite {
+        /// `mass` or `stiffness`.
+        key: &'static str,
+        /// Where it showed.
+        source: FactorError,
+    },
     /// The pattern of the matrices cannot be analysed.
     #[error("a matrix of the model does not factorise")]
     Factor(#[from] FactorError),
@@ -64,8 +74,8 @@ impl Prepared {
         FullOrder::new(pencil, &self.symbolic, &self.scheme, self.step.time_step, self.rayleigh())
     }
 
-    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What matters is the
-    /// loss over a second; over a period \[s\] where that is longer.
+    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What
+    /// matters is the loss over a second; over a period \[s\] where that is longer.
     pub fn note_numerical_damping(&self, period: f64, listener: &dyn Listener) {
         let dt = self.step.time_step;
         let damping = numerical_damping(&self.scheme, std::f64::consts::TAU * dt / period, 0.0);
@@ -82,14 +92,15 @@ impl Prepared {
     }
 }
 
-/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at them.
+/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at
+/// them.
 impl Hashed for Prepared {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.with(&self.body.model)
     }
 }
 
-/// Reads the mesh and assembles the model of a problem.
+/// Reads the mesh and assembles the model of a problem, or reads the matrices it names instead.
 ///
 /// # Errors
 /// [`PrepareError`], by cause.
@@ -100,14 +111,42 @@ pub fn prepare(
 ) -> Result<Prepared, PrepareError> {
     let scheme = problem.time.scheme.table()?;
     let rayleigh = problem.damping.damping().rayleigh()?;
-    let mesh = watch.stage("read mesh", || read_mesh(problem))?;
-    mesh.notes.iter().for_each(|note| listener.note(note));
-    note_locking(problem, &mesh, listener);
-    let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
+    let (body, space) = if let Some(source) = &problem.mesh.matrices {
+        let read = || MatrixModel::read(problem, source);
+        let matrices = watch.stage("read matrices", read).map_err(BodyError::from)?;
+        let space = ParameterSpace::new(problem, &matrices.mesh, rayleigh)?;
+        (Body::of_matrices(problem, matrices)?, space)
+    } else {
+        let mesh = watch.stage("read mesh", || read_mesh(problem))?;
+        mesh.notes.iter().for_each(|note| listener.note(note));
+        note_locking(problem, &mesh, listener);
+        let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
+        (watch.stage("assemble", || Body::build(problem, mesh))?, space)
+    };
     let step = space.setting(&space.nominal()).step;
-    let body = watch.stage("assemble", || Body::build(problem, mesh))?;
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
+    if problem.mesh.matrices.is_some() {
+        watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
+    }
     Ok(Prepared { body, symbolic, scheme, space, step })
+}
+
+/// The mass and the stiffness of a held solid are positive definite as they are assembled; matrices from
+/// elsewhere may be anything.
+fn check_definite(pencil: &Pencil, symbolic: &Symbolic) -> Result<(), PrepareError> {
+    let factorises = |matrix: &SymmetricMatrix| symbolic.factorize(matrix.clone()).map(|_| ());
+    // Lumped masses need no factor, which would fill as much as that of the stiffness.
+    let mass = if pencil.mass().is_diagonal() { positive(pencil.mass()) } else { factorises(pencil.mass()) };
+    mass.map_err(|source| PrepareError::NotDefinite { key: "mass", source })?;
+    factorises(pencil.stiffness()).map_err(|source| PrepareError::NotDefinite { key: "stiffness", source })
+}
+
+/// Whether every diagonal entry is above zero.
+fn positive(matrix: &SymmetricMatrix) -> Result<(), FactorError> {
+    match (0..matrix.n()).find(|&i| matrix.diagonal(i) <= 0.0) {
+        None => Ok(()),
+        Some(pivot) => Err(FactorError::NotPositiveDefinite { pivot, n: matrix.n() }),
+    }
 }
 
 /// Linear tetrahedra cannot keep their volume and bend: near ν = ½ they are many times too stiff.

@@ -2,6 +2,7 @@
 
 mod output;
 mod pareto;
+mod words;
 
 use std::path::PathBuf;
 
@@ -18,7 +19,8 @@ use crate::print::print_json;
 #[command(after_help = "Examples:
   vademecum bench -o bench --quick                  the demo's beam and scenario, under two minutes
   vademecum bench body.toml --scenario push.toml -o bench --modes 8,16,32
-With 6 to 8 modes the chapter's representation (canonical) plays the scenario too; what ours has over it at equal time stands below the table.
+With 6 to 8 modes the chapter's representation (canonical) plays the scenario too; what ours has over it at
+equal time stands below the table.
 Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean: docs/benchmarks/pareto.md")]
 pub struct Bench {
     /// The problem file (TOML); the demo's beam if absent.

@@ -16,9 +16,9 @@ use crate::print::{bytes, print_json, print_report};
 #[command(after_help = "Examples:
   vademecum build beam.toml -o beam.vdm
   vademecum build beam.toml -o beam.vdm --json > beam.json
-  vademecum build beam.toml -o beam.vdm --work beam.work   change beam.toml, build again: only what depends on it
-A build that was stopped goes on where it was when it is started again: finished stages lie in OUTPUT.work until the
-file is written.
+  vademecum build beam.toml -o beam.vdm --work beam.work   then change beam.toml: only what depends is rebuilt
+A build that was stopped goes on where it was when it is started again: finished stages lie in OUTPUT.work
+until the file is written.
   vademecum build regions.toml -o regions.vdm --repair
 Keys of the problem file: formats/problem-1.md")]
 pub struct Build {

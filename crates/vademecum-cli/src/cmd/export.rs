@@ -84,6 +84,11 @@ impl Matrices {
         write_npy(&at("basis.npy"), &export.basis).map_err(failed)?;
         write_npy(&at("loads.npy"), &export.loads).map_err(failed)?;
         write_text(&at("dofs.csv"), &dofs(export.free_dofs()))?;
+        write_text(&at("nodes.csv"), &nodes(export.nodes()))?;
+        let triangles = triangles(export.triangles());
+        if !triangles.is_empty() {
+            write_text(&at("triangles.csv"), &triangles)?;
+        }
         write_text(&at("model.json"), &json(&export.model))?;
         console.clear();
         println!(
@@ -106,4 +111,15 @@ fn dofs(all: impl Iterator<Item = FreeDof>) -> String {
             .expect("writing to a string cannot fail");
     }
     text
+}
+
+fn nodes(all: impl Iterator<Item = (u64, [f64; 3])>) -> String {
+    let line = |(id, [x, y, z]): (u64, [f64; 3])| format!("{id},{x:e},{y:e},{z:e}\n");
+    std::iter::once("node,x,y,z\n".to_string()).chain(all.map(line)).collect()
+}
+
+/// Nothing where there are none.
+fn triangles(all: impl Iterator<Item = [u64; 3]>) -> String {
+    let lines: String = all.map(|[a, b, c]| format!("{a},{b},{c}\n")).collect();
+    if lines.is_empty() { lines } else { format!("a,b,c\n{lines}") }
 }

@@ -258,7 +258,7 @@ impl Contents {
             list(&self.load_patterns)
         );
         if let Some(c) = &self.canonical {
-            let direction = c.direction.map_or("components".into(), |d| format!("{d:?}"));
+            let direction = c.direction.map_or("components".into(), |[x, y, z]| format!("[{x}, {y}, {z}]"));
             println!("canonical: {:?} axes by stage; load at {} positions, {direction}", c.axes, c.positions);
         }
         for p in &self.parameters {

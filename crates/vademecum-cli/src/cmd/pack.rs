@@ -12,7 +12,8 @@ use crate::files::{read_file, write_file};
 #[command(after_help = "Example:
   vademecum pack body.vdm -o body.packed.vdm
   vademecum pack body.vdm -o body.packed.vdm --tolerance 1e-4
-With a tolerance, what is known at every node (basis, load rows, coordinates) is rounded to 16 or 32 bits as far as fields stay within it.
+With a tolerance, what is known at every node (basis, load rows, coordinates) is rounded to 16 or 32 bits as
+far as fields stay within it.
 Probes, load patterns and the step are kept to the bit. `vademecum info` shows what it cost.")]
 pub struct Pack {
     /// The vademecum file.

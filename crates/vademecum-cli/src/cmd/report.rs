@@ -2,29 +2,30 @@
 //! it.
 
 mod build_times;
+mod content;
 mod figures;
 mod page;
 mod separation_figures;
+mod words;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use vademecum_build::dynamics::ModeRow;
 use vademecum_build::input::Problem;
-use vademecum_build::parametric::RadiusSample;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::write_atomic;
-use vademecum_format::{File, FormatError, SectionKind};
-use vademecum_study::contents::{mode_table, numbers};
-use vademecum_study::free_run::{FreeRun, free_run};
+use vademecum_format::{File, FormatError};
+use vademecum_study::contents::mode_table;
+use vademecum_study::free_run::free_run;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
-use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
-use vademecum_study::timings::{Timings, timings};
+use vademecum_study::separation::{enrichment_history, radius_samples, repairs};
+use vademecum_study::timings::timings;
 use vademecum_study::verify::{Verified, verify};
 use vademecum_study::{FileError, StudyError};
 
 use self::build_times::BuildTimes;
+use self::content::Content;
 use self::figures::Figures;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -53,29 +54,6 @@ pub struct Report {
     /// What `build --json` printed for this file: shows what the build took.
     #[arg(long)]
     build: Option<PathBuf>,
-}
-
-/// Everything the page shows.
-struct Content<'a> {
-    title: String,
-    path: &'a Path,
-    bytes: usize,
-    file: &'a File<'a>,
-    modes: Vec<ModeRow>,
-    timings: Timings,
-    free: FreeRun,
-    verified: Option<Verified>,
-    history: Vec<Enrichment>,
-    radii: Vec<RadiusSample>,
-    repairs: Vec<String>,
-    build: Option<BuildTimes>,
-}
-
-impl Content<'_> {
-    /// Numbers of a section; none if the file does not have it.
-    fn numbers(&self, kind: SectionKind) -> Result<Vec<f64>, Failure> {
-        numbers(self.file, kind).map_err(|error| Failure::file(self.path, error))
-    }
 }
 
 impl Report {

@@ -11,7 +11,7 @@
 //! what it costs are products.
 
 use faer::MatRef;
-use vademecum_format::scheme::{SchemeError, SchemeTable, StageCoefficients, StepParameters};
+use vademecum_format::scheme::{SchemeTable, StageCoefficients, StepParameters, TableError};
 
 use super::staged::{Frame, ReducedSolver, add_product, add_weighted, axpy};
 use vademecum_build::dynamics::INSTANTS;
@@ -36,7 +36,7 @@ impl TwoStage {
         responses: &[StageResponse],
         table: &SchemeTable,
         parameters: &StepParameters,
-    ) -> Result<Self, SchemeError> {
+    ) -> Result<Self, TableError> {
         let stage = |i| StageCoefficients::new(table, parameters, i);
         Ok(Self {
             frame: Frame::staged(basis, table, parameters.time_step),

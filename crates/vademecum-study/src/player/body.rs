@@ -1,6 +1,7 @@
 //! What playing a scenario asks of a body.
 
 use vademecum_build::dynamics::INSTANTS;
+use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, State, Structure};
 
 use crate::error::FileError;
@@ -10,7 +11,6 @@ pub(crate) fn structure_name(structure: Structure) -> &'static str {
     match structure {
         Structure::Diagonal => "diagonal",
         Structure::Block => "block",
-        Structure::Canonical => "canonical",
     }
 }
 
@@ -81,61 +81,80 @@ pub trait Playable {
     fn body_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
 }
 
+/// What both kinds of scene do by methods of the same names.
+macro_rules! alike {
+    () => {
+        type Number = T;
+
+        fn time_step(&self) -> f64 {
+            self.scene.parameters().time_step
+        }
+
+        fn instants(&self) -> [f64; INSTANTS] {
+            self.scene.instants()
+        }
+
+        fn clear_loads(&mut self) {
+            self.loads.clear();
+        }
+
+        fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+            Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
+        }
+
+        fn start(&mut self) -> Result<(), FileError> {
+            let zero = vec![0.0; self.scene.n_modes()];
+            Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
+        }
+
+        #[inline]
+        fn step(&mut self) -> Result<(), FileError> {
+            self.scene.step(self.state, self.loads)?;
+            Ok(())
+        }
+
+        fn zeta(&self) -> &[T] {
+            self.state.zeta()
+        }
+
+        fn energy(&self) -> Result<f64, FileError> {
+            Ok(self.scene.energy(self.state)?)
+        }
+
+        fn probe(&self, index: usize) -> Result<f64, FileError> {
+            Ok(self.scene.probe(self.state, index, Field::Displacement)?)
+        }
+
+        fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+            Ok(self.scene.surface_into(self.state, field, out)?)
+        }
+
+        fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+            Ok(self.scene.body_into(self.state, field, out)?)
+        }
+    };
+}
+
 impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
-    type Number = T;
+    alike!();
 
     fn structure(&self) -> &'static str {
         structure_name(self.scene.structure())
     }
 
-    fn time_step(&self) -> f64 {
-        self.scene.parameters().time_step
-    }
-
-    fn instants(&self) -> [f64; INSTANTS] {
-        self.scene.instants()
-    }
-
-    fn clear_loads(&mut self) {
-        self.loads.clear();
-    }
-
-    fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
-        Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
-    }
-
     fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
         Ok(self.loads.add_pattern_staged(self.scene, index, amplitudes)?)
     }
+}
 
-    fn start(&mut self) -> Result<(), FileError> {
-        let zero = vec![0.0; self.scene.n_modes()];
-        Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
+impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>, &mut ChapterLoads<'_, T>> {
+    alike!();
+
+    fn structure(&self) -> &'static str {
+        "canonical"
     }
 
-    #[inline]
-    fn step(&mut self) -> Result<(), FileError> {
-        self.scene.step(self.state, self.loads)?;
-        Ok(())
-    }
-
-    fn zeta(&self) -> &[T] {
-        self.state.zeta()
-    }
-
-    fn energy(&self) -> Result<f64, FileError> {
-        Ok(self.scene.energy(self.state)?)
-    }
-
-    fn probe(&self, index: usize) -> Result<f64, FileError> {
-        Ok(self.scene.probe(self.state, index, Field::Displacement)?)
-    }
-
-    fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-        Ok(self.scene.surface_into(self.state, field, out)?)
-    }
-
-    fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-        Ok(self.scene.body_into(self.state, field, out)?)
+    fn add_pattern(&mut self, _: usize, _: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Err(FileError::NoPatterns)
     }
 }

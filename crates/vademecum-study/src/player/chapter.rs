@@ -5,20 +5,13 @@
 
 use vademecum_build::certificate::spectral_radius;
 use vademecum_build::chapter::ChapterReport;
-use vademecum_eval::{Loads, Scalar, Scene, SceneOptions, State, StepError, StructureChoice, SurfacePoint};
+use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
+use vademecum_eval::{Scalar, SceneOptions, SurfacePoint};
 use vademecum_format::{Chapter, File, SectionKind};
 
 use super::PlayOptions;
-use super::with_scene;
 use crate::contents::{numbers, section};
 use crate::error::{FileError, StudyError};
-
-/// A bound scene of the chapter's structure.
-pub type ChapterScene<'m, T> = Scene<'m, T>;
-/// A state of it.
-pub type ChapterState<'m, T> = State<'m, T>;
-/// Loads on it.
-pub type ChapterLoads<'m, T> = Loads<'m, T>;
 
 /// Where a file of the chapter's structure can take a load meant for `point`: the nearest of its positions.
 pub(super) fn nearest_position(
@@ -49,7 +42,13 @@ pub fn with_chapter<T: Scalar, R>(
         &mut ChapterLoads<'_, T>,
     ) -> Result<R, StudyError>,
 ) -> Result<R, StudyError> {
-    with_scene(file, &SceneOptions { structure: StructureChoice::Canonical, ..*options }, work)
+    let sizes = ChapterScene::<T>::sizes(file)?;
+    let mut memory = vec![T::ZERO; sizes.scene];
+    let (mut state_memory, mut load_memory) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
+    let scene = ChapterScene::bind(file, options, &mut memory)?;
+    let mut state = ChapterState::new(&scene, &mut state_memory)?;
+    let mut loads = ChapterLoads::new(&scene, &mut load_memory)?;
+    work(&scene, &mut state, &mut loads)
 }
 
 /// States of several marches through one scene, each with its loads.
@@ -65,9 +64,8 @@ pub fn with_marches<R>(
     count: usize,
     work: impl FnOnce(&ChapterScene<'_, f64>, &mut Marches<'_>) -> Result<R, StudyError>,
 ) -> Result<R, StudyError> {
-    let options =
-        SceneOptions { structure: StructureChoice::Canonical, time_step, ..SceneOptions::default() };
-    let sizes = ChapterScene::<f64>::sizes(file, &options)?;
+    let options = SceneOptions { time_step, ..SceneOptions::default() };
+    let sizes = ChapterScene::<f64>::sizes(file)?;
     let mut memory = vec![(vec![0.0; sizes.state], vec![0.0; sizes.loads]); count];
     with_chapter::<f64, _>(file, &options, |scene, _, _| {
         let mut marches = vec![];
@@ -83,9 +81,9 @@ pub fn with_marches<R>(
 ///
 /// # Errors
 /// Any other refusal.
-pub fn left_ranges(error: StepError) -> Result<String, FileError> {
+pub fn left_ranges(error: ChapterStepError) -> Result<String, FileError> {
     match error {
-        StepError::OutsideAxis { .. } => Ok(error.to_string()),
+        ChapterStepError::OutsideAxis { .. } => Ok(error.to_string()),
         other => Err(other.into()),
     }
 }

@@ -1,12 +1,16 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
-use super::{ParameterKind, ParameterScale, Problem, ProblemError};
+use super::{ParameterKind, ParameterScale, Problem, ProblemError, Representation};
 use crate::input::toml_file::TomlError;
 
 impl Problem {
     pub(super) fn check(&self) -> Result<(), ProblemError> {
         self.check_mesh()?;
-        self.check_materials()?;
+        if self.mesh.matrices.is_some() {
+            self.check_matrices()?;
+        } else {
+            self.check_materials()?;
+        }
         for (i, support) in self.supports.iter().enumerate() {
             let held = !support.components.is_empty();
             self.require(
@@ -25,14 +29,38 @@ impl Problem {
 
     fn check_mesh(&self) -> Result<(), ProblemError> {
         let mesh = &self.mesh;
-        let given = mesh.file.is_some() as u8 + mesh.tables.is_some() as u8 + mesh.block.is_some() as u8;
-        self.require(given == 1, "mesh", given, "exactly one of `file`, `tables` and `block`")?;
+        let given =
+            [mesh.file.is_some(), mesh.tables.is_some(), mesh.block.is_some(), mesh.matrices.is_some()];
+        let given = given.iter().filter(|&&given| given).count();
+        self.require(given == 1, "mesh", given, "exactly one of `file`, `tables`, `block` and `matrices`")?;
         self.require(positive(mesh.scale), "mesh.scale", mesh.scale, "a positive number")?;
         if let Some(block) = &mesh.block {
             let lengths = block.lengths.iter().all(|&l| positive(l));
             self.require(lengths, "mesh.block.lengths", block.lengths, "three positive lengths")?;
             let cells = block.divisions.iter().all(|&d| d >= 1);
             self.require(cells, "mesh.block.divisions", block.divisions, "three counts of at least 1")?;
+        }
+        Ok(())
+    }
+
+    /// What needs elements is refused beside matrices, which have none.
+    fn check_matrices(&self) -> Result<(), ProblemError> {
+        const BESIDE: &str = "present beside `mesh.matrices`";
+        let regions = self.mesh.regions.is_empty();
+        self.require(regions, "mesh.region", BESIDE, "none: matrices have one region, `body`")?;
+        let materials = self.materials.is_empty();
+        self.require(materials, "material", BESIDE, "none: the matrices have the materials in them")?;
+        let supports = self.supports.is_empty();
+        self.require(
+            supports,
+            "support",
+            BESIDE,
+            "none: a dof without a row in `mesh.matrices.dofs` is held",
+        )?;
+        for (i, pattern) in self.load.patterns.iter().enumerate() {
+            let body_force = pattern.traction.is_none() && pattern.pressure.is_none();
+            let expected = "`acceleration`: traction and pressure need the facets of elements";
+            self.require(body_force, &format!("load.pattern[{i}]"), BESIDE, expected)?;
         }
         Ok(())
     }
@@ -217,4 +245,33 @@ impl Problem {
 
 pub(super) fn positive(value: f64) -> bool {
     value > 0.0 && value.is_finite()
+}
+
+impl Problem {
+    pub(super) fn check_chapter(&self) -> Result<(), ProblemError> {
+        let asked = self.representation == Representation::Canonical;
+        self.require(
+            !asked || self.parameters.is_empty(),
+            "representation",
+            "canonical beside `[[parameter]]`",
+            "\"block\" where parameters are live",
+        )?;
+        let Some(c) = &self.canonical else { return Ok(()) };
+        self.require(asked, "canonical", "a table", "`representation = \"canonical\"` beside it")?;
+        let tolerance = c.tolerance >= 1e-12 && c.tolerance < 1.0;
+        self.require(tolerance, "canonical.tolerance", c.tolerance, "at least 1e-12 and below 1")?;
+        self.require(c.max_terms.is_none_or(|t| t >= 2), "canonical.max_terms", c.max_terms, "at least 2")?;
+        let points = (2..=1000).contains(&c.points);
+        self.require(points, "canonical.points", c.points, "2 to 1000")?;
+        let margin = c.margin >= 0.0 && c.margin.is_finite();
+        self.require(margin, "canonical.margin", c.margin, "zero or a positive number")?;
+        self.require(c.positions != Some(0), "canonical.positions", 0, "at least 1")?;
+        let [lower, upper] = c.load;
+        let load = lower <= 0.0 && upper >= 0.0 && lower < upper && (upper - lower).is_finite();
+        self.require(load, "canonical.load", c.load, "two finite numbers around zero, the smaller first")?;
+        let length = c.direction.is_none_or(|d| positive(d.iter().map(|x| x * x).sum()));
+        self.require(length, "canonical.direction", c.direction, "a vector of some length")?;
+        let one = !(c.components && c.direction.is_some());
+        self.require(one, "canonical.components", "true beside `direction`", "one of them")
+    }
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use vademecum_study::bench::{BenchTable, COLUMNS, EqualTime, Row, SchemeDistance, Side};
 
 use super::pareto;
+use super::words::words;
 use crate::failure::Failure;
 use crate::files::write_text;
 use crate::print::json;
@@ -74,13 +75,6 @@ fn conditions(table: &BenchTable) -> String {
         table.clock_ns_per_step,
         100.0 * table.noise
     )
-}
-
-/// Modes, terms, and Δt where it is another than the problem's.
-pub fn words(row: &Row, time_step: f64) -> String {
-    let dt = (row.time_step != time_step).then(|| format!("{} Δt", row.time_step / time_step));
-    let words = [row.modes.map(|r| r.to_string()), row.terms.map(|t| format!("{t} terms")), dt];
-    words.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// The chapter's rows against ours in words, one line each; nothing where there is no canonical row.

@@ -5,7 +5,7 @@ use std::path::Path;
 use vademecum_build::input::BasisKind;
 use vademecum_study::bench::{BenchTable, Identity, Row, Way, front};
 
-use super::output::words;
+use super::words::words;
 use crate::failure::{Cause, Failure};
 use crate::pictures::{Chart, Cloud, scatter};
 

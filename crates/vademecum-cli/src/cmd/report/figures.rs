@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use vademecum_build::dynamics::ModeRow;
 use vademecum_format::{AxisKind, SectionKind};
 use vademecum_study::FileError;
-use vademecum_study::contents::{Geometry, lines};
+use vademecum_study::contents::Geometry;
 use vademecum_study::verify::Verified;
 
-use super::Content;
 use super::build_times::Stage;
-use super::separation_figures::with_unit;
+use super::content::Content;
+use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
 use crate::pictures::{Chart, Outline, Series, bars, line_chart, outline};
 
@@ -242,43 +242,7 @@ impl Figures {
     }
 }
 
-/// Names of probes or patterns, for the page.
-pub fn listed(content: &Content<'_>, kind: SectionKind) -> Result<String, FileError> {
-    let names = lines(content.file, kind)?;
-    Ok(if names.is_empty() { "none".into() } else { names.join(", ") })
-}
-
-/// A frequency with three figures.
-pub fn hertz(value: f64) -> String {
-    let digits = if value >= 100.0 {
-        0
-    } else if value >= 10.0 {
-        1
-    } else {
-        3
-    };
-    format!("{value:.digits$} Hz")
-}
-
 /// A share of 100 with three decimals; below that, two figures.
 fn rounded(percent: f64) -> String {
     if percent >= 1e-3 || percent == 0.0 { format!("{percent:.3}") } else { format!("{percent:.1e}") }
-}
-
-/// Bytes with a unit.
-pub fn size(bytes: f64) -> String {
-    let (scale, unit) = if bytes >= 1e6 {
-        (1e6, "MB")
-    } else if bytes >= 1e3 {
-        (1e3, "kB")
-    } else {
-        (1.0, "bytes")
-    };
-    let digits = usize::from(scale > 1.0);
-    format!("{:.digits$} {unit}", bytes / scale)
-}
-
-/// Letters and digits of a name; the rest becomes `-`.
-pub fn file_name(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }

@@ -7,8 +7,9 @@ use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
 use vademecum_study::timings::machine;
 
-use super::Content;
-use super::figures::{Figures, hertz, listed, size};
+use super::content::Content;
+use super::figures::Figures;
+use super::words::{hertz, size};
 use crate::html::escaped;
 
 const STYLE: &str = include_str!("../../../assets/report.css");
@@ -78,7 +79,7 @@ fn summary(content: &Content<'_>) -> String {
 
 fn body(content: &Content<'_>) -> String {
     let m = content.file.metadata();
-    let listed = |kind| listed(content, kind).unwrap_or_else(|_| "not readable".into());
+    let listed = |kind| content.listed(kind).unwrap_or_else(|_| "not readable".into());
     let hash: String = m.mesh_hash.iter().map(|byte| format!("{byte:02x}")).collect();
     table(&[
         ("nodes", format!("{}, {} of them on the surface", m.n_nodes, m.n_surface_nodes)),

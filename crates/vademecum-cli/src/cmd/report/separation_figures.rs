@@ -2,8 +2,9 @@
 
 use vademecum_study::separation::most_followed;
 
-use super::Content;
-use super::figures::{Figures, file_name};
+use super::content::Content;
+use super::figures::Figures;
+use super::words::{file_name, with_unit};
 use crate::failure::Failure;
 use crate::pictures::{Chart, Series, dot_chart, line_chart};
 
@@ -77,9 +78,4 @@ impl Figures {
         }
         Ok(())
     }
-}
-
-/// A quantity with its unit in brackets.
-pub fn with_unit(name: &str, unit: &str) -> String {
-    if matches!(unit, "" | "1") { name.into() } else { format!("{name} [{unit}]") }
 }

@@ -1,0 +1,205 @@
+//! The tables beside the matrices of another program: what each row is, where the nodes lie, the surface's
+//! triangles (normative: `formats/matrices-1.md`).
+//!
+//! Each is a text table, one row per line, cells separated by commas. Blank lines and lines that start with
+//! `#` or `%` are left out. A reader returns what the file contains; whether the tables fit each other is
+//! judged where they are joined.
+
+use std::path::Path;
+
+use super::{FieldError, io_error};
+use crate::mesh::shown;
+use crate::mesh::text::{Number, Text};
+
+/// What one row of the matrices is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DofRow {
+    /// Row of the matrices, from 0.
+    pub row: u64,
+    /// Number of the node.
+    pub node: u64,
+    /// Component of its displacement: 0, 1 or 2.
+    pub component: usize,
+    /// Where the node lies.
+    pub position: [f64; 3],
+    /// Line of the table, for messages.
+    pub line: usize,
+}
+
+/// A node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointRow {
+    /// Number of the node.
+    pub node: u64,
+    /// Where it lies.
+    pub position: [f64; 3],
+    /// Line of the table, for messages.
+    pub line: usize,
+}
+
+/// A triangle of the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TriangleRow {
+    /// Numbers of its nodes, counter-clockwise seen from outside.
+    pub nodes: [u64; 3],
+    /// Line of the table, for messages.
+    pub line: usize,
+}
+
+/// Reads `row,node,component,x,y,z`, that line first.
+///
+/// # Errors
+/// [`FieldError::Io`], or [`FieldError::Faulty`] with the line.
+pub fn read_dofs(path: &Path) -> Result<Vec<DofRow>, FieldError> {
+    const HEADER: &str = "row,node,component,x,y,z";
+    const EXPECTED: &str = "a row from 0, a node, `x`, `y` or `z`, and three finite coordinates";
+    read(path, Header::Required(HEADER), |line, cells| {
+        let [row, node, component, x, y, z] = *cells else { return Err(EXPECTED) };
+        let component = [b"x", b"y", b"z"].iter().position(|name| name.as_slice() == component);
+        let read = || {
+            let position = [f64::parse(x)?, f64::parse(y)?, f64::parse(z)?];
+            Some(DofRow {
+                row: u64::parse(row)?,
+                node: u64::parse(node)?,
+                component: component?,
+                position,
+                line,
+            })
+        };
+        read().ok_or(EXPECTED)
+    })
+}
+
+/// Reads `node,x,y,z`, that line first.
+///
+/// # Errors
+/// As [`read_dofs`].
+pub fn read_points(path: &Path) -> Result<Vec<PointRow>, FieldError> {
+    const EXPECTED: &str = "a node and three finite coordinates";
+    read(path, Header::Required("node,x,y,z"), |line, cells| {
+        let [node, x, y, z] = *cells else { return Err(EXPECTED) };
+        let read = || {
+            let position = [f64::parse(x)?, f64::parse(y)?, f64::parse(z)?];
+            Some(PointRow { node: u64::parse(node)?, position, line })
+        };
+        read().ok_or(EXPECTED)
+    })
+}
+
+/// Reads three node numbers per line, separated by commas, semicolons or white space; the first line may be
+/// `a,b,c`.
+///
+/// # Errors
+/// As [`read_dofs`].
+pub fn read_triangles(path: &Path) -> Result<Vec<TriangleRow>, FieldError> {
+    const EXPECTED: &str = "three different node numbers";
+    read(path, Header::Allowed("a,b,c"), |line, cells| {
+        let [a, b, c] = *cells else { return Err(EXPECTED) };
+        let read = || Some([u64::parse(a)?, u64::parse(b)?, u64::parse(c)?]);
+        let nodes = read().ok_or(EXPECTED)?;
+        let different = nodes[0] != nodes[1] && nodes[1] != nodes[2] && nodes[2] != nodes[0];
+        if different { Ok(TriangleRow { nodes, line }) } else { Err(EXPECTED) }
+    })
+}
+
+/// The first line of a table: names of its columns, which make the order of the cells certain.
+#[derive(Clone, Copy)]
+enum Header {
+    Required(&'static str),
+    /// The columns are alike, so that nothing depends on their names; white space separates them too.
+    Allowed(&'static str),
+}
+
+impl Header {
+    fn separates(self, byte: u8) -> bool {
+        byte == b',' || matches!(self, Header::Allowed(_)) && (byte == b';' || byte.is_ascii_whitespace())
+    }
+}
+
+/// The rows of a table; `row` turns the cells of a line into one, or says what it expected.
+fn read<T>(
+    path: &Path,
+    header: Header,
+    row: impl Fn(usize, &[&[u8]]) -> Result<T, &'static str>,
+) -> Result<Vec<T>, FieldError> {
+    let bytes = std::fs::read(path).map_err(io_error(path))?;
+    let mut text = Text::new(path, &bytes);
+    text.section = "the table".into();
+    let (mut rows, mut first, mut cells) = (vec![], true, vec![]);
+    while let Some(line) = text.next_line() {
+        if matches!(line.first(), Some(b'#' | b'%')) {
+            continue;
+        }
+        if std::mem::replace(&mut first, false) {
+            match header {
+                Header::Required(names) if line != names.as_bytes() => {
+                    return Err(refused(&text, shown(line), &format!("the line `{names}` first")));
+                }
+                Header::Allowed(names) if line != names.as_bytes() => {}
+                _ => continue,
+            }
+        }
+        cells.clear();
+        cells.extend(line.split(|&b| header.separates(b)).map(<[u8]>::trim_ascii));
+        if matches!(header, Header::Allowed(_)) {
+            cells.retain(|cell| !cell.is_empty());
+        }
+        rows.push(row(text.line_number(), &cells).map_err(|expected| refused(&text, shown(line), expected))?);
+    }
+    if rows.is_empty() {
+        return Err(refused(&text, "the end of the file", "at least one row"));
+    }
+    Ok(rows)
+}
+
+fn refused(text: &Text<'_>, found: impl Into<String>, expected: &str) -> FieldError {
+    const REMEDY: &str =
+        "formats/matrices-1.md has the columns; `vademecum export matrices` writes an example";
+    FieldError::Faulty(Box::new(text.at().fault(found.into(), expected.into(), REMEDY.into())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, text).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn rows_are_read_with_their_lines() {
+        let (_folder, path) = file("row,node,component,x,y,z\n# one\n0,7,y,1e0, 2 ,3\n");
+        let row = DofRow { row: 0, node: 7, component: 1, position: [1.0, 2.0, 3.0], line: 3 };
+        assert_eq!(read_dofs(&path).unwrap(), [row]);
+        let (_folder, path) = file("node,x,y,z\n5,0,0,-1\n");
+        assert_eq!(read_points(&path).unwrap(), [PointRow { node: 5, position: [0.0, 0.0, -1.0], line: 2 }]);
+        for text in ["a,b,c\n1,2,3\n", "% no names\n1 2\t3\n", "\n1; 2; 3"] {
+            let (_folder, path) = file(text);
+            assert_eq!(read_triangles(&path).unwrap(), [TriangleRow { nodes: [1, 2, 3], line: 2 }], "{text}");
+        }
+    }
+
+    #[test]
+    fn faults_are_refused_by_line() {
+        let said = |error: FieldError| error.to_string();
+        let head = "row,node,component,x,y,z\n";
+        let bad =
+            ["0,1,x,0,0", "0,1,w,0,0,0", "0,1,x,0,0,inf", "-1,1,x,0,0,0", "0,1,x,0,0,0,0", "0 1 x 0 0 0"];
+        for row in bad {
+            let (_folder, path) = file(&format!("{head}{row}\n"));
+            let error = said(read_dofs(&path).unwrap_err());
+            assert!(error.contains("t.csv, line 2, in the table: found") && error.contains(row), "{error}");
+        }
+        for text in ["", head, "0,1,x,0,0,0\n", "node,row,component,x,y,z\n"] {
+            let (_folder, path) = file(text);
+            assert!(said(read_dofs(&path).unwrap_err()).contains("line 1"), "{text}");
+        }
+        for row in ["1 2", "1 2 2", "1 2 3 4", "1 2 x"] {
+            let (_folder, path) = file(row);
+            assert!(said(read_triangles(&path).unwrap_err()).contains("expected three different"), "{row}");
+        }
+    }
+}
