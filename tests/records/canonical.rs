@@ -6,7 +6,9 @@
 
 use std::time::Instant;
 
-use vademecum_build::chapter::{ChapterCertificate, ChapterMap, ChapterSetting, certify_chapter};
+use vademecum_build::chapter::{
+    ChapterCertificate, ChapterMap, ChapterSetting, ChapterUnseen, certify_chapter,
+};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::export::NodeOrder;
 use vademecum_build::input::{BasisKind, ChapterEntry, Problem, Repair};
@@ -83,7 +85,8 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
     let files: Vec<(&ChapterMap, &[u8])> =
         rows.iter().zip(&bytes).map(|(row, bytes)| (&row.1, &bytes[..])).collect();
     let order = NodeOrder::new(&prepared.body);
-    let certificates = certify_chapter(&files, &order, prepared, &full, &basis, study.runs(), STEPS, &Silent);
+    let unseen = ChapterUnseen::draw(&rows[0].1, &prepared.body, &order, study.runs(), STEPS);
+    let certificates = certify_chapter(&files, &unseen, pencil.mass(), &full, &basis, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
         let bytes = study.chapter_bytes(&basis, map, &c).expect("the writer takes it");
         let nanoseconds = step_nanoseconds(&bytes);

@@ -13,8 +13,9 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::Cancelled;
 use vademecum_build::response::ResponseError;
+use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepError};
 use vademecum_eval::{BindError, LoadError, OpenError, OutputError, StepError};
-use vademecum_format::scheme::SchemeError as TableError;
+use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
@@ -50,7 +51,7 @@ pub enum StudyError {
         /// The pattern's name.
         name: String,
     },
-    /// No scenario is given, and there is no surface that could be pushed.
+    /// A push was asked for, and there is nothing to push.
     #[error("the body has no surface that a push could act on")]
     NothingToPush,
     /// Every number of modes asked for is more than the snapshots span.
@@ -91,6 +92,18 @@ pub enum FileError {
     /// The evaluator has no such output.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The evaluator does not bind its chapter's structure.
+    #[error(transparent)]
+    BindChapter(#[from] ChapterBindError),
+    /// The evaluator refuses a load on the chapter's structure.
+    #[error(transparent)]
+    LoadChapter(#[from] ChapterLoadError),
+    /// The evaluator's step of the chapter's structure failed.
+    #[error(transparent)]
+    StepChapter(#[from] ChapterStepError),
+    /// The chapter's structure takes no load patterns.
+    #[error("the chapter's structure is built for loads at nodes and takes no load patterns")]
+    NoPatterns,
     /// It does not have a section.
     #[error("the file has no section {kind}")]
     Missing {
@@ -149,7 +162,17 @@ macro_rules! as_file {
     };
 }
 
-as_file!(FormatError, RewriteError, BindError, LoadError, StepError, OutputError);
+as_file!(
+    FormatError,
+    RewriteError,
+    BindError,
+    LoadError,
+    StepError,
+    OutputError,
+    ChapterBindError,
+    ChapterLoadError,
+    ChapterStepError
+);
 
 impl From<BodyError> for StudyError {
     fn from(error: BodyError) -> Self {

@@ -32,7 +32,8 @@ fn wide(source: &Source, mut counts: impl FnMut(usize, &str) -> bool) -> Vec<Str
     found
 }
 
-/// Tells for line after line of a source whether its width counts: comments are prose, and code has no text in it.
+/// Tells for line after line of a source whether its width counts: comments are prose, and code has no text
+/// in it.
 fn is_code_or_comment() -> impl FnMut(usize, &str) -> bool + Copy {
     let mut prose = is_prose();
     move |index, line| {

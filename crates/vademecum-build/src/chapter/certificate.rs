@@ -13,8 +13,9 @@ use crate::basis::{Basis, Runs};
 use crate::certificate::worst;
 use crate::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
 use crate::export::NodeOrder;
+use crate::fem::SymmetricMatrix;
 use crate::linalg::{Random, unit};
-use crate::prepared::Prepared;
+use crate::prepared::Body;
 use crate::progress::Listener;
 
 /// Unseen trajectories marched side by side.
@@ -60,6 +61,12 @@ struct Unseen {
     timed: TimedLoad,
 }
 
+/// Loads the snapshots have not seen, at positions of a map, and how long they are marched.
+pub struct ChapterUnseen {
+    loads: Vec<Unseen>,
+    steps: usize,
+}
+
 /// Memory lent to the scene of one march.
 struct Memory {
     scene: Vec<f64>,
@@ -78,25 +85,20 @@ struct March<'m> {
     left: Option<(usize, ChapterStepError)>,
 }
 
-/// Marches unseen loads full order beside files of maps over the same positions and measures each.
-///
-/// The loads have the largest magnitude, are held for 0.7 of the snapshots' hold and stand where no run of
-/// the snapshots was, if there are such positions. `order` is the files' order of nodes.
+/// Marches unseen loads full order beside files of maps over the same positions and measures each. `mass` is the
+/// mass matrix of the problem file, in which `basis` is orthonormal.
 ///
 /// # Errors
 /// [`ChapterError`]: a full-order march that fails or is cancelled, a file the evaluator refuses.
 pub fn certify_chapter(
     files: &[(&ChapterMap, &[u8])],
-    order: &NodeOrder,
-    prepared: &Prepared,
+    unseen: &ChapterUnseen,
+    mass: &SymmetricMatrix,
     full: &FullOrder<'_>,
     basis: &Basis,
-    runs: &Runs,
-    steps: usize,
     listener: &dyn Listener,
 ) -> Result<Vec<ChapterCertificate>, ChapterError> {
-    let Some((first, _)) = files.first() else { return Ok(vec![]) };
-    let unseen = draw(first, prepared, order, runs);
+    let ChapterUnseen { loads: unseen, steps } = unseen;
     let timed: Vec<TimedLoad> = unseen.iter().map(|u| u.timed.clone()).collect();
     let opened = files.iter().map(|(_, bytes)| File::parse(bytes)).collect::<Result<Vec<_>, _>>()?;
     let memory = |file: &File<'_>| -> Result<Memory, ChapterError> {
@@ -105,16 +107,15 @@ pub fn certify_chapter(
         Ok(Memory { scene: vec![0.0; sizes.scene], states: lent(sizes.state), loads: lent(sizes.loads) })
     };
     let mut memories = opened.iter().map(memory).collect::<Result<Vec<_>, _>>()?;
-    let mass = prepared.body.model.pencil().mass();
     let bind = |(file, memory)| {
         let meter = ErrorMeter::new(mass, basis.vectors.as_ref(), unseen.len());
-        March::bind(file, memory, &unseen, meter)
+        March::bind(file, memory, unseen, meter)
     };
     let mut marches = opened.iter().zip(&mut memories).map(bind).collect::<Result<Vec<_>, _>>()?;
     let mut refused = None;
-    march_full_order(full, &timed, timed.len(), steps, listener, |step, state| {
+    march_full_order(full, &timed, timed.len(), *steps, listener, |step, state| {
         for march in marches.iter_mut().filter(|march| step > 0 && march.left.is_none()) {
-            if let Err(error) = march.step(step, &unseen) {
+            if let Err(error) = march.step(step, unseen) {
                 refused.get_or_insert(error);
             } else if march.left.is_none() {
                 march.meter.add(state.displacement.as_ref(), march.coordinates().as_ref());
@@ -124,7 +125,7 @@ pub fn certify_chapter(
     if let Some(error) = refused {
         return Err(error);
     }
-    marches.iter_mut().zip(files).map(|(march, (map, _))| march.certificate(map, steps)).collect()
+    marches.iter_mut().zip(files).map(|(march, (map, _))| march.certificate(map, *steps)).collect()
 }
 
 impl<'m> March<'m> {
@@ -271,24 +272,27 @@ fn load_step(
     Ok(())
 }
 
-fn draw(map: &ChapterMap, prepared: &Prepared, order: &NodeOrder, runs: &Runs) -> Vec<Unseen> {
-    let body = &prepared.body;
-    let mut random = Random::new(SEED);
-    let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
-    let seen = |position: &u32| runs.nodes.contains(position);
-    let fresh: Vec<u32> = map.positions.iter().copied().filter(|p| !seen(p)).collect();
-    let choice = if fresh.is_empty() { &map.positions } else { &fresh };
-    let [lower, upper] = map.load;
-    let magnitude = if upper >= -lower { upper } else { lower };
-    let load = |column| {
-        let node = choice[random.below(choice.len())];
-        let drawn = || unit(std::array::from_fn(|_| random.uniform() - 0.5));
-        let force = map.direction.unwrap_or_else(drawn).map(|d| magnitude * d);
-        let mut full = vec![0.0; body.n_dof()];
-        body.model.add_point_force(&[node], &[1.0], force, &mut full);
-        let nodes = [order.file_node[node as usize]; 3];
-        let contact = Contact { nodes, weights: [1.0, 0.0, 0.0], force };
-        Unseen { contact, timed: TimedLoad { column, force: full, when } }
-    };
-    (0..TRAJECTORIES).map(load).collect()
+impl ChapterUnseen {
+    /// Draws loads of the largest magnitude, held for 0.7 of the snapshots' hold, where no run of the snapshots was if
+    /// there are such positions; the same for the same map. `order` is the order of nodes of the files.
+    pub fn draw(map: &ChapterMap, body: &Body, order: &NodeOrder, runs: &Runs, steps: usize) -> Self {
+        let mut random = Random::new(SEED);
+        let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
+        let seen = |position: &u32| runs.nodes.contains(position);
+        let fresh: Vec<u32> = map.positions.iter().copied().filter(|p| !seen(p)).collect();
+        let choice = if fresh.is_empty() { &map.positions } else { &fresh };
+        let [lower, upper] = map.load;
+        let magnitude = if upper >= -lower { upper } else { lower };
+        let load = |column| {
+            let node = choice[random.below(choice.len())];
+            let drawn = || unit(std::array::from_fn(|_| random.uniform() - 0.5));
+            let force = map.direction.unwrap_or_else(drawn).map(|d| magnitude * d);
+            let mut full = vec![0.0; body.n_dof()];
+            body.model.add_point_force(&[node], &[1.0], force, &mut full);
+            let nodes = [order.file_node[node as usize]; 3];
+            let contact = Contact { nodes, weights: [1.0, 0.0, 0.0], force };
+            Unseen { contact, timed: TimedLoad { column, force: full, when } }
+        };
+        Self { loads: (0..TRAJECTORIES).map(load).collect(), steps }
+    }
 }

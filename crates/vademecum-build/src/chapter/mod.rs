@@ -16,7 +16,7 @@ mod report;
 mod sections;
 pub mod separation;
 
-pub use certificate::{ChapterCertificate, certify_chapter};
+pub use certificate::{ChapterCertificate, ChapterUnseen, certify_chapter};
 pub use error::ChapterError;
 pub use report::ChapterReport;
 pub use sections::sections;

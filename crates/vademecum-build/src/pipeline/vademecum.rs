@@ -7,7 +7,9 @@ use vademecum_format::{Certificate, StructureCertificate};
 use super::{BuildError, Stages};
 use crate::basis::Basis;
 use crate::certificate::{Candidate, StructureReport, certify, certify_box, kept_certificate};
-use crate::chapter::{self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, certify_chapter};
+use crate::chapter::{
+    self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
+};
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
 use crate::export::{Parts, encode};
 use crate::input::{ChapterEntry, Problem};
@@ -215,8 +217,10 @@ impl Stages<'_> {
             let maps = ChapterCertificate::of_maps(&map);
             let bytes =
                 self.encode(problem, basis, Step::Chapter(&map, &maps), Certificate::default(), None)?;
-            let (files, steps) = ([(&map, &bytes[..])], problem.tolerance.steps);
-            Ok(certify_chapter(&files, order, prepared, full, basis, runs, steps, listener)?.remove(0))
+            let (body, steps) = (&prepared.body, problem.tolerance.steps);
+            let unseen = ChapterUnseen::draw(&map, body, order, runs, steps);
+            let mass = body.model.pencil().mass();
+            Ok(certify_chapter(&[(&map, &bytes)], &unseen, mass, full, basis, listener)?.remove(0))
         };
         let certificate = watch.stage("certificate", certify)?;
         if let Some((step, outside)) = &certificate.left {

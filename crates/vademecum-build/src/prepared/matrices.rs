@@ -166,7 +166,8 @@ impl Nodes {
             };
             let known = self.points[node as usize];
             // An infinite distance of huge coordinates is refused too.
-            if !(distance(known.position, row.position) <= tolerance) {
+            let same_place = distance(known.position, row.position) <= tolerance;
+            if !same_place {
                 let found = format!("node {} at {:?}", row.node, row.position);
                 let expected =
                     format!("{:?}, as line {} of {} has it", known.position, known.line, self.file.display());
