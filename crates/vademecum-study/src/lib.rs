@@ -4,8 +4,8 @@
 //! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It
 //! prints nothing and writes nothing: the program `vademecum` and any other caller show what they get.
 //!
-//! Start at [`player`], which binds a [`scenario`] to a file and steps it. [`run`], [`verify`] and [`bench`]
-//! are made of it; [`contents`] and [`separation`] read what a file says without stepping it.
+//! Start at [`player`], which binds a [`scenario`] to a file and steps it. [`run`], [`verify`] and
+//! [`mod@bench`] are made of it; [`contents`] and [`separation`] read what a file says without stepping it.
 
 pub mod bench;
 pub mod compare;

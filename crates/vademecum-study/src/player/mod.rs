@@ -1,7 +1,7 @@
 //! Plays a scenario through the evaluator: the same for a run, a verification and a comparison of methods.
 //!
 //! A file has one of two kinds of scene: the ordinary one, and that of the chapter's structure. [`Playable`]
-//! is what both can do; all that knows of the second kind lies in [`chapter`].
+//! is what both can do; all that knows of the second kind lies in the module `chapter`.
 
 mod body;
 pub(crate) mod chapter;
