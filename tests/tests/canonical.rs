@@ -399,7 +399,7 @@ fn the_program_builds_runs_verifies_and_describes_it() {
     played("c.vdm", &with(["--time-step", "0.002"])).fails(7, &["holds one time step"]);
     std::fs::write(path("gravity.toml"), "duration = 0.1\n[[pattern]]\nname = \"gravity\"\n")
         .expect("written");
-    played("c.vdm", &["--scenario", "gravity.toml"]).fails(7, &["no axis for load patterns"]);
+    played("c.vdm", &["--scenario", "gravity.toml"]).fails(7, &["takes no load patterns"]);
     let golden = std::fs::read(repository().join("fixtures/golden/fixed-f64.vdm")).expect("a fixture");
     std::fs::write(path("other.vdm"), golden).expect("written");
     played("other.vdm", &with(["--structure", "canonical"]))

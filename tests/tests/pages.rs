@@ -205,6 +205,7 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         (6, format!("duration = 1.0\n{contact}start = 1.0\nend = 0.5")),
         (6, format!("duration = 1.0\n{contact}ramp = -1.0")),
         (7, "duration = 1.0\n[[pattern]]\nname = \"a\"\namplitude = inf".into()),
+        (8, "duration = 1.0\n[[pattern]]\nname = \"a\"\nramp = -1.0".into()),
     ];
     let rows = refusals(&page("scenario-1.md"));
     assert!(matches!(

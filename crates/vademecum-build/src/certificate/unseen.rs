@@ -2,7 +2,7 @@
 
 use crate::basis::Runs;
 use crate::dynamics::{Interval, TimedLoad};
-use crate::linalg::{Random, unit};
+use crate::linalg::{LoadDraw, unit};
 use crate::prepared::Body;
 use crate::store::{Hashed, Inputs};
 
@@ -36,7 +36,7 @@ impl UnseenLoads {
     /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots'
     /// hold, so that its spectrum is another one.
     pub fn draw(body: &Body, runs: &Runs, steps: usize) -> Self {
-        let mut random = Random::new(SEED);
+        let mut random = LoadDraw::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let load = |column| {
             // A body without triangles is loaded at nodes.

@@ -14,7 +14,7 @@ use crate::certificate::worst;
 use crate::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
 use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
-use crate::linalg::{Random, unit};
+use crate::linalg::{LoadDraw, unit};
 use crate::prepared::Body;
 use crate::progress::Listener;
 
@@ -277,7 +277,7 @@ impl ChapterUnseen {
     /// snapshots was if there are such positions; the same for the same map. `order` is the order of nodes of
     /// the files.
     pub fn draw(map: &ChapterMap, body: &Body, order: &NodeOrder, runs: &Runs, steps: usize) -> Self {
-        let mut random = Random::new(SEED);
+        let mut random = LoadDraw::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let seen = |position: &u32| runs.nodes.contains(position);
         let fresh: Vec<u32> = map.positions.iter().copied().filter(|p| !seen(p)).collect();

@@ -3,6 +3,7 @@
 mod random;
 pub(crate) mod stored;
 
+pub(crate) use random::LoadDraw;
 pub use random::Random;
 
 use faer::{Mat, MatMut, MatRef};

@@ -1,4 +1,8 @@
-//! The one generator of the builder.
+//! Numbers that look random and are the same on every machine.
+//!
+//! The odd thing: there are two generators. The loads of a certificate decide which builds keep their
+//! tolerance, so their sequence is part of what a build promises and stays as the first version had it;
+//! everything else is drawn by the other one (docs/decisions/load-draw.md).
 
 /// A deterministic stream of numbers, the same on every machine: splitmix64 (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
@@ -27,5 +31,32 @@ impl Random {
     /// A whole number below `n` (the bias of `n / 2^64` is of no concern here).
     pub fn below(&mut self, n: usize) -> usize {
         (self.next_u64() % n as u64) as usize
+    }
+}
+
+/// The sequence by which the loads of a certificate are drawn, for ever the same: xorshift64* (Vigna 2016).
+pub(crate) struct LoadDraw(u64);
+
+impl LoadDraw {
+    /// The sequence of `seed`, which is not 0.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
+    }
+
+    /// Uniform in `[0, 1)`.
+    pub(crate) fn uniform(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A whole number below `n`.
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
     }
 }

@@ -8,11 +8,13 @@ pub use body::{Body, BodyError, Probe, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 
+use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, numerical_damping};
-use crate::fem::{FactorError, Pencil, Symbolic, SymmetricMatrix};
+use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
+use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
 use crate::store::{Hashed, Inputs};
@@ -131,10 +133,27 @@ pub fn prepare(
     Ok(Prepared { body, symbolic, scheme, space, step })
 }
 
+/// A matrix whose inverse is so many times larger than one over its largest diagonal entry is singular to
+/// rounding.
+const SINGULAR: f64 = 1e14;
+
 /// The mass and the stiffness of a held solid are positive definite as they are assembled; matrices from
 /// elsewhere may be anything.
 fn check_definite(pencil: &Pencil, symbolic: &Symbolic) -> Result<(), PrepareError> {
-    let factorises = |matrix: &SymmetricMatrix| symbolic.factorize(matrix.clone()).map(|_| ());
+    let factorises = |matrix: &SymmetricMatrix| -> Result<(), FactorError> {
+        let factor = symbolic.factorize(matrix.clone())?;
+        // A pivot of zero, or of nothing but rounding, passes as a factor; its solutions are as large as that
+        // is small.
+        let (n, mut random) = (matrix.n(), Random::new(1));
+        let mut x = Mat::from_fn(n, 1, |_, _| random.uniform() - 0.5);
+        Solve::new(symbolic, 1, false).solve_in_place(&factor, x.as_mut());
+        let largest = (0..n).map(|i| matrix.diagonal(i)).fold(0.0, f64::max);
+        let sound = |i: usize| (x[(i, 0)] * largest).abs() < SINGULAR;
+        match (0..n).find(|&i| !sound(i)) {
+            None => Ok(()),
+            Some(pivot) => Err(FactorError::NotPositiveDefinite { pivot, n }),
+        }
+    };
     // Lumped masses need no factor, which would fill as much as that of the stiffness.
     let mass = if pencil.mass().is_diagonal() { positive(pencil.mass()) } else { factorises(pencil.mass()) };
     mass.map_err(|source| PrepareError::NotDefinite { key: "mass", source })?;

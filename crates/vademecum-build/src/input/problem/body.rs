@@ -1,0 +1,199 @@
+//! What the body is: mesh, materials, damping, supports, loads.
+
+use serde::Deserialize;
+use std::path::PathBuf;
+
+use crate::dynamics::{Damping, Rayleigh};
+use crate::mesh::Order;
+use crate::mesh::select::Selection;
+
+/// Where the mesh comes from: exactly one of `file`, `tables`, `block` and `matrices`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshSource {
+    /// A mesh file.
+    pub file: Option<PathBuf>,
+    /// Two plain tables.
+    pub tables: Option<TablesSource>,
+    /// A generated block.
+    pub block: Option<BlockSource>,
+    /// The matrices of another program instead of a mesh.
+    pub matrices: Option<MatricesSource>,
+    /// Factor on all coordinates.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Regions cut out of the mesh here, on top of those its file has; later ones win.
+    #[serde(rename = "region", default)]
+    pub regions: Vec<RegionEntry>,
+}
+
+/// A region cut out of the mesh: the elements all of whose corners are selected.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionEntry {
+    /// Its name.
+    pub name: String,
+    /// The nodes.
+    pub on: Selection,
+}
+
+/// Two plain tables, as the chapter's program reads them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TablesSource {
+    /// One node per line: x y z.
+    pub coordinates: PathBuf,
+    /// One element per line: its nodes.
+    pub connectivity: PathBuf,
+}
+
+/// A model that another program has assembled: its matrices over the free dofs, and what their rows are.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MatricesSource {
+    /// Mass, a Matrix Market file.
+    pub mass: PathBuf,
+    /// Stiffness, the same.
+    pub stiffness: PathBuf,
+    /// What each row is: `row,node,component,x,y,z`.
+    pub dofs: PathBuf,
+    /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of
+    /// `dofs`.
+    pub nodes: Option<PathBuf>,
+    /// Triangles of the surface by node number, outward; absent: no surface, and forces act on nodes.
+    pub triangles: Option<PathBuf>,
+}
+
+/// A block `[0, lengths]` cut into cells of six tetrahedra.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlockSource {
+    /// Edge lengths.
+    pub lengths: [f64; 3],
+    /// Cells along each edge.
+    pub divisions: [usize; 3],
+    /// Order of the elements.
+    #[serde(default)]
+    pub order: OrderEntry,
+}
+
+/// Order of generated elements.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum OrderEntry {
+    /// 4-node tetrahedra.
+    Linear,
+    /// 10-node tetrahedra.
+    #[default]
+    Quadratic,
+}
+
+impl From<OrderEntry> for Order {
+    fn from(entry: OrderEntry) -> Self {
+        match entry {
+            OrderEntry::Linear => Order::Linear,
+            OrderEntry::Quadratic => Order::Quadratic,
+        }
+    }
+}
+
+/// An isotropic linear elastic material.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialEntry {
+    /// Region by name or tag; `"*"` for every region not named elsewhere.
+    #[serde(default = "every_region")]
+    pub region: String,
+    /// Young's modulus, > 0.
+    pub young: f64,
+    /// Poisson's ratio, in (−1, ½).
+    pub poisson: f64,
+    /// Density, > 0.
+    pub density: f64,
+}
+
+pub(super) fn every_region() -> String {
+    "*".into()
+}
+
+/// Rayleigh damping `C = α M + β K`: none, by coefficients, or by two (ratio, frequency) pairs.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DampingEntry {
+    /// α \[1/s\].
+    pub alpha: Option<f64>,
+    /// β \[s\].
+    pub beta: Option<f64>,
+    /// Two pairs `[ratio, frequency in Hz]`.
+    pub ratios: Option<[[f64; 2]; 2]>,
+}
+
+impl DampingEntry {
+    /// As the dynamics take it.
+    pub fn damping(&self) -> Damping {
+        match (self.ratios, self.alpha, self.beta) {
+            (Some(pairs), _, _) => Damping::Ratios(pairs.map(|[ratio, frequency]| (ratio, frequency))),
+            (None, None, None) => Damping::None,
+            (None, alpha, beta) => {
+                Damping::Rayleigh(Rayleigh { alpha: alpha.unwrap_or(0.0), beta: beta.unwrap_or(0.0) })
+            }
+        }
+    }
+}
+
+/// Displacement components held at zero.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupportEntry {
+    /// The nodes held.
+    pub on: Selection,
+    /// The components held.
+    #[serde(default = "all_components")]
+    pub components: Vec<Component>,
+}
+
+fn all_components() -> Vec<Component> {
+    vec![Component::X, Component::Y, Component::Z]
+}
+
+/// One component of a displacement.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs)]
+pub enum Component {
+    X,
+    Y,
+    Z,
+}
+
+/// Where and how the body can be loaded.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadEntry {
+    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free
+    /// surface.
+    pub surface: Option<Selection>,
+    /// Distributed loads with an amplitude each.
+    #[serde(rename = "pattern", default)]
+    pub patterns: Vec<PatternEntry>,
+}
+
+/// One distributed load: exactly one of `acceleration`, `traction` and `pressure`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PatternEntry {
+    /// Its name.
+    pub name: String,
+    /// Facets it acts on (traction, pressure): those all of whose corners are selected.
+    pub on: Option<Selection>,
+    /// Body force per mass, such as gravity.
+    pub acceleration: Option<[f64; 3]>,
+    /// Force per area.
+    pub traction: Option<[f64; 3]>,
+    /// Force per area against the outward normal.
+    pub pressure: Option<f64>,
+}
+
+fn one() -> f64 {
+    1.0
+}

@@ -1,0 +1,281 @@
+//! What is built of it: time, snapshots, basis, tolerances, outputs, live parameters.
+
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+use super::body::every_region;
+use crate::dynamics::SchemeKind;
+use vademecum_format::policy;
+
+/// Scheme and step.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeEntry {
+    /// The scheme.
+    #[serde(default)]
+    pub scheme: SchemeKind,
+    /// Δt \[s\].
+    pub step: f64,
+}
+
+/// How the snapshots are made, or where they are read.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SnapshotPlan {
+    /// Load positions, spread over the loadable surface.
+    #[serde(default = "default_positions")]
+    pub positions: usize,
+    /// Directions of the force at each position.
+    #[serde(default = "the_axes")]
+    pub directions: Vec<[f64; 3]>,
+    /// How long each force is held \[s\]; absent: half the first period.
+    pub hold: Option<f64>,
+    /// Length of each run \[s\]; absent: three first periods.
+    pub duration: Option<f64>,
+    /// A snapshot is kept every `stride` steps; absent: about 60 snapshots per run.
+    pub stride: Option<usize>,
+    /// Snapshots of another program: `.npy` of shape (3 × nodes, snapshots), dof `3 node + component`.
+    pub npy: Option<PathBuf>,
+    /// Snapshots of another program: VTU files, one snapshot each.
+    pub vtu: Option<Vec<PathBuf>>,
+    /// Point array of the VTU files that holds the displacement.
+    #[serde(default = "displacement")]
+    pub field: String,
+}
+
+fn default_positions() -> usize {
+    12
+}
+
+fn the_axes() -> Vec<[f64; 3]> {
+    vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+}
+
+fn displacement() -> String {
+    "displacement".into()
+}
+
+impl Default for SnapshotPlan {
+    fn default() -> Self {
+        Self {
+            positions: default_positions(),
+            directions: the_axes(),
+            hold: None,
+            duration: None,
+            stride: None,
+            npy: None,
+            vtu: None,
+            field: displacement(),
+        }
+    }
+}
+
+/// The basis.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BasisEntry {
+    /// Kind of basis.
+    #[serde(default)]
+    pub kind: BasisKind,
+    /// Number of modes; absent: by `energy`, else 8.
+    pub modes: Option<usize>,
+    /// Fraction of the snapshot energy to keep, in (0, 1).
+    pub energy: Option<f64>,
+    /// POD vectors per kept Ritz vector.
+    #[serde(default = "default_oversampling")]
+    pub oversampling: usize,
+    /// Inner product of the POD.
+    #[serde(default)]
+    pub inner_product: InnerProduct,
+}
+
+fn default_oversampling() -> usize {
+    4
+}
+
+impl Default for BasisEntry {
+    fn default() -> Self {
+        Self {
+            kind: BasisKind::default(),
+            modes: None,
+            energy: None,
+            oversampling: default_oversampling(),
+            inner_product: InnerProduct::default(),
+        }
+    }
+}
+
+/// Kind of basis.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum BasisKind {
+    /// Ritz vectors of an oversampled POD and of its static response (docs/theory/4-basis.md).
+    #[default]
+    Ritz,
+    /// Plain POD, as the chapter has it.
+    Pod,
+    /// The lowest natural modes.
+    Modes,
+}
+
+/// Inner product in which the POD is best.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum InnerProduct {
+    /// `M`: kinetic energy.
+    #[default]
+    Mass,
+    /// `K`: strain energy.
+    Stiffness,
+    /// `I`: the chapter's.
+    Identity,
+}
+
+/// What the build must reach; a build that misses it writes nothing unless told to.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tolerances {
+    /// Largest trajectory error ÷ projection floor.
+    #[serde(default = "default_ratio")]
+    pub floor_ratio: f64,
+    /// Added to the allowed error: what separation and rounding may cost.
+    #[serde(default = "default_absolute")]
+    pub absolute: f64,
+    /// Steps of the certificate's unseen runs.
+    #[serde(default = "default_steps")]
+    pub steps: usize,
+    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the
+    /// worst point.
+    #[serde(default = "default_map")]
+    pub map: f64,
+    /// Most terms of the separated solution.
+    #[serde(default = "default_max_terms")]
+    pub max_terms: usize,
+}
+
+fn default_map() -> f64 {
+    1e-6
+}
+
+fn default_max_terms() -> usize {
+    100
+}
+
+fn default_ratio() -> f64 {
+    policy::FLOOR_RATIO
+}
+
+fn default_absolute() -> f64 {
+    policy::ABSOLUTE_ERROR
+}
+
+fn default_steps() -> usize {
+    500
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Self {
+            floor_ratio: default_ratio(),
+            absolute: default_absolute(),
+            steps: default_steps(),
+            map: default_map(),
+            max_terms: default_max_terms(),
+        }
+    }
+}
+
+/// What the file can show.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OutputEntry {
+    /// Fields kept.
+    #[serde(default)]
+    pub fields: Fields,
+    /// Number type of the fields.
+    #[serde(default)]
+    pub precision: Precision,
+    /// Named values read at every step.
+    #[serde(rename = "probe", default)]
+    pub probes: Vec<ProbeEntry>,
+}
+
+/// Fields kept in the file.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Fields {
+    /// Every node.
+    #[default]
+    Body,
+    /// Nodes of the surface.
+    Surface,
+}
+
+/// Number type of the fields.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// 64 bits.
+    #[default]
+    F64,
+    /// 32 bits.
+    F32,
+}
+
+/// A displacement component at the node nearest to a point.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeEntry {
+    /// Its name.
+    pub name: String,
+    /// Where; the nearest node is taken.
+    pub point: [f64; 3],
+    /// Along what; normalised.
+    pub direction: [f64; 3],
+}
+
+/// A quantity that stays free until the file is used, within a range.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterEntry {
+    /// Its name.
+    pub name: String,
+    /// What it changes.
+    pub kind: ParameterKind,
+    /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
+    #[serde(default = "every_region")]
+    pub region: String,
+    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value
+    /// itself.
+    pub range: [f64; 2],
+    /// How values are spread over the range.
+    #[serde(default)]
+    pub scale: ParameterScale,
+}
+
+/// What a parameter changes.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum ParameterKind {
+    /// Factor on the stiffness of a region.
+    Stiffness,
+    /// Factor on the density of a region.
+    Density,
+    /// Rayleigh α \[1/s\].
+    Alpha,
+    /// Rayleigh β \[s\].
+    Beta,
+    /// Δt \[s\].
+    TimeStep,
+}
+
+/// How values are spread over a range.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum ParameterScale {
+    /// Evenly.
+    #[default]
+    Linear,
+    /// Evenly in the logarithm.
+    Log,
+}
