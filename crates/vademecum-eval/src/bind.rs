@@ -353,9 +353,9 @@ pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &m
     let n_columns = columns.len() / rows.max(1);
     for (c, column) in columns.chunks_exact(rows.max(1)).enumerate() {
         for (tile, part) in column.chunks(TILE).enumerate() {
-            let mut tiles = Lender::new(&mut *tiles);
-            tiles.take(place_in_tiles(tile * TILE, c, n_columns))?;
-            let place = tiles.take(part.len())?.iter_mut().zip(part);
+            let at = place_in_tiles(tile * TILE, c, n_columns);
+            let short = Short { found: tiles.len(), needed: at.saturating_add(part.len()) };
+            let place = tiles.get_mut(at..at.saturating_add(part.len())).ok_or(short)?.iter_mut().zip(part);
             place.for_each(|(out, &value)| *out = T::from_f64(value));
         }
     }

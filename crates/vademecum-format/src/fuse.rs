@@ -219,13 +219,19 @@ impl Propagation<'_> {
 fn add_product(e: &[f64], w: &[f64], x: &mut [f64]) -> Option<()> {
     let mut present = w.iter().enumerate().filter(|&(_, &w)| w != 0.0);
     let (first, second) = (present.next(), present.next());
+    // `next`, not `zip`: zipped chunks divide by their sizes, which the compiler cannot see are not zero.
     let mut rows = e.chunks_exact(w.len().max(1));
-    for x in x {
-        let row = rows.next()?;
-        match (first, second) {
-            (None, _) => {}
-            (Some((column, w)), None) => *x += row.get(column)? * w,
-            _ => *x += dot(row, w),
+    match (first, second) {
+        (None, _) => {}
+        (Some((column, w)), None) => {
+            for x in x {
+                *x += rows.next()?.get(column)? * w;
+            }
+        }
+        _ => {
+            for x in x {
+                *x += dot(rows.next()?, w);
+            }
         }
     }
     Some(())
