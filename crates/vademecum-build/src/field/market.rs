@@ -227,9 +227,9 @@ fn symmetrised(text: &Text<'_>, n: usize, entries: &[Entry]) -> Result<Vec<(u32,
             continue;
         }
         let mirrored = pair.get(1).map_or(0.0, |other| other.value);
-        let scale = (diagonal[row as usize].abs() * diagonal[column as usize].abs()).sqrt();
-        // Written so that an infinite difference is refused too.
-        if !((value - mirrored).abs() <= ROUNDING * scale) {
+        // Two roots: a product of large entries would overflow.
+        let scale = diagonal[row as usize].abs().sqrt() * diagonal[column as usize].abs().sqrt();
+        if (value - mirrored).abs() > ROUNDING * scale {
             let (row, column) = (row + 1, column + 1);
             let found = match pair.get(1) {
                 Some(other) => format!(

@@ -165,8 +165,7 @@ impl Nodes {
                 return Err(refused(format!("node {}", row.node), expected));
             };
             let known = self.points[node as usize];
-            // An infinite distance of huge coordinates is refused too.
-            if !(distance(known.position, row.position) <= tolerance) {
+            if distance(known.position, row.position) > tolerance {
                 let found = format!("node {} at {:?}", row.node, row.position);
                 let expected =
                     format!("{:?}, as line {} of {} has it", known.position, known.line, self.file.display());
