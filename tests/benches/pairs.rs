@@ -1,5 +1,7 @@
-//! What is compared is run in turns, in one process: batch and loop, modes and dense map, fields and a plain copy, one need and another.
-//! `cargo bench -p vademecum-tests --bench pairs [-- batch modes fields needs terms]` prints the tables of `docs/benchmarks/step.md`.
+//! What is compared is run in turns, in one process: batch and loop, modes and dense map, fields and a plain
+//! copy, one need and another.
+//! `cargo bench -p vademecum-tests --bench pairs [-- batch modes fields needs terms]` prints the tables of
+//! `docs/benchmarks/step.md`.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -23,8 +25,8 @@ fn keep<X>(done: X) {
     black_box(done);
 }
 
-/// Seconds of one call of each, in turns: the fastest and the median of [`ROUNDS`] rounds of `repeats` calls. Rounds are
-/// kept short, so that on a busy machine some run undisturbed.
+/// Seconds of one call of each, in turns: the fastest and the median of [`ROUNDS`] rounds of `repeats` calls.
+/// Rounds are kept short, so that on a busy machine some run undisturbed.
 fn in_turns(repeats: usize, runs: &mut [&mut dyn FnMut()]) -> Vec<(f64, f64)> {
     let mut times = vec![vec![]; runs.len()];
     for _ in 0..ROUNDS {
@@ -56,7 +58,8 @@ fn name<T: Scalar>() -> &'static str {
     if size_of::<T>() == 4 { "f32" } else { "f64" }
 }
 
-/// A thousand bodies under a held contact: a loop of single steps, a batch, and two batches on two threads (10 steps a start).
+/// A thousand bodies under a held contact: a loop of single steps, a batch, and two batches on two threads
+/// (10 steps a start).
 fn batch<T: Scalar + Send + Sync>(structure: StructureChoice, r: usize) {
     const N: usize = 1024;
     /// Steps a start of threads.
@@ -313,7 +316,8 @@ fn main() {
     };
     table(
         "batch",
-        "| structure | precision | modes | loop, ns | batch, ns | loop ÷ batch | two threads, ns | 10⁶ steps/s |",
+        "| structure | precision | modes | loop, ns | batch, ns | loop ÷ batch | two threads, ns | 10⁶ \
+         steps/s |",
         &|| {
             for r in [8, 64] {
                 batch::<f32>(StructureChoice::Diagonal, r);
@@ -325,7 +329,8 @@ fn main() {
     );
     table(
         "modes",
-        "| precision | modes | bind, µs | diagonalise, µs | dense, ns | modes, 1 a call, ns | 16 a call | 1000 a call | pays after, 16 a call | 1000 a call |",
+        "| precision | modes | bind, µs | diagonalise, µs | dense, ns | modes, 1 a call, ns | 16 a call | \
+         1000 a call | pays after, 16 a call | 1000 a call |",
         &|| {
             for r in [8, 16, 32, 64, 96] {
                 modes::<f32>(r);

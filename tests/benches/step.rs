@@ -1,6 +1,8 @@
-//! Steps, reconstruction and binding, each beside its baseline. `cargo bench -p vademecum-tests --bench step`.
+//! Steps, reconstruction and binding, each beside its baseline.
+//! `cargo bench -p vademecum-tests --bench step`.
 //!
-//! Times are per call; the step benches run [`STEPS`] steps a call, so divide by it (or read the items per second).
+//! Times are per call; the step benches run [`STEPS`] steps a call, so divide by it (or read the items per
+//! second).
 
 use divan::counter::{BytesCount, ItemsCount};
 use divan::{Bencher, black_box};
@@ -105,7 +107,11 @@ fn whole_body_copy(bencher: Bencher<'_, '_>, (side, r): (usize, usize)) {
         .bench_local(|| black_box(&mut to).copy_from_slice(black_box(&from)));
 }
 
-#[divan::bench(args = [(StructureChoice::Diagonal, 64), (StructureChoice::Block, 8), (StructureChoice::Block, 64)])]
+#[divan::bench(args = [
+    (StructureChoice::Diagonal, 64),
+    (StructureChoice::Block, 8),
+    (StructureChoice::Block, 64),
+])]
 fn parse_and_bind(bencher: Bencher<'_, '_>, (structure, r): (StructureChoice, usize)) {
     let bytes = body(10, 900, r, Element::F32);
     let options = options(structure);

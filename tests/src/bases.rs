@@ -1,19 +1,20 @@
-//! How far each basis and each structure of the step stays from the full-order march, on one body, side by side.
+//! How far each basis and each structure of the step stays from the full-order march, on one body, side by
+//! side.
 //!
-//! One POD of the problem's snapshots serves all bases, one full-order march of unseen loads all structures, so that what
-//! differs between two rows is the basis and the structure and nothing else.
+//! One POD of the problem's snapshots serves all bases, one full-order march of unseen loads all structures,
+//! so that what differs between two rows is the basis and the structure and nothing else.
 
-use vademecum_build::Matrix;
 use vademecum_build::basis::{Basis, ritz_basis};
-use vademecum_build::certificate::UnseenLoads;
-use vademecum_build::dynamics::FullOrder;
-use vademecum_build::dynamics::{TimedLoad, factors, march_full_order, stage_amplitudes};
+use vademecum_build::certificate::{Candidate, Measured, UnseenLoads, measure};
+use vademecum_build::dynamics::TrajectoryError;
+use vademecum_build::export::NodeOrder;
 use vademecum_build::fem::Pencil;
 use vademecum_build::input::BasisKind;
 use vademecum_build::prepared::Prepared;
 use vademecum_build::progress::Listener;
 use vademecum_build::response::StageResponse;
-use vademecum_build::response::reduced::{BlockStep, DiagonalStep, FusedStep};
+use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::policy::ABSOLUTE_ERROR;
 use vademecum_format::scheme::theta;
 use vademecum_study::bench::Study;
 
@@ -24,7 +25,8 @@ pub enum Variant {
     RitzDiagonal,
     /// The project's basis, block structure (full-order stages projected with `BᵀM`).
     RitzBlock,
-    /// Ritz vectors of the oversampled POD itself, without its static response (docs/theory/4-basis.md), diagonal structure.
+    /// Ritz vectors of the oversampled POD itself, without its static response (docs/theory/4-basis.md),
+    /// diagonal structure.
     PlainRitzDiagonal,
     /// The same, block structure.
     PlainRitzBlock,
@@ -108,28 +110,24 @@ pub fn compare(
     steps: usize,
     listener: &dyn Listener,
 ) -> Vec<Row> {
-    let unseen = UnseenLoads::draw(&study.prepared().body, study.runs(), steps).timed();
+    let prepared = study.prepared();
+    let unseen = UnseenLoads::draw(&prepared.body, study.runs(), steps);
     let choices: Vec<(Variant, usize)> =
         modes.iter().flat_map(|&r| variants.iter().map(move |&v| (v, r))).collect();
     let bases: Vec<Basis> = choices.iter().map(|&(v, r)| basis(study, v, r)).collect();
-    let responses: Vec<Vec<StageResponse>> =
-        choices.iter().zip(&bases).map(|(&(variant, _), basis)| stages(study, variant, basis)).collect();
-    let full = study.full_order(&study.prepared().scheme, study.time_step()).expect("a march").value;
-    let mut marches: Vec<March<'_>> = choices
-        .iter()
-        .zip(bases.iter().zip(&responses))
-        .map(|(&(variant, _), (basis, responses))| {
-            March::new(basis, fuse(study, variant, basis, responses), &full, &unseen)
-        })
-        .collect();
-    march_full_order(&full, &unseen, unseen.len(), steps, listener, |step, state| {
-        if step > 0 {
-            let displacement = state.displacement.as_ref();
-            marches.iter_mut().for_each(|march| march.advance(step - 1, pencil(study), displacement));
-        }
-    })
-    .expect("marched");
-    choices.iter().zip(&marches).map(|(&(variant, modes), march)| march.row(variant, modes)).collect()
+    let made = |(&(variant, _), basis): (&(Variant, usize), &Basis)| {
+        let stages = stages(study, variant, basis);
+        study.file(basis, stages.as_deref()).expect("the writer takes it").value
+    };
+    let files: Vec<Vec<u8>> = choices.iter().zip(&bases).map(made).collect();
+    let options: Vec<SceneOptions> = choices.iter().map(|&(variant, _)| variant.options()).collect();
+    let parts = files.iter().zip(&bases).zip(&options);
+    let candidates: Vec<Candidate<'_>> =
+        parts.map(|((bytes, basis), options)| Candidate { bytes, basis, options }).collect();
+    let full = study.full_order(&prepared.scheme, study.time_step()).expect("a march").value;
+    let (order, mass) = (NodeOrder::new(&prepared.body), pencil(study).mass());
+    let measured = measure(&candidates, &order, mass, &full, &unseen, listener).expect("marched");
+    choices.iter().zip(&measured).map(|(&(variant, modes), measured)| row(variant, modes, measured)).collect()
 }
 
 fn pencil(study: &Study) -> &Pencil {
@@ -137,113 +135,45 @@ fn pencil(study: &Study) -> &Pencil {
 }
 
 /// Stage responses of a variant; none for the diagonal structure, which needs eigenvalues only.
-fn stages(study: &Study, variant: Variant, basis: &Basis) -> Vec<StageResponse> {
+fn stages(study: &Study, variant: Variant, basis: &Basis) -> Option<Vec<StageResponse>> {
     match variant {
-        Variant::RitzDiagonal | Variant::PlainRitzDiagonal => vec![],
+        Variant::RitzDiagonal | Variant::PlainRitzDiagonal => None,
         Variant::PodGalerkin => {
             let Prepared { scheme, step, .. } = study.prepared();
             let stage = |i| {
                 let theta = theta(scheme, step, i).expect("a sound scheme");
                 StageResponse::galerkin(basis.vectors.as_ref(), basis.stiffness.as_ref(), theta)
             };
-            (0..scheme.active().len()).map(stage).collect()
+            Some((0..scheme.active().len()).map(stage).collect())
         }
-        _ => study.responses(basis).expect("definite").value,
+        _ => Some(study.responses(basis).expect("definite").value),
     }
 }
 
-fn fuse<'a>(
-    study: &Study,
-    variant: Variant,
-    basis: &'a Basis,
-    responses: &'a [StageResponse],
-) -> Box<dyn FusedStep + 'a> {
-    let (Prepared { scheme, step, .. }, vectors) = (study.prepared(), basis.vectors.as_ref());
-    match variant {
-        Variant::RitzDiagonal | Variant::PlainRitzDiagonal => {
-            let eigenvalues = basis.eigenvalues.as_ref().expect("Ritz coordinates");
-            Box::new(DiagonalStep::fuse(scheme, step, vectors, eigenvalues).expect("fused"))
-        }
-        _ => Box::new(BlockStep::fuse(scheme, step, vectors, responses).expect("fused")),
+impl Variant {
+    /// What a scene of its file is bound to.
+    fn options(self) -> SceneOptions {
+        let structure = match self {
+            Self::RitzDiagonal | Self::PlainRitzDiagonal => StructureChoice::Diagonal,
+            _ => StructureChoice::Block,
+        };
+        SceneOptions { structure, ..SceneOptions::default() }
     }
 }
 
 type MatRef<'a> = faer::MatRef<'a, f64>;
 type MatMut<'a> = faer::MatMut<'a, f64>;
 
-/// One variant under way: reduced states of all unseen loads and the sums of squares of its errors.
-struct March<'a> {
-    basis: &'a Basis,
-    step: Box<dyn FusedStep + 'a>,
-    full: &'a FullOrder<'a>,
-    loads: &'a [TimedLoad],
-    responses: Vec<Vec<Vec<f64>>>,
-    states: Vec<Vec<f64>>,
-    /// Per load: ‖u‖², ‖u − BBᵀMu‖², ‖BᵀMu − ζ‖², summed over the steps.
-    sums: Vec<[f64; 3]>,
-}
-
-impl<'a> March<'a> {
-    fn new(
-        basis: &'a Basis,
-        step: Box<dyn FusedStep + 'a>,
-        full: &'a FullOrder<'a>,
-        loads: &'a [TimedLoad],
-    ) -> Self {
-        let r = basis.n_modes();
-        // From rest: ζ̈ = BᵀF at time zero.
-        let state = |load: &TimedLoad| {
-            let factor = load.when.factor(0.0) * full.dt() * full.dt();
-            let force = |k: usize| {
-                basis.vectors.col_as_slice(k).iter().zip(&load.force).map(|(b, f)| b * f).sum::<f64>()
-            };
-            let acceleration = (0..r).map(|k| factor * force(k));
-            std::iter::repeat_n(0.0, 2 * r).chain(acceleration).collect()
-        };
-        let responses = loads.iter().map(|load| step.load_response(&load.force)).collect();
-        let (states, sums) = (loads.iter().map(state).collect(), vec![[0.0; 3]; loads.len()]);
-        Self { basis, step, full, loads, responses, states, sums }
-    }
-
-    /// Step number `step`, then the errors against the full-order displacement after it, shape (n, loads).
-    fn advance(&mut self, step: usize, pencil: &Pencil, displacement: MatRef<'_>) {
-        let (r, n) = (self.basis.n_modes(), displacement.nrows());
-        let (mut load, mut work) = (vec![0.0; 3 * r], vec![0.0; 3 * r]);
-        for ((timed, responses), state) in self.loads.iter().zip(&self.responses).zip(&mut self.states) {
-            let at = factors(self.full.table(), self.full.dt(), step, &timed.when);
-            load.fill(0.0);
-            self.step.add_load(responses, &stage_amplitudes(self.full.table(), &at), &mut load);
-            self.step.step(state, &load, &mut work);
-        }
-        let mut weighted = Matrix::zeros(n, displacement.ncols());
-        pencil.mass().mul_into(displacement, weighted.as_mut());
-        let projection = self.basis.vectors.transpose() * &weighted;
-        let residual = displacement - &self.basis.vectors * &projection;
-        let mut weighted_residual = Matrix::zeros(n, displacement.ncols());
-        pencil.mass().mul_into(residual.as_ref(), weighted_residual.as_mut());
-        for (j, sums) in self.sums.iter_mut().enumerate() {
-            sums[0] += displacement.col(j).transpose() * weighted.col(j);
-            sums[1] += residual.col(j).transpose() * weighted_residual.col(j);
-            sums[2] += (0..r).map(|k| (projection[(k, j)] - self.states[j][k]).powi(2)).sum::<f64>();
-        }
-    }
-
-    fn row(&self, variant: Variant, modes: usize) -> Row {
-        // u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ), and the two are M-orthogonal.
-        let error = |s: &[f64; 3]| ((s[1] + s[2]) / s[0]).sqrt();
-        let floor = |s: &[f64; 3]| (s[1] / s[0]).sqrt();
-        let largest = |value: &dyn Fn(&[f64; 3]) -> f64| self.sums.iter().map(value).fold(0.0, f64::max);
-        Row {
-            variant,
-            modes,
-            error: largest(&error),
-            floor: largest(&floor),
-            ratio: largest(&|s| error(s) / floor(s)),
-            excess: largest(&|s| (error(s) - ABSOLUTE) / floor(s)),
-            spectral_radius: self.step.spectral_radius(),
-        }
+fn row(variant: Variant, modes: usize, measured: &Measured) -> Row {
+    let largest =
+        |value: &dyn Fn(&TrajectoryError) -> f64| measured.errors.iter().map(value).fold(0.0, f64::max);
+    Row {
+        variant,
+        modes,
+        error: largest(&|e| e.error),
+        floor: largest(&|e| e.floor),
+        ratio: largest(&|e| e.error / e.floor),
+        excess: largest(&|e| (e.error - ABSOLUTE_ERROR) / e.floor),
+        spectral_radius: measured.spectral_radius,
     }
 }
-
-/// What a trajectory error may exceed its multiple of the floor by (`tolerance.absolute`'s default).
-const ABSOLUTE: f64 = 1e-6;

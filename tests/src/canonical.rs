@@ -1,5 +1,5 @@
-//! Files of the canonical structure made of numbers: the exact one-axis terms of a closed body, which must step as its diagonal
-//! structure does.
+//! Files of the canonical structure made of numbers: the exact one-axis terms of a closed body, which must
+//! step as its diagonal structure does.
 
 use vademecum_format::scheme::{SchemeTable, StageCoefficients, StepParameters};
 use vademecum_format::{
@@ -108,7 +108,8 @@ pub fn file(
     out
 }
 
-/// Axes of a stage, how many are of the state (as many as its terms of the state), and its terms: one per right-hand side.
+/// Axes of a stage, how many are of the state (as many as its terms of the state), and its terms: one per
+/// right-hand side.
 fn stage_terms(
     body: &Body,
     scheme: &SchemeTable,

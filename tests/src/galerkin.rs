@@ -1,4 +1,5 @@
-//! A file whose stages share their modes: two symmetric positive matrices of random numbers stand for mass and stiffness of a lifted basis.
+//! A file whose stages share their modes: two symmetric positive matrices of random numbers stand for mass
+//! and stiffness of a lifted basis.
 
 use crate::regions::solve;
 use crate::synthetic::{Body, Layout, Random, bathe, encode};

@@ -1,5 +1,6 @@
-//! The golden files: small files of format versions 1.0 and 1.1 made from numbers alone, the same bytes on every machine with IEEE 754
-//! arithmetic. No logarithm, power or cosine is taken on the way: libraries round those differently; `+ − × ÷ √` they do not.
+//! The golden files: small files of format versions 1.0 and 1.1 made from numbers alone, the same bytes on
+//! every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on the way: libraries round
+//! those differently; `+ − × ÷ √` they do not.
 
 use crate::canonical::Terms;
 use crate::regions::TwoRegions;
@@ -19,7 +20,8 @@ fn body(layout: Layout, seed: u64) -> Body {
     body
 }
 
-/// A file with two sections more, of numbers written here: a history of the enrichment and samples of the spectral radius.
+/// A file with two sections more, of numbers written here: a history of the enrichment and samples of the
+/// spectral radius.
 fn with_separation(bytes: &[u8]) -> Vec<u8> {
     let history = [[1.0, 0.25], [2.0, 0.0625], [27.0, 1e-7]];
     let radii = [[0.5, 0.5, 0.5, 0.5, 0.75], [2.0, 2.0, 2.0, 2.0, 0.9375]];
@@ -57,8 +59,9 @@ fn with_repairs(bytes: &[u8]) -> Vec<u8> {
     rewritten(bytes, |_| (), |_| (), &[repairs])
 }
 
-/// The file of one quadratic tetrahedron: ten nodes, all of them on its surface, four triangles a face, middles of edges as corners
-/// of triangles like any other node. The order of elements is nowhere else in a file.
+/// The file of one quadratic tetrahedron: ten nodes, all of them on its surface, four triangles a face,
+/// middles of edges as corners of triangles like any other node. The order of elements is nowhere else in a
+/// file.
 fn quadratic() -> Vec<u8> {
     const CORNERS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
@@ -127,8 +130,9 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// The file with its space sections as 16-bit numbers, each column with a scale of its own. Scales have few bits, so every operation is exact but
-/// for one division, and rounding half away from zero is the same everywhere.
+/// The file with its space sections as 16-bit numbers, each column with a scale of its own. Scales have few
+/// bits, so every operation is exact but for one division, and rounding half away from zero is the same
+/// everywhere.
 fn quantised(bytes: &[u8]) -> Vec<u8> {
     use SectionKind as S;
     let file = File::parse(bytes).expect("a file");

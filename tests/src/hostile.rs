@@ -1,9 +1,9 @@
-//! Files that must be refused: one at least for each numbered refusal of `formats/vademecum-1.md` that concerns readers, and those
-//! that open and fail `verify --file-only`.
+//! Files that must be refused: one at least for each numbered refusal of `formats/vademecum-1.md` that
+//! concerns readers, and those that open and fail `verify --file-only`.
 //!
-//! Each is a sound file of two and a half kilobytes with one thing wrong and all checksums right (but for the wrong checksums
-//! themselves), so that nothing else refuses it. Its name says what must: the number and name of the refusal, then what was
-//! done.
+//! Each is a sound file of two and a half kilobytes with one thing wrong and all checksums right (but for the
+//! wrong checksums themselves), so that nothing else refuses it. Its name says what must: the number and name
+//! of the refusal, then what was done.
 
 use crate::annotate::{place, smallest};
 use crate::synthetic::{Body, Layout, bathe, rewritten};
@@ -305,13 +305,13 @@ fn canonical() -> Files {
         ("33-CanonicalAxis-points-overflow", real(S::CanonicalAxes, 4, 1e300)),
         ("34-CanonicalLength-points", real(S::CanonicalAxes, 4, 1000.0)),
         ("34-CanonicalLength-terms", whole(S::CanonicalParts, 2, 60_000)),
-        ("35-ChapterLoad-position", whole(S::CanonicalPositions, 0, u32::MAX)),
-        ("35-ChapterLoad-direction-nan", real(S::CanonicalDirection, 2, f64::NAN)),
+        ("35-CanonicalLoad-position", whole(S::CanonicalPositions, 0, u32::MAX)),
+        ("35-CanonicalLoad-direction-nan", real(S::CanonicalDirection, 2, f64::NAN)),
     ]
 }
 
-/// Files that open and whose contents are wrong: `verify --file-only` refuses them, and a scene either does not bind or its step is
-/// refused. Named for the builder's error.
+/// Files that open and whose contents are wrong: `verify --file-only` refuses them, and a scene either does
+/// not bind or its step is refused. Named for the builder's error.
 fn contents() -> Files {
     use SectionKind as S;
     let is = |kind: SectionKind| move |section: &mut SectionInput<'_>| section.kind == kind;
@@ -378,7 +378,8 @@ fn replace(
     )
 }
 
-/// A zstd frame written by hand, so that no version of the library changes it: `count` times a byte in one run.
+/// A zstd frame written by hand, so that no version of the library changes it: `count` times a byte in one
+/// run.
 fn frame(byte: u8, count: u8) -> Vec<u8> {
     // Single segment with its length in one byte; then one block: the last, a run.
     let block = 1 | 1 << 1 | u32::from(count) << 3;

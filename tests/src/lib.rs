@@ -2,7 +2,10 @@
 
 pub mod annotate;
 pub mod bases;
+pub mod by_hand;
 pub mod canonical;
+pub mod denormals;
+pub mod fused;
 pub mod galerkin;
 pub mod golden;
 pub mod hostile;

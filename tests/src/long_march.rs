@@ -36,8 +36,8 @@ pub fn energy_ratio<T: Scalar>(bytes: &[u8], structure: StructureChoice, steps: 
     with_scene::<T, f64>(bytes, &taking(structure), |scene, state, loads| {
         push(scene, state, loads, &contact, 100);
         loads.clear();
-        // The old acceleration still holds the force, so the scheme lets it fade over the first free step; from then on
-        // nothing acts.
+        // The old acceleration still holds the force, so the scheme lets it fade over the first free step;
+        // from then on nothing acts.
         scene.step(state, loads).expect("a step");
         let released = scene.energy(state).expect("energy");
         let mut largest = 0.0_f64;

@@ -1,9 +1,9 @@
-//! A vademecum of two matrices without a mesh: the road of a build from the basis on, over one node whose first components
-//! are the dofs.
+//! A vademecum of two matrices without a mesh: the road of a build from the basis on, over one node whose
+//! first components are the dofs.
 //!
-//! What the pipeline does with a body is done here with a pencil: stage responses from its factorisations, then the file
-//! through the writer of the format. The node is loadable, so a contact on it is a force on the dofs, and a load pattern `drive`
-//! is the force given.
+//! What the pipeline does with a body is done here with a pencil: stage responses from its factorisations,
+//! then the file through the writer of the format. The node is loadable, so a contact on it is a force on the
+//! dofs, and a load pattern `drive` is the force given.
 
 use vademecum_build::Matrix;
 use vademecum_build::fem::{Pencil, Symbolic};

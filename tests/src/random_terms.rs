@@ -7,8 +7,8 @@ use vademecum_format::{
     Axis, AxisKind, AxisRole, Element, File, MAX_REGIONS, Parameter, ParameterRole, SectionKind,
 };
 
-/// A file of two regions with `n_terms` terms of random numbers over a common axis of 17 points and a contrast of 11: what a
-/// bind costs does not depend on what the numbers mean.
+/// A file of two regions with `n_terms` terms of random numbers over a common axis of 17 points and a
+/// contrast of 11: what a bind costs does not depend on what the numbers mean.
 ///
 /// # Panics
 /// If the writer refuses it.

@@ -1,6 +1,6 @@
-//! A small body of two regions whose every answer is a dense solve: `M = ρ_0 M_0 + ρ_1 M_1`, `K = κ_0 K_0 + κ_1 K_1` on a few dozen
-//! dofs, nominal mass the identity. Its separated file is exact at the nodes of a tensor grid: one term per grid point, with
-//! Lagrange's cardinal functions as factors.
+//! A small body of two regions whose every answer is a dense solve: `M = ρ_0 M_0 + ρ_1 M_1`,
+//! `K = κ_0 K_0 + κ_1 K_1` on a few dozen dofs, nominal mass the identity. Its separated file is exact at the
+//! nodes of a tensor grid: one term per grid point, with Lagrange's cardinal functions as factors.
 
 use crate::synthetic::{Layout, Random, encode, orthonormal};
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
@@ -71,7 +71,8 @@ pub fn solve(mut a: Vec<f64>, mut b: Vec<f64>, n: usize) -> Vec<f64> {
 }
 
 impl TwoRegions {
-    /// From a seed. The regions overlap in a third of the dofs; natural frequencies from about 20 to 400 rad/s.
+    /// From a seed. The regions overlap in a third of the dofs; natural frequencies from about 20 to 400
+    /// rad/s.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let mut random = Random::new(seed);
@@ -162,8 +163,9 @@ impl TwoRegions {
         self.file(scheme, step, &[(axis, points)], &[], &terms)
     }
 
-    /// A file over `θ √(κ_0 κ_1)`, `√(κ_0/κ_1)` and, with `density` points, `ρ_1`; exact at the points. Its parameters are named
-    /// `soft` (`κ_0`), `hard` (`κ_1`), `dense` (`ρ_1`, if it has points) and `step` (`Δt`).
+    /// A file over `θ √(κ_0 κ_1)`, `√(κ_0/κ_1)` and, with `density` points, `ρ_1`; exact at the points. Its
+    /// parameters are named `soft` (`κ_0`), `hard` (`κ_1`), `dense` (`ρ_1`, if it has points) and `step`
+    /// (`Δt`).
     #[must_use]
     pub fn separated(
         &self,
@@ -304,7 +306,8 @@ impl TwoRegions {
     }
 }
 
-/// `n` Chebyshev points of the second kind from `lower` to `upper`, in the logarithm if asked; the ends are exact.
+/// `n` Chebyshev points of the second kind from `lower` to `upper`, in the logarithm if asked; the ends are
+/// exact.
 #[must_use]
 pub fn chebyshev(n: usize, lower: f64, upper: f64, log: bool) -> Vec<f64> {
     let place = |x: f64| if log { x.ln() } else { x };

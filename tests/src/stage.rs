@@ -1,5 +1,6 @@
 //! Memory for a scene on the heap: what a caller with `std` would write.
 
+use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::format::File;
 use vademecum_eval::{Loads, Scalar, Scene, SceneOptions, State};
 
@@ -19,5 +20,23 @@ pub fn with_scene<T: Scalar, R>(
     let scene = Scene::bind(&file, options, &mut memory, &mut work).expect("bound");
     let mut state = State::new(&scene, &mut state).expect("state memory");
     let mut loads = Loads::new(&scene, &mut loads).expect("load memory");
+    use_it(&scene, &mut state, &mut loads)
+}
+
+/// Binds a scene of the chapter's structure of `bytes` and hands it over with a state at rest and no loads.
+///
+/// # Panics
+/// If the file or the options are refused.
+pub fn with_chapter<T: Scalar, R>(
+    bytes: &[u8],
+    use_it: impl FnOnce(&ChapterScene<'_, T>, &mut ChapterState<'_, T>, &mut ChapterLoads<'_, T>) -> R,
+) -> R {
+    let file = File::parse(bytes).expect("a file");
+    let sizes = ChapterScene::<T>::sizes(&file).expect("the chapter's structure");
+    let mut memory = vec![T::ZERO; sizes.scene];
+    let (mut state, mut loads) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
+    let scene = ChapterScene::bind(&file, &SceneOptions::default(), &mut memory).expect("bound");
+    let mut state = ChapterState::new(&scene, &mut state).expect("state memory");
+    let mut loads = ChapterLoads::new(&scene, &mut loads).expect("load memory");
     use_it(&scene, &mut state, &mut loads)
 }

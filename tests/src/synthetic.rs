@@ -1,8 +1,9 @@
 //! Bodies made of random numbers whose every quantity is known in closed form, and files of them.
 //!
-//! A mass matrix `M = diag(μ)` and an orthogonal `Q` give eigenvectors `V = M^-½ Q` of `K = M^½ Q diag(ω²) Qᵀ M^½`. A basis
-//! `B = V W` with orthonormal `W` that mixes all eigenvectors is M-orthonormal and *not* closed under the dynamics, and still
-//! `BᵀM(M + θK)⁻¹MB = Wᵀ(1 + θω²)⁻¹W`: the oracle needs no solver.
+//! A mass matrix `M = diag(μ)` and an orthogonal `Q` give eigenvectors `V = M^-½ Q` of
+//! `K = M^½ Q diag(ω²) Qᵀ M^½`. A basis `B = V W` with orthonormal `W` that mixes all eigenvectors is
+//! M-orthonormal and *not* closed under the dynamics, and still `BᵀM(M + θK)⁻¹MB = Wᵀ(1 + θω²)⁻¹W`: the
+//! oracle needs no solver.
 
 use vademecum_format::scheme::{SchemeTable, Stage, StepParameters, theta};
 use vademecum_format::{
@@ -32,7 +33,8 @@ impl Random {
     }
 }
 
-/// How a body is laid out: a plane grid of surface nodes, the first rows loadable, and interior nodes below it.
+/// How a body is laid out: a plane grid of surface nodes, the first rows loadable, and interior nodes below
+/// it.
 #[derive(Clone, Copy)]
 pub struct Layout {
     /// Surface rows; the first `load_rows` are loadable.
@@ -63,7 +65,8 @@ pub struct Body {
     pub mixing: Vec<f64>,
 }
 
-/// Eigenvalues of a symmetric matrix by cyclic Jacobi rotations; the columns of `basis` (`(n, r)`, row by row) turn along.
+/// Eigenvalues of a symmetric matrix by cyclic Jacobi rotations; the columns of `basis` (`(n, r)`, row by
+/// row) turn along.
 fn jacobi(a: &mut [f64], r: usize, basis: &mut [f64]) -> Vec<f64> {
     for _ in 0..60 {
         for p in 0..r {
@@ -215,8 +218,8 @@ impl Body {
         product(&self.eigenvectors, self.omega2.len(), &weighted, r)
     }
 
-    /// The file of this body with both structures and one load pattern (`1` on every dof of node 0 and `2` on those of the
-    /// last node), one probe per component of node 0.
+    /// The file of this body with both structures and one load pattern (`1` on every dof of node 0 and `2` on
+    /// those of the last node), one probe per component of node 0.
     #[must_use]
     pub fn file(&self, scheme: &SchemeTable, step: &StepParameters, element: Element) -> Vec<u8> {
         let Layout { rows: _, load_rows, columns, n_interior: _, r } = self.layout;
@@ -324,7 +327,8 @@ pub fn stage_axis(n_stages: usize) -> [Axis<'static>; MAX_AXES] {
     axes
 }
 
-/// A file of these contents, every section required and with the shape the metadata ask for (text: its length).
+/// A file of these contents, every section required and with the shape the metadata ask for (text: its
+/// length).
 ///
 /// # Panics
 /// If the writer refuses it.

@@ -1,8 +1,9 @@
-//! The time schemes as textbooks print them: unfused, unscaled, one solve after the other. The reference of the fused step.
+//! The time schemes as textbooks print them: unfused, unscaled, one solve after the other. The reference of
+//! the fused step.
 //!
-//! Everything happens in the eigenvectors of a [`crate::synthetic::Body`], where mass is one, stiffness is `ω²` and a solve is
-//! a division. Each stage is solved in the full space and projected with `BᵀM = Wᵀ` (block structure), or, with `W = I` and
-//! `ω² = λ`, in the reduced space (Galerkin, diagonal structure).
+//! Everything happens in the eigenvectors of a [`crate::synthetic::Body`], where mass is one, stiffness is
+//! `ω²` and a solve is a division. Each stage is solved in the full space and projected with `BᵀM = Wᵀ`
+//! (block structure), or, with `W = I` and `ω² = λ`, in the reduced space (Galerkin, diagonal structure).
 
 use crate::synthetic::Body;
 use vademecum_format::scheme::StepParameters;

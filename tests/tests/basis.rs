@@ -1,5 +1,5 @@
-//! What the basis promises, reduced to seconds: the record at full size is `docs/benchmarks/basis.md`, made by
-//! `examples/basis.rs` from the same code.
+//! What the basis promises, reduced to seconds: the record at full size is `docs/benchmarks/basis.md`, made
+//! by `records/basis.rs` from the same code.
 
 use vademecum_build::input::Problem;
 use vademecum_build::progress::Silent;

@@ -47,7 +47,8 @@ fn with_batch<T: Scalar>(
     });
 }
 
-/// Loads of instances come and go at random: after every step each instance is, bit for bit, a body stepped alone.
+/// Loads of instances come and go at random: after every step each instance is, bit for bit, a body stepped
+/// alone.
 fn bits_are_those_of_single_steps<T: Scalar>(structure: StructureChoice) {
     with_batch::<T>(&file(40.0), &options(structure), |scene, batch, state, loads| {
         let mut random = Random::new(3);

@@ -3,31 +3,13 @@
 use std::path::Path;
 
 use serde_json::Value;
+use vademecum_study::bench::COLUMNS;
 use vademecum_tests::program::{repository, vademecum};
 
-/// Columns, in their order; the first eleven of the record's first version are among them.
-const COLUMNS: [&str; 20] = [
-    "name",
-    "modes",
-    "terms",
-    "time_step",
-    "offline_seconds",
-    "file_bytes",
-    "bind_us",
-    "step_ns_p50",
-    "step_ns_p99",
-    "step_ns_max",
-    "step_spread",
-    "times_full_order",
-    "reconstruct_ms",
-    "trajectory_error",
-    "projection_floor",
-    "error_total",
-    "error_time",
-    "error_space",
-    "error_separation",
-    "error_rounding",
-];
+/// Headings of the table's columns, in their order: the keys of the JSON.
+fn columns() -> [&'static str; COLUMNS.len()] {
+    COLUMNS.map(|column| column.name)
+}
 
 /// What the JSON says of a row besides.
 const MORE: [&str; 2] = ["marches", "note"];
@@ -91,7 +73,8 @@ fn the_record_is_whole_and_its_orderings_hold() {
     let folder = tempfile::tempdir().expect("a folder");
     let report = bench(folder.path());
     let methods = report["methods"].as_array().expect("a list");
-    // The full-order march and the reduced methods with 8 and with 16 modes; at 2 Δt full order and the diagonal files.
+    // The full-order march and the reduced methods with 8 and with 16 modes; at 2 Δt full order and the
+    // diagonal files.
     assert_eq!(methods.len(), 1 + 2 * METHODS.len() + CANONICAL_ROWS + 1 + 2 * 2);
     for name in METHODS {
         row(methods, name, 8);
@@ -114,12 +97,12 @@ fn the_record_is_whole_and_its_orderings_hold() {
 
 fn check_row(row: &Value) {
     let mut found: Vec<&str> = row.as_object().expect("a table").keys().map(String::as_str).collect();
-    let mut expected = [&COLUMNS[..], &MORE[..]].concat();
+    let mut expected = [&columns()[..], &MORE[..]].concat();
     found.sort_unstable();
     expected.sort_unstable();
     assert_eq!(found, expected);
-    // error² = floor² + (distance of the coordinates)², summed apart: no rounding turns the order round. A basis of 16 bits is
-    // not the one of the floor, and a march that left its ranges has no error.
+    // error² = floor² + (distance of the coordinates)², summed apart: no rounding turns the order round. A
+    // basis of 16 bits is not the one of the floor, and a march that left its ranges has no error.
     let no_floor = row["name"] == "ritz quantised f64" || !row["note"].is_null();
     assert!(no_floor || number(row, "trajectory_error") >= number(row, "projection_floor"), "{row}");
     assert_eq!(row["trajectory_error"].is_null(), !row["note"].is_null(), "{row}");
@@ -171,14 +154,17 @@ fn check_time_scheme(methods: &[Value]) {
     }
 }
 
-/// The repaired maps are the exact ones, in as many terms as right-hand sides, so that their march is the block one, contacts between
-/// nodes and all; the chapter's are no closer than the maps they approximate, and ours at equal time no further than the block row.
+/// The repaired maps are the exact ones, in as many terms as right-hand sides, so that their march is the
+/// block one, contacts between nodes and all; the chapter's are no closer than the maps they approximate, and
+/// ours at equal time no further than the block row.
 fn check_canonical(methods: &[Value], equal_time: &[Value]) {
     let repaired = row(methods, REPAIRED, 8);
-    // The push stands in one triangle: three nodes of three components, beside three families of eight coordinates.
+    // The push stands in one triangle: three nodes of three components, beside three families of eight
+    // coordinates.
     assert_eq!((repaired["terms"].as_u64(), repaired["marches"].as_u64()), (Some(3 * 8 + 3 * 3), Some(1)));
     assert!(repaired["note"].is_null(), "{repaired}");
-    // Maps right to 1e-15 and amplified by the square of 3/(ωΔt) of the slowest mode, some thousands, over 400 steps.
+    // Maps right to 1e-15 and amplified by the square of 3/(ωΔt) of the slowest mode, some thousands, over
+    // 400 steps.
     assert!(number(repaired, "error_separation") <= 1e-8, "{repaired}");
     let chapter: Vec<&Value> = methods.iter().filter(|row| row["name"] == CHAPTER).collect();
     assert_eq!(chapter.len(), CANONICAL_ROWS - 1);
@@ -206,7 +192,8 @@ fn check_quantised(methods: &[Value]) {
         let [quantised, built] =
             ["ritz quantised f64", "ritz diagonal f64"].map(|name| row(methods, name, modes));
         let rounding = number(quantised, "error_rounding");
-        // Packed to 1e-4 of fields at the nodes; the mass norm of quadratic elements weighs nodes up to ten times differently.
+        // Packed to 1e-4 of fields at the nodes; the mass norm of quadratic elements weighs nodes up to ten
+        // times differently.
         assert!(rounding > 0.0 && rounding <= 1e-3, "{quantised}");
         let apart = number(quantised, "trajectory_error") - number(built, "trajectory_error");
         assert!(apart.abs() <= 2.0 * rounding, "the triangle inequality: {quantised}");
@@ -224,7 +211,8 @@ fn check_accuracy(methods: &[Value]) {
         for structure in ["ritz diagonal", "ritz block"] {
             let [double, single] =
                 ["f64", "f32"].map(|p| of(&format!("{structure} {p}"), "trajectory_error"));
-            // What the project promises for f32 against f64 over 2e5 steps; by the triangle inequality no more here.
+            // What the project promises for f32 against f64 over 2e5 steps; by the triangle inequality no
+            // more here.
             assert!((double - single).abs() <= 2e-3, "{structure}: {double} {single}");
             // The promise of the default basis.
             let floor = of(&format!("{structure} f64"), "projection_floor");
@@ -258,7 +246,7 @@ fn check_files(folder: &Path, report: &Value, rows: usize) {
     assert_eq!(&serde_json::from_str::<Value>(&read("bench.json")).expect("JSON"), report);
     let table = read("bench.csv");
     assert_eq!(table.lines().count(), 1 + rows);
-    assert_eq!(table.lines().next(), Some(COLUMNS.join(",").as_str()));
+    assert_eq!(table.lines().next(), Some(columns().join(",").as_str()));
     assert_eq!(read("bench.md").lines().filter(|line| line.starts_with('|')).count(), 2 + rows);
     for name in ["pareto.svg", "pareto-total.svg"] {
         let picture = read(name);

@@ -78,7 +78,8 @@ fn an_unstable_structure_is_not_taken_for_its_small_error() {
     assert_eq!(taken, Structure::Diagonal);
 }
 
-/// A block file with two axes, stage and `θ`, whose one term is a function of `θ` only; the parameter is `Δt`.
+/// A block file with two axes, stage and `θ`, whose one term is a function of `θ` only; the parameter is
+/// `Δt`.
 fn with_theta_axis(kind: AxisKind, log: bool, points: &[f64], factor: impl Fn(f64) -> f64) -> Vec<u8> {
     let bytes = Body::closed(LAYOUT, 2).file(&newmark(0.25, 0.5), &step(), Element::F32);
     let f64s = |numbers: Vec<f64>| -> Vec<u8> { numbers.iter().flat_map(|x| x.to_le_bytes()).collect() };
@@ -110,8 +111,8 @@ fn with_theta_axis(kind: AxisKind, log: bool, points: &[f64], factor: impl Fn(f6
     edited(&bytes, edit, &replaced)
 }
 
-/// What the first increment of the first mode must be when `E = g E_0`, by hand: Newmark, one stage, from ζ_1 = 1 at rest
-/// (`ζ̈ = 0` set by restoring): `x = E_11 Δt²/k̃`, no velocity and acceleration enter.
+/// What the first increment of the first mode must be when `E = g E_0`, by hand: Newmark, one stage, from ζ_1
+/// = 1 at rest (`ζ̈ = 0` set by restoring): `x = E_11 Δt²/k̃`, no velocity and acceleration enter.
 fn first_increment(bytes: &[u8], dt: f64) -> f64 {
     let options = SceneOptions {
         structure: StructureChoice::Block,
@@ -153,8 +154,8 @@ fn factors_are_evaluated_between_their_points() {
     for (kind, log, points, theta, g) in cases {
         let bytes = with_theta_axis(kind, log, points, cubic);
         let found = first_increment(&bytes, step_of(theta));
-        // A few roundings of numbers of this size, and of the 1 that was subtracted; the weights of nine points sum to 2 at most
-        // and change by their slope, of the order of 9² times the rounding of θ.
+        // A few roundings of numbers of this size, and of the 1 that was subtracted; the weights of nine
+        // points sum to 2 at most and change by their slope, of the order of 9² times the rounding of θ.
         assert!((found - g * e).abs() < 1e-13, "{kind:?} {log}: {found} {}", g * e);
     }
 }

@@ -1,8 +1,9 @@
 //! The bits of everything the evaluator computes from the golden files, as checksums.
 //!
-//! The evaluator uses `+ − × ÷ √` and its own logarithms and powers in a fixed order, so these checksums are the same on every
-//! machine with IEEE arithmetic. A change that only moves code must leave them alone. A change that means to alter a result
-//! prints the new table when it fails; put it here and say in the commit what changed and why.
+//! The evaluator uses `+ − × ÷ √` and its own logarithms and powers in a fixed order, so these checksums are
+//! the same on every machine with IEEE arithmetic. A change that only moves code must leave them alone. A
+//! change that means to alter a result prints the new table when it fails; put it here and say in the commit
+//! what changed and why.
 
 use vademecum_eval::{
     Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, SurfacePoint,
@@ -11,7 +12,7 @@ use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, SectionKind};
 use vademecum_tests::canonical::{Terms, file as chapter_file};
 use vademecum_tests::program::fixtures;
-use vademecum_tests::stage::with_scene;
+use vademecum_tests::stage::with_chapter;
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 /// Checksums of `name, structure`: in f32, in f64.
@@ -45,35 +46,43 @@ impl Bits {
     }
 }
 
-/// Everything that can be read of a state.
-fn read<T: Scalar>(file: &File<'_>, scene: &Scene<'_, T>, state: &State<'_, T>, bits: &mut Bits) {
-    bits.add(state.zeta());
-    bits.add(state.scaled_velocity());
-    bits.add(state.scaled_acceleration());
-    bits.add(&[scene.energy(state).expect("an energy"), scene.energy_at_rest()]);
-    let point =
-        SurfacePoint { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], position: [0.0; 3], distance: 0.0 };
-    let metadata = file.metadata();
-    for field in [Field::Displacement, Field::Velocity] {
-        for probe in 0..metadata.n_probes as usize {
-            bits.add(&[scene.probe(state, probe, field).expect("a probe")]);
+/// Everything that can be read of a state, of a scene of either kind.
+macro_rules! read {
+    ($file:expr, $scene:expr, $state:expr, $bits:expr) => {{
+        let (file, scene, state, bits): (&File<'_>, _, _, &mut Bits) = ($file, $scene, $state, $bits);
+        bits.add(state.zeta());
+        bits.add(state.scaled_velocity());
+        bits.add(state.scaled_acceleration());
+        bits.add(&[scene.energy(state).expect("an energy"), scene.energy_at_rest()]);
+        let point =
+            SurfacePoint { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], position: [0.0; 3], distance: 0.0 };
+        let metadata = file.metadata();
+        for field in [Field::Displacement, Field::Velocity] {
+            for probe in 0..metadata.n_probes as usize {
+                bits.add(&[scene.probe(state, probe, field).expect("a probe")]);
+            }
+            if file.section(SectionKind::SurfaceBasis).is_none() {
+                continue;
+            }
+            bits.add(&scene.point(state, &point, field).expect("a point"));
+            let mut surface = vec![T::ZERO; 3 * metadata.n_surface_nodes as usize];
+            scene.surface_into(state, field, &mut surface).expect("the surface");
+            bits.add(&surface);
+            if scene.node(state, metadata.n_nodes as usize - 1, field).is_ok() {
+                let mut body = vec![T::ZERO; 3 * metadata.n_nodes as usize];
+                scene.body_into(state, field, &mut body).expect("the body");
+                bits.add(&body);
+            }
         }
-        if file.section(SectionKind::SurfaceBasis).is_none() {
-            continue;
-        }
-        bits.add(&scene.point(state, &point, field).expect("a point"));
-        let mut surface = vec![T::ZERO; 3 * metadata.n_surface_nodes as usize];
-        scene.surface_into(state, field, &mut surface).expect("the surface");
-        bits.add(&surface);
-        if scene.node(state, metadata.n_nodes as usize - 1, field).is_ok() {
-            let mut body = vec![T::ZERO; 3 * metadata.n_nodes as usize];
-            scene.body_into(state, field, &mut body).expect("the body");
-            bits.add(&body);
-        }
-    }
+    }};
 }
 
-/// A march under a contact and a pattern, at rest and placed, with every parameter moved on the way, in a batch and in modes.
+fn read<T: Scalar>(file: &File<'_>, scene: &Scene<'_, T>, state: &State<'_, T>, bits: &mut Bits) {
+    read!(file, scene, state, bits);
+}
+
+/// A march under a contact and a pattern, at rest and placed, with every parameter moved on the way, in a
+/// batch and in modes.
 fn ordinary<T: Scalar>(bytes: &[u8], structure: StructureChoice) -> u32 {
     let file = File::parse(bytes).expect("a file");
     let options = SceneOptions { structure, ..SceneOptions::default() };
@@ -162,8 +171,7 @@ fn chapter<T: Scalar>(bytes: &[u8], force: [f64; 3]) -> u32 {
     let node = vademecum_format::Chapter::read(&file).expect("sound").expect("there");
     let node = node.positions().nth(1).expect("a position");
     let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
-    let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
-    with_scene::<T, _>(bytes, &options, |scene, state, loads| {
+    with_chapter::<T, _>(bytes, |scene, state, loads| {
         let mut bits = Bits::default();
         loads.add_contact_staged(scene, &contact, &[0.0, 0.25, 0.5, 1.0]).expect("a contact");
         let r = scene.n_modes();
@@ -179,7 +187,7 @@ fn chapter<T: Scalar>(bytes: &[u8], force: [f64; 3]) -> u32 {
                 _ => {}
             }
             scene.step(state, loads).expect("a step");
-            read(&file, scene, state, &mut bits);
+            read!(&file, scene, &*state, &mut bits);
         }
         bits.0.finalize()
     })
@@ -208,7 +216,8 @@ fn the_bits_of_every_result_stay() {
     }
     let layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
     let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
-    // Eigenvalues that are written here, as those of the golden files are: powers round differently from machine to machine.
+    // Eigenvalues that are written here, as those of the golden files are: powers round differently from
+    // machine to machine.
     let body = Body { lambda: vec![900.0, 40_000.0, 2_500_000.0], ..Body::closed(layout, 5) };
     let bytes = chapter_file(&body, &bathe(), &step, &[0, 2, 5], Terms::Together);
     let force = [0.0, 0.0, 3.0];

@@ -1,19 +1,23 @@
-//! The chapter's representation end to end: what it reaches with all repairs and without any, in builder and evaluator alike, and
-//! that nothing is clamped or extrapolated.
+//! The chapter's representation end to end: what it reaches with all repairs and without any, in builder and
+//! evaluator alike, and that nothing is clamped or extrapolated.
 
 use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, Outcome, build};
 use vademecum_build::progress::Silent;
+use vademecum_eval::chapter::{
+    ChapterBindError, ChapterLoadError, ChapterScene, ChapterState, ChapterStepError,
+};
 use vademecum_eval::{
-    BindError, Contact, LoadError, Scalar, SceneOptions, Status, StepError, StructureChoice,
+    BindError, Contact, LoadError, OutputError, Scalar, Scene, SceneOptions, Status, StepError,
+    StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Chapter, ChapterRole, Element, File, FormatError, SectionKind};
 use vademecum_tests::canonical::{LOAD, REACH, Terms, file};
 use vademecum_tests::program::{repository, vademecum};
-use vademecum_tests::stage::with_scene;
+use vademecum_tests::stage::{with_chapter, with_scene};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 const LAYOUT: Layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
@@ -30,22 +34,31 @@ fn push(node: u32, z: f64) -> Contact {
     Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, z] }
 }
 
-/// ζ after each of 300 steps, under a push that ends.
-fn march<T: Scalar>(bytes: &[u8], structure: StructureChoice) -> Vec<f64> {
-    let options = SceneOptions { structure, ..SceneOptions::default() };
-    with_scene::<T, _>(bytes, &options, |scene, state, loads| {
-        loads.add_contact(scene, &push(2, 3.0)).expect("a contact");
-        scene.set(state, &[0.0; 3], &[0.0; 3], loads).expect("a start");
+/// Loads a scene of either kind with a push, marches it 300 steps, clears the loads on the way, and gives `ζ`
+/// after each step.
+macro_rules! march {
+    ($scene:ident, $state:ident, $loads:ident) => {{
+        $loads.add_contact($scene, &push(2, 3.0)).expect("a contact");
+        $scene.set($state, &[0.0; 3], &[0.0; 3], $loads).expect("a start");
         let mut zeta = vec![];
         for step in 0..300 {
             if step == 40 {
-                loads.clear();
+                $loads.clear();
             }
-            scene.step(state, loads).expect("a step");
-            zeta.extend(state.zeta().iter().map(|z| z.to_f64()));
+            $scene.step($state, $loads).expect("a step");
+            zeta.extend($state.zeta().iter().map(|z| z.to_f64()));
         }
         zeta
-    })
+    }};
+}
+
+fn march_chapter<T: Scalar>(bytes: &[u8]) -> Vec<f64> {
+    with_chapter::<T, _>(bytes, |scene, state, loads| march!(scene, state, loads))
+}
+
+fn march_diagonal<T: Scalar>(bytes: &[u8]) -> Vec<f64> {
+    let options = SceneOptions { structure: StructureChoice::Diagonal, ..SceneOptions::default() };
+    with_scene::<T, _>(bytes, &options, |scene, state, loads| march!(scene, state, loads))
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
@@ -55,29 +68,25 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn exact_terms_step_as_the_diagonal_structure_does() {
-    let reference = march::<f64>(&body().file(&bathe(), &STEP, Element::F64), StructureChoice::Diagonal);
+    let reference = march_diagonal::<f64>(&body().file(&bathe(), &STEP, Element::F64));
     for terms in [Terms::Apart, Terms::Together] {
         let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, terms);
-        let double = distance(&march::<f64>(&bytes, StructureChoice::Canonical), &reference);
-        // An interpolation rounds to ε times the axis' reach, 2e-17; the acceleration amplifies a stage's error by 1/(ωΔt)², 1e3
-        // for the lowest mode; over 300 steps, against a ζ of 1e-3.
+        let double = distance(&march_chapter::<f64>(&bytes), &reference);
+        // An interpolation rounds to ε times the axis' reach, 2e-17; the acceleration amplifies a stage's
+        // error by 1/(ωΔt)², 1e3 for the lowest mode; over 300 steps, against a ζ of 1e-3.
         assert!(double < 1e-8, "{terms:?}: {double:e}");
-        assert_eq!(
-            march::<f64>(&bytes, StructureChoice::Auto),
-            march::<f64>(&bytes, StructureChoice::Canonical)
-        );
     }
 }
 
 #[test]
 fn a_coordinate_off_its_axis_is_named_and_the_state_is_kept() {
     let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
-    with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
+    with_chapter::<f64, _>(&bytes, |scene, state, loads| {
         let mut saved = vec![0.0; 9];
         saved[3 + 1] = 1.5 * REACH;
         state.restore(&saved).expect("nine numbers");
         let outside = scene.step(state, loads).expect_err("off the axis");
-        let expected = StepError::OutsideAxis {
+        let expected = ChapterStepError::OutsideAxis {
             stage: 0,
             role: ChapterRole::State { family: 1, mode: 1 },
             value: 1.5 * REACH,
@@ -95,14 +104,16 @@ fn a_coordinate_off_its_axis_is_named_and_the_state_is_kept() {
 #[test]
 fn loads_the_axes_do_not_know_are_refused_by_name() {
     let apart = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
-    with_scene::<f64, _>(&apart, &SceneOptions::default(), |scene, _, loads| {
+    with_chapter::<f64, _>(&apart, |scene, _, loads| {
         let sideways = Contact { force: [1.0, 0.0, 1.0], ..push(0, 1.0) };
-        assert_eq!(loads.add_contact(scene, &sideways), Err(LoadError::OtherDirection));
-        assert_eq!(loads.add_contact(scene, &push(1, 1.0)), Err(LoadError::NotAPosition { node: 1 }));
-        assert_eq!(loads.add_pattern(scene, 0, 1.0), Err(LoadError::NoPatterns));
+        assert_eq!(loads.add_contact(scene, &sideways), Err(ChapterLoadError::OtherDirection));
+        assert_eq!(loads.add_contact(scene, &push(1, 1.0)), Err(ChapterLoadError::NotAPosition { node: 1 }));
         for force in [2.0 * LOAD, -1.0] {
             let error = loads.add_contact(scene, &push(0, force)).expect_err("off the axis");
-            assert!(matches!(error, LoadError::OutsideAxis { role: ChapterRole::Magnitude, .. }), "{error}");
+            assert!(
+                matches!(error, ChapterLoadError::OutsideAxis { role: ChapterRole::Magnitude, .. }),
+                "{error}"
+            );
         }
         assert!(loads.is_empty());
         // Apart, contacts add up, and a contact between nodes is shared.
@@ -111,11 +122,11 @@ fn loads_the_axes_do_not_know_are_refused_by_name() {
         loads.add_contact(scene, &push(0, 1.0)).expect("another one");
     });
     let together = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Together);
-    with_scene::<f64, _>(&together, &SceneOptions::default(), |scene, _, loads| {
+    with_chapter::<f64, _>(&together, |scene, _, loads| {
         let shared = Contact { nodes: [0, 2, 5], weights: [0.2, 0.3, 0.5], force: [0.0, 0.0, 2.0] };
-        assert_eq!(loads.add_contact(scene, &shared), Err(LoadError::OneContact));
+        assert_eq!(loads.add_contact(scene, &shared), Err(ChapterLoadError::OneContact));
         loads.add_contact(scene, &push(0, 1.0)).expect("the one");
-        assert_eq!(loads.add_contact(scene, &push(2, 1.0)), Err(LoadError::OneContact));
+        assert_eq!(loads.add_contact(scene, &push(2, 1.0)), Err(ChapterLoadError::OneContact));
     });
 }
 
@@ -123,7 +134,7 @@ fn loads_the_axes_do_not_know_are_refused_by_name() {
 fn contacts_apart_add_up() {
     let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let ran = |contacts: &[Contact]| {
-        with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
+        with_chapter::<f64, _>(&bytes, |scene, state, loads| {
             contacts.iter().for_each(|c| loads.add_contact(scene, c).expect("a contact"));
             assert_eq!(scene.step(state, loads), Ok(Status::Moving));
             state.zeta().to_vec()
@@ -142,23 +153,61 @@ fn other_options_than_the_files_are_refused() {
     let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let opened = File::parse(&bytes).expect("a file");
     assert_eq!(opened.minor(), 1);
+    let mut memory = vec![0.0; ChapterScene::<f64>::sizes(&opened).expect("sizes").scene];
     for options in [
         SceneOptions { time_step: Some(2e-3), ..SceneOptions::default() },
         SceneOptions { stiffness: 2.0, ..SceneOptions::default() },
+        SceneOptions { region_density: [0.5; 8], ..SceneOptions::default() },
+        SceneOptions { terms: Some(1), ..SceneOptions::default() },
+        SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() },
     ] {
-        let sizes = vademecum_eval::Scene::<f64>::sizes(&opened, &options).expect("sizes");
-        let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-        let bound = vademecum_eval::Scene::bind(&opened, &options, &mut memory, &mut work);
-        assert_eq!(bound.err(), Some(BindError::FixedStep));
+        let bound = ChapterScene::bind(&opened, &options, &mut memory);
+        assert_eq!(bound.err(), Some(ChapterBindError::Fixed), "{options:?}");
     }
-    for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
-        let options = SceneOptions { structure, ..SceneOptions::default() };
-        let sizes = vademecum_eval::Scene::<f64>::sizes(&opened, &options);
-        assert_eq!(sizes.err(), Some(BindError::NoStructure));
-    }
+    let same = SceneOptions { time_step: Some(1e-3), rest_below: 1e-9, ..SceneOptions::default() };
+    assert!(ChapterScene::bind(&opened, &same, &mut memory).is_ok());
 }
 
-/// The refusal of the canonical file after numbers of a section are changed (its own checksum is not looked at on opening).
+#[test]
+fn each_scene_refuses_the_files_of_the_other_by_name() {
+    let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
+    let opened = File::parse(&bytes).expect("a file");
+    for structure in [StructureChoice::Auto, StructureChoice::Diagonal, StructureChoice::Block] {
+        let options = SceneOptions { structure, ..SceneOptions::default() };
+        let error = Scene::<f64>::sizes(&opened, &options).expect_err("no structure of its own");
+        assert_eq!(error, BindError::OnlyChapter);
+        assert!(error.to_string().contains("ChapterScene"), "{error}");
+        let bound = Scene::<f64>::bind(&opened, &options, &mut [], &mut []);
+        assert_eq!(bound.err(), Some(BindError::OnlyChapter));
+    }
+    let ordinary = body().file(&bathe(), &STEP, Element::F64);
+    let opened = File::parse(&ordinary).expect("a file");
+    assert_eq!(ChapterScene::<f64>::sizes(&opened).err(), Some(ChapterBindError::NoChapter));
+    let bound = ChapterScene::<f64>::bind(&opened, &SceneOptions::default(), &mut []);
+    assert_eq!(bound.err(), Some(ChapterBindError::NoChapter));
+}
+
+#[test]
+fn states_and_loads_of_another_scene_are_refused() {
+    let apart = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
+    let slower = StepParameters { time_step: 2e-3, ..STEP };
+    let slower = file(&body(), &bathe(), &slower, &POSITIONS, Terms::Apart);
+    with_chapter::<f64, _>(&apart, |scene, state, loads| {
+        with_chapter::<f64, _>(&slower, |other, other_state, other_loads| {
+            let mismatch = StepError::Mismatch;
+            assert_eq!(scene.step(other_state, loads), Err(mismatch.into()));
+            assert_eq!(scene.step(state, other_loads), Err(mismatch.into()));
+            assert_eq!(other.set(state, &[0.0; 3], &[0.0; 3], other_loads), Err(mismatch));
+            assert_eq!(loads.add_contact(other, &push(0, 1.0)), Err(LoadError::Mismatch.into()));
+            assert_eq!(other.energy(state), Err(OutputError::Mismatch));
+        });
+        let short = ChapterState::new(scene, &mut [0.0; 3]).map(|_| ());
+        assert!(matches!(short, Err(ChapterBindError::Bind(BindError::LentMemory { found: 3, .. }))));
+    });
+}
+
+/// The refusal of the canonical file after numbers of a section are changed (its own checksum is not looked
+/// at on opening).
 fn refusal(kind: SectionKind, edit: impl FnOnce(&mut [u8])) -> FormatError {
     let mut bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let place = {
@@ -181,7 +230,8 @@ fn refusals_32_to_35_hostile_tables() {
     let f64_at = |place: usize, value: f64| {
         move |bytes: &mut [u8]| bytes[8 * place..][..8].copy_from_slice(&value.to_le_bytes())
     };
-    // 32: a stage that is none, out of order, no axes, more axes than there are, no terms, a stage without load.
+    // 32: a stage that is none, out of order, no axes, more axes than there are, no terms, a stage without
+    // load.
     for (place, value) in [(0, 7), (0, 1), (1, 0), (1, u32::MAX), (2, 0), (2, u32::MAX), (3, 1)] {
         let error = refusal(S::CanonicalParts, u32_at(place, value));
         assert!(
@@ -236,7 +286,7 @@ fn any_byte_of_the_tables_may_be_wrong_without_a_panic() {
             if let Ok(opened) = File::parse(&bytes) {
                 let canonical = Chapter::read(&opened).expect("what opens reads").expect("present");
                 assert!(canonical.parts().count() == 4);
-                with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
+                with_chapter::<f64, _>(&bytes, |scene, state, loads| {
                     let _ = loads.add_contact(scene, &push(0, 1.0));
                     let _ = scene.step(state, loads);
                 });
@@ -250,7 +300,8 @@ fn short_beam(options: &str) -> Problem {
     let path = repository().join("fixtures/problems/short-beam.toml");
     let text = std::fs::read_to_string(path).expect("a fixture");
     let text = format!(
-        "representation = \"canonical\"\n{text}\n[tolerance]\nsteps = 500\n[canonical]\npositions = 20\n{options}\n"
+        "representation = \"canonical\"\n{text}\n[tolerance]\nsteps = 500\n[canonical]\npositions = \
+         20\n{options}\n"
     );
     Problem::parse(&text, "short-beam.toml", PathBuf::new()).expect("a problem")
 }
@@ -290,7 +341,8 @@ fn the_chapters_own_misses_its_tolerance_and_says_so() {
 
 #[test]
 fn without_a_margin_the_certificate_reports_where_it_left() {
-    // Ranges of weak snapshots, and a load ten times as strong as they are made for cannot be asked for; a held load can.
+    // Ranges of weak snapshots, and a load ten times as strong as they are made for cannot be asked for; a
+    // held load can.
     let problem = short_beam(&format!("{REPAIRS}\nmargin = 0.0"));
     let mut text = problem.text.replace("duration = 0.1", "duration = 0.1\nhold = 0.002");
     text = text.replace("positions = 2\n", "positions = 1\ndirections = [[0.0, 1.0, 0.0]]\n");
@@ -337,4 +389,19 @@ fn the_program_builds_runs_verifies_and_describes_it() {
     std::fs::write(path("hard.toml"), scenario.replace("-20.0", "-40.0")).expect("written");
     run(&["run", "c.vdm", "--scenario", "hard.toml", "-o", "out"]).fails(7, &["magnitude of the load"]);
     run(&["report", "c.vdm", "-o", "r.html"]).fails(7, &["canonical"]);
+    // Its structure by name, another one, another step, a load pattern; and a file that has other structures
+    // only.
+    let played = |file: &str, more: &[&str]| run(&[&["run", file, "-o", "out"], more].concat());
+    let push = ["--scenario", "s.toml"];
+    let with = |more: [&'static str; 2]| [push, more].concat();
+    assert_eq!(played("c.vdm", &with(["--structure", "canonical"])).code, Some(0));
+    played("c.vdm", &with(["--structure", "block"])).fails(7, &["only the chapter's structure"]);
+    played("c.vdm", &with(["--time-step", "0.002"])).fails(7, &["holds one time step"]);
+    std::fs::write(path("gravity.toml"), "duration = 0.1\n[[pattern]]\nname = \"gravity\"\n")
+        .expect("written");
+    played("c.vdm", &["--scenario", "gravity.toml"]).fails(7, &["no axis for load patterns"]);
+    let golden = std::fs::read(repository().join("fixtures/golden/fixed-f64.vdm")).expect("a fixture");
+    std::fs::write(path("other.vdm"), golden).expect("written");
+    played("other.vdm", &with(["--structure", "canonical"]))
+        .fails(7, &["does not have the chapter's structure"]);
 }

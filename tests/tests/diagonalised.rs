@@ -1,4 +1,5 @@
-//! A block scene taken apart into modes: the march of the dense step, what it refuses, what it leaves unchanged.
+//! A block scene taken apart into modes: the march of the dense step, what it refuses, what it leaves
+//! unchanged.
 
 use vademecum_eval::{
     BindError, Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, Status, StepError, StructureChoice,
@@ -14,7 +15,8 @@ const R: usize = 10;
 const STEP: StepParameters =
     StepParameters { time_step: 2e-3, alpha: 0.2, beta: 1e-5, density: 1.0, stiffness: 1.0 };
 
-/// `E` is rounded to ε of its largest entry (1), its smallest eigenvalue is about 2e-4, and `X` and `X⁻¹` enlarge that some dozen times.
+/// `E` is rounded to ε of its largest entry (1), its smallest eigenvalue is about 2e-4, and `X` and `X⁻¹`
+/// enlarge that some dozen times.
 const ROUNDING: f64 = 1e-10;
 
 fn block() -> SceneOptions {
@@ -58,7 +60,8 @@ fn distance<T: Scalar>(steps_a_call: usize) -> f64 {
 #[test]
 fn a_modal_march_is_the_dense_march() {
     for steps in [1, 7] {
-        // E is known to a few ε; a fault of the step grows with the square of the steps at most: (7 · 200)²/2.
+        // E is known to a few ε; a fault of the step grows with the square of the steps at most: (7 ·
+        // 200)²/2.
         let error = distance::<f64>(steps);
         assert!(error < 10.0 * f64::EPSILON * 1e6, "{steps} steps a call: {error:e}");
         // The project's bound for f32 against f64 over as long a march.

@@ -1,4 +1,5 @@
-//! `vademecum export matrices` end to end: what is written is the model, digit for digit, and enough to march it.
+//! `vademecum export matrices` end to end: what is written is the model, digit for digit, and enough to march
+//! it.
 
 use std::path::Path;
 

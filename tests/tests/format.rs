@@ -1,13 +1,15 @@
-//! The file format against hostile bytes: what every numbered refusal of `formats/vademecum-1.md` says of what it found (one stored
-//! file for each is in `tests/hostile.rs`), every single flipped bit is noticed, every cut is refused, nothing panics.
+//! The file format against hostile bytes: what every numbered refusal of `formats/vademecum-1.md` says of
+//! what it found (one stored file for each is in `tests/hostile.rs`), every single flipped bit is noticed,
+//! every cut is refused, nothing panics.
 
 use proptest::prelude::*;
-use vademecum_format::scheme::{SchemeError, StepParameters};
+use vademecum_format::scheme::{StepParameters, TableError};
 use vademecum_format::{
     AxisRole, BLOCK, Codec, Element, File, FormatError, MAX_REGIONS, Metadata, Parameter, ParameterRole,
     Quantity, SectionInput, SectionKind, encode_into, encoded_len,
 };
 use vademecum_tests::hostile::{entry, put, reseal, u32_at};
+use vademecum_tests::program::repository;
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 const LAYOUT: Layout = Layout { rows: 2, load_rows: 2, columns: 2, n_interior: 1, r: 2 };
@@ -109,12 +111,12 @@ fn refusals_13_to_17_metadata() {
         Err(FormatError::Scheme(error)) => error,
         other => panic!("{other:?}"),
     };
-    assert_eq!(scheme(|m| m.scheme.n_stages = 4), SchemeError::StageCount { found: 4 });
-    assert_eq!(scheme(|m| m.scheme.stages[1].mass = f64::NAN), SchemeError::NotFinite { stage: 1 });
-    assert_eq!(scheme(|m| m.scheme.stages[0].mass_history[3] = 1.0), SchemeError::BadStage { stage: 0 });
-    assert_eq!(scheme(|m| m.scheme.stages[1].stiffness = 0.0), SchemeError::BadStage { stage: 1 });
-    assert!(matches!(scheme(|m| m.scheme.stages[0].mass = 15.0), SchemeError::Inconsistent { stage: 0, .. }));
-    assert!(matches!(scheme(|m| m.scheme.finish[2][0] = 18.0), SchemeError::Inconsistent { stage: 2, .. }));
+    assert_eq!(scheme(|m| m.scheme.n_stages = 4), TableError::StageCount { found: 4 });
+    assert_eq!(scheme(|m| m.scheme.stages[1].mass = f64::NAN), TableError::NotFinite { stage: 1 });
+    assert_eq!(scheme(|m| m.scheme.stages[0].mass_history[3] = 1.0), TableError::BadStage { stage: 0 });
+    assert_eq!(scheme(|m| m.scheme.stages[1].stiffness = 0.0), TableError::BadStage { stage: 1 });
+    assert!(matches!(scheme(|m| m.scheme.stages[0].mass = 15.0), TableError::Inconsistent { stage: 0, .. }));
+    assert!(matches!(scheme(|m| m.scheme.finish[2][0] = 18.0), TableError::Inconsistent { stage: 2, .. }));
     let axis = |place, edit: fn(&mut Metadata<'_>)| {
         assert_eq!(rewritten(edit), Err(FormatError::Axis { axis: place }))
     };
@@ -300,6 +302,16 @@ fn history_and_radii_have_the_columns_they_must_have_and_any_number_of_rows() {
 }
 
 #[test]
+fn sections_have_the_names_of_the_text() {
+    let text = std::fs::read_to_string(repository().join("formats/vademecum-1.md")).expect("the text");
+    for kind in SectionKind::ALL {
+        let since = if kind.since() > 0 { format!(" (1.{})", kind.since()) } else { String::new() };
+        let row = format!("\n| {} | {kind}{since} | ", kind.number());
+        assert!(text.contains(&row), "no row `{}`", row.trim());
+    }
+}
+
+#[test]
 fn optional_sections_of_later_versions_are_skipped() {
     let mut bytes = small();
     let at = entry(&bytes, SectionKind::ProbeNames);
@@ -375,7 +387,10 @@ proptest! {
     }
 
     #[test]
-    fn random_edits_never_panic(edits in proptest::collection::vec((0usize..4000, any::<u8>()), 1..12), seal in any::<bool>()) {
+    fn random_edits_never_panic(
+        edits in proptest::collection::vec((0usize..4000, any::<u8>()), 1..12),
+        seal in any::<bool>(),
+    ) {
         let mut bytes = small();
         let length = bytes.len();
         edits.iter().for_each(|&(at, value)| bytes[at % length] = value);

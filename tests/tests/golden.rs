@@ -5,7 +5,7 @@ use vademecum_format::{Chapter, Element, File, Section, SectionKind};
 use vademecum_rewrite::check;
 use vademecum_tests::golden;
 use vademecum_tests::program::{fixtures, repository, vademecum};
-use vademecum_tests::stage::with_scene;
+use vademecum_tests::stage::{with_chapter, with_scene};
 
 #[test]
 fn the_writer_reproduces_every_golden_file() {
@@ -51,8 +51,8 @@ fn every_golden_file_steps_in_every_structure_it_has() {
         let file = File::parse(&bytes).expect("a file");
         let metadata = *file.metadata();
         let surface = file.section(SectionKind::SurfaceBasis).is_some();
-        if let Some(canonical) = Chapter::read(&file).expect("sound tables") {
-            steps_canonically(&name, &bytes, &canonical);
+        if let Some(chapter) = Chapter::read(&file).expect("sound tables") {
+            steps_the_chapter(&name, &bytes, &chapter);
         }
         let present =
             [(StructureChoice::Diagonal, metadata.diagonal), (StructureChoice::Block, metadata.block)];
@@ -76,12 +76,11 @@ fn every_golden_file_steps_in_every_structure_it_has() {
     }
 }
 
-/// The canonical structure takes loads in its direction at its positions.
-fn steps_canonically(name: &str, bytes: &[u8], canonical: &Chapter<'_>) {
-    let options = SceneOptions { structure: StructureChoice::Canonical, ..SceneOptions::default() };
-    with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
-        let node = canonical.positions().next().expect("a position");
-        let force = canonical.direction().expect("one direction");
+/// The chapter's structure takes loads in its direction at its positions.
+fn steps_the_chapter(name: &str, bytes: &[u8], chapter: &Chapter<'_>) {
+    with_chapter::<f64, _>(bytes, |scene, state, loads| {
+        let node = chapter.positions().next().expect("a position");
+        let force = chapter.direction().expect("one direction");
         let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
         loads.add_contact(scene, &contact).expect("a contact");
         for _ in 0..100 {

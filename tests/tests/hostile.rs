@@ -1,4 +1,5 @@
-//! Every hostile file gives the refusal of its name, from the library and from the program, and every refusal has its file.
+//! Every hostile file gives the refusal of its name, from the library and from the program, and every refusal
+//! has its file.
 
 use vademecum_format::{Codec, Decoder, Element, File, FormatError, Section};
 use vademecum_rewrite::check;

@@ -1,5 +1,5 @@
-//! `formats/vademecum-1.ksy` describes the file our reader reads: the parser the Kaitai Struct compiler makes of it and
-//! `vademecum-format` are shown the same golden files and must see the same.
+//! `formats/vademecum-1.ksy` describes the file our reader reads: the parser the Kaitai Struct compiler makes
+//! of it and `vademecum-format` are shown the same golden files and must see the same.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -12,7 +12,8 @@ use vademecum_tests::golden;
 use vademecum_tests::program::repository;
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
-/// The folder with the compiler. Outside CI a machine without node or without a registry skips; in CI that is a failure.
+/// The folder with the compiler. Outside CI a machine without node or without a registry skips; in CI that is
+/// a failure.
 fn modules() -> Option<String> {
     let script = repository().join("tests/scripts/kaitai-modules");
     let output = Command::new("sh").arg(script).output().expect("a shell");
@@ -93,7 +94,8 @@ fn metadata(m: &Metadata<'_>) -> Value {
         "scheme_name": m.scheme_name, "n_stages": m.scheme.n_stages,
         "stages": m.scheme.stages.iter().map(stage).collect::<Vec<_>>(),
         "finish": bits(m.scheme.finish.concat()),
-        "time": bits([m.time_step, m.alpha, m.beta]), "n_regions": m.n_regions, "n_axes": m.n_axes, "n_terms": m.n_terms,
+        "time": bits([m.time_step, m.alpha, m.beta]), "n_regions": m.n_regions,
+        "n_axes": m.n_axes, "n_terms": m.n_terms,
         "parameters": m.active_parameters().iter().map(parameter).collect::<Vec<_>>(),
         "axes": m.active_axes().iter().map(axis).collect::<Vec<_>>(),
         "structures": [u8::from(m.diagonal), u8::from(m.block)],
@@ -110,7 +112,8 @@ fn ours(bytes: &[u8]) -> Value {
         let stored = s.stored();
         json!({ "kind": s.kind().number(), "element": s.element() as u8, "codec": s.codec() as u8,
             "required": s.is_required(), "shape": s.shape(), "offset": stored.as_ptr() as usize - origin,
-            "stored_length": stored.len(), "decoded_length": s.decoded_length(), "crc32": crc32fast::hash(stored),
+            "stored_length": stored.len(), "decoded_length": s.decoded_length(),
+            "crc32": crc32fast::hash(stored),
             "stored_bytes": stored.len(), "values": values(&s), "blocks": blocks(&s) })
     };
     json!({

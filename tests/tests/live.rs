@@ -89,8 +89,9 @@ fn at_the_nodes_the_separated_file_is_the_file_built_there() {
             with_scene::<f64, _>(&body.fixed(&scheme, &step, &scales), &SceneOptions::default(), march);
         let error = distance(&live, &built);
         println!("Δt {dt}, scales {scales:?}: {error:.1e}");
-        // The coordinates carry a few roundings (ε each), the cardinal functions of nodes 1.8 apart or less turn them into a few
-        // times as much in E, and a fault of E grows at most with the square of the steps, 50²/2.
+        // The coordinates carry a few roundings (ε each), the cardinal functions of nodes 1.8 apart or less
+        // turn them into a few times as much in E, and a fault of E grows at most with the square of the
+        // steps, 50²/2.
         assert!(error < 10.0 * f64::EPSILON * 1250.0, "{error:e}");
     }
     let nominal =
@@ -100,7 +101,8 @@ fn at_the_nodes_the_separated_file_is_the_file_built_there() {
     assert!(distance(&moved, &nominal) > 1e-3, "the scales matter");
 }
 
-/// `E` and the rows of `H` at node 1 as one step shows them: Newmark without damping gives `ζ_1 = ζ_0 + E ζ_0 + Δt²/m̃ HᵀF`.
+/// `E` and the rows of `H` at node 1 as one step shows them: Newmark without damping gives
+/// `ζ_1 = ζ_0 + E ζ_0 + Δt²/m̃ HᵀF`.
 fn response_by_stepping(bytes: &[u8], options: &SceneOptions, load_weight: f64) -> Vec<f64> {
     with_scene::<f64, _>(bytes, options, |scene, state, loads| {
         let mut found = vec![0.0; R * R];
@@ -160,10 +162,11 @@ fn between_the_nodes_the_error_is_that_of_interpolation() {
         errors.push(worst);
     }
     println!("errors of E and H with 5, 9 and 13 points: {errors:?}");
-    // In x = ln c the resolvent 1/(1 + θλ) is analytic for |Im x| < π, the contrast's for |Im x| < π/2. The ellipses through
-    // half-heights 2.9 and 1.4 around half-ranges ln 8 and ln 2 have ρ = 3.1 and 4.3; on them it is at most 1/sin 2.9 = 4.2 and
-    // 1/cos 1.4 = 5.9 large. Interpolation of degree n − 1 errs by 4 M ρ^(1−n)/(ρ − 1) at most, the first axis' error is seen
-    // through the second's Lebesgue constant (below 3 for n ≤ 13), and the rows of H are √3 of B and thus below 1.
+    // In x = ln c the resolvent 1/(1 + θλ) is analytic for |Im x| < π, the contrast's for |Im x| < π/2. The
+    // ellipses through half-heights 2.9 and 1.4 around half-ranges ln 8 and ln 2 have ρ = 3.1 and 4.3; on
+    // them it is at most 1/sin 2.9 = 4.2 and 1/cos 1.4 = 5.9 large. Interpolation of degree n − 1 errs by 4 M
+    // ρ^(1−n)/(ρ − 1) at most, the first axis' error is seen through the second's Lebesgue constant (below 3
+    // for n ≤ 13), and the rows of H are √3 of B and thus below 1.
     for (n, error) in [5, 9, 13].into_iter().zip(&errors) {
         let bound = |m: f64, rho: f64| 4.0 * m * rho.powi(1 - n) / (rho - 1.0);
         assert!(*error <= 3.0 * bound(4.2, 3.1) + bound(5.9, 4.3), "{n} points: {error:e}");
@@ -184,7 +187,8 @@ fn with_region_densities_the_block_is_a_general_matrix() {
         let scales = Scales { stiffness: [1.0; 2], density: [1.0, rho] };
         let found = response_by_stepping(&bytes, &asked(&file, &[("dense", rho)]), load);
         let expected = response_by_solving(&body, theta, &scales);
-        // One cardinal function is one, the others vanish up to the rounding of the coordinate; then a few roundings of numbers ≤ 1.
+        // One cardinal function is one, the others vanish up to the rounding of the coordinate; then a few
+        // roundings of numbers ≤ 1.
         assert!(
             found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13),
             "{rho}: {found:?} {expected:?}"
@@ -275,7 +279,8 @@ fn what_is_refused_changes_nothing_and_is_named() {
     state.save_into(&mut after).expect("saved");
     assert_eq!((saved, scene.options()), (after, &options));
     assert_eq!(march(&scene, &mut state, &mut loads), before);
-    // The ends of the ranges are in them, also where products round: both κ at their ends put the contrast at its own.
+    // The ends of the ranges are in them, also where products round: both κ at their ends put the contrast at
+    // its own.
     for (a, b) in [(0.5, 2.0), (2.0, 0.5)] {
         let ends = asked(&file, &[("soft", a), ("hard", b)]);
         scene.rebind(&ends, &mut lent.work).expect("the ends belong to the range");
@@ -357,7 +362,8 @@ fn the_state_is_carried_over_when_the_time_step_changes() {
         }
     }
     println!("carried over two changes of the time step: {:.1e}", worst / largest);
-    // The printed formulas lose about ε/(ωΔt)² a step, 2.5e-13 at ωΔt = 0.03, over 180 steps and growing with their square: 4e-9.
+    // The printed formulas lose about ε/(ωΔt)² a step, 2.5e-13 at ωΔt = 0.03, over 180 steps and growing with
+    // their square: 4e-9.
     assert!(worst < 4e-9 * largest, "{:e}", worst / largest);
 }
 

@@ -1,5 +1,5 @@
-//! A scene reads what its needs ask for and nothing else: with every other number of the file poisoned, the bits stay the same, and what
-//! is read is as much as [`Scene::cost`] says.
+//! A scene reads what its needs ask for and nothing else: with every other number of the file poisoned, the
+//! bits stay the same, and what is read is as much as [`Scene::cost`] says.
 
 use vademecum_eval::{
     BindError, Contact, Cost, Field, Loads, Scene, SceneOptions, State, StepError, StructureChoice,
@@ -17,7 +17,8 @@ const NODES: [u32; 3] = [1, 4, 3];
 const LARGE: [S; 6] =
     [S::SurfaceBasis, S::InteriorBasis, S::BlockLoad, S::PatternBasis, S::PatternBlock, S::ProbeRows];
 
-/// The file with a NaN for every number of the large sections that `needed(kind, index)` does not want; with how many bytes it wants.
+/// The file with a NaN for every number of the large sections that `needed(kind, index)` does not want; with
+/// how many bytes it wants.
 fn poisoned(bytes: &[u8], needed: impl Fn(S, usize) -> bool) -> (Vec<u8>, usize) {
     let file = File::parse(bytes).expect("a file");
     let mut kept = 0;
@@ -203,7 +204,8 @@ fn terms_that_vanish_at_the_parameters_are_not_read() {
     }
 }
 
-/// Binding, a change of parameters, a contact, a pattern and steps, of a scene that keeps its number of terms throughout.
+/// Binding, a change of parameters, a contact, a pattern and steps, of a scene that keeps its number of terms
+/// throughout.
 fn life_with_terms(bytes: &[u8], options: &SceneOptions) -> (Vec<u64>, Cost) {
     let file = File::parse(bytes).expect("a file");
     let sizes = Scene::<f64>::sizes(&file, options).expect("sizes");

@@ -1,5 +1,5 @@
-//! Opening, binding, stepping, loading and reading allocate nothing: a counting allocator stands in for the system's.
-//! One test in this file, so that no other thread allocates meanwhile.
+//! Opening, binding, stepping, loading and reading allocate nothing: a counting allocator stands in for the
+//! system's. One test in this file, so that no other thread allocates meanwhile.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout as Memory, System};

@@ -93,7 +93,8 @@ fn bad_problems() -> Vec<(usize, String)> {
         format!("[[output.probe]]\nname = {name}\npoint = {point}\ndirection = {direction}\n")
     };
     let parameter = |rest: &str| format!("[[parameter]]\nname = \"a\"\n{rest}\n");
-    let twice = "kind = \"alpha\"\nrange = [0.0, 1.0]\n[[parameter]]\nname = \"b\"\nkind = \"alpha\"\nrange = [0.0, 1.0]";
+    let twice = "kind = \"alpha\"\nrange = [0.0, 1.0]\n[[parameter]]\nname = \"b\"\nkind = \"alpha\"\nrange \
+        = [0.0, 1.0]";
     let canonical = |rest: &str| format!("representation = \"canonical\"\n[canonical]\n{rest}\n");
     let matrices = |rest: &str| {
         let mesh = "[mesh]\nmatrices = { mass = \"m\", stiffness = \"k\", dofs = \"d\" } # no [[material]]";

@@ -1,5 +1,5 @@
-//! Live parameters end to end: a small body of two materials is built, certified, written, and stepped at parameters that no
-//! build saw, beside a full-order march of a problem that has them fixed.
+//! Live parameters end to end: a small body of two materials is built, certified, written, and stepped at
+//! parameters that no build saw, beside a full-order march of a problem that has them fixed.
 
 use serde_json::Value;
 use vademecum_eval::{Contact, SceneOptions};
@@ -78,8 +78,12 @@ fn a_build_over_three_parameters_keeps_what_it_promises() {
     assert!(number("map_error_rms") <= 1e-6 && number("map_error_max") <= 1e-5);
     assert!(number("spectral_radius_max") <= 1.0 + 1e-12);
     assert!(number("trajectory_error_max") <= 3.0 * number("trajectory_floor_max") + 1e-6);
-    assert_eq!(info["parameters"].as_array().map(Vec::len), Some(3));
-    // The history ends where the solution met its tolerance; the worst sample of the radius is the one certified.
+    let parameters = info["parameters"].as_array().expect("a list");
+    let roles: Vec<&str> = parameters.iter().filter_map(|parameter| parameter["role"].as_str()).collect();
+    assert_eq!(roles, ["RegionStiffness 0", "RegionStiffness 1", "TimeStep"]);
+    assert_eq!([&info["axes"][0]["role"], &info["axes"][0]["kind"]], ["Monomial", "Chebyshev"]);
+    // The history ends where the solution met its tolerance; the worst sample of the radius is the one
+    // certified.
     let history = info["enrichment_history"].as_array().expect("a history");
     let error = |entry: &Value| entry["error"].as_f64().expect("an error");
     assert_eq!(history.last().expect("entries")["terms"], certificate["terms"]);
@@ -98,7 +102,8 @@ fn a_build_over_three_parameters_keeps_what_it_promises() {
     fewer_terms_keep_a_coarser_tolerance(&path(&file));
 }
 
-/// The error that a scene of fewer terms has, measured against the scene of all, at values of the parameters in the middle of nowhere.
+/// The error that a scene of fewer terms has, measured against the scene of all, at values of the parameters
+/// in the middle of nowhere.
 fn fewer_terms_keep_a_coarser_tolerance(path: &str) {
     let bytes = std::fs::read(path).expect("a file");
     let file = File::parse(&bytes).expect("a file");
@@ -131,7 +136,8 @@ fn fewer_terms_keep_a_coarser_tolerance(path: &str) {
             let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
             let off = norm(&mut some.iter().zip(&all).map(|(a, b)| a - b)) / norm(&mut all.iter().copied());
             println!("{terms} terms for {tolerance:e}, at {values:?}: {off:.1e}");
-            // Each step adds no more than the maps' error, relative to what it changes: at most its number times as much.
+            // Each step adds no more than the maps' error, relative to what it changes: at most its number
+            // times as much.
             assert!(0.0 < off && off <= tolerance * STEPS as f64, "{terms} terms: {off:e}");
         }
     }
@@ -154,7 +160,8 @@ fn a_range_without_the_problems_own_value_and_an_unknown_region_are_named_with_t
     }
 }
 
-/// Writes a problem, runs `build` on it with further arguments, and gives what came back and the path of the file.
+/// Writes a problem, runs `build` on it with further arguments, and gives what came back and the path of the
+/// file.
 fn build(
     folder: &std::path::Path,
     problem: &str,
@@ -236,7 +243,8 @@ scale = "log"
 
 #[test]
 fn a_march_as_long_as_the_certificate_promises_keeps_the_tolerance_and_a_much_longer_one_does_not() {
-    // A coarse map whose drift is seen early; the scheme damps the high modes, so the floor falls while the error grows.
+    // A coarse map whose drift is seen early; the scheme damps the high modes, so the floor falls while the
+    // error grows.
     let parameter =
         "[[parameter]]\nname = \"stiffness\"\nkind = \"stiffness\"\nrange = [0.5, 2.0]\nscale = \"log\"\n";
     let certificate = |steps: usize| {
@@ -293,7 +301,8 @@ fn four_regions_and_a_time_step_run_through_the_program() {
     let path = vademecum_tests::program::repository().join("fixtures/problems/four-materials.toml");
     let fixture = std::fs::read_to_string(path).expect("the fixture");
     let mut problem = fixture;
-    // The fixture coarsened: a coarse mesh, three modes, a map good to 1e-3, marches of 20 steps; the axes are the same.
+    // The fixture coarsened: a coarse mesh, three modes, a map good to 1e-3, marches of 20 steps; the axes
+    // are the same.
     for (from, to) in [
         ("divisions = [24, 2, 2]", "divisions = [8, 1, 1]"),
         ("modes = 8", "modes = 3"),
@@ -305,7 +314,8 @@ fn four_regions_and_a_time_step_run_through_the_program() {
         problem = problem.replace(from, to);
     }
     let folder = tempfile::tempdir().expect("a folder");
-    // A map good to 1e-3 does not keep an undamped step stable (the program says where); only the maps are asked here.
+    // A map good to 1e-3 does not keep an undamped step stable (the program says where); only the maps are
+    // asked here.
     let (ran, file) = build(folder.path(), &problem, &["--keep-missed"]);
     let report = ran.json();
     assert_eq!(report["separation"]["stop"], "Tolerance");

@@ -103,8 +103,8 @@ fn modes_are_those_of_a_beam() {
     let modes = run([&"modes", &short_beam(), &"--count", &"6", &"--json"]).json();
     let frequencies = modes["frequencies_hz"].as_array().expect("a list");
     assert_eq!(frequencies.len(), 6);
-    // Euler–Bernoulli, h = 0.1: 0.5596 √(E/ρ h²/12)/L² = 20.85 Hz, twice; shear at L/h = 10 takes 1 to 2 % from it and
-    // six quadratic elements along the beam give a few percent back.
+    // Euler–Bernoulli, h = 0.1: 0.5596 √(E/ρ h²/12)/L² = 20.85 Hz, twice; shear at L/h = 10 takes 1 to 2 %
+    // from it and six quadratic elements along the beam give a few percent back.
     let euler: f64 = 0.5596 * (2e9 / 1200.0 * 0.01 / 12.0_f64).sqrt();
     for frequency in &frequencies[..2] {
         let frequency = frequency.as_f64().expect("a number");
@@ -243,6 +243,7 @@ fn a_damaged_file_is_refused_wherever_the_damage_is() {
     }
     std::fs::write(&path, &bytes[..bytes.len() - 1]).expect("written");
     run([&"info", &path]).fails(7, &["damaged.vdm"]);
+    run([&"info", &folder.path().join("none.vdm")]).fails(7, &["none.vdm", "cannot be opened", "because:"]);
 }
 
 #[test]
@@ -256,6 +257,27 @@ fn a_scenario_that_does_not_fit_is_refused_by_name() {
     refused("duration = 0.1\n[[pattern]]\nname = \"wind\"", &["wind", "gravity"]);
     refused("duration = -0.1", &["scenario.toml", "duration"]);
     refused("duration = 0.1\nlength = 2.0", &["scenario.toml", "line 2", "length"]);
+}
+
+#[test]
+fn a_file_stripped_to_its_probes_still_runs_under_its_patterns() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [scenario, stripped] = ["scenario.toml", "probes.vdm"].map(|name| folder.path().join(name));
+    std::fs::write(&scenario, "duration = 0.05\n[[pattern]]\nname = \"gravity\"").expect("written");
+    let strip = run([&"strip", &built(), &"--keep", &"probes", &"--for", &scenario, &"-o", &stripped]);
+    assert_eq!(strip.code, Some(0), "{}", strip.stderr);
+    let probes = |file: &Path, name: &str| {
+        let output = folder.path().join(name);
+        let ran = run([&"run", &file, &"--scenario", &scenario, &"-o", &output]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        std::fs::read(output.join("probes.csv")).expect("a table")
+    };
+    assert!(probes(&stripped, "stripped") == probes(built(), "whole"));
+    // Fields are drawn on a surface, which is gone.
+    let fields = "duration = 0.05\n[output]\nfields_every = 10";
+    std::fs::write(&scenario, fields).expect("written");
+    let ran = run([&"run", &stripped, &"--scenario", &scenario, &"-o", &folder.path().join("fields")]);
+    ran.fails(7, &["probes.vdm", "NodeCoordinates"]);
 }
 
 #[test]

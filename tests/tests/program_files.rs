@@ -1,5 +1,5 @@
-//! What the program leaves on the disk and takes from other programs: fields for ParaView, imported snapshots, nothing after
-//! Ctrl-C.
+//! What the program leaves on the disk and takes from other programs: fields for ParaView, imported
+//! snapshots, nothing after Ctrl-C.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -27,7 +27,8 @@ fn build(problem: &Path, file: &Path) {
     assert_eq!(built.code, Some(0), "{}", built.stderr);
 }
 
-/// A Python with meshio. Outside CI a machine without Python or without a registry skips; in CI that is a failure.
+/// A Python with meshio. Outside CI a machine without Python or without a registry skips; in CI that is a
+/// failure.
 fn python_with_meshio() -> Option<String> {
     let script = repository().join("tests/scripts/meshio-python");
     let output = Command::new("sh").arg(script).output().expect("a shell");
@@ -82,7 +83,8 @@ fn meshio_reads_the_fields_of_a_run() {
     }
 }
 
-/// Each field against the table's row of its step: the probe `tip` is the z displacement of the node at that point.
+/// Each field against the table's row of its step: the probe `tip` is the z displacement of the node at that
+/// point.
 fn compare(entries: &[Value], table: &[Vec<f64>], points: usize) {
     assert_eq!(entries.len(), 11);
     let mut moved = 0.0_f64;
@@ -102,7 +104,8 @@ fn compare(entries: &[Value], table: &[Vec<f64>], points: usize) {
     assert!(moved > 1e-5, "the push moves the tip");
 }
 
-/// The snapshots of the plan over all dofs, as another program would hand them over: shape (3 nodes, snapshots).
+/// The snapshots of the plan over all dofs, as another program would hand them over: shape (3 nodes,
+/// snapshots).
 fn full_order_snapshots(problem: &Problem) -> (Prepared, Matrix) {
     let mut watch = Stopwatch::new(&Silent);
     let prepared = prepare(problem, &mut watch, &Silent).expect("a model");

@@ -1,8 +1,10 @@
-//! Is "solve at full order, project with `BᵀM`" stable for every basis? The statements of `docs/theory/4-basis.md`, tested.
+//! Is "solve at full order, project with `BᵀM`" stable for every basis? The statements of
+//! `docs/theory/4-basis.md`, tested.
 //!
-//! With the mass projection a stage is the Galerkin stage of the stiffness `X(θ) = (C(θ)⁻¹ − I)/θ`, symmetric and positive. One θ
-//! for all stages: one oscillator per eigenvector of `X`, stable as the scheme is. Two θ (Bathe): two stiffnesses that need not
-//! commute, and there the search below finds steps that grow by up to 1.1e-7.
+//! With the mass projection a stage is the Galerkin stage of the stiffness `X(θ) = (C(θ)⁻¹ − I)/θ`, symmetric
+//! and positive. One θ for all stages: one oscillator per eigenvector of `X`, stable as the scheme is. Two θ
+//! (Bathe): two stiffnesses that need not commute, and there the search below finds steps that grow by up to
+//! 1.1e-7.
 
 use proptest::prelude::*;
 use vademecum_build::Matrix;
@@ -11,20 +13,21 @@ use vademecum_build::dynamics::SchemeKind;
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::report::CertificateReport;
 use vademecum_build::response::StageResponse;
-use vademecum_build::response::reduced::fused_radius;
 use vademecum_format::StructureCertificate;
 use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
+use vademecum_tests::fused::fused_radius;
 use vademecum_tests::synthetic::Random;
 
 /// The most the search finds for Bathe, less one.
 const BATHE_EXCESS: f64 = 1.0993789e-7;
 
-/// Frequencies times Δt the random pencils hold. Beyond, eigenvalues of the step near 1 and −1 lie so close together that rounding
-/// hides what is asked.
+/// Frequencies times Δt the random pencils hold. Beyond, eigenvalues of the step near 1 and −1 lie so close
+/// together that rounding hides what is asked.
 const OMEGA: (f64, f64) = (1e-2, 1e2);
 
-/// What rounding may do to a radius there: an error ε of the map moves eigenvalues that lie Ω (near 1) or 1/Ω (near −1) apart by
-/// ε/Ω and εΩ, each times the map's few dozen entries and the condition of its eigenvectors, again up to 1/Ω and Ω.
+/// What rounding may do to a radius there: an error ε of the map moves eigenvalues that lie Ω (near 1) or 1/Ω
+/// (near −1) apart by ε/Ω and εΩ, each times the map's few dozen entries and the condition of its
+/// eigenvectors, again up to 1/Ω and Ω.
 const ROUNDING: f64 = 100.0 * f64::EPSILON * OMEGA.1 * OMEGA.1;
 
 fn table(scheme: SchemeKind) -> SchemeTable {
@@ -64,7 +67,8 @@ fn orthonormal(n: usize, columns: usize, random: &mut Random) -> Matrix {
 }
 
 impl Body {
-    /// `M = G Gᵀ`, `K = G Q diag(ω²) Qᵀ Gᵀ`, `B = G⁻ᵀ W` with `G` lower triangular, `Q` orthogonal and `W` orthonormal.
+    /// `M = G Gᵀ`, `K = G Q diag(ω²) Qᵀ Gᵀ`, `B = G⁻ᵀ W` with `G` lower triangular, `Q` orthogonal and `W`
+    /// orthonormal.
     fn random(omega: &[f64], modes: usize, seed: u64) -> Self {
         let (n, mut random) = (omega.len(), Random::new(seed));
         let g = Matrix::from_fn(n, n, |i, j| match i.cmp(&j) {
@@ -132,7 +136,11 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
     #[test]
-    fn schemes_of_one_theta_are_stable_on_any_basis((_, body) in body(), damped in any::<bool>(), share in 0.0..1.0f64) {
+    fn schemes_of_one_theta_are_stable_on_any_basis(
+        (_, body) in body(),
+        damped in any::<bool>(),
+        share in 0.0..1.0f64,
+    ) {
         let step = if damped { at(1.0, share, 1.0 - share) } else { at(1.0, 0.0, 0.0) };
         for scheme in one_theta() {
             let excess = body.excess(scheme, &step);
@@ -166,8 +174,8 @@ proptest! {
     }
 }
 
-/// Two stage stiffnesses of two modes: `X₂ = diag(Ω₁², Ω₂²)` and `X₁ = X₂ + 7/9 τ X₂^½ q qᵀ X₂^½`, `q = (cos φ, sin φ)`. Every such pair
-/// is that of a pencil and a basis (docs/theory/4-basis.md).
+/// Two stage stiffnesses of two modes: `X₂ = diag(Ω₁², Ω₂²)` and `X₁ = X₂ + 7/9 τ X₂^½ q qᵀ X₂^½`,
+/// `q = (cos φ, sin φ)`. Every such pair is that of a pencil and a basis (docs/theory/4-basis.md).
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     omega: [f64; 2],
@@ -223,8 +231,8 @@ fn search_finds_steps_that_grow_and_none_that_grows_faster() {
     assert!((best - BATHE_EXCESS).abs() < 1e-13, "{best:e}");
 }
 
-/// The pair found, as three dofs with unit masses and a basis of the first two: with `d` large the third dof is stiff, and
-/// `X(θ) = S + P/(1 + θd)`.
+/// The pair found, as three dofs with unit masses and a basis of the first two: with `d` large the third dof
+/// is stiff, and `X(θ) = S + P/(1 + θd)`.
 fn counterexample() -> Body {
     let (omega, phi, tau, d) = ([0.0745_f64, 10.46], 1.2808_f64, 0.999, 1e5);
     let q = [phi.cos(), phi.sin()];

@@ -1,4 +1,5 @@
-//! Quantised and block-coded sections: what they cost, that they are read where they lie and in part, and that no bytes in them do harm.
+//! Quantised and block-coded sections: what they cost, that they are read where they lie and in part, and
+//! that no bytes in them do harm.
 
 use std::sync::OnceLock;
 
@@ -50,7 +51,8 @@ fn rounding_keeps_its_tolerance_and_says_what_it_cost() {
             assert!(0.0 < loss.displacement && loss.displacement <= tolerance, "{kind:?} {loss:?}");
             assert!(loss.worst_mode <= WORST_MODE * tolerance);
         }
-        // The loss of a basis, recomputed from its definition: without a table of modes all shares are the same.
+        // The loss of a basis, recomputed from its definition: without a table of modes all shares are the
+        // same.
         let [exact, rounded] = [raw(), &opened].map(|bytes| numbers(bytes, SectionKind::SurfaceBasis));
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
         let off: Vec<f64> = exact.iter().zip(&rounded).map(|(a, b)| a - b).collect();
@@ -124,10 +126,11 @@ fn reads_in_place<T: Scalar>() {
     let opened = unpack(&packed(tolerance), DECODED_LIMIT).expect("unpacked");
     for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
         let [body, nodes, contact] = fields::<T>(&opened, structure);
-        // The same rows three ways: row by row in f64, all at once in T. Each of r products and sums rounds once or twice.
+        // The same rows three ways: row by row in f64, all at once in T. Each of r products and sums rounds
+        // once or twice.
         assert!(difference(&body, &nodes) <= 64.0 * T::EPSILON * norm(&nodes));
-        // Against the exact basis: no mode is off by more than 32 tolerances of itself, and Σ_k |ζ_k| |B_k| ≤ r^½ |u| if the columns are
-        // orthogonal, which those of this body are to a few per cent.
+        // Against the exact basis: no mode is off by more than 32 tolerances of itself, and Σ_k |ζ_k| |B_k| ≤
+        // r^½ |u| if the columns are orthogonal, which those of this body are to a few per cent.
         let [exact, _, exact_contact] = fields::<f64>(raw(), structure);
         let bound = WORST_MODE * tolerance * 10.0f64.sqrt();
         let off = difference(&exact, &nodes);
@@ -266,7 +269,8 @@ fn a_wrong_table_or_frame_is_refused_by_number() {
         let at = b.len() - 8;
         b[at..].fill(0xFF);
     }));
-    // Twice the block length: half as many entries are read as ends, and what lies there is no frame of that length.
+    // Twice the block length: half as many entries are read as ends, and what lies there is no frame of that
+    // length.
     let found = refusal(&|b| {
         let length = u64::from_le_bytes(b[..8].try_into().expect("8"));
         b[..8].copy_from_slice(&(2 * length).to_le_bytes());

@@ -1,9 +1,10 @@
-//! A body at rest: the energy its rest takes away, what wakes it, and that quiet bodies do rest and cost nothing extra before.
+//! A body at rest: the energy its rest takes away, what wakes it, and that quiet bodies do rest and meet no
+//! denormal number before.
 
-use std::time::Instant;
 use vademecum_eval::{Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, Status, StructureChoice};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
+use vademecum_tests::denormals::{Denormals, watch};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, Random, bathe};
 
@@ -18,7 +19,8 @@ fn file(time_step: f64, alpha: f64) -> (Body, Vec<u8>) {
     (body, bytes)
 }
 
-/// Decays from random states under random damping to random thresholds: the twin that never rests shows what was dropped.
+/// Decays from random states under random damping to random thresholds: the twin that never rests shows what
+/// was dropped.
 #[test]
 fn rest_takes_no_more_than_the_stated_energy() {
     let mut random = Random::new(7);
@@ -45,7 +47,8 @@ fn rest_takes_no_more_than_the_stated_energy() {
                 let dropped = free.energy(twin).expect("energy");
                 assert!(dropped > 0.0 && dropped <= stated, "{structure:?}: {dropped:e} of {stated:e}");
                 closest = closest.max(dropped / stated);
-                // ½ s_K λ_min |ζ|² ≤ E, and the energy of a free run stays within 1 + 1e-6 of its start (the certificate's limit).
+                // ½ s_K λ_min |ζ|² ≤ E, and the energy of a free run stays within 1 + 1e-6 of its start (the
+                // certificate's limit).
                 let softest = body.lambda.iter().fold(f64::MAX, |a, &b| a.min(b));
                 for _ in 0..2000 {
                     free.step(twin, loads).expect("step");
@@ -75,7 +78,8 @@ fn a_load_wakes_and_a_change_of_parameters_does_not() {
     assert_eq!(scene.step(&mut state, &loads), Ok(Status::Moving));
     loads.clear();
     while scene.step(&mut state, &loads) == Ok(Status::Moving) {}
-    // Zero is the rest of an unloaded body at every stiffness and density: nothing to wake for. A held load would have kept it awake.
+    // Zero is the rest of an unloaded body at every stiffness and density: nothing to wake for. A held load
+    // would have kept it awake.
     let other = SceneOptions { stiffness: 3.0, time_step: Some(2e-3), ..options };
     scene.rebind(&other, &mut work).expect("rebound");
     state.carry(&scene).expect("carried");
@@ -89,72 +93,90 @@ fn a_load_wakes_and_a_change_of_parameters_does_not() {
     assert_eq!(scene.step(&mut state, &loads), Ok(Status::Moving), "and so does a state");
 }
 
-/// Time of a thousand steps (fastest of ten) and whether the body rests at the end of `n`.
-fn ring_down<T: Scalar>(structure: StructureChoice, alpha: f64, start: f64, n: usize) -> (f64, bool) {
+/// Whether all numbers of a state are zero or normal.
+fn normal<T: Scalar>(state: &State<'_, T>) -> bool {
+    let mut numbers = [T::ZERO; 3 * R];
+    state.save_into(&mut numbers).expect("length");
+    let smallest = if size_of::<T>() == 4 { f64::from(f32::MIN_POSITIVE) } else { f64::MIN_POSITIVE };
+    numbers.iter().all(|x| x.to_f64() == 0.0 || x.to_f64().abs() >= smallest)
+}
+
+/// Steps from a state where all numbers are `start` until the body rests, and tells after how many steps it
+/// does.
+///
+/// # Panics
+/// If a step takes or gives a denormal number, or the body does not rest within `n` steps.
+fn ring_down<T: Scalar>(structure: StructureChoice, alpha: f64, start: f64, n: usize) -> usize {
     let options = SceneOptions { structure, ..SceneOptions::default() };
     with_scene::<T, _>(&file(1e-3, alpha).1, &options, |scene, state, loads| {
-        let mut fastest = f64::MAX;
-        for _ in 0..10 {
-            state.restore(&[T::from_f64(start); 3 * R]).expect("start");
-            let clock = Instant::now();
-            for _ in 0..1000 {
-                scene.step(state, loads).expect("step");
+        state.restore(&[T::from_f64(start); 3 * R]).expect("start");
+        let (mut steps, mut status) = (0, Status::Moving);
+        let seen = watch(|| {
+            while status == Status::Moving && steps < n {
+                status = scene.step(state, loads).expect("step");
+                steps += 1;
+                assert!(normal(state), "{structure:?}, alpha {alpha}: step {steps} leaves a denormal state");
             }
-            fastest = fastest.min(clock.elapsed().as_secs_f64());
-        }
-        let rests = (0..n).any(|_| scene.step(state, loads) == Ok(Status::AtRest));
-        (fastest, rests)
+        });
+        assert_ne!(seen, Denormals::Met, "{structure:?}, alpha {alpha}: a step met denormal numbers");
+        assert_eq!(status, Status::AtRest, "{structure:?}, alpha {alpha}: does not rest in {n} steps");
+        steps
     })
 }
 
-/// A body that rings down never meets denormal numbers, and comes to rest however lightly it is damped: there is a floor under the
-/// numbers and a threshold above the floor.
+/// A body that rings down never meets denormal numbers, and comes to rest however lightly it is damped: there
+/// is a floor under the numbers and a threshold above the floor. A step that meets no denormal number costs
+/// what every step costs.
 #[test]
-fn a_body_that_rings_down_neither_slows_down_nor_goes_on_for_ever() {
-    for structure in STRUCTURES {
-        for (alpha, n) in [(0.1, 400_000), (5.0, 100_000)] {
-            let (normal, _) = ring_down::<f32>(structure, alpha, 1e-3, 0);
-            // Above the threshold, and what a step leaves of it in the accelerations is at the floor.
-            let (quiet, rests) = ring_down::<f32>(structure, alpha, 2e-18, n);
-            println!("{structure:?}, alpha {alpha}: {:.1} times the time near the floor", quiet / normal);
-            assert!(rests, "{structure:?}, alpha {alpha}: never rests");
-            // Denormals cost ten times and more where they cost; three leaves room for a busy machine.
-            assert!(quiet < 3.0 * normal, "{structure:?}: {quiet:e} s against {normal:e} s");
+fn a_body_that_rings_down_meets_no_denormals_and_does_not_go_on_for_ever() {
+    // From an ordinary amplitude, and from just above the threshold, where a step leaves accelerations at the
+    // floor.
+    for (alpha, start, n) in [(5.0, 1e-3, 100_000), (5.0, 2e-18, 100_000), (0.1, 2e-18, 400_000)] {
+        for structure in STRUCTURES {
+            let steps = ring_down::<f32>(structure, alpha, start, n);
+            println!("{structure:?}, alpha {alpha}, from {start:e}: rests after {steps} steps");
         }
     }
 }
 
-/// Loads of 1e±12 and denormal ones: the answer is the load's size, and the time is the same.
+/// Loads of 1e±12 and denormal ones: the answer is the load's size, and no denormal number reaches a state.
 #[test]
 fn the_size_of_a_load_changes_nothing_but_the_size_of_the_answer() {
     let (_, bytes) = file(1e-3, 1.0);
     for structure in STRUCTURES {
         let options = SceneOptions { structure, ..SceneOptions::default() };
-        let run = |force: f64| {
+        let run = |force: f64, each: &mut dyn FnMut(&State<'_, f64>)| {
             with_scene::<f64, _>(&bytes, &options, |scene, state, loads| {
                 let contact =
                     Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force: [force, 0.0, 0.0] };
                 loads.add_contact(scene, &contact).expect("contact");
-                let clock = Instant::now();
-                for _ in 0..20_000 {
-                    scene.step(state, loads).expect("step");
-                }
-                (clock.elapsed().as_secs_f64(), state.zeta().to_vec())
+                let seen = watch(|| {
+                    for _ in 0..20_000 {
+                        scene.step(state, loads).expect("step");
+                        each(state);
+                    }
+                });
+                assert!(normal(state), "{structure:?}: {force:e} gives a denormal state");
+                (seen, state.zeta().to_vec())
             })
         };
-        let (_, one) = run(1.0);
-        let normal = run(1.0).0.min(run(1.0).0);
+        let (_, one) = run(1.0, &mut |_| ());
         for power in [-40, 40] {
             // Powers of two: the bits must be the same.
             let size = 2f64.powi(power);
-            assert!(run(size).1.iter().zip(&one).all(|(a, b)| *a == size * b), "{structure:?} 2^{power}");
+            let (seen, found) = run(size, &mut |_| ());
+            assert_ne!(seen, Denormals::Met, "{structure:?} 2^{power}");
+            assert!(found.iter().zip(&one).all(|(a, b)| *a == size * b), "{structure:?} 2^{power}");
         }
-        // Denormal itself, or through the load map.
+        // Denormal itself, or through the load map. Such a load is an addend of the step's sums and nothing
+        // else: what comes out is zero at every step, so that no product of the next one has a denormal
+        // operand.
         for force in [5e-324, 1e-306, 1e-303] {
-            let tiny = (0..3).fold(f64::MAX, |fastest, _| run(force).0.min(fastest));
-            println!("{structure:?}: a load of {force:e} takes {:.1} times as long", tiny / normal);
-            assert!(run(force).1.iter().all(|&z| z == 0.0), "below the floor");
-            assert!(tiny < 3.0 * normal, "{structure:?}: {tiny:e} s against {normal:e} s");
+            run(force, &mut |state| {
+                let mut numbers = [1.0; 3 * R];
+                state.save_into(&mut numbers).expect("length");
+                assert!(numbers.iter().all(|&x| x == 0.0), "{structure:?}: {force:e} is not below the floor");
+            });
         }
     }
 }

@@ -1,5 +1,5 @@
-//! A build that was stopped goes on, a changed input rebuilds what depends on it and nothing else, and the file is the same byte for
-//! byte whatever was used again.
+//! A build that was stopped goes on, a changed input rebuilds what depends on it and nothing else, and the
+//! file is the same byte for byte whatever was used again.
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;

@@ -1,5 +1,5 @@
-//! `strip`, `pack`, `unpack` and `verify --file-only`: what they keep, what they refuse, and that a file on disk is the old one or the
-//! new one whatever happens.
+//! `strip`, `pack`, `unpack` and `verify --file-only`: what they keep, what they refuse, and that a file on
+//! disk is the old one or the new one whatever happens.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -17,7 +17,8 @@ use vademecum_tests::program::{command, program, repository, vademecum};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, Random, bathe};
 
-/// The demo's problem on a coarser mesh: the same text, modes, patterns and probes, so the same probes-only file but for numbers.
+/// The demo's problem on a coarser mesh: the same text, modes, patterns and probes, so the same probes-only
+/// file but for numbers.
 fn built() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     BYTES.get_or_init(|| {
@@ -283,8 +284,8 @@ fn verify_alone_names_what_checksums_cannot_see() {
     ));
 }
 
-/// The golden file of 27 terms, each alone at a point of the grid, as a sum of terms everywhere on the axes whose weights fall by
-/// half: as separated solutions are.
+/// The golden file of 27 terms, each alone at a point of the grid, as a sum of terms everywhere on the axes
+/// whose weights fall by half: as separated solutions are.
 fn decaying() -> Vec<u8> {
     let bytes = golden::named("parameters.vdm");
     let file = File::parse(&bytes).expect("a file");
@@ -335,7 +336,8 @@ fn terms_are_dropped_within_a_tolerance_and_the_certificate_says_so() {
             before.certificate.block.map_error_max.is_nan() || (noted - dropped.error_max).abs() <= 1e-12
         );
         check(&fewer).expect("sound");
-        // The step's displacement under a held contact differs by no more than the maps do, a few hundred steps on.
+        // The step's displacement under a held contact differs by no more than the maps do, a few hundred
+        // steps on.
         let [a, b] = [bytes, &fewer].map(|bytes| contact_field(bytes, 100));
         let first = SceneOptions { terms: Some(left), ..block_options() };
         assert_eq!(contact_field_with(bytes, &first, 100), b, "a scene of the first terms of the whole file");

@@ -1,4 +1,5 @@
-//! The fused step against the printed schemes, its long run, its precision and its promises about states and loads.
+//! The fused step against the printed schemes, its long run, its precision and its promises about states and
+//! loads.
 
 use vademecum_eval::{
     BindError, Contact, Field, LoadError, Scene, SceneOptions, Status, StepError, Structure, StructureChoice,
@@ -37,7 +38,8 @@ fn options(structure: StructureChoice) -> SceneOptions {
     SceneOptions { structure, ..SceneOptions::default() }
 }
 
-/// Largest difference of ζ over 300 steps, relative to the largest ζ; the load is a ramp of contact and pattern, then nothing.
+/// Largest difference of ζ over 300 steps, relative to the largest ζ; the load is a ramp of contact and
+/// pattern, then nothing.
 fn distance(
     bytes: &[u8],
     options: &SceneOptions,
@@ -71,8 +73,9 @@ fn distance(
     })
 }
 
-/// The printed formulas subtract displacements and divide by Δt²: each step of the *reference* loses about ε/(ωΔt)²,
-/// 1e-14 at ω Δt = 0.15, over 300 steps and with the second-order growth of such errors 300²/2 of them at most: 5e-10.
+/// The printed formulas subtract displacements and divide by Δt²: each step of the *reference* loses about
+/// ε/(ωΔt)², 1e-14 at ω Δt = 0.15, over 300 steps and with the second-order growth of such errors 300²/2 of
+/// them at most: 5e-10.
 const REFERENCE_LOSS: f64 = 5e-10;
 
 #[test]
@@ -155,7 +158,8 @@ fn block_scene_names_what_it_was_not_built_for() {
 
 #[test]
 fn single_precision_stays_near_double() {
-    // The bound is the project's: 2e-3 after 2e5 steps (an f32 march with printed formulas reaches 35 to 150 %).
+    // The bound is the project's: 2e-3 after 2e5 steps (an f32 march with printed formulas reaches 35 to 150
+    // %).
     let layout = Layout { r: 8, ..LAYOUT };
     let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
     let bytes = Body::open(layout, 4).file(&newmark(0.25, 0.5), &step, Element::F64);

@@ -1,4 +1,5 @@
-//! The reduced form of the stress matrix: every cell ends as the table says (`docs/benchmarks/stability.md` is the full form).
+//! The reduced form of the stress matrix: every cell ends as the table says (`docs/benchmarks/stability.md`
+//! is the full form).
 
 use vademecum_tests::stress::{Form, cells, row};
 

@@ -1,8 +1,9 @@
-//! A uniform body is never built twice: the diagonal structure of one file takes any stiffness, density, time step and Rayleigh
-//! damping in closed form. Here it is stepped at 20 random sets of them beside files built anew for each set.
+//! A uniform body is never built twice: the diagonal structure of one file takes any stiffness, density, time
+//! step and Rayleigh damping in closed form. Here it is stepped at 20 random sets of them beside files built
+//! anew for each set.
 //!
-//! The basis is the lowest natural modes, which uniform scales do not turn, so that both files span the same space although the
-//! second one assembled, factorised and iterated with other numbers.
+//! The basis is the lowest natural modes, which uniform scales do not turn, so that both files span the same
+//! space although the second one assembled, factorised and iterated with other numbers.
 
 use std::path::PathBuf;
 
@@ -33,7 +34,8 @@ struct Uniform {
 const BUILT: Uniform = Uniform { young: 2e9, density: 1200.0, time_step: 1e-3, alpha: 0.4, beta: 2e-6 };
 
 impl Uniform {
-    /// Stiffness over two decades, density over a factor 4, the time step over one, damping from none to much.
+    /// Stiffness over two decades, density over a factor 4, the time step over one, damping from none to
+    /// much.
     fn random(random: &mut Random) -> Self {
         let mut times = |factor: f64| factor.powf(random.number());
         let (young, density, time_step) = (2e9 * times(10.0), 1200.0 * times(2.0), 1e-3 * times(3.16));
@@ -107,9 +109,10 @@ fn apart(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest
 }
 
-/// What rounding alone may do, relative to the motion: assembled matrices are off by ε of their largest eigenvalue, so the two
-/// builds' λ₁ differ by ε λ_max/λ₁ of itself, static displacements by as much, and the phase ω₁T of the first mode by half of it per
-/// build. Higher modes are off by less: ε λ_max/λ_k × ω_k T falls with ω_k. That is the worst case; found is 9e-11 at most.
+/// What rounding alone may do, relative to the motion: assembled matrices are off by ε of their largest
+/// eigenvalue, so the two builds' λ₁ differ by ε λ_max/λ₁ of itself, static displacements by as much, and the
+/// phase ω₁T of the first mode by half of it per build. Higher modes are off by less: ε λ_max/λ_k × ω_k T
+/// falls with ω_k. That is the worst case; found is 9e-11 at most.
 struct Rounding {
     relative: f64,
     first: f64,

@@ -1,7 +1,7 @@
 //! The offline stage: mesh → model → snapshots → basis → vademecum → bytes.
 //!
-//! Read [`pipeline`] first: it is the whole build on one page. Each folder is a stage and hands a whole, immutable
-//! value to the next; nothing flows back.
+//! Read [`pipeline`] first: it is the whole build on one page. Each folder is a stage and hands a whole,
+//! immutable value to the next; nothing flows back.
 
 pub mod basis;
 pub mod certificate;

@@ -1,4 +1,5 @@
-//! The whole build on one page, one call per stage: mesh → model → snapshots → basis → vademecum → certificate → bytes.
+//! The whole build on one page, one call per stage: mesh → model → snapshots → basis → vademecum →
+//! certificate → bytes.
 
 mod error;
 mod vademecum;
@@ -127,14 +128,14 @@ impl Stages<'_> {
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let vademecum = self.certified(problem, &basis, watch)?;
-        let bytes = watch.stage("encode", || self.encode(problem, &basis, &vademecum))?;
+        let bytes = watch.stage("encode", || self.file(problem, &basis, &vademecum))?;
         let report = self.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
         Ok(Built { bytes, report })
     }
 }
 
-/// Sizes of the basis to try, smallest first: the one asked for, unless live regions turn the eigenvectors and the problem
-/// leaves the number open.
+/// Sizes of the basis to try, smallest first: the one asked for, unless live regions turn the eigenvectors
+/// and the problem leaves the number open.
 fn basis_sizes(problem: &Problem, space: &ParameterSpace) -> Vec<Option<usize>> {
     let asked = problem.basis.modes.is_some() || problem.basis.kind == BasisKind::Modes;
     let fixed = asked || !space.has_region_parameters();

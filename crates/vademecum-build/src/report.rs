@@ -1,6 +1,8 @@
 //! What a build says about itself: figures for people and for JSON, and whether they keep the tolerance.
 
-use crate::certificate::{STABLE, StructureReport};
+use vademecum_format::policy::STABLE_RADIUS;
+
+use crate::certificate::StructureReport;
 use crate::chapter::ChapterReport;
 use crate::dynamics::ModeRow;
 use crate::parametric::SeparationRecord;
@@ -51,7 +53,8 @@ pub struct CertificateReport {
     pub floor_ratio: f64,
     /// See `floor_ratio`.
     pub absolute: f64,
-    /// Allowed error of the stage maps over live parameters, root mean square; ten times that at the worst point.
+    /// Allowed error of the stage maps over live parameters, root mean square; ten times that at the worst
+    /// point.
     pub map: f64,
 }
 
@@ -67,7 +70,7 @@ impl CertificateReport {
 
     /// Whether a larger basis could mend the block structure: its maps and its stability are sound.
     pub(crate) fn misses_trajectories_only(&self) -> bool {
-        self.block.as_ref().is_some_and(|s| s.spectral_radius <= STABLE && s.maps_keep(self.map))
+        self.block.as_ref().is_some_and(|s| s.spectral_radius <= STABLE_RADIUS && s.maps_keep(self.map))
     }
 }
 
@@ -93,7 +96,7 @@ impl BuildReport {
             line("chapter", &c.structure) + &left
         });
         let place = |s: &SeparationRecord| {
-            let unstable = c.block.as_ref().is_some_and(|b| b.spectral_radius > STABLE);
+            let unstable = c.block.as_ref().is_some_and(|b| b.spectral_radius > STABLE_RADIUS);
             let radius = format!(
                 "\n  the step is unstable at {}: `--repair` adds terms until it is stable",
                 s.place(&s.worst_radius_at)

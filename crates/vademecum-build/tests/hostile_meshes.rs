@@ -1,5 +1,7 @@
 //! Damaged mesh files are refused or read, but never panic, hang or eat memory.
 
+mod common;
+
 use std::path::Path;
 
 use proptest::prelude::*;
@@ -11,41 +13,55 @@ const FILES: [(&str, &str); 10] = [
     ("a.msh", "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n"),
     (
         "b.msh",
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"side\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n\
-         2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n2\n1 2 2 7 1 1 2 3\n2 4 2 1 1 1 2 3 4\n$EndElements\n",
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \
+         \"side\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n\
+         2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n2\n1 2 2 7 1 1 2 3\n2 4 2 1 1 1 2 3 \
+         4\n$EndElements\n",
     ),
     (
         "c.msh",
-        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"side\"\n$EndPhysicalNames\n$Entities\n0 0 1 1\n\
-         1 0 0 0 1 1 0 1 7 0\n1 0 0 0 1 1 1 0 1 1\n$EndEntities\n$Nodes\n2 4 1 9\n2 1 1 3\n1\n2\n3\n0 0 0 0 0\n1 0 0 1 0\n\
-         0 1 0 0 1\n3 1 0 1\n9\n0 0 1\n$EndNodes\n$Elements\n2 2 1 2\n2 1 2 1\n1 1 2 3\n3 1 4 1\n2 1 2 3 9\n$EndElements\n",
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \
+         \"side\"\n$EndPhysicalNames\n$Entities\n0 0 1 1\n\
+         1 0 0 0 1 1 0 1 7 0\n1 0 0 0 1 1 1 0 1 1\n$EndEntities\n$Nodes\n2 4 1 9\n2 1 1 3\n1\n2\n3\n0 0 0 0 \
+         0\n1 0 0 1 0\n\
+         0 1 0 0 1\n3 1 0 1\n9\n0 0 1\n$EndNodes\n$Elements\n2 2 1 2\n2 1 2 1\n1 1 2 3\n3 1 4 1\n2 1 2 3 \
+         9\n$EndElements\n",
     ),
     (
         "d.inp",
-        "*NODE, NSET=N\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=E\n1, 1, 2, 3, 4\n\
+        "*NODE, NSET=N\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=E\n1, 1, \
+         2, 3, 4\n\
          *NSET, NSET=G, GENERATE\n1, 4, 2\n*SURFACE, NAME=S\nE, S2\n",
     ),
     (
         "e.vtk",
-        "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\n\
-         CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nCELL_DATA 1\nSCALARS material int\nLOOKUP_TABLE default\n3\n",
+        "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 \
+         0 1 0 0 0 1\n\
+         CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nCELL_DATA 1\nSCALARS material int\nLOOKUP_TABLE \
+         default\n3\n",
     ),
     (
         "f.vtu",
-        "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" \
-         NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 \
-         0 0 0 1</DataArray></Points><Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 3\
-         </DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray><DataArray type=\"UInt8\" \
+        "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece \
+         NumberOfPoints=\"4\" \
+         NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" \
+         format=\"ascii\">0 0 0 1 0 0 0 1 \
+         0 0 0 1</DataArray></Points><Cells><DataArray type=\"Int64\" Name=\"connectivity\" \
+         format=\"ascii\">0 1 2 3\
+         </DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray><DataArray \
+         type=\"UInt8\" \
          Name=\"types\" format=\"binary\">AQAAAAo=</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>",
     ),
     (
         "g.mesh",
-        "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 1\nTriangles\n1\n1 2 3 5\n\
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 \
+         1\nTriangles\n1\n1 2 3 5\n\
          Corners\n1\n2\nTetrahedra\n1\n1 2 3 4 2\nEnd\n",
     ),
     (
         "h.mesh",
-        "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 4 0 1 2 3\n\nboundary\n1\n2 2 0 1 2\n\nvertices\n4\n3\n0 0 0\n\
+        "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 4 0 1 2 3\n\nboundary\n1\n2 2 0 1 \
+         2\n\nvertices\n4\n3\n0 0 0\n\
          1 0 0\n0 1 0\n0 0 1\n",
     ),
     ("i.node", "4 3 0 1\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n4 0 0 1 6\n"),
@@ -92,7 +108,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn damaged_text_never_panics(flips in prop::collection::vec((any::<usize>(), byte()), 0..6), keep in any::<usize>()) {
+    fn damaged_text_never_panics(
+        flips in prop::collection::vec((any::<usize>(), byte()), 0..6),
+        keep in any::<usize>(),
+    ) {
         let folder = tempfile::tempdir().unwrap();
         write_all(folder.path());
         for (name, text) in FILES {
@@ -108,12 +127,16 @@ proptest! {
     }
 
     #[test]
-    fn damaged_binary_vtu_never_panics(flips in prop::collection::vec((any::<usize>(), any::<u8>()), 0..6), keep in any::<usize>()) {
+    fn damaged_binary_vtu_never_panics(
+        flips in prop::collection::vec((any::<usize>(), any::<u8>()), 0..6),
+        keep in any::<usize>(),
+    ) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("u.vtu");
         let mesh = block([1.0; 3], [1; 3], Order::Linear);
         let u = vec![0.5; 3 * mesh.nodes.len()];
-        field::write_vtu(&path, &mesh.nodes, field::Cells::Tetrahedra(Order::Linear, &mesh.elements), &[("u", &u, 3)]).unwrap();
+        let cells = field::Cells::Tetrahedra(Order::Linear, &mesh.elements);
+        field::write_vtu(&path, &mesh.nodes, cells, &[("u", &u, 3)]).unwrap();
         let whole = std::fs::read(&path).unwrap();
         for keep in [keep, whole.len()] {
             std::fs::write(&path, damaged(&whole, &flips, keep)).unwrap();
@@ -128,11 +151,41 @@ proptest! {
     }
 }
 
-/// Real binary files, damaged at many places each; skipped where the folder is absent.
+/// Damages a binary file at many places.
+fn damage(file: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = std::fs::read(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    let path = folder.path().join(file.file_name().unwrap());
+    for step in 0..200 {
+        // A fixed walk over the file, with the values that break counts.
+        let place = step * 7919 + 13;
+        let flips = [(place, [0xff, 0x00, 0x7f, 0x80][step % 4])];
+        let keep = if step % 5 == 0 { place } else { bytes.len() };
+        std::fs::write(&path, damaged(&bytes, &flips, keep)).unwrap();
+        if let Ok(raw) = mesh::parse(&path) {
+            assert!(mesh::inspect(&raw).nodes <= bytes.len());
+        }
+    }
+}
+
 #[test]
 fn damaged_binary_files_never_panic() {
-    let real = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes");
-    let folder = tempfile::tempdir().unwrap();
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/meshes/bar");
+    for name in [
+        "gmsh22-binary.msh",
+        "gmsh41-binary.msh",
+        "quadratic-gmsh41-binary.msh",
+        "vtk42-binary.vtk",
+        "vtk51-binary.vtk",
+        "vtu-binary.vtu",
+    ] {
+        damage(&own.join(name));
+    }
+}
+
+#[test]
+fn damaged_real_binary_files_never_panic() {
+    let Some(real) = common::real_meshes() else { return };
     for name in [
         "gmsh22_binary/22_binary.msh",
         "gmsh41_binary/41_binary.msh",
@@ -140,20 +193,6 @@ fn damaged_binary_files_never_panic() {
         "vtk/cube.vtk",
         "vtu/Tetrahedron.vtu",
     ] {
-        let Ok(bytes) = std::fs::read(real.join(name)) else {
-            eprintln!("skipped: there is no {name}");
-            continue;
-        };
-        let path = folder.path().join(Path::new(name).file_name().unwrap());
-        for step in 0..200 {
-            // A fixed walk over the file, with the values that break counts.
-            let place = step * 7919 + 13;
-            let flips = [(place, [0xff, 0x00, 0x7f, 0x80][step % 4])];
-            let keep = if step % 5 == 0 { place } else { bytes.len() };
-            std::fs::write(&path, damaged(&bytes, &flips, keep)).unwrap();
-            if let Ok(raw) = mesh::parse(&path) {
-                assert!(mesh::inspect(&raw).nodes <= bytes.len());
-            }
-        }
+        damage(&real.join(name));
     }
 }

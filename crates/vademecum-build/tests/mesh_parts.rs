@@ -141,10 +141,13 @@ fn a_surface_and_a_collection_are_written_and_read_back() {
 }
 
 /// Two tetrahedra on five nodes, as a deck with everything a deck can have.
-const DECK: &str = "*HEADING\nanything, at all\n*NODE, NSET=Nall\n1, 0, 0, 0\n2, 1.0, 0., 0\n3, 0, 1.D0, 0\n4, 0, 0, 1\n\
-5, 1, 1, 1\n*ELEMENT, TYPE=C3D4,\n ELSET=Eall\n1, 1, 2,\n3, 4\n2, 2, 3, 4, 5\n*NSET, NSET=base, GENERATE\n1, 3, 1\n\
+const DECK: &str = "*HEADING\nanything, at all\n*NODE, NSET=Nall\n1, 0, 0, 0\n2, 1.0, 0., 0\n3, 0, 1.D0, 0\n\
+4, 0, 0, 1\n\
+5, 1, 1, 1\n*ELEMENT, TYPE=C3D4,\n ELSET=Eall\n1, 1, 2,\n3, 4\n2, 2, 3, 4, 5\n*NSET, NSET=base, GENERATE\n\
+1, 3, 1\n\
 *NSET, NSET=more\nBASE, 5\n*ELSET, ELSET=lower\n1\n*SURFACE, NAME=down, TYPE=ELEMENT\nlower, S1\n\
-*SURFACE, NAME=skin, TYPE=ELEMENT\nEall,\n*SOLID SECTION, ELSET=Eall, MATERIAL=steel\n*STEP\n*STATIC\n*END STEP\n";
+*SURFACE, NAME=skin, TYPE=ELEMENT\nEall,\n*SOLID SECTION, ELSET=Eall, MATERIAL=steel\n*STEP\n*STATIC\n\
+*END STEP\n";
 
 fn read_text(name: &str, text: &str) -> Result<Mesh, MeshError> {
     let folder = tempfile::tempdir().unwrap();
@@ -269,9 +272,12 @@ fn a_turned_quadratic_element_keeps_its_edges() {
 #[test]
 fn a_group_without_elements_takes_the_nodes_of_its_geometry() {
     // Surface 1 is named; its curve 5 bounds it; no triangle is saved.
-    let text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 7 \"side\"\n2 8 \"lost\"\n$EndPhysicalNames\n\
-        $Entities\n0 1 1 1\n5 0 0 0 1 0 0 0 0\n1 0 0 0 1 1 0 1 7 1 -5\n1 0 0 0 1 1 1 0 1 1\n$EndEntities\n$Nodes\n\
-        3 4 1 9\n1 5 0 2\n1\n2\n0 0 0\n1 0 0\n2 1 0 1\n3\n0 1 0\n3 1 0 1\n9\n0 0 1\n$EndNodes\n$Elements\n1 1 2 2\n\
+    let text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 7 \"side\"\n2 8 \"lost\"\n\
+        $EndPhysicalNames\n\
+        $Entities\n0 1 1 1\n5 0 0 0 1 0 0 0 0\n1 0 0 0 1 1 0 1 7 1 -5\n1 0 0 0 1 1 1 0 1 1\n$EndEntities\n\
+        $Nodes\n\
+        3 4 1 9\n1 5 0 2\n1\n2\n0 0 0\n1 0 0\n2 1 0 1\n3\n0 1 0\n3 1 0 1\n9\n0 0 1\n$EndNodes\n$Elements\n\
+        1 1 2 2\n\
         3 1 4 1\n2 1 2 3 9\n$EndElements\n";
     let mesh = read_text("named.msh", text).unwrap();
     assert_eq!(mesh.node_groups["side"], [0, 1, 2]);
@@ -283,14 +289,16 @@ fn a_group_without_elements_takes_the_nodes_of_its_geometry() {
 #[test]
 fn partitioned_entities_keep_their_groups() {
     let text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 1 1 4 0\n$EndEntities\n\
-        $PartitionedEntities\n2\n1\n1 1\n0 0 0 1\n2 3 1 1 1 0 0 0 1 1 1 1 4 0\n$EndPartitionedEntities\n$Nodes\n\
-        1 4 1 4\n3 2 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 1 1 1\n3 2 4 1\n1 1 2 3 4\n\
+        $PartitionedEntities\n2\n1\n1 1\n0 0 0 1\n2 3 1 1 1 0 0 0 1 1 1 1 4 0\n$EndPartitionedEntities\n\
+        $Nodes\n\
+        1 4 1 4\n3 2 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 1 1 1\n3 2 4 1\n\
+        1 1 2 3 4\n\
         $EndElements\n$GhostElements\n0\n$EndGhostElements\n";
     assert_eq!(read_text("parts.msh", text).unwrap().regions[0].tag, 4);
 }
 
-/// One VTU file per encoding: the arrays of two tetrahedra, inline or appended, plain or compressed, both header widths
-/// and byte orders.
+/// One VTU file per encoding: the arrays of two tetrahedra, inline or appended, plain or compressed, both
+/// header widths and byte orders.
 fn encoded_vtu(wide: bool, big: bool, compressed: bool, appended: Option<&str>) -> Vec<u8> {
     use base64::{Engine as _, engine::general_purpose::STANDARD};
     use std::io::Write as _;
@@ -348,14 +356,16 @@ fn encoded_vtu(wide: bool, big: bool, compressed: bool, appended: Option<&str>) 
         }
     };
     let mut text = format!(
-        "<?xml version=\"1.0\"?><VTKFile type=\"UnstructuredGrid\" byte_order=\"{byte_order}\" header_type=\"{header}\"\
-         {compressor}><UnstructuredGrid><Piece NumberOfPoints=\"5\" NumberOfCells=\"2\"><Points>{}</Points><Cells>{}{}{}\
+        "<?xml version=\"1.0\"?><VTKFile type=\"UnstructuredGrid\" byte_order=\"{byte_order}\" \
+         header_type=\"{header}\"{compressor}><UnstructuredGrid>\
+         <Piece NumberOfPoints=\"5\" NumberOfCells=\"2\"><Points>{}</Points><Cells>{}{}{}\
          </Cells></Piece></UnstructuredGrid>",
         array(0, "type=\"Float64\" NumberOfComponents=\"3\""),
         array(1, "type=\"Int64\" Name=\"connectivity\""),
         array(2, "type=\"Int64\" Name=\"offsets\""),
         array(3, "type=\"UInt8\" Name=\"types\"")
-    ).into_bytes();
+    )
+    .into_bytes();
     if let Some(encoding) = appended {
         text.extend(format!("<AppendedData encoding=\"{encoding}\">_").bytes());
         text.extend(stored.concat());
@@ -404,8 +414,10 @@ fn binary_gmsh_files_of_the_other_byte_order_are_read() {
 
 #[test]
 fn a_hexahedron_is_refused_with_its_kind_its_count_and_its_place() {
-    let text = "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 float\n0 0 0 1 0 0 1 1 0 0 1 0\n\
-        0 0 1 1 0 1 1 1 1 0 1 1 0 0 2\nCELLS 3 12\nOFFSETS vtktypeint64\n0 4 12\nCONNECTIVITY vtktypeint64\n4 5 7 8\n\
+    let text = "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 float\n\
+        0 0 0 1 0 0 1 1 0 0 1 0\n\
+        0 0 1 1 0 1 1 1 1 0 1 1 0 0 2\nCELLS 3 12\nOFFSETS vtktypeint64\n0 4 12\nCONNECTIVITY vtktypeint64\n\
+        4 5 7 8\n\
         0 1 2 3 4 5 6 7\nCELL_TYPES 2\n10 12\n";
     let error = read_text("hex.vtk", text).unwrap_err();
     let message = error.to_string();
@@ -431,7 +443,8 @@ fn ten_node_orders_of_other_programs_become_ours() {
         points.iter().enumerate().map(|(i, p)| format!("{} {} {} {}\n", i + from, p[0], p[1], p[2])).collect()
     };
     let gmsh = format!(
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n{}$EndNodes\n$Elements\n1\n1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n\
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n{}$EndNodes\n$Elements\n1\n\
+         1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n\
          $EndElements\n",
         lines(1)
     );

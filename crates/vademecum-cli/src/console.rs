@@ -22,13 +22,8 @@ pub fn listen_for_ctrl_c() {
     }
 }
 
-/// Whether the user asked to stop.
-pub fn cancelled() -> bool {
-    CANCELLED.load(Ordering::Relaxed)
-}
-
-/// Prints a line of results on standard output. A reader that has gone has seen enough: the program ends, in peace; any
-/// other failure ends it too, since results that are not shown are not done.
+/// Prints a line of results on standard output. A reader that has gone has seen enough: the program ends, in
+/// peace; any other failure ends it too, since results that are not shown are not done.
 pub fn show(line: std::fmt::Arguments<'_>) {
     use std::io::Write;
     if let Err(error) = writeln!(std::io::stdout(), "{line}") {
@@ -95,6 +90,6 @@ impl Listener for Console {
     }
 
     fn cancelled(&self) -> bool {
-        cancelled()
+        CANCELLED.load(Ordering::Relaxed)
     }
 }

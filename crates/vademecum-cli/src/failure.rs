@@ -2,7 +2,7 @@
 
 use std::error::Error;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use vademecum_build::basis::BasisError;
@@ -13,18 +13,25 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::ToleranceMissed;
-use vademecum_study::StudyError;
+use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
+use vademecum_study::{FileError, StudyError};
 
 /// What to do about a mesh that cannot be used.
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
+
+/// Where the keys of a problem file are described.
+const PROBLEM_KEYS: &str = "see formats/problem-1.md for every key and its range";
 
 /// A failed command.
 #[derive(Debug)]
 pub struct Failure {
     cause: Cause,
+    /// The vademecum file it is about.
+    file: Option<PathBuf>,
     error: Box<dyn Error>,
-    remedy: Option<String>,
+    /// What to do; empty where the error says it.
+    remedy: &'static str,
 }
 
 /// Who can act.
@@ -49,12 +56,20 @@ pub enum Cause {
 impl Failure {
     /// A failure with its cause.
     pub fn new(cause: Cause, error: impl Into<Box<dyn Error>>) -> Self {
-        Self { cause, error: error.into(), remedy: None }
+        Self { cause, file: None, error: error.into(), remedy: "" }
     }
 
-    /// Adds what to do.
-    pub fn remedy(mut self, text: impl Into<String>) -> Self {
-        self.remedy = Some(text.into());
+    /// Says what to do.
+    pub fn remedy(mut self, text: &'static str) -> Self {
+        self.remedy = text;
+        self
+    }
+
+    /// Names the vademecum file, if the failure is about one and does not name it yet.
+    pub fn about(mut self, file: &Path) -> Self {
+        if self.cause == Cause::File {
+            self.file.get_or_insert_with(|| file.to_path_buf());
+        }
         self
     }
 
@@ -65,8 +80,8 @@ impl Failure {
     }
 
     /// A vademecum file that cannot be used.
-    pub fn file(path: &Path, error: impl Error + 'static) -> Self {
-        Self::new(Cause::File, format!("{}: {error}", path.display()))
+    pub fn file(path: &Path, error: impl Into<FileError>) -> Self {
+        Self::from(error.into()).about(path)
     }
 
     /// The process's exit code.
@@ -75,9 +90,16 @@ impl Failure {
     }
 }
 
+/// The error, its causes, the remedy. A cause whose text is part of its error's is left out: a stage within a
+/// stage may name the same thing, as `the separated solution over the parameters` and
+/// `the separated solution` do.
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error: {}", self.error)?;
+        write!(f, "error: ")?;
+        if let Some(file) = &self.file {
+            write!(f, "{}: ", file.display())?;
+        }
+        write!(f, "{}", self.error)?;
         let mut source = self.error.source();
         let mut said = self.error.to_string();
         while let Some(error) = source {
@@ -88,16 +110,13 @@ impl fmt::Display for Failure {
             said = text;
             source = error.source();
         }
-        match &self.remedy {
-            Some(remedy) => write!(f, "\n  try: {remedy}"),
-            None => Ok(()),
-        }
+        if self.remedy.is_empty() { Ok(()) } else { write!(f, "\n  try: {}", self.remedy) }
     }
 }
 
 impl From<ProblemError> for Failure {
     fn from(error: ProblemError) -> Self {
-        Self::new(Cause::Input, error).remedy("see formats/problem-1.md for every key and its range")
+        Self::new(Cause::Input, error).remedy(PROBLEM_KEYS)
     }
 }
 
@@ -115,7 +134,6 @@ impl From<MeshError> for Failure {
 
 impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
-        const KEYS: &str = "see formats/problem-1.md for every key and its range";
         if is_cancelled(&error) {
             return Self::new(Cause::Stopped, "stopped on request; nothing was written");
         }
@@ -134,15 +152,14 @@ impl From<BuildError> for Failure {
                 (Cause::Numerics, "leave held dofs and dofs without mass out of the matrices")
             }
             BuildError::Prepare(PrepareError::Factor(_)) => (Cause::Numerics, ""),
-            BuildError::Prepare(_) => (Cause::Input, KEYS),
+            BuildError::Prepare(_) => (Cause::Input, PROBLEM_KEYS),
             BuildError::Basis(BasisError::Snapshots(_) | BasisError::TooManyModes { .. }) => {
                 (Cause::Input, "")
             }
             BuildError::Format(_) => (Cause::File, ""),
             _ => (Cause::Numerics, ""),
         };
-        let failure = Self::new(cause, error);
-        if remedy.is_empty() { failure } else { failure.remedy(remedy) }
+        Self::new(cause, error).remedy(remedy)
     }
 }
 
@@ -156,10 +173,52 @@ impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::Build(error) => error.into(),
-            error if is_cancelled(&error) => {
-                Self::new(Cause::Stopped, "stopped on request; nothing was written")
+            StudyError::File(error) => error.into(),
+            error if is_cancelled(&error) => Self::new(Cause::Stopped, "stopped on request"),
+            error @ (StudyError::NoPattern { .. } | StudyError::ForeignPattern { .. }) => {
+                Self::new(Cause::Input, error)
+            }
+            error @ StudyError::NothingToPush => {
+                Self::new(Cause::Input, error).remedy("name a scenario of load patterns: `--scenario FILE`")
+            }
+            error @ StudyError::NoModes { .. } => {
+                Self::new(Cause::Input, error).remedy("ask for fewer `--modes`, or add to `[snapshots]`")
             }
             error => Self::new(Cause::Numerics, error),
+        }
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        let remedy = match &error {
+            FileError::Rewrite(error) => remedy_of_rewriting(error),
+            FileError::Needed { .. } => {
+                "keep more: `--keep surface` or `--keep all`; or build it with what is missing"
+            }
+            FileError::ForeignMesh { .. } => "build the file again from this problem",
+            _ => "",
+        };
+        Self::new(Cause::File, error).remedy(remedy)
+    }
+}
+
+/// What to do about a file that cannot be rewritten, or does not pass its check.
+fn remedy_of_rewriting(error: &RewriteError) -> &'static str {
+    match error {
+        RewriteError::Unknown { .. } => "use the version of this program that wrote the file, or a later one",
+        RewriteError::Absent { .. } => {
+            "strip the file it was made from, or build it again with what is missing"
+        }
+        RewriteError::Tolerance { .. } => {
+            "1e-4 is coarse enough to ship and fine enough to see no difference"
+        }
+        RewriteError::NoTerms { .. } => "use the file as it is, or allow a larger tolerance",
+        RewriteError::NothingToStrip { .. } => "use the file as it is",
+        RewriteError::TooLarge { .. } => "if you trust the file, `unpack --limit` allows more",
+        _ => {
+            "the file was damaged after it was written, or not written by this program: copy or build it \
+             again"
         }
     }
 }
@@ -167,7 +226,8 @@ impl From<StudyError> for Failure {
 impl From<ToleranceMissed> for Failure {
     fn from(error: ToleranceMissed) -> Self {
         Self::new(Cause::Tolerance, error).remedy(
-            "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to write it all the same",
+            "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to \
+             write it all the same",
         )
     }
 }

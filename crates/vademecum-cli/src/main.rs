@@ -1,17 +1,20 @@
 //! `vademecum`: from a mesh to a stepped vademecum, on the command line.
 
-/// Prints a line of results. Shadows the standard macro, which panics when the reader has gone (`vademecum info | head`).
+/// Prints a line of results. Shadows the standard macro, which panics when the reader has gone
+/// (`vademecum info | head`).
 macro_rules! println {
     () => { $crate::console::show(format_args!("")) };
     ($($text:tt)*) => { $crate::console::show(format_args!($($text)*)) };
 }
 
+mod arguments;
 mod cmd;
 mod console;
 mod failure;
+mod files;
+mod html;
 mod pictures;
-mod player;
-mod separation;
+mod print;
 
 use std::process::ExitCode;
 

@@ -30,9 +30,9 @@ pub struct Chart<'a> {
 }
 
 /// Points of one method in a [`scatter`].
-pub struct Cloud<'a> {
+pub struct Cloud {
     /// Shown in the legend.
-    pub name: &'a str,
+    pub name: String,
     /// Points (x, y), joined in this order, each with a word beside it.
     pub points: Vec<(f64, f64, String)>,
 }
@@ -82,7 +82,8 @@ pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> Draw
     }
 }
 
-/// Writes the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis; all are positive.
+/// Writes the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis;
+/// all are positive.
 pub fn dot_chart(path: &Path, chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
     let all = || series.iter().flat_map(|s| &s.points);
     let range = |value: fn(&(f64, f64)) -> f64| {
@@ -105,9 +106,9 @@ pub fn dot_chart(path: &Path, chart: &Chart<'_>, log_x: bool, series: &[Series<'
     }
 }
 
-/// Writes points on two logarithmic axes, those of one cloud joined by a thin line, and `front` as a wide pale line behind
-/// them. Points that are not positive are left out.
-pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud<'_>], front: &[(f64, f64)]) -> DrawResult {
+/// Writes points on two logarithmic axes, those of one cloud joined by a thin line, and `front` as a wide
+/// pale line behind them. Points that are not positive are left out.
+pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> DrawResult {
     let usable = |p: &&(f64, f64, String)| p.0.is_finite() && p.1.is_finite() && p.0 > 0.0 && p.1 > 0.0;
     let all: Vec<&(f64, f64, String)> = clouds.iter().flat_map(|c| c.points.iter().filter(usable)).collect();
     if all.is_empty() {
@@ -132,24 +133,20 @@ pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud<'_>], front: &[(f
         context.draw_series(LineSeries::new(points.iter().map(|p| (p.0, p.1)), color.stroke_width(1)))?;
         context
             .draw_series(points.iter().map(|p| Circle::new((p.0, p.1), 4, style)))?
-            .label(cloud.name)
+            .label(cloud.name.as_str())
             .legend(move |(x, y)| Circle::new((x + 12, y), 4, style));
         let word = |p: &&(f64, f64, String)| {
             EmptyElement::at((p.0, p.1)) + Text::new(p.2.clone(), (6, -12), ("sans-serif", 12))
         };
         context.draw_series(points.iter().map(word))?;
     }
-    context
-        .configure_series_labels()
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .label_font(("sans-serif", 14))
-        .draw()?;
+    legend(&mut context)?;
     root.present()?;
     Ok(())
 }
 
-/// A label of at most four figures: whole numbers without a point, very small and very large ones with a power of ten.
+/// A label of at most four figures: whole numbers without a point, very small and very large ones with a
+/// power of ten.
 fn number(value: f64) -> String {
     let plain = value == 0.0 || (1e-2..1e5).contains(&value.abs());
     let text = if plain { format!("{value:.3}") } else { format!("{value:.1e}") };
@@ -160,7 +157,8 @@ fn number(value: f64) -> String {
     if power.is_empty() { digits.into() } else { format!("{digits}e{power}") }
 }
 
-/// Numbers for a logarithmic axis: 1, 2 and 5 of each decade while that is not too many, powers of ten beyond.
+/// Numbers for a logarithmic axis: 1, 2 and 5 of each decade while that is not too many, powers of ten
+/// beyond.
 fn round_numbers(low: f64, high: f64) -> Vec<f64> {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
     let steps: &[f64] = if (high / low).log10() <= 3.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
@@ -210,6 +208,21 @@ where
     Ok(context)
 }
 
+/// The names of all series, each beside its mark.
+fn legend<X, Y>(context: &mut Axes<'_, X, Y>) -> DrawResult
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    context
+        .configure_series_labels()
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.4))
+        .label_font(("sans-serif", 14))
+        .draw()?;
+    Ok(())
+}
+
 fn draw<X, Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
 where
     X: AsRangedCoord<Value = f64>,
@@ -245,12 +258,7 @@ where
         });
     }
     if series.len() > 1 {
-        context
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.4))
-            .label_font(("sans-serif", 14))
-            .draw()?;
+        legend(&mut context)?;
     }
     root.present()?;
     Ok(())
@@ -266,8 +274,8 @@ pub struct Outline<'a> {
 
 /// Writes the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.
 ///
-/// Written by hand and not by plotters, which makes two elements of each triangle: neighbours of one shade share a path,
-/// which keeps the picture of some thousand triangles small enough for a page.
+/// Written by hand and not by plotters, which makes two elements of each triangle: neighbours of one shade
+/// share a path, which keeps the picture of some thousand triangles small enough for a page.
 pub fn outline(path: &Path, view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
     let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
     let mut facing: Vec<[[f64; 3]; 3]> = triangles.iter().map(corners).filter(faces_viewer).collect();
@@ -277,7 +285,8 @@ pub fn outline(path: &Path, view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &
 
     let (width, height) = SIZE;
     let mut svg = format!(
-        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" xmlns=\"http://www.w3.org/2000/svg\">\n\
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+         xmlns=\"http://www.w3.org/2000/svg\">\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
          <text x=\"20\" y=\"26\" font-family=\"sans-serif\" font-size=\"16\">{}</text>\n\
          <g stroke=\"#5a6e8c\" stroke-opacity=\".5\" stroke-width=\".6\">\n",

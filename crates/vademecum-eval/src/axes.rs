@@ -1,13 +1,16 @@
-//! Where a scene stands on the axes of a separated solution, and the weights of its terms there: `g_t = Π_a g_ta(c_a)`.
+//! Where a scene stands on the axes of a separated solution, and the weights of its terms there:
+//! `g_t = Π_a g_ta(c_a)`.
 //!
-//! A factor between its points is a sum `Σ_j φ_j(c) f_j` whose basis functions `φ_j` (units, hats or Lagrange cardinals) do not
-//! depend on the term. So they are evaluated once per axis and stage, and a term costs one dot product per axis.
+//! A factor between its points is a sum `Σ_j φ_j(c) f_j` whose basis functions `φ_j` (units, hats or Lagrange
+//! cardinals) do not depend on the term. So they are evaluated once per axis and stage, and a term costs one
+//! dot product per axis.
 
 use crate::error::BindError;
+use crate::lend::{Lender, Short};
 use vademecum_format::{Axis, AxisKind, AxisRole, MAX_REGIONS, Metadata};
 
-/// A coordinate may pass the end of its axis by this much of itself: it is a product of up to 17 powers, the range was computed
-/// from another order of them, and each rounds once or twice.
+/// A coordinate may pass the end of its axis by this much of itself: it is a product of up to 17 powers, the
+/// range was computed from another order of them, and each rounds once or twice.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Where a stage stands.
@@ -66,7 +69,8 @@ fn power(x: f64, exponent: f64) -> f64 {
     }
 }
 
-/// The axes of a file, prepared in lent memory; every slice has one number per point of all axes, one axis after the other.
+/// The axes of a file, prepared in lent memory; every slice has one number per point of all axes, one axis
+/// after the other.
 pub(crate) struct Axes<'w> {
     /// The points, in logarithms where the axis says so.
     nodes: &'w mut [f64],
@@ -80,37 +84,34 @@ impl<'w> Axes<'w> {
     /// Numbers of work memory per point.
     pub const WORK: usize = 3;
 
-    /// Reads the points and computes what does not depend on the place. `work` has [`Axes::WORK`] numbers per point.
-    pub fn new(metadata: &Metadata<'_>, points: &[[u8; 8]], work: &'w mut [f64]) -> Self {
-        let (nodes, rest) = work.split_at_mut_checked(points.len()).unwrap_or_default();
-        let (weights, basis) = rest.split_at_mut_checked(points.len()).unwrap_or_default();
-        let (mut nodes_left, mut weights_left, mut points_left) = (&mut *nodes, &mut *weights, points);
+    /// Reads the points and computes what does not depend on the place. `work` has [`Axes::WORK`] numbers per
+    /// point.
+    pub fn new(metadata: &Metadata<'_>, points: &[[u8; 8]], work: &'w mut [f64]) -> Result<Self, Short> {
+        let (n_points, mut work) = (points.len(), Lender::new(work));
+        let (nodes, weights, basis) = (work.take(n_points)?, work.take(n_points)?, work.take(n_points)?);
+        let mut points = Lender::new(points);
+        let (mut all_nodes, mut all_weights) = (Lender::new(&mut *nodes), Lender::new(&mut *weights));
         for axis in metadata.active_axes() {
             let n = axis.n_points as usize;
-            let Some((here, rest)) = points_left.split_at_checked(n) else { break };
-            let Some((nodes, nodes_rest)) = nodes_left.split_at_mut_checked(n) else { break };
-            let Some((weights, weights_rest)) = weights_left.split_at_mut_checked(n) else { break };
-            (points_left, nodes_left, weights_left) = (rest, nodes_rest, weights_rest);
-            for (node, bytes) in nodes.iter_mut().zip(here) {
+            let (nodes, weights) = (all_nodes.take(n)?, all_weights.take(n)?);
+            for (node, bytes) in nodes.iter_mut().zip(points.take(n)?) {
                 *node = place(axis, f64::from_le_bytes(*bytes));
             }
             if axis.kind == AxisKind::Chebyshev {
                 barycentric_weights(nodes, weights);
             }
         }
-        Self { nodes, weights, basis }
+        Ok(Self { nodes, weights, basis })
     }
 
     /// Evaluates the basis functions of all axes at `stage`.
     pub fn stand(&mut self, metadata: &Metadata<'_>, stage: &StagePlace<'_>) -> Result<(), BindError> {
-        let (mut first, all) = (0usize, self.basis.len());
+        let (mut nodes, mut weights) = (Lender::new(&*self.nodes), Lender::new(&*self.weights));
+        let mut basis = Lender::new(&mut *self.basis);
         for (index, axis) in metadata.active_axes().iter().enumerate() {
             let value = stage.on_axis(index, axis)?;
-            let range = first..first.saturating_add(axis.n_points as usize).min(all);
-            first = range.end;
-            let nodes = self.nodes.get(range.clone()).unwrap_or_default();
-            let weights = self.weights.get(range.clone()).unwrap_or_default();
-            let basis = self.basis.get_mut(range).unwrap_or_default();
+            let n = axis.n_points as usize;
+            let (nodes, weights, basis) = (nodes.take(n)?, weights.take(n)?, basis.take(n)?);
             basis.fill(0.0);
             let known = match axis.kind {
                 AxisKind::Index => index_basis(value, basis),
@@ -124,21 +125,26 @@ impl<'w> Axes<'w> {
     }
 
     /// The weights of the first terms where the axes stand, into `out`; `factors` as the file stores them.
-    pub fn term_weights(&self, metadata: &Metadata<'_>, factors: &[[u8; 8]], out: &mut [f64]) {
+    pub fn term_weights(
+        &self,
+        metadata: &Metadata<'_>,
+        factors: &[[u8; 8]],
+        out: &mut [f64],
+    ) -> Result<(), Short> {
         out.fill(1.0);
         let n_terms = metadata.n_terms as usize;
-        let (mut basis_left, mut factors_left) = (&*self.basis, factors);
+        let short = Short { found: n_terms, needed: out.len() };
+        let (mut basis, mut factors) = (Lender::new(&*self.basis), Lender::new(factors));
         for axis in metadata.active_axes() {
             let n = axis.n_points as usize;
-            let Some((basis, rest)) = basis_left.split_at_checked(n) else { return };
-            let Some((rows, factors_rest)) = factors_left.split_at_checked(n * n_terms) else { return };
-            (basis_left, factors_left) = (rest, factors_rest);
+            let (basis, factors) = (basis.take(n)?, factors.take(n.saturating_mul(n_terms))?);
             // `next`, not `zip`: see `fuse_modes`.
-            let mut rows = rows.chunks_exact(n.max(1));
+            let mut rows = factors.chunks_exact(n.max(1));
             for weight in &mut *out {
-                *weight *= dot(basis, rows.next().unwrap_or_default());
+                *weight *= dot(basis, rows.next().ok_or(short)?);
             }
         }
+        Ok(())
     }
 }
 
@@ -181,7 +187,8 @@ fn hat_basis(x: f64, nodes: &[f64], basis: &mut [f64]) -> Option<()> {
     Some(())
 }
 
-/// `w_j = 1/Π_k (x_j − x_k)`, each difference in quarters of the range so that the products neither grow nor vanish.
+/// `w_j = 1/Π_k (x_j − x_k)`, each difference in quarters of the range so that the products neither grow nor
+/// vanish.
 fn barycentric_weights(nodes: &[f64], weights: &mut [f64]) {
     let (mut low, mut high) = (f64::MAX, f64::MIN);
     for &at in nodes {
@@ -190,9 +197,8 @@ fn barycentric_weights(nodes: &[f64], weights: &mut [f64]) {
     }
     let scale = 4.0 / (high - low);
     for (j, (weight, &at)) in weights.iter_mut().zip(nodes).enumerate() {
-        let (before, after) = nodes.split_at_checked(j).unwrap_or_default();
-        let others = before.iter().chain(after.iter().skip(1));
-        *weight = 1.0 / others.fold(1.0, |product, other| product * ((at - other) * scale));
+        let others = nodes.iter().enumerate().filter(|&(k, _)| k != j);
+        *weight = 1.0 / others.fold(1.0, |product, (_, other)| product * ((at - other) * scale));
     }
 }
 

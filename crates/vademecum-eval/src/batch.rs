@@ -1,16 +1,19 @@
-//! Many instances of one scene stepped together: a bridge with a thousand cables, a game with five hundred props.
+//! Many instances of one scene stepped together: a bridge with a thousand cables, a game with five hundred
+//! props.
 //!
-//! Each instance has a state, a load and a rest of its own. With the diagonal structure, [`Batch::LANES`] instances are held
-//! with their numbers interleaved (instance fastest): every operation of a step is done for all of them at once and a
-//! coefficient is read once for all of them, also where one body has too few modes to fill a vector. With the block structure the
-//! rows of `D` fill the vectors already; interleaving was measured to win nothing there (`docs/benchmarks/step.md`), so instances lie
-//! one after the other.
+//! Each instance has a state, a load and a rest of its own. With the diagonal structure, [`Batch::LANES`]
+//! instances are held with their numbers interleaved (instance fastest): every operation of a step is done
+//! for all of them at once and a coefficient is read once for all of them, also where one body has too few
+//! modes to fill a vector. With the block structure the rows of `D` fill the vectors already; interleaving
+//! was measured to win nothing there (`docs/benchmarks/step.md`), so instances lie one after the other.
 //!
-//! The bits of an instance are those of [`Scene::step`]: each number is the same sum in the same order. (One exception is in
-//! [`Batch::step`].) A batch knows no threads; a caller with several cores makes a batch for each, over the same scene.
+//! The bits of an instance are those of [`Scene::step`]: each number is the same sum in the same order. (One
+//! exception is in [`Batch::step`].) A batch knows no threads; a caller with several cores makes a batch for
+//! each, over the same scene.
 
 use crate::error::{BindError, LoadError, StepError};
 use crate::kernel::{LANES, ModeBlock, flushed, step_dense};
+use crate::lend::{Lender, put};
 use crate::loads::Loads;
 use crate::options::{Status, Structure};
 use crate::scalar::Scalar;
@@ -68,24 +71,40 @@ impl<'m, T: Scalar> Batch<'m, T> {
         group.saturating_mul(3).saturating_add(2 * WIDTH).saturating_mul(groups)
     }
 
-    /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what is in it does not matter.
+    /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what
+    /// is in it does not matter.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![0.0; Batch::len_for(&scene, 500)];
+    /// let mut batch = Batch::new(&scene, 500, &mut memory)?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// batch.load(&scene, 7, &loads)?;
+    /// let status = batch.step(&scene)?;
+    /// assert_eq!((status.moving, status.at_rest), (1, 499));
+    ///
+    /// // An instance has the bits that it would have alone.
+    /// scene.step(&mut state, &loads)?;
+    /// let alone = state.zeta().to_vec();
+    /// batch.get(7, &mut state)?;
+    /// assert_eq!(state.zeta(), alone);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
-    /// [`BindError::LentMemory`]; [`BindError::NoStructure`] for the canonical structure, which has no fused step to share.
+    /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, n_instances: usize, memory: &'m mut [T]) -> Result<Self, BindError> {
-        if scene.shape.structure == Structure::Canonical {
-            return Err(BindError::NoStructure);
-        }
         let (found, needed) = (memory.len(), Self::len_for(scene, n_instances));
-        let short = BindError::LentMemory { found, needed };
-        let memory = memory.get_mut(..needed).ok_or(short)?;
+        let memory = memory.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
         memory.fill(T::ZERO);
         let (group, groups) = (group_len(scene.shape), n_instances.div_ceil(WIDTH));
-        let (states, rest) = memory.split_at_mut_checked(group * groups).ok_or(short)?;
-        let (next, rest) = rest.split_at_mut_checked(group * groups).ok_or(short)?;
-        let (loads, rest) = rest.split_at_mut_checked(group * groups).ok_or(short)?;
-        let (magnitudes, rest) = rest.split_at_mut_checked(WIDTH * groups).ok_or(short)?;
-        let loaded = rest.get_mut(..WIDTH * groups).ok_or(short)?;
+        let mut memory = Lender::new(memory);
+        let mut take = |per_group: usize| memory.take(per_group * groups);
+        let (states, next, loads) = (take(group)?, take(group)?, take(group)?);
+        let (magnitudes, loaded) = (take(WIDTH)?, take(WIDTH)?);
         let (shape, generation) = (scene.shape, scene.generation);
         let time_step = scene.parameters.time_step;
         Ok(Self {
@@ -108,7 +127,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
         self.n_instances
     }
 
-    /// Loads `instance` with what `loads` holds, in place of what it had; it stays until the next call. `O(r)`.
+    /// Loads `instance` with what `loads` holds, in place of what it had; it stays until the next call.
+    /// `O(r)`.
     ///
     /// # Errors
     /// [`LoadError`]; the batch is then unchanged.
@@ -131,7 +151,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if loads.increment.iter().any(|value| !value.to_f64().is_finite()) {
             return Err(LoadError::NotFinite);
         }
-        let Some(loaded) = self.loaded.get_mut(instance) else { return Ok(()) };
+        let loaded = self.loaded.get_mut(instance).ok_or(LoadError::Mismatch)?;
         self.n_loaded -= usize::from(*loaded != T::ZERO);
         self.n_loaded += usize::from(loads.active);
         *loaded = T::from_f32(f32::from(u8::from(loads.active)));
@@ -139,7 +159,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         for third in 0..3 {
             let from = loads.increment.iter().skip(third * self.shape.stride()).take(self.shape.r);
             for (k, &value) in from.enumerate() {
-                put(self.loads, place(self.shape, instance, third, k), value);
+                put(self.loads, place(self.shape, instance, third, k), value)?;
             }
         }
         Ok(())
@@ -155,33 +175,33 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// Gives `instance` a state. `O(r)`.
     ///
     /// # Errors
-    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of another `Δt`; the batch is then
-    /// unchanged.
+    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of
+    /// another `Δt`; the batch is then unchanged.
     pub fn set(&mut self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
-            for (k, &value) in state.part(third).iter().enumerate() {
-                put(self.states, place(self.shape, instance, third, k), value);
-                put(self.next, place(self.shape, instance, third, k), T::ZERO);
+            for (k, &value) in state.y.part(third).iter().enumerate() {
+                put(self.states, place(self.shape, instance, third, k), value)?;
+                put(self.next, place(self.shape, instance, third, k), T::ZERO)?;
             }
         }
-        put(self.magnitudes, instance, if state.at_rest { T::ZERO } else { T::from_f32(1.0) });
-        Ok(())
+        Ok(put(self.magnitudes, instance, if state.y.at_rest { T::ZERO } else { T::from_f32(1.0) })?)
     }
 
     /// Writes the state of `instance` to `state`, from which everything can be read. `O(r)`.
     ///
     /// # Errors
-    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of another `Δt`; `state` is then
-    /// unchanged.
+    /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of
+    /// another `Δt`; `state` is then unchanged.
     pub fn get(&self, instance: usize, state: &mut State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
         for third in 0..3 {
-            for (k, out) in state.part_mut(third).iter_mut().enumerate() {
-                *out = self.states.get(place(self.shape, instance, third, k)).copied().unwrap_or_default();
+            for (k, out) in state.y.part_mut(third).iter_mut().enumerate() {
+                let at = place(self.shape, instance, third, k);
+                *out = *self.states.get(at).ok_or(StepError::Mismatch)?;
             }
         }
-        state.at_rest = self.status(instance) == Ok(Status::AtRest);
+        state.y.at_rest = self.status(instance) == Ok(Status::AtRest);
         Ok(())
     }
 
@@ -196,10 +216,12 @@ impl<'m, T: Scalar> Batch<'m, T> {
         judge(magnitude, loaded)
     }
 
-    /// Carries all states over to the parameters of `scene`; see [`State::carry`]. Loads from before are stale: clear them.
+    /// Carries all states over to the parameters of `scene`; see [`State::carry`]. Loads from before are
+    /// stale: clear them.
     ///
     /// # Errors
-    /// [`StepError::Mismatch`], and [`StepError::NotFinite`] if a number of some instance leaves the precision; the batch is then unchanged.
+    /// [`StepError::Mismatch`], and [`StepError::NotFinite`] if a number of some instance leaves the
+    /// precision; the batch is then unchanged.
     pub fn carry(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         if self.shape != scene.shape {
             return Err(StepError::Mismatch);
@@ -211,24 +233,30 @@ impl<'m, T: Scalar> Batch<'m, T> {
             (0..n).flat_map(move |i| (0..shape.r).map(move |k| (place(shape, i, third, k), factor)))
         });
         let scaled = |states: &[T], at: usize, factor: f64| {
-            T::from_f64(states.get(at).map_or(0.0, |value| value.to_f64() * factor))
+            let value = states.get(at).ok_or(StepError::Mismatch)?;
+            let value = T::from_f64(value.to_f64() * factor);
+            if value.to_f64().is_finite() { Ok(value) } else { Err(StepError::NotFinite) }
         };
-        if places.clone().any(|(at, factor)| !scaled(self.states, at, factor).to_f64().is_finite()) {
-            return Err(StepError::NotFinite);
+        for (at, factor) in places.clone() {
+            scaled(self.states, at, factor)?;
         }
-        places.for_each(|(at, factor)| put(self.states, at, scaled(self.states, at, factor)));
+        for (at, factor) in places {
+            put(self.states, at, scaled(self.states, at, factor)?)?;
+        }
         self.time_step = scene.parameters.time_step;
         Ok(())
     }
 
-    /// Advances every instance by `Δt` under its load. An instance whose new state would not be finite keeps the old one and is counted
-    /// as refused; the others go on.
+    /// Advances every instance by `Δt` under its load. An instance whose new state would not be finite keeps
+    /// the old one and is counted as refused; the others go on.
     ///
-    /// An instance is put at rest by the rule of [`Scene::step`], except that `Σ|y|` is summed in another order: with
-    /// [`SceneOptions::rest_below`](crate::SceneOptions::rest_below) above 0 it may rest a step sooner or later than it would alone.
+    /// An instance is put at rest by the rule of [`Scene::step`], except that `Σ|y|` is summed in another
+    /// order: with [`SceneOptions::rest_below`](crate::SceneOptions::rest_below) above 0 it may rest a step
+    /// sooner or later than it would alone.
     ///
     /// # Errors
-    /// [`StepError::Mismatch`], [`StepError::NotCarried`] and [`StepError::StaleLoads`], for the batch as a whole and before anything moves.
+    /// [`StepError::Mismatch`], [`StepError::NotCarried`] and [`StepError::StaleLoads`], for the batch as a
+    /// whole and before anything moves.
     pub fn step(&mut self, scene: &Scene<'_, T>) -> Result<BatchStatus, StepError> {
         if self.shape != scene.shape {
             return Err(StepError::Mismatch);
@@ -240,8 +268,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
             return Err(StepError::StaleLoads);
         }
         match self.shape.structure {
-            Structure::Diagonal => self.step_groups(scene),
-            Structure::Block | Structure::Canonical => self.step_each(scene),
+            Structure::Diagonal => self.step_groups(scene)?,
+            Structure::Block => self.step_each(scene)?,
         }
         core::mem::swap(&mut self.states, &mut self.next);
         let mut status = BatchStatus::default();
@@ -255,14 +283,14 @@ impl<'m, T: Scalar> Batch<'m, T> {
         Ok(status)
     }
 
-    fn step_groups(&mut self, scene: &Scene<'_, T>) {
+    fn step_groups(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         let length = group_len(self.shape).max(1);
         let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
         let mut news = self.next.chunks_exact_mut(length);
         let loaded = self.loaded.as_chunks::<WIDTH>().0;
         for (magnitudes, loaded) in self.magnitudes.as_chunks_mut::<WIDTH>().0.iter_mut().zip(loaded) {
             let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
-                break;
+                return Err(StepError::Mismatch);
             };
             if magnitudes.iter().chain(loaded).all(|&value| value == T::ZERO) {
                 continue;
@@ -273,15 +301,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
             *magnitudes = step_modes(modes, old.as_chunks().0, load.as_chunks().0, new.as_chunks_mut().0);
             settle(scene.rest_below, loaded, magnitudes, old, new);
         }
+        Ok(())
     }
 
-    fn step_each(&mut self, scene: &Scene<'_, T>) {
+    fn step_each(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         let length = self.shape.padded().max(1);
         let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
         let mut news = self.next.chunks_exact_mut(length);
         for (magnitude, &loaded) in self.magnitudes.iter_mut().zip(&*self.loaded) {
             let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
-                break;
+                return Err(StepError::Mismatch);
             };
             if *magnitude == T::ZERO && loaded == T::ZERO {
                 continue;
@@ -295,6 +324,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
                 new.iter_mut().zip(&*old).for_each(|(new, &old)| *new = old);
             }
         }
+        Ok(())
     }
 
     fn check(&self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
@@ -304,7 +334,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if state.shape != self.shape {
             return Err(StepError::Mismatch);
         }
-        if state.time_step == self.time_step { Ok(()) } else { Err(StepError::NotCarried) }
+        if state.y.time_step == self.time_step { Ok(()) } else { Err(StepError::NotCarried) }
     }
 }
 
@@ -312,22 +342,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
 const fn group_len(shape: Shape) -> usize {
     match shape.structure {
         Structure::Diagonal => 3 * shape.r * WIDTH,
-        Structure::Block | Structure::Canonical => shape.padded() * WIDTH,
+        Structure::Block => shape.padded() * WIDTH,
     }
 }
 
-/// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so that the numbers of a mode lie side
-/// by side. Block: `(instance, third, mode)`, padded for the kernel.
+/// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so
+/// that the numbers of a mode lie side by side. Block: `(instance, third, mode)`, padded for the kernel.
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     match shape.structure {
         Structure::Diagonal => ((instance / WIDTH * shape.r + k) * 3 + third) * WIDTH + instance % WIDTH,
-        Structure::Block | Structure::Canonical => instance * shape.padded() + third * shape.r + k,
-    }
-}
-
-fn put<T>(all: &mut [T], at: usize, value: T) {
-    if let Some(out) = all.get_mut(at) {
-        *out = value;
+        Structure::Block => instance * shape.padded() + third * shape.r + k,
     }
 }
 
@@ -345,7 +369,8 @@ fn judge<T: Scalar>(magnitude: T, loaded: T) -> Result<Status, StepError> {
     }
 }
 
-/// Puts right the new states of a group: an instance that is refused keeps the old one, one that rests is zero in both.
+/// Puts right the new states of a group: an instance that is refused keeps the old one, one that rests is
+/// zero in both.
 fn settle<T: Scalar>(
     rest_below: T,
     loaded: &Lane<T>,
@@ -363,7 +388,8 @@ fn settle<T: Scalar>(
     }
 }
 
-/// [`step_diagonal`](crate::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at once.
+/// [`step_diagonal`](crate::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at
+/// once.
 fn step_modes<T: Scalar>(
     blocks: &[ModeBlock<T>],
     old: &[[Lane<T>; 3]],

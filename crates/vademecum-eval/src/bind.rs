@@ -1,38 +1,33 @@
-//! From a file to the numbers of a step: sections, parameters, and the fused maps of the diagonal and the block structure.
+//! From a file to the numbers of a step: sections, parameters, and the fused maps of the diagonal and the
+//! block structure.
 //!
-//! Everything is fused in `f64` in lent work memory first and laid out in the scene afterwards, so that a refusal leaves a bound
-//! scene as it was.
+//! Everything is fused in `f64` in lent work memory first and laid out in the scene afterwards, so that a
+//! refusal leaves a bound scene as it was.
 
 use crate::axes::{Axes, StagePlace};
+use crate::equation::{Matrices, Stiffness};
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
+use crate::lend::{Lender, Short, put};
 use crate::options::{SceneOptions, Structure};
+use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
-use vademecum_format::{
-    Chapter, File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind,
-};
+use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
 
 /// Sections a scene reads while it runs; `None` if absent or compressed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sections<'m> {
-    pub surface: Option<Numbers<'m>>,
-    pub interior: Option<Numbers<'m>>,
+    /// Rows of the basis.
+    pub rows: Rows<'m>,
+    /// The reduced matrices.
+    pub matrices: Matrices<'m>,
     pub block_load: Option<Numbers<'m>>,
     pub pattern_basis: Option<Numbers<'m>>,
     pub pattern_block: Option<Numbers<'m>>,
-    pub probes: Option<Numbers<'m>>,
-    /// `BᵀK_qB` of each region.
-    pub region_stiffness: Option<Numbers<'m>>,
-    /// `BᵀM_qB` of each region.
-    pub region_mass: Option<Numbers<'m>>,
-    /// `BᵀKB`: `(r)` for the diagonal structure, `(r, r)` for the others.
-    pub stiffness: Numbers<'m>,
-    /// The separated solution of the block structure; empty for the others.
+    /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
-    /// The canonical structure's tables.
-    pub canonical: Option<Chapter<'m>>,
 }
 
 /// `E_t`, points and factors as the file stores them.
@@ -44,7 +39,7 @@ pub(crate) struct Separated<'m> {
 }
 
 /// What a scene is asked to stand at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Asked {
     pub step: StepParameters,
     /// `κ_q`.
@@ -78,11 +73,10 @@ impl Asked {
 pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sections<'m>, BindError> {
     use SectionKind as S;
     let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
-    let (kind, separated) = match structure {
-        Structure::Diagonal => (S::Eigenvalues, Separated::default()),
-        Structure::Canonical => (S::ReducedStiffness, Separated::default()),
+    let (stiffness, separated) = match structure {
+        Structure::Diagonal => (Stiffness::Diagonal(needed(file, S::Eigenvalues)?), Separated::default()),
         Structure::Block => (
-            S::ReducedStiffness,
+            Stiffness::Dense(needed(file, S::ReducedStiffness)?),
             Separated {
                 terms: needed(file, S::BlockState)?,
                 points: needed(file, S::AxisPoints)?,
@@ -91,22 +85,28 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         ),
     };
     Ok(Sections {
-        surface: optional(S::SurfaceBasis),
-        interior: optional(S::InteriorBasis),
+        rows: Rows::of(file),
+        matrices: matrices(file, stiffness),
         block_load: optional(S::BlockLoad),
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
-        probes: optional(S::ProbeRows),
-        region_stiffness: optional(S::RegionStiffness),
-        region_mass: optional(S::RegionMass),
-        stiffness: Numbers::F64(needed(file, kind)?),
         separated,
-        canonical: if structure == Structure::Canonical { Chapter::read(file)? } else { None },
     })
 }
 
+/// The reduced matrices of a file beside its stiffness.
+pub(crate) fn matrices<'m>(file: &File<'m>, stiffness: Stiffness<'m>) -> Matrices<'m> {
+    let optional = |kind| file.section(kind).and_then(|section| section.f64s().ok());
+    Matrices {
+        stiffness,
+        n_regions: file.metadata().n_regions as usize,
+        region_stiffness: optional(SectionKind::RegionStiffness),
+        region_mass: optional(SectionKind::RegionMass),
+    }
+}
+
 /// Numbers of a section the file cannot be without.
-fn needed<'m>(file: &File<'m>, kind: SectionKind) -> Result<&'m [[u8; 8]], BindError> {
+pub(crate) fn needed<'m>(file: &File<'m>, kind: SectionKind) -> Result<&'m [[u8; 8]], BindError> {
     Ok(file.section(kind).ok_or(missing(kind))?.f64s()?)
 }
 
@@ -135,17 +135,6 @@ pub(crate) fn fuse<'w, T: Scalar>(
     let fused = match shape.structure {
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
         Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
-        Structure::Canonical => {
-            let built = Asked::new(metadata, &SceneOptions::default());
-            let same = asked.step == built.step
-                && asked.stiffness == built.stiffness
-                && asked.density == built.density;
-            return if same {
-                Ok(Fused { d: &[], loads: &[], weights: &[] })
-            } else {
-                Err(BindError::FixedStep)
-            };
-        }
     };
     let mut all = fused.d.iter().chain(fused.loads).chain(fused.weights);
     if all.any(|&value| !T::from_f64(value).to_f64().is_finite()) {
@@ -154,7 +143,8 @@ pub(crate) fn fuse<'w, T: Scalar>(
     Ok(fused)
 }
 
-/// The 3×3 block and the load vectors of each mode: `E = −θλ/(1 + θλ)`, and `H = B/(1 + θλ)` goes into the load map.
+/// The 3×3 block and the load vectors of each mode: `E = −θλ/(1 + θλ)`, and `H = B/(1 + θλ)` goes into the
+/// load map.
 fn fuse_modes<'w>(
     metadata: &Metadata<'_>,
     sections: &Sections<'_>,
@@ -167,16 +157,23 @@ fn fuse_modes<'w>(
     for (stage, theta) in theta.iter_mut().take(shape.n_stages).enumerate() {
         *theta = StageCoefficients::new(scheme, &asked.step, stage)?.theta;
     }
-    let (d, loads) = work.split_at_mut_checked(9 * shape.r).unwrap_or_default();
+    let mut work = Lender::new(work);
+    let (d, loads) = (work.take(9 * shape.r)?, work.take(3 * shape.n_stages * shape.r)?);
     let mut small = [0.0; fuse_work_len(1)];
     let per_mode = shape.n_stages.saturating_mul(3).max(1);
-    // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that they are not zero.
-    // For its sake, too, chunk sizes are saturated products.
+    // `next` in the loops, not `zip`: zipped chunks divide by their sizes, and the compiler cannot see that
+    // they are not zero. For its sake, too, chunk sizes are saturated products.
     let (mut blocks, mut load_vectors) = (d.chunks_exact_mut(9), loads.chunks_exact_mut(per_mode));
-    for lambda in sections.stiffness.iter() {
-        let (Some(d), Some(loads)) = (blocks.next(), load_vectors.next()) else { break };
+    let Stiffness::Diagonal(lambdas) = sections.matrices.stiffness else {
+        return Err(missing(SectionKind::Eigenvalues).into());
+    };
+    for &lambda in lambdas {
+        let lambda = f64::from_le_bytes(lambda);
+        let (Some(d), Some(loads)) = (blocks.next(), load_vectors.next()) else {
+            return Err(Short { found: shape.r, needed: lambdas.len() }.into());
+        };
         let e = theta.map(|theta| -theta * lambda / (1.0 + theta * lambda));
-        let e = e.get(..shape.n_stages).unwrap_or_default();
+        let e = Lender::new(&e[..]).take(shape.n_stages)?;
         fuse_into(scheme, &asked.step, 1, e, d, loads, &mut small)?;
         for (loads, e) in loads.chunks_exact_mut(3).zip(e) {
             loads.iter_mut().for_each(|value| *value *= 1.0 + e);
@@ -195,24 +192,17 @@ fn fuse_block<'w>(
 ) -> Result<Fused<'w>, BindError> {
     check_moved(metadata, sections, asked)?;
     let (square, n_stages) = (shape.r * shape.r, shape.n_stages);
-    let mut lengths =
-        [9 * square, 3 * n_stages * square, n_stages * shape.n_terms, n_stages * square].into_iter();
-    let mut rest = work;
-    let mut take = || {
-        let (front, back) = core::mem::take(&mut rest)
-            .split_at_mut_checked(lengths.next().unwrap_or_default())
-            .unwrap_or_default();
-        rest = back;
-        front
-    };
-    let (d, loads, weights, e) = (take(), take(), take(), take());
-    let (axes, work) = rest.split_at_mut_checked(Axes::WORK * shape.n_points).unwrap_or_default();
+    let mut work = Lender::new(work);
+    let (d, loads) = (work.take(9 * square)?, work.take(3 * n_stages * square)?);
+    let (weights, e) = (work.take(shape.weights_len())?, work.take(n_stages * square)?);
+    let (axes, work) = (work.take(Axes::WORK * shape.n_points)?, work.rest());
     stage_responses(metadata, sections, asked, shape, weights, e, axes)?;
     fuse_into(&metadata.scheme, &asked.step, shape.r, e, d, loads, work)?;
     Ok(Fused { d, loads, weights })
 }
 
-/// `E_i = Σ_t g_t E_t` at each stage's place on the axes, `(n_stages, r, r)`, and the weights `g_t`, `(n_stages, n_terms)`.
+/// `E_i = Σ_t g_t E_t` at each stage's place on the axes, `(n_stages, r, r)`, and the weights `g_t`,
+/// `(n_stages, n_terms)`.
 pub(crate) fn stage_responses(
     metadata: &Metadata<'_>,
     sections: &Sections<'_>,
@@ -224,18 +214,19 @@ pub(crate) fn stage_responses(
 ) -> Result<(), BindError> {
     let square = shape.r * shape.r;
     let Separated { terms, points, factors } = sections.separated;
-    let mut axes = Axes::new(metadata, points, axes);
+    let mut axes = Axes::new(metadata, points, axes)?;
     e.fill(0.0);
-    let mut stages = weights.chunks_exact_mut(shape.n_terms.max(1));
+    let mut stages = Lender::new(weights);
+    let short = Short { found: terms.len(), needed: shape.n_terms.saturating_mul(square) };
     for (stage, e) in e.chunks_exact_mut(square.max(1)).enumerate() {
-        let weights = stages.next().unwrap_or_default();
+        let weights = stages.take(shape.n_terms)?;
         let theta = allowed_theta(metadata, &asked.step, stage)?;
         let place = StagePlace { stage, theta, stiffness: &asked.stiffness, density: &asked.density };
         axes.stand(metadata, &place)?;
-        axes.term_weights(metadata, factors, weights);
+        axes.term_weights(metadata, factors, weights)?;
         let mut terms = terms.chunks_exact(square.max(1));
         for &weight in &*weights {
-            let term = terms.next().unwrap_or_default();
+            let term = terms.next().ok_or(short)?;
             if weight != 0.0 {
                 e.iter_mut().zip(term).for_each(|(e, &bytes)| *e += weight * f64::from_le_bytes(bytes));
             }
@@ -256,8 +247,8 @@ fn check_moved(metadata: &Metadata<'_>, sections: &Sections<'_>, asked: &Asked) 
             return Err(BindError::FixedRegion { role, value });
         }
         let (section, kind) = match role {
-            R::RegionStiffness { .. } => (sections.region_stiffness, SectionKind::RegionStiffness),
-            _ => (sections.region_mass, SectionKind::RegionMass),
+            R::RegionStiffness { .. } => (sections.matrices.region_stiffness, SectionKind::RegionStiffness),
+            _ => (sections.matrices.region_mass, SectionKind::RegionMass),
         };
         section.ok_or(missing(kind))?;
     }
@@ -279,8 +270,8 @@ fn on_an_axis(metadata: &Metadata<'_>, role: ParameterRole) -> bool {
     })
 }
 
-/// `θ` of a stage, if the block structure was built for it: without a parameter that moves `θ` and an axis that carries it, `θ`
-/// must be the file's, up to rounding (a few operations: 1e-12).
+/// `θ` of a stage, if the block structure was built for it: without a parameter that moves `θ` and an axis
+/// that carries it, `θ` must be the file's, up to rounding (a few operations: 1e-12).
 fn allowed_theta(metadata: &Metadata<'_>, asked: &StepParameters, stage: usize) -> Result<f64, BindError> {
     use ParameterRole as R;
     let requested = StageCoefficients::new(&metadata.scheme, asked, stage)?.theta;
@@ -308,51 +299,65 @@ pub(crate) fn lay_out<T: Scalar>(
     map: &mut [T],
     load_maps: &mut [T],
     weights: &mut [T],
-) {
+) -> Result<(), Short> {
     match shape.structure {
         Structure::Diagonal => lay_out_modes(fused, shape, map, load_maps),
-        Structure::Canonical => {}
         Structure::Block => {
-            lay_out_columns(fused.d, 3 * shape.r, map);
-            let mut load_maps = load_maps.chunks_exact_mut(shape.load_map_len().max(1));
-            for columns in fused.loads.chunks_exact(shape.r.saturating_mul(shape.r).saturating_mul(3).max(1))
-            {
-                lay_out_columns(columns, 3 * shape.r, load_maps.next().unwrap_or_default());
+            lay_out_columns(fused.d, 3 * shape.r, map)?;
+            let (mut columns, mut load_maps) = (Lender::new(fused.loads), Lender::new(load_maps));
+            for _ in 0..shape.n_stages {
+                let columns = columns.take(shape.r.saturating_mul(shape.r).saturating_mul(3))?;
+                lay_out_columns(columns, 3 * shape.r, load_maps.take(shape.load_map_len())?)?;
             }
+            let weights = Lender::new(weights).take(fused.weights.len())?;
             weights.iter_mut().zip(fused.weights).for_each(|(out, &value)| *out = T::from_f64(value));
+            Ok(())
         }
     }
 }
 
 /// Column-major 3×3 to row-major, one row of [`LANES`] modes per coefficient; load vectors like a state.
-fn lay_out_modes<T: Scalar>(fused: &Fused<'_>, shape: Shape, map: &mut [T], load_maps: &mut [T]) {
-    let set = |out: &mut [T], at: usize, value: f64| {
-        if let Some(out) = out.get_mut(at) {
-            *out = T::from_f64(value);
-        }
-    };
+fn lay_out_modes<T: Scalar>(
+    fused: &Fused<'_>,
+    shape: Shape,
+    map: &mut [T],
+    load_maps: &mut [T],
+) -> Result<(), Short> {
     for (k, d) in fused.d.chunks_exact(9).enumerate() {
-        for (place, &value) in d.iter().enumerate() {
-            let row_major = 3 * (place % 3) + place / 3;
-            set(map, (k / LANES * 9 + row_major) * LANES + k % LANES, value);
+        for (entry, &value) in d.iter().enumerate() {
+            put(map, place_in_modes(k, entry % 3, entry / 3), T::from_f64(value))?;
         }
     }
     for (k, loads) in fused.loads.chunks_exact(shape.n_stages.saturating_mul(3).max(1)).enumerate() {
         for (place, &value) in loads.iter().enumerate() {
             let (stage, row) = (place / 3, place % 3);
-            set(load_maps, stage * shape.load_map_len() + row * shape.stride() + k, value);
+            let at = stage * shape.load_map_len() + row * shape.stride() + k;
+            put(load_maps, at, T::from_f64(value))?;
         }
     }
+    Ok(())
+}
+
+/// Where the diagonal kernel wants number `(row, column)` of the 3×3 block of mode `k`.
+pub(crate) const fn place_in_modes(k: usize, row: usize, column: usize) -> usize {
+    (k / LANES * 9 + 3 * row + column) * LANES + k % LANES
+}
+
+/// Where the dense kernel wants number `(row, column)` of a matrix of `n_columns`.
+pub(crate) const fn place_in_tiles(row: usize, column: usize, n_columns: usize) -> usize {
+    (row / TILE * n_columns + column) * TILE + row % TILE
 }
 
 /// Column-major `(rows, any)` to tiles of [`TILE`] rows, each tile column by column.
-pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) {
+pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) -> Result<(), Short> {
     let n_columns = columns.len() / rows.max(1);
     for (c, column) in columns.chunks_exact(rows.max(1)).enumerate() {
         for (tile, part) in column.chunks(TILE).enumerate() {
-            let at = (tile * n_columns + c) * TILE;
-            let place = tiles.iter_mut().skip(at).zip(part);
+            let mut tiles = Lender::new(&mut *tiles);
+            tiles.take(place_in_tiles(tile * TILE, c, n_columns))?;
+            let place = tiles.take(part.len())?.iter_mut().zip(part);
             place.for_each(|(out, &value)| *out = T::from_f64(value));
         }
     }
+    Ok(())
 }

@@ -1,14 +1,16 @@
-//! What a bound scene costs: how much of the file each move reads and how many multiply-adds it takes. Computed from the sizes
-//! of things; nothing is counted while stepping.
+//! What a bound scene costs: how much of the file each move reads and how many multiply-adds it takes.
+//! Computed from the sizes of things; nothing is counted while stepping.
 //!
-//! A test poisons every number of a file that is not in these counts and finds the same bits (`tests/tests/needless.rs`).
+//! A test poisons every number of a file that is not in these counts and finds the same bits
+//! (`tests/tests/needless.rs`).
 
 use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
-use vademecum_format::{Chapter, ChapterPart, Numbers};
+use vademecum_format::Numbers;
 
-/// Costs of a scene's moves. Bytes are those of the file, apart from [`Cost::step_bytes`]. Sections that are not there count nothing.
+/// Costs of a scene's moves. Bytes are those of the file, apart from [`Cost::step_bytes`]. Sections that are
+/// not there count nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Terms of the separated solution that binding adds up; 0 for the diagonal structure.
@@ -49,18 +51,13 @@ impl<T: Scalar> Scene<'_, T> {
                 let factors = shape.n_terms * separated.points.len();
                 (shape.n_terms * r * r + separated.points.len() + factors, 9 * r * r)
             }
-            Structure::Canonical => {
-                // An interpolation and a product for each axis and term, then the terms' sum.
-                let part = |part: ChapterPart<'_>| part.n_terms * (3 * part.axes().count() + r);
-                (shape.n_points, sections.canonical.iter().flat_map(Chapter::parts).map(part).sum())
-            }
         };
         // A term is read once if some stage has a weight for it.
         let used =
             |t: usize| self.weights.iter().skip(t).step_by(shape.n_terms.max(1)).any(|&w| w != T::ZERO);
         let separated_terms = if shape.structure == Structure::Block { shape.n_terms } else { 0 };
         let in_use = (0..separated_terms).filter(|&t| used(t)).count();
-        let (surface, interior) = (row(sections.surface), row(sections.interior));
+        let (surface, interior) = (row(sections.rows.surface), row(sections.rows.interior));
         let (n_surface, n_nodes) = (metadata.n_surface_nodes as usize, metadata.n_nodes as usize);
         let pattern_row = if separated_terms > 0 { row(sections.pattern_block) } else { 0 };
         Cost {
@@ -71,7 +68,7 @@ impl<T: Scalar> Scene<'_, T> {
             contact_rows: 9 * (1 + in_use),
             contact_bytes: 9 * (surface + in_use * row(sections.block_load)),
             pattern_bytes: row(sections.pattern_basis) + in_use * pattern_row,
-            probe_bytes: row(sections.probes),
+            probe_bytes: row(sections.rows.probes),
             node_bytes: 3 * surface,
             surface_bytes: 3 * n_surface * surface,
             body_bytes: 3 * n_surface * surface + 3 * (n_nodes - n_surface.min(n_nodes)) * interior,

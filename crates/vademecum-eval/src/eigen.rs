@@ -1,21 +1,35 @@
-//! Eigenvalues and vectors of a small matrix with real eigenvalues, by Jacobi's method for general matrices: each plane rotation
-//! diagonalises the symmetric part of its plane and a shear then lessens the norm of the matrix, until it is normal
-//! (Eberlein 1962). Simple, without heap, and both `X` and `X⁻¹` come with it.
+//! Eigenvalues and vectors of a small matrix with real eigenvalues, by Jacobi's method for general matrices:
+//! each plane rotation diagonalises the symmetric part of its plane and a shear then lessens the norm of the
+//! matrix, until it is normal (Eberlein 1962). Simple, without heap, and both `X` and `X⁻¹` come with it.
 //!
-//! The shear `e^{yJ}`, `J` the exchange of the plane's two axes, changes `‖A‖²` by `g cosh 2y + 2h sinh 2y` outside of the plane and by
-//! `½(D² + E²) cosh 4y − D E sinh 4y` within; `y ≈ tanh y` is one Newton step to the minimum from 0.
+//! The shear `e^{yJ}`, `J` the exchange of the plane's two axes, changes `‖A‖²` by `g cosh 2y + 2h sinh 2y`
+//! outside of the plane and by `½(D² + E²) cosh 4y − D E sinh 4y` within; `y ≈ tanh y` is one Newton step to
+//! the minimum from 0.
+
+use crate::lend::Short;
 
 /// Pairs whose rotation and shear are both below this are left alone; a sweep of only such ones is the last.
 const SMALL: f64 = 1e-12;
-/// A plane whose entries beside the diagonal are below this share of those on it is left alone: between equal eigenvalues rounding
-/// would turn it for ever.
+/// A plane whose entries beside the diagonal are below this share of those on it is left alone: between equal
+/// eigenvalues rounding would turn it for ever.
 const NEGLIGIBLE: f64 = 1e-14;
-/// More sweeps than any matrix has needed that is similar to a symmetric one; convergence is quadratic at the end.
+/// More sweeps than any matrix has needed that is similar to a symmetric one; convergence is quadratic at the
+/// end.
 const MAX_SWEEPS: usize = 40;
 
-/// Turns `a` `(r, r)` into `X⁻¹ A X`, whose diagonal holds the eigenvalues. `columns` receives `X` column by column, `rows` receives
-/// `X⁻¹` row by row. Returns the sweeps taken, [`MAX_SWEEPS`] if it has not converged.
-pub(crate) fn diagonalise(a: &mut [f64], columns: &mut [f64], rows: &mut [f64], r: usize) -> usize {
+/// Turns `a` `(r, r)` into `X⁻¹ A X`, whose diagonal holds the eigenvalues. `columns` receives `X` column by
+/// column, `rows` receives `X⁻¹` row by row. Returns the sweeps taken, [`MAX_SWEEPS`] if it has not
+/// converged. All three have `r²` numbers.
+pub(crate) fn diagonalise(
+    a: &mut [f64],
+    columns: &mut [f64],
+    rows: &mut [f64],
+    r: usize,
+) -> Result<usize, Short> {
+    let (found, needed) = (a.len().min(columns.len()).min(rows.len()), r.saturating_mul(r));
+    if found < needed {
+        return Err(Short { found, needed });
+    }
     for vectors in [&mut *columns, &mut *rows] {
         vectors
             .iter_mut()
@@ -37,13 +51,14 @@ pub(crate) fn diagonalise(a: &mut [f64], columns: &mut [f64], rows: &mut [f64], 
             }
         }
         if largest <= SMALL {
-            return sweep;
+            return Ok(sweep);
         }
     }
-    MAX_SWEEPS
+    Ok(MAX_SWEEPS)
 }
 
-/// A rotation and a shear of one plane: rows are multiplied by `[[c1, s1], [s2, c2]]`, columns by its inverse `[[c2, −s1], [−s2, c1]]`.
+/// A rotation and a shear of one plane: rows are multiplied by `[[c1, s1], [s2, c2]]`, columns by its inverse
+/// `[[c2, −s1], [−s2, c1]]`.
 struct Turn {
     c1: f64,
     c2: f64,
@@ -167,7 +182,7 @@ mod tests {
 
     fn solved(a: [f64; R * R]) -> ([f64; R * R], [f64; R * R], [f64; R * R], usize) {
         let (mut d, mut columns, mut rows) = (a, [0.0; R * R], [0.0; R * R]);
-        let sweeps = diagonalise(&mut d, &mut columns, &mut rows, R);
+        let sweeps = diagonalise(&mut d, &mut columns, &mut rows, R).expect("R² numbers each");
         (d, columns, rows, sweeps)
     }
 

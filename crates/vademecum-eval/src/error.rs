@@ -1,8 +1,8 @@
 //! What can go wrong, apart by who can act: binding (options or memory), loading, stepping, reading.
 
 use core::fmt;
-use vademecum_format::scheme::SchemeError;
-use vademecum_format::{ChapterRole, FormatError, ParameterRole, SectionKind};
+use vademecum_format::scheme::TableError;
+use vademecum_format::{FormatError, ParameterRole, SectionKind};
 
 /// Why a scene could not be bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,16 +11,18 @@ pub enum BindError {
     /// The file is refused, or a section it needs is compressed.
     Format(FormatError),
     /// Scheme or step parameters are refused.
-    Scheme(SchemeError),
+    Scheme(TableError),
     /// A parameter was not set.
     Parameter(ParameterError),
     /// The structure asked for is not in the file.
     NoStructure,
-    /// The canonical structure was built for the file's time step, damping and scales, and knows no others.
-    FixedStep,
+    /// The file has only the chapter's structure (`representation = "canonical"`), which an ordinary scene
+    /// does not step. The evaluator's feature `chapter` has a scene for it.
+    OnlyChapter,
     /// The scene was bound to the other structure; its memory has not the room for this one.
     OtherStructure,
-    /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the whole body.
+    /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the
+    /// whole body.
     NotDiagonal,
     /// The scale of a region is not a positive number.
     BadScale {
@@ -38,7 +40,8 @@ pub enum BindError {
     },
     /// The state was made for a scene of another shape.
     Mismatch,
-    /// The block structure was built for other parameters: no parameter and axis carry what the options change.
+    /// The block structure was built for other parameters: no parameter and axis carry what the options
+    /// change.
     Fixed {
         /// The stage.
         stage: usize,
@@ -71,7 +74,8 @@ pub enum BindError {
         /// Its value.
         value: f64,
     },
-    /// So many terms cannot be had: a file without live parameters needs all it has, others at least one; a bound scene keeps its number.
+    /// So many terms cannot be had: a file without live parameters needs all it has, others at least one; a
+    /// bound scene keeps its number.
     Terms {
         /// Terms asked for.
         asked: usize,
@@ -85,7 +89,8 @@ pub enum BindError {
         /// What was accepted.
         tolerance: f64,
     },
-    /// A coefficient of the fused step, or the state carried over to it, is not finite in the chosen precision.
+    /// A coefficient of the fused step, or the state carried over to it, is not finite in the chosen
+    /// precision.
     NotFinite,
 }
 
@@ -147,28 +152,6 @@ pub enum LoadError {
         /// Instances in the batch.
         count: usize,
     },
-    /// Canonical structure: it was built for loads in one direction, and this is another.
-    OtherDirection,
-    /// Canonical structure: the load can stand at listed nodes, and this is none of them.
-    NotAPosition {
-        /// The node, in file order.
-        node: u32,
-    },
-    /// Canonical structure with state and load in the same terms: there can be one load, whole at one node.
-    OneContact,
-    /// Canonical structure: magnitude or component is not on its axis.
-    OutsideAxis {
-        /// Which.
-        role: ChapterRole,
-        /// The value.
-        value: f64,
-        /// Smallest value on the axis.
-        lower: f64,
-        /// Largest value on the axis.
-        upper: f64,
-    },
-    /// Canonical structure: it has no axis for load patterns.
-    NoPatterns,
 }
 
 /// Why a step was not taken; the state is unchanged.
@@ -181,7 +164,8 @@ pub enum StepError {
     Mismatch,
     /// The loads were added before the scene's parameters changed; clear them and add again.
     StaleLoads,
-    /// The state belongs to another `Δt` than the scene's; carry it over with [`State::carry`](crate::State::carry).
+    /// The state belongs to another `Δt` than the scene's; carry it over with
+    /// [`State::carry`](crate::State::carry).
     NotCarried,
     /// The file's region masses do not sum to a positive definite matrix.
     BadMass,
@@ -189,19 +173,6 @@ pub enum StepError {
     NoInstance,
     /// The modes were found before the scene's parameters changed; find them again.
     StaleModes,
-    /// Canonical structure: a coordinate has left the range its axis was built for.
-    OutsideAxis {
-        /// The stage, counted from 0.
-        stage: usize,
-        /// The coordinate: family and mode of the state, or the load's.
-        role: ChapterRole,
-        /// Its value, in the unit of the axis.
-        value: f64,
-        /// Smallest value on the axis.
-        lower: f64,
-        /// Largest value on the axis.
-        upper: f64,
-    },
 }
 
 /// Why an output could not be given.
@@ -251,9 +222,12 @@ impl fmt::Display for BindError {
                 write!(out, "axis {axis} is of a role or kind unknown to this evaluator")
             }
             Self::Parameter(error) => error.fmt(out),
-            Self::FixedStep => write!(
+            Self::OnlyChapter => write!(
                 out,
-                "the canonical structure holds one time step, damping and scale: leave the options at the file's"
+                "the file has only the chapter's structure (representation = \"canonical\"), which this \
+                 scene does not step: \
+                 use `vademecum run`, or `ChapterScene` of the evaluator's feature `chapter`, or build \
+                 the file without that line"
             ),
             Self::OtherStructure => {
                 write!(
@@ -273,12 +247,14 @@ impl fmt::Display for BindError {
             Self::FixedRegion { role, value } => {
                 write!(
                     out,
-                    "{role:?} = {value:e}: the file has no such parameter; build it with one, or leave it at 1"
+                    "{role:?} = {value:e}: the file has no such parameter; build it with one, or leave it \
+                     at 1"
                 )
             }
             Self::NotDiagonalisable { remainder, tolerance } => write!(
                 out,
-                "the stages share their modes only up to {remainder:.1e}, {tolerance:.1e} was asked for: step dense"
+                "the stages share their modes only up to {remainder:.1e}, {tolerance:.1e} was asked for: \
+                 step dense"
             ),
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
             Self::LentMemory { found, needed } => {
@@ -326,24 +302,6 @@ impl fmt::Display for LoadError {
             Self::NoInstance { index, count } => {
                 write!(out, "there is no instance {index}; the batch has {count}")
             }
-            Self::OtherDirection => {
-                write!(
-                    out,
-                    "the canonical structure was built for loads in one direction, and this is another"
-                )
-            }
-            Self::NotAPosition { node } => {
-                write!(
-                    out,
-                    "node {node} is no load position of the canonical structure; its section 27 lists them"
-                )
-            }
-            Self::OneContact => write!(
-                out,
-                "the canonical structure has state and load in the same terms: one load, whole at one node"
-            ),
-            Self::OutsideAxis { role, value, lower, upper } => outside(out, role, value, lower, upper),
-            Self::NoPatterns => write!(out, "the canonical structure has no axis for load patterns"),
             Self::Stale => {
                 write!(out, "the loads are from before the parameters changed; clear them and add again")
             }
@@ -360,10 +318,6 @@ impl fmt::Display for StepError {
             Self::Mismatch => write!(out, "state, loads or numbers belong to a scene of another shape"),
             Self::StaleLoads => {
                 write!(out, "the loads are from before the parameters changed; clear them and add again")
-            }
-            Self::OutsideAxis { stage, role, value, lower, upper } => {
-                write!(out, "stage {}: ", stage + 1)?;
-                outside(out, role, value, lower, upper)
             }
             Self::NotCarried => {
                 write!(out, "the state is scaled by another time step; carry it over to the scene first")
@@ -392,16 +346,6 @@ impl fmt::Display for OutputError {
     }
 }
 
-fn outside(
-    out: &mut fmt::Formatter<'_>,
-    role: ChapterRole,
-    value: f64,
-    lower: f64,
-    upper: f64,
-) -> fmt::Result {
-    write!(out, "{role} is {value:e}, outside its axis from {lower:e} to {upper:e}; it is not extrapolated")
-}
-
 fn missing(out: &mut fmt::Formatter<'_>, kind: SectionKind) -> fmt::Result {
     write!(out, "section {} ({kind:?}) is not in the file or is compressed", kind.number())
 }
@@ -424,8 +368,8 @@ impl From<ParameterError> for BindError {
     }
 }
 
-impl From<SchemeError> for BindError {
-    fn from(error: SchemeError) -> Self {
+impl From<TableError> for BindError {
+    fn from(error: TableError) -> Self {
         Self::Scheme(error)
     }
 }

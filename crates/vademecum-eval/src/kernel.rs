@@ -1,7 +1,8 @@
-//! The two inner loops. Both read fixed-size arrays so that they vectorise without run-time lengths inside, write the new
-//! state beside the old one, set what is below [`Scalar::FLOOR`] to zero and return `Σ|y|`, which is not finite exactly when
-//! the new state is not (or overflows when summed).
+//! The two inner loops. Both read fixed-size arrays so that they vectorise without run-time lengths inside,
+//! write the new state beside the old one, set what is below [`Scalar::FLOOR`] to zero and return `Σ|y|`,
+//! which is not finite exactly when the new state is not (or overflows when summed).
 
+use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;
 use vademecum_format::Numbers;
 
@@ -14,11 +15,16 @@ pub(crate) const TILE: usize = 24;
 pub(crate) type ModeBlock<T> = [[T; LANES]; 9];
 
 /// One diagonal step: for each mode, `y + D y + ℓ` with a 3×3 `D`. All state slices are `(3, stride)`.
-pub(crate) fn step_diagonal<T: Scalar>(blocks: &[ModeBlock<T>], old: &[T], load: &[T], new: &mut [T]) -> T {
+pub(crate) fn step_diagonal<T: Scalar>(
+    blocks: &[ModeBlock<T>],
+    old: &[T],
+    load: &[T],
+    new: &mut [T],
+) -> Result<T, Short> {
     let stride = old.len() / 3;
-    let ([z, v, a], [lz, lv, la]) = (thirds(old, stride), thirds(load, stride));
-    let (nz, rest) = new.split_at_mut_checked(stride).unwrap_or_default();
-    let (nv, na) = rest.split_at_mut_checked(stride).unwrap_or_default();
+    let ([z, v, a], [lz, lv, la]) = (thirds(old, stride)?, thirds(load, stride)?);
+    let mut new = Lender::new(new);
+    let (nz, nv, na) = (new.take(stride)?, new.take(stride)?, new.take(stride)?);
     let (nz, nv, na) = (nz.as_chunks_mut().0, nv.as_chunks_mut().0, na.as_chunks_mut().0);
     let state = z.iter().zip(v).zip(a);
     let load = lz.iter().zip(lv).zip(la);
@@ -30,7 +36,7 @@ pub(crate) fn step_diagonal<T: Scalar>(blocks: &[ModeBlock<T>], old: &[T], load:
         *nv = mode_row(&d[3], &d[4], &d[5], old, v, lv, &mut sums);
         *na = mode_row(&d[6], &d[7], &d[8], old, a, la, &mut sums);
     }
-    total(&sums)
+    Ok(total(&sums))
 }
 
 /// One row of the 3×3 blocks: `kept + (ℓ + d₀ z + d₁ v + d₂ a)`, the small sum first.
@@ -99,9 +105,9 @@ pub(crate) fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
     if magnitude < T::FLOOR { T::ZERO } else { value }
 }
 
-fn thirds<T>(all: &[T], stride: usize) -> [&[[T; LANES]]; 3] {
-    let part = |place: usize| all.get(place * stride..(place + 1) * stride).unwrap_or_default().as_chunks().0;
-    [part(0), part(1), part(2)]
+fn thirds<T>(all: &[T], stride: usize) -> Result<[&[[T; LANES]]; 3], Short> {
+    let mut all = Lender::new(all);
+    Ok([all.take(stride)?.as_chunks().0, all.take(stride)?.as_chunks().0, all.take(stride)?.as_chunks().0])
 }
 
 fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {

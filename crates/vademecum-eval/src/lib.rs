@@ -1,9 +1,40 @@
 //! The online half: opens a vademecum file, binds a scene to it and steps it, without heap and without `std`.
 //!
-//! Three moves. **Bind**: [`Scene::bind`] chooses a structure of the step (diagonal, block, or the chapter's canonical one), fuses the stages of the time
-//! scheme into one increment map `y ← y + D y + ℓ` and keeps it in memory the caller lends. **Step**: contacts and patterns
-//! add up in [`Loads`], [`Scene::step`] advances a [`State`] by one step. **Read**: probes, nodes, the surface, the whole
-//! body, energy, each for what it costs and nothing else.
+//! # Should I use this crate?
+//!
+//! Yes, if you have a vademecum file and want to know how its body moves under forces that you learn while it
+//! moves: a haptic device, a game, a controller, a plot. A step takes from tens of nanoseconds to
+//! microseconds (`docs/benchmarks/step.md`), so it fits into any loop, and the crate runs where there is no
+//! operating system.
+//!
+//! No, if you want to
+//!
+//! - make such a file: that is the program `vademecum build`, or the crate `vademecum-build`;
+//! - read a file without stepping it, or write one of your own: [`vademecum_format`], which this crate
+//!   re-exports as [`mod@format`];
+//! - find out where bodies collide, or follow large rotations, plasticity or free flight: a file holds one
+//!   linear elastic body with small displacements and held supports.
+//!
+//! # The flow
+//!
+//! ```text
+//! bytes ──► File::parse ──► Scene::bind ◄── memory that the caller lends
+//!                               │
+//!               ┌───────────────┴───────────────┐
+//!          State::new                      Loads::new
+//!               │                               │ ◄── add_contact ◄── Surface::locate ◄── a finger
+//!               │                               │ ◄── add_pattern ◄── gravity, pressure
+//!               └────────► Scene::step ◄────────┘
+//!                               │ ▲
+//!                               │ └──────────────── Scene::set_parameter ◄── a slider
+//!                               ▼
+//!             probe, node, point, surface_into, body_into, energy
+//! ```
+//!
+//! **Bind**: [`Scene::bind`] chooses one of the structures of the file (diagonal or block), fuses the stages
+//! of the time scheme into one increment map `y ← y + D y + ℓ` and keeps it in memory that the caller
+//! lends. **Step**: contacts and patterns add up in [`Loads`], and [`Scene::step`] advances a [`State`] by
+//! one time step. **Read**: each output costs what it reads and nothing else.
 //!
 //! ```
 //! use vademecum_eval::format::File;
@@ -33,15 +64,53 @@
 //!     }
 //!     Ok(scene.point(&state, &touched, Field::Displacement)?)
 //! }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! #     let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/fixed-f64.vdm"));
+//! #     let [.., down] = push(bytes, [0.1, 0.05, 0.0], 10)?;
+//! #     assert!(down < 0.0);
+//! #     Ok(())
+//! # }
 //! ```
 //!
-//! **Live parameters**: [`Scene::set_parameter`] sets a scene to another value of one of the file's parameters where it is,
-//! in microseconds, and carries the state over; a value out of its range is refused and changes nothing.
+//! # The longest ways through
 //!
-//! The odd thing: the kernels multiply and add, and never use a fused multiply-add (`core` has none, and Rust does not
-//! contract on its own). The goals in speed are met without it, and a scenario gives the same bits on every machine with
-//! IEEE arithmetic and every build of it.
+//! - **A finger pushes a body.** [`Mapped::open`] (feature `mmap`) or your own bytes, `File::parse`,
+//!   [`Scene::sizes`], [`Scene::bind`], [`State::new`] and [`Loads::new`] once. Then, for each step:
+//!   [`Surface::locate`] where the finger has moved, [`Loads::clear`] and [`Loads::add_contact`] where the
+//!   force has changed, [`Scene::step`], and [`Scene::point`] for the finger or [`Scene::surface_into`] for
+//!   the picture.
+//! - **A slider changes the body.** [`SceneOptions::find`] tells the index of a live parameter by its name;
+//!   [`Scene::set_parameter`] sets it, in 5 µs for 8 modes and 270 µs for 64, and carries the state over. The
+//!   loads from before are stale: clear them and add them again. For several parameters at once, or several
+//!   states: [`SceneOptions::set`], [`Scene::rebind`] and [`State::carry`]. A value outside of its range is
+//!   refused and changes nothing.
+//! - **Many bodies of one file.** [`Batch::len_for`] and [`Batch::new`]; [`Batch::load`] for each instance
+//!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is looked at, and then
+//!   every output of the scene.
+//!
+//! Beside these: [`State::save_into`] and [`State::restore`] keep every bit, [`Scene::set`] places a body,
+//! [`Modal::march`] takes many steps under unchanged loads at a time, [`Scene::cost`] tells what each move
+//! reads, [`Scene::increment_into`] hands out `D`.
+//!
+//! # Features
+//!
+//! | feature | what it adds | needs |
+//! |---|---|---|
+//! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
+//! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
+//! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline to compare with | nothing |
+//!
+//! # The odd thing
+//!
+//! The kernels multiply and add, and never use a fused multiply-add (`core` has none, and Rust does not
+//! contract on its own). The goals in speed are met without it, and a scenario gives the same bits on every
+//! machine with IEEE arithmetic and every build of it.
 #![no_std]
+// The pages link to what the features add; without them those links lead nowhere.
+#![cfg_attr(
+    not(all(feature = "chapter", feature = "mmap", feature = "unpack")),
+    allow(rustdoc::broken_intra_doc_links)
+)]
 
 #[cfg(feature = "mmap")]
 extern crate std;
@@ -49,11 +118,16 @@ extern crate std;
 mod axes;
 mod batch;
 mod bind;
-mod canonical;
+#[cfg(feature = "chapter")]
+pub mod chapter;
+mod coordinates;
 mod cost;
 mod eigen;
+mod equation;
 mod error;
+mod increment;
 mod kernel;
+mod lend;
 mod loads;
 #[cfg(feature = "mmap")]
 mod mmap;
@@ -65,6 +139,7 @@ mod quantised;
 mod rebind;
 mod reconstruct;
 mod rest;
+mod rows;
 mod scalar;
 mod scene;
 mod shape;
@@ -79,7 +154,7 @@ pub use loads::{Contact, Loads};
 pub use mmap::{Mapped, OpenError};
 pub use modal::{Modal, ModalSizes};
 pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
-pub use output::Field;
+pub use rows::Field;
 pub use scalar::Scalar;
 pub use scene::Scene;
 pub use state::State;

@@ -1,21 +1,24 @@
 //! What acts on the body during a step, accumulated in reduced form.
 //!
-//! A point force enters through one row of `H` per loaded dof (reciprocity): `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused
-//! step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the amplitude the scheme's stage `i` sees. Loads stay until they are
-//! cleared, so a held contact is added once; when the scene's parameters change, what was added means nothing any more and is
-//! refused until it is cleared.
+//! A point force enters through one row of `H` per loaded dof (reciprocity):
+//! `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the
+//! amplitude the scheme's stage `i` sees. Loads stay until they are cleared, so a held contact is added once;
+//! when the scene's parameters change, what was added means nothing any more and is refused until it is
+//! cleared.
 
-use crate::canonical::{self, Held};
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
+use crate::lend::Lender;
 use crate::options::Structure;
+use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::shape::Shape;
-use vademecum_format::scheme::MAX_STAGES;
+use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 use vademecum_format::{Numbers, SectionKind};
 
-/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum to 1).
+/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum
+/// to 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Loadable nodes, in file order.
@@ -30,16 +33,14 @@ pub struct Contact {
 #[derive(Debug)]
 pub struct Loads<'m, T> {
     pub(crate) shape: Shape,
-    /// `ℓ`, laid out like a state; of the canonical structure what the loads add to each stage.
+    /// `ℓ`, laid out like a state.
     pub(crate) increment: &'m mut [T],
     /// `BᵀF` at the start of the step, length r.
     pub(crate) force: &'m mut [T],
-    /// One row of `B`, then one of `H` per stage, each of length r.
-    pub(crate) rows: &'m mut [T],
-    /// Weights of a part's terms, of the canonical structure.
-    pub(crate) scratch: &'m mut [T],
-    /// The load that stands in the canonical structure's terms over state and load.
-    pub(crate) held: Held,
+    /// Row of `B` of the load that is being added, length r.
+    direct: &'m mut [T],
+    /// Its row of `H` in each stage, `(n_stages, r)`.
+    stages: &'m mut [T],
     /// The scene's generation when the first load was added.
     pub(crate) generation: u64,
     pub(crate) active: bool,
@@ -52,30 +53,101 @@ pub(crate) struct Amplitudes {
     pub stages: [f64; MAX_STAGES],
 }
 
+impl Amplitudes {
+    /// Held over the step.
+    pub const fn held(amplitude: f64) -> Self {
+        Self { start: amplitude, stages: [amplitude; MAX_STAGES] }
+    }
+
+    /// Given at the scheme's instants.
+    pub fn staged(scheme: &SchemeTable, amplitudes: &[f64; 1 + MAX_STAGES]) -> Self {
+        let mut stages = [0.0; MAX_STAGES];
+        for (out, stage) in stages.iter_mut().zip(scheme.active()) {
+            *out = stage.load.iter().zip(amplitudes).map(|(f, a)| f * a).sum();
+        }
+        Self { start: amplitudes[0], stages }
+    }
+
+    /// Refuses what is not finite.
+    pub fn check(&self) -> Result<(), LoadError> {
+        let finite = self.start.is_finite() && self.stages.iter().all(|x| x.is_finite());
+        if finite { Ok(()) } else { Err(LoadError::NotFinite) }
+    }
+}
+
+impl Contact {
+    /// Refuses what is not finite, and nodes that are not loadable.
+    pub(crate) fn check(&self, limit: u32) -> Result<(), LoadError> {
+        if !self.weights.iter().chain(&self.force).all(|x| x.is_finite()) {
+            return Err(LoadError::NotFinite);
+        }
+        match self.nodes.iter().find(|&&node| node >= limit) {
+            Some(&node) => Err(LoadError::NotLoadable { node, limit }),
+            None => Ok(()),
+        }
+    }
+
+    /// `BᵀF` of this contact into `g`, length `r`.
+    pub(crate) fn project<T: Scalar>(&self, rows: &Rows<'_>, g: &mut [T]) -> Result<(), LoadError> {
+        let (kind, r) = (SectionKind::SurfaceBasis, g.len());
+        let basis = rows.surface.ok_or(LoadError::Missing { kind })?;
+        g.fill(T::ZERO);
+        for (&node, weight) in self.nodes.iter().zip(self.weights) {
+            for (component, force) in self.force.iter().enumerate() {
+                let row = basis.row((3 * node as usize + component) * r, r);
+                add_row(row.ok_or(LoadError::Missing { kind })?, T::from_f64(weight * force), g);
+            }
+        }
+        Ok(())
+    }
+}
+
 impl<'m, T: Scalar> Loads<'m, T> {
     /// No loads. `memory` holds at least [`crate::Sizes::loads`] numbers; what is in it does not matter.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![f64::NAN; sizes.loads];
+    /// let loads = Loads::new(&scene, &mut memory)?;
+    /// assert!(loads.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`BindError::LentMemory`].
     pub fn new(scene: &Scene<'_, T>, memory: &'m mut [T]) -> Result<Self, BindError> {
         let shape = scene.shape;
-        let (padded, r) = (shape.padded(), shape.r);
         let short = BindError::LentMemory { found: memory.len(), needed: shape.loads_len() };
-        let memory = memory.get_mut(..shape.loads_len()).ok_or(short)?;
-        let (increment, rest) = memory.split_at_mut_checked(padded).ok_or(short)?;
-        let (force, rest) = rest.split_at_mut_checked(r).ok_or(short)?;
-        let (rows, scratch) = rest.split_at_mut_checked((1 + shape.n_stages) * r).ok_or(short)?;
-        let (generation, held) = (scene.generation, Held::default());
-        let mut loads = Self { shape, increment, force, rows, scratch, held, generation, active: false };
+        let mut memory = Lender::new(memory.get_mut(..shape.loads_len()).ok_or(short)?);
+        let increment = memory.take(shape.padded())?;
+        let (force, direct) = (memory.take(shape.r)?, memory.take(shape.r)?);
+        let stages = memory.take(shape.n_stages * shape.r)?;
+        let generation = scene.generation;
+        let mut loads = Self { shape, increment, force, direct, stages, generation, active: false };
         loads.clear();
         Ok(loads)
     }
 
     /// Takes all loads away.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?; // under the pattern
+    /// scene.step(&mut state, &loads)?; // and still
+    /// loads.clear();
+    /// assert!(loads.is_empty());
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn clear(&mut self) {
         self.increment.fill(T::ZERO);
         self.force.fill(T::ZERO);
-        self.held = Held::default();
         self.active = false;
     }
 
@@ -87,13 +159,36 @@ impl<'m, T: Scalar> Loads<'m, T> {
 
     /// Adds a contact held over the step.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
+    /// let force = [0.0, 0.0, -20.0];
+    /// let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+    /// loads.add_contact(&scene, &contact)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let once = scene.point(&state, &touched, Field::Displacement)?;
+    /// assert!(once[2] < 0.0); // a body moves where it is pushed
+    ///
+    /// // Contacts add up, and the body is linear.
+    /// state.rest();
+    /// loads.add_contact(&scene, &contact)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let twice = scene.point(&state, &touched, Field::Displacement)?;
+    /// assert!((twice[2] / once[2] - 2.0).abs() < 1e-12);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.
     pub fn add_contact(&mut self, scene: &Scene<'_, T>, contact: &Contact) -> Result<(), LoadError> {
-        self.contact(scene, contact, Amplitudes { start: 1.0, stages: [1.0; MAX_STAGES] })
+        self.contact(scene, contact, Amplitudes::held(1.0))
     }
 
-    /// Adds a contact whose force is `contact.force` times an amplitude given at [`Scene::instants`] of the step.
+    /// Adds a contact whose force is `contact.force` times an amplitude given at [`Scene::instants`] of the
+    /// step.
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.
@@ -103,10 +198,26 @@ impl<'m, T: Scalar> Loads<'m, T> {
         contact: &Contact,
         amplitudes: &[f64; 1 + MAX_STAGES],
     ) -> Result<(), LoadError> {
-        self.contact(scene, contact, staged(scene, amplitudes))
+        self.contact(scene, contact, Amplitudes::staged(&scene.metadata.scheme, amplitudes))
     }
 
     /// Adds the load pattern `index` times an amplitude held over the step.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// // Patterns are numbered in the order of their names in the file.
+    /// use vademecum_eval::format::SectionKind;
+    /// let names = file.section(SectionKind::PatternNames).ok_or("no names")?.text()?;
+    /// let pull = names.lines().position(|name| name == "pull").ok_or("no such pattern")?;
+    /// loads.add_pattern(&scene, pull, 0.5)?;
+    /// assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
+    /// let beyond = loads.add_pattern(&scene, 1, 0.5);
+    /// assert_eq!(beyond, Err(LoadError::NoPattern { index: 1, count: 1 }));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`LoadError`]; the loads are then unchanged.
@@ -116,7 +227,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         index: usize,
         amplitude: f64,
     ) -> Result<(), LoadError> {
-        self.pattern(scene, index, Amplitudes { start: amplitude, stages: [amplitude; MAX_STAGES] })
+        self.pattern(scene, index, Amplitudes::held(amplitude))
     }
 
     /// Adds the load pattern `index` times an amplitude given at [`Scene::instants`] of the step.
@@ -129,110 +240,106 @@ impl<'m, T: Scalar> Loads<'m, T> {
         index: usize,
         amplitudes: &[f64; 1 + MAX_STAGES],
     ) -> Result<(), LoadError> {
-        self.pattern(scene, index, staged(scene, amplitudes))
+        self.pattern(scene, index, Amplitudes::staged(&scene.metadata.scheme, amplitudes))
     }
 
     fn contact(&mut self, scene: &Scene<'_, T>, contact: &Contact, p: Amplitudes) -> Result<(), LoadError> {
-        self.check(scene, contact.weights.iter().chain(&contact.force), p)?;
-        let limit = scene.metadata.n_load_nodes;
-        if let Some(&node) = contact.nodes.iter().find(|&&node| node >= limit) {
-            return Err(LoadError::NotLoadable { node, limit });
-        }
-        let basis = scene.sections.surface.ok_or(LoadError::Missing { kind: SectionKind::SurfaceBasis })?;
+        self.check(scene, p)?;
+        contact.check(scene.metadata.n_load_nodes)?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
+        contact.project(&scene.sections.rows, self.direct)?;
+        self.start_stages();
         let (r, n_terms, stored) = (self.shape.r, self.shape.n_terms, scene.metadata.n_terms as usize);
-        let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
-        direct.fill(T::ZERO);
-        for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
-            for (component, force) in contact.force.iter().enumerate() {
-                let at = (3 * node as usize + component) * r;
-                basis
-                    .row(at, r)
-                    .into_iter()
-                    .for_each(|row| add_row(row, T::from_f64(weight * force), direct));
-            }
-        }
-        if self.shape.structure == Structure::Canonical {
-            canonical::add_contact(self, scene, contact, p)?;
-            self.add_force(p.start);
-            self.mark(scene);
-            return Ok(());
-        }
-        copy_to_stages(direct, stages);
         for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
             for (t, component, force) in
                 (0..n_terms).flat_map(|t| (0..3).zip(contact.force).map(move |(c, f)| (t, c, f)))
             {
                 let at = ((node as usize * stored + t) * 3 + component) * r;
-                add_term(scene, t, block.row(at, r), weight * force, stages);
+                let row = block.row(at, r).ok_or(LoadError::Missing { kind: SectionKind::BlockLoad })?;
+                self.add_term(scene, t, row, weight * force)?;
             }
         }
-        self.apply(scene, p);
-        Ok(())
+        self.apply(scene, p)
     }
 
     fn pattern(&mut self, scene: &Scene<'_, T>, index: usize, p: Amplitudes) -> Result<(), LoadError> {
-        self.check(scene, [].iter(), p)?;
-        if self.shape.structure == Structure::Canonical {
-            return Err(LoadError::NoPatterns);
-        }
+        self.check(scene, p)?;
         let count = scene.metadata.n_patterns as usize;
         if index >= count {
             return Err(LoadError::NoPattern { index, count });
         }
-        let basis =
-            scene.sections.pattern_basis.ok_or(LoadError::Missing { kind: SectionKind::PatternBasis })?;
+        let kind = SectionKind::PatternBasis;
+        let basis = scene.sections.pattern_basis.ok_or(LoadError::Missing { kind })?;
         let block = self.block_rows(scene.sections.pattern_block, SectionKind::PatternBlock)?;
         let (r, n_terms, stored) = (self.shape.r, self.shape.n_terms, scene.metadata.n_terms as usize);
-        let (direct, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
-        direct.fill(T::ZERO);
-        basis.row(index * r, r).into_iter().for_each(|row| add_row(row, T::from_f64(1.0), direct));
-        copy_to_stages(direct, stages);
+        self.direct.fill(T::ZERO);
+        add_row(basis.row(index * r, r).ok_or(LoadError::Missing { kind })?, T::from_f64(1.0), self.direct);
+        self.start_stages();
         for t in 0..n_terms {
-            add_term(scene, t, block.row((index * stored + t) * r, r), 1.0, stages);
+            let row = block.row((index * stored + t) * r, r);
+            let row = row.ok_or(LoadError::Missing { kind: SectionKind::PatternBlock })?;
+            self.add_term(scene, t, row, 1.0)?;
         }
-        self.apply(scene, p);
-        Ok(())
+        self.apply(scene, p)
     }
 
-    fn check<'n>(
-        &self,
-        scene: &Scene<'_, T>,
-        mut numbers: impl Iterator<Item = &'n f64>,
-        p: Amplitudes,
-    ) -> Result<(), LoadError> {
+    fn check(&self, scene: &Scene<'_, T>, p: Amplitudes) -> Result<(), LoadError> {
         if self.shape != scene.shape {
             return Err(LoadError::Mismatch);
         }
         if self.active && self.generation != scene.generation {
             return Err(LoadError::Stale);
         }
-        let finite =
-            numbers.all(|x| x.is_finite()) && p.start.is_finite() && p.stages.iter().all(|x| x.is_finite());
-        if finite { Ok(()) } else { Err(LoadError::NotFinite) }
+        p.check()
     }
 
-    /// The rows of `H − B`; the diagonal structure needs none, its load maps hold `1/(1 + θλ)`, nor does the canonical one.
+    /// The rows of `H − B`; the diagonal structure needs none, its load maps hold `1/(1 + θλ)`.
     fn block_rows<'n>(
         &self,
         numbers: Option<Numbers<'n>>,
         kind: SectionKind,
     ) -> Result<Numbers<'n>, LoadError> {
         match self.shape.structure {
-            Structure::Diagonal | Structure::Canonical => Ok(Numbers::F64(&[])),
+            Structure::Diagonal => Ok(Numbers::F64(&[])),
             Structure::Block => numbers.ok_or(LoadError::Missing { kind }),
         }
     }
 
+    /// Starts every stage's row of `H` from the row of `B`.
+    fn start_stages(&mut self) {
+        for row in self.stages.chunks_exact_mut(self.shape.r.max(1)) {
+            row.iter_mut().zip(&*self.direct).for_each(|(out, &value)| *out = value);
+        }
+    }
+
+    /// Adds `scale` times a row of term `t` to each stage's row, weighted by the term's factors there.
+    fn add_term(
+        &mut self,
+        scene: &Scene<'_, T>,
+        t: usize,
+        row: Numbers<'_>,
+        scale: f64,
+    ) -> Result<(), LoadError> {
+        let mut weights = Lender::new(&*scene.weights);
+        for stage in self.stages.chunks_exact_mut(self.shape.r.max(1)) {
+            let &weight = weights.take(self.shape.n_terms)?.get(t).ok_or(LoadError::Mismatch)?;
+            if weight != T::ZERO {
+                add_row(row, weight * T::from_f64(scale), stage);
+            }
+        }
+        Ok(())
+    }
+
     /// `BᵀF += p_0 g`, `ℓ += Σ_i p_i L_i g_i`.
-    fn apply(&mut self, scene: &Scene<'_, T>, p: Amplitudes) {
-        let (r, stride) = (self.shape.r, self.shape.stride().max(1));
-        self.add_force(p.start);
-        let (_, stages) = self.rows.split_at_mut_checked(r).unwrap_or_default();
-        for (stage, (row, amplitude)) in stages.chunks_exact_mut(r.max(1)).zip(p.stages).enumerate() {
+    fn apply(&mut self, scene: &Scene<'_, T>, p: Amplitudes) -> Result<(), LoadError> {
+        let stride = self.shape.stride().max(1);
+        let start = T::from_f64(p.start);
+        self.force.iter_mut().zip(&*self.direct).for_each(|(force, &g)| *force += start * g);
+        let mut maps = Lender::new(&*scene.load_maps);
+        for (row, amplitude) in self.stages.chunks_exact_mut(self.shape.r.max(1)).zip(p.stages) {
             let amplitude = T::from_f64(amplitude);
             row.iter_mut().for_each(|g| *g = *g * amplitude);
-            let map = scene.load_map(stage);
+            let map = maps.take(self.shape.load_map_len())?;
             match self.shape.structure {
                 Structure::Diagonal => {
                     for (out, map) in self.increment.chunks_exact_mut(stride).zip(map.chunks_exact(stride)) {
@@ -240,54 +347,10 @@ impl<'m, T: Scalar> Loads<'m, T> {
                     }
                 }
                 Structure::Block => add_dense(map.as_chunks().0, row, self.increment),
-                Structure::Canonical => {}
             }
         }
-        self.mark(scene);
-    }
-
-    /// `BᵀF += p_0 g`.
-    fn add_force(&mut self, start: f64) {
-        let start = T::from_f64(start);
-        self.force.iter_mut().zip(self.rows.iter()).for_each(|(force, &g)| *force += start * g);
-    }
-
-    /// Something acts, and belongs to the scene as it is now.
-    fn mark(&mut self, scene: &Scene<'_, T>) {
         self.active = true;
         self.generation = scene.generation;
+        Ok(())
     }
-}
-
-/// Starts every stage's row of `H` from the row of `B`.
-fn copy_to_stages<T: Scalar>(direct: &[T], stages: &mut [T]) {
-    for row in stages.chunks_exact_mut(direct.len().max(1)) {
-        row.iter_mut().zip(direct).for_each(|(out, &value)| *out = value);
-    }
-}
-
-/// Adds `scale` times a row of term `t` to each stage's row, weighted by the term's factors there.
-fn add_term<T: Scalar>(
-    scene: &Scene<'_, T>,
-    t: usize,
-    row: Option<Numbers<'_>>,
-    scale: f64,
-    stages: &mut [T],
-) {
-    let Some(row) = row else { return };
-    let weights = scene.weights.chunks_exact(scene.shape.n_terms.max(1));
-    for (stage, weights) in stages.chunks_exact_mut(scene.shape.r.max(1)).zip(weights) {
-        let weight = weights.get(t).copied().unwrap_or_default();
-        if weight != T::ZERO {
-            add_row(row, weight * T::from_f64(scale), stage);
-        }
-    }
-}
-
-fn staged<T: Scalar>(scene: &Scene<'_, T>, amplitudes: &[f64; 1 + MAX_STAGES]) -> Amplitudes {
-    let mut stages = [0.0; MAX_STAGES];
-    for (out, stage) in stages.iter_mut().zip(scene.metadata.scheme.active()) {
-        *out = stage.load.iter().zip(amplitudes).map(|(f, a)| f * a).sum();
-    }
-    Amplitudes { start: amplitudes[0], stages }
 }

@@ -10,23 +10,20 @@ pub enum Structure {
     Diagonal,
     /// One dense map: `9r²` multiply-adds.
     Block,
-    /// The chapter's separated stage maps, looked up axis by axis: about `3 n_terms n_axes` multiply-adds a stage.
-    Canonical,
 }
 
 /// Which structure a scene shall take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StructureChoice {
-    /// The cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error. The block one if a
-    /// region's scale is not 1; a scene that will be set to such scales later asks for the block one from the start.
+    /// The cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error.
+    /// The block one if a region's scale is not 1; a scene that will be set to such scales later asks for the
+    /// block one from the start.
     #[default]
     Auto,
     /// The diagonal one.
     Diagonal,
     /// The block one.
     Block,
-    /// The canonical one; `Auto` takes it where there is no other.
-    Canonical,
 }
 
 /// What a scene is bound to; [`SceneOptions::default`] is the file as it was built.
@@ -34,8 +31,9 @@ pub enum StructureChoice {
 pub struct SceneOptions {
     /// Structure of the step.
     pub structure: StructureChoice,
-    /// Trajectory error (relative, as in the certificate) that [`StructureChoice::Auto`] accepts. A structure within 1.1 times
-    /// its projection floor + 1e-6 is accepted in any case: no structure on this basis does better.
+    /// Trajectory error (relative, as in the certificate) that [`StructureChoice::Auto`] accepts. A structure
+    /// within [`allowed_error`](vademecum_format::policy::allowed_error) of its projection floor is accepted
+    /// in any case: no structure on this basis does better.
     pub tolerance: f64,
     /// `Δt` \[s\]; the file's if `None`.
     pub time_step: Option<f64>,
@@ -51,12 +49,14 @@ pub struct SceneOptions {
     pub alpha: Option<f64>,
     /// Rayleigh `β` \[s\]; the file's if `None`.
     pub beta: Option<f64>,
-    /// An unloaded body is put at rest once the sum of its `3r` absolute state numbers \[m kg^½\] is at or below this, or at or
-    /// below [`Scalar::REST`](crate::Scalar::REST). [`Scene::energy_at_rest`](crate::Scene::energy_at_rest) tells the energy that goes with it.
+    /// An unloaded body is put at rest once the sum of its `3r` absolute state numbers \[m kg^½\] is at or
+    /// below this, or at or below [`Scalar::REST`](crate::Scalar::REST).
+    /// [`Scene::energy_at_rest`](crate::Scene::energy_at_rest) tells the energy that goes with it.
     pub rest_below: f64,
-    /// Of the separated solution of the block structure only the first so many terms; all if `None`. The build puts the strongest first; what
-    /// leaving terms out costs in accuracy is told by `vademecum info --terms-for`, and no certificate of the file speaks of it.
-    /// Binding, parameters, contacts and patterns then neither read nor add up the other terms.
+    /// Of the separated solution of the block structure only the first so many terms; all if `None`. The
+    /// build puts the strongest first; what leaving terms out costs in accuracy is told by
+    /// `vademecum info --terms-for`, and no certificate of the file speaks of it. Binding, parameters,
+    /// contacts and patterns then neither read nor add up the other terms.
     pub terms: Option<usize>,
 }
 
@@ -133,7 +133,8 @@ impl SceneOptions {
 pub struct Sizes {
     /// Of `T`, to the scene.
     pub scene: usize,
-    /// Of `f64`, to [`Scene::bind`](crate::Scene::bind) and [`Scene::set_parameter`](crate::Scene::set_parameter) while they run.
+    /// Of `f64`, to [`Scene::bind`](crate::Scene::bind) and
+    /// [`Scene::set_parameter`](crate::Scene::set_parameter) while they run.
     pub work: usize,
     /// Of `T`, to each [`State`](crate::State).
     pub state: usize,

@@ -1,8 +1,9 @@
 //! Fields from a quantised basis, read where it lies.
 //!
-//! `Σ_k (s_k q_dk) x_k = Σ_k q_dk (s_k x_k)`: within a block of nodes the products `s_k x_k` are the same for all rows of one component, so
-//! the inner loop costs what it costs over binary32, and reads half the bytes.
+//! `Σ_k (s_k q_dk) x_k = Σ_k q_dk (s_k x_k)`: within a block of nodes the products `s_k x_k` are the same for
+//! all rows of one component, so the inner loop costs what it costs over binary32, and reads half the bytes.
 
+use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;
 use vademecum_format::Quantised;
 
@@ -12,26 +13,31 @@ const PANEL: usize = 64;
 const WIDTH: usize = 8;
 
 /// `out_d = scale Σ_k B_dk x_k` for all rows of `B`, three to a node, `out` of shape `(nodes, 3)`.
-pub(crate) fn reconstruct_quantised<T: Scalar>(rows: Quantised<'_>, x: &[T], scale: T, out: &mut [T]) {
+pub(crate) fn reconstruct_quantised<T: Scalar>(
+    rows: Quantised<'_>,
+    x: &[T],
+    scale: T,
+    out: &mut [T],
+) -> Result<(), Short> {
     let r = x.len().max(1);
-    let mut rest = out;
+    let mut out = Lender::new(out);
     for (scales, numbers) in rows.blocks() {
-        let dofs = (numbers.len() / r).min(rest.len());
-        let (block, after) = core::mem::take(&mut rest).split_at_mut_checked(dofs).unwrap_or_default();
-        rest = after;
+        let block = out.take(numbers.len() / r)?;
         block.fill(T::ZERO);
         for (component, scales) in scales.chunks_exact(r).enumerate() {
             for (panel, (scales, x)) in scales.chunks(PANEL).zip(x.chunks(PANEL)).enumerate() {
                 let products = products(scales, x, scale);
                 let rows = numbers.chunks_exact(r).skip(component).step_by(3);
                 let width = x.len();
+                let short = Short { found: r, needed: panel * PANEL + width };
                 for (row, out) in rows.zip(block.iter_mut().skip(component).step_by(3)) {
-                    let row = row.get(panel * PANEL..panel * PANEL + width).unwrap_or_default();
+                    let row = row.get(panel * PANEL..panel * PANEL + width).ok_or(short)?;
                     *out += dot(row, &products);
                 }
             }
         }
     }
+    Ok(())
 }
 
 /// `scale s_k x_k`, zero past their end.
@@ -48,14 +54,14 @@ fn products<T: Scalar>(scales: &[[u8; 4]], x: &[T], scale: T) -> [T; PANEL] {
 #[inline(always)]
 fn dot<T: Scalar>(row: &[[u8; 2]], products: &[T; PANEL]) -> T {
     let (wide, narrow) = row.as_chunks::<WIDTH>();
-    let (wide_y, narrow_y) = products.as_chunks::<WIDTH>().0.split_at_checked(wide.len()).unwrap_or_default();
+    let narrow_y = products.iter().skip(WIDTH * wide.len());
     let mut sums = [T::ZERO; WIDTH];
-    for (row, y) in wide.iter().zip(wide_y) {
+    for (row, y) in wide.iter().zip(products.as_chunks::<WIDTH>().0) {
         for k in 0..WIDTH {
             sums[k] += T::from_i16(i16::from_le_bytes(row[k])) * y[k];
         }
     }
-    for ((&bytes, &y), sum) in narrow.iter().zip(narrow_y.as_flattened()).zip(&mut sums) {
+    for ((&bytes, &y), sum) in narrow.iter().zip(narrow_y).zip(&mut sums) {
         *sum += T::from_i16(i16::from_le_bytes(bytes)) * y;
     }
     let [a, b, c, d, e, f, g, h] = sums;

@@ -1,7 +1,8 @@
 //! Setting a bound scene to other parameters, where it is and without heap.
 //!
-//! The new step is fused in lent work memory and checked there; only then is the scene's own memory written, so an error leaves
-//! everything as it was. Bits: a scene set to parameters is the scene freshly bound to them.
+//! The new step is fused in lent work memory and checked there; only then is the scene's own memory written,
+//! so an error leaves everything as it was. Bits: a scene set to parameters is the scene freshly bound to
+//! them.
 
 use crate::bind::{Asked, fuse, lay_out};
 use crate::error::BindError;
@@ -13,10 +14,31 @@ use crate::shape;
 use crate::state::State;
 
 impl<T: Scalar> Scene<'_, T> {
-    /// Sets one of the file's parameters ([`SceneOptions::find`] tells its index by name) and carries `state` over: displacement,
-    /// velocity and acceleration stay what they are. Loads added before are stale: clear them and add them again.
+    /// Sets one of the file's parameters ([`SceneOptions::find`] tells its index by name) and carries `state`
+    /// over: displacement, velocity and acceleration stay what they are. Loads added before are stale: clear
+    /// them and add them again.
     ///
     /// `work` holds at least [`Sizes::work`](crate::Sizes::work) numbers. Costs what [`Scene::bind`] costs.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(LIVE, Auto: file, sizes, scene, state, loads, work);
+    /// let soft = SceneOptions::find(scene.metadata(), "soft").ok_or("no such parameter")?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.set_parameter(soft, 0.75, &mut state, &mut work)?;
+    /// assert_eq!(scene.options().region_stiffness[0], 0.75);
+    /// assert_eq!(scene.step(&mut state, &loads), Err(StepError::StaleLoads));
+    /// loads.clear();
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?;
+    ///
+    /// // The file was built for 0.5 to 2; another value is refused and changes nothing.
+    /// assert!(scene.set_parameter(soft, 3.0, &mut state, &mut work).is_err());
+    /// assert_eq!(scene.options().region_stiffness[0], 0.75);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`BindError`]; scene and state are then unchanged.
@@ -33,14 +55,15 @@ impl<T: Scalar> Scene<'_, T> {
         let mut options = self.options;
         options.set(&self.metadata, index, value)?;
         let time_step = options.time_step.unwrap_or(self.metadata.time_step);
-        state.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
+        state.y.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
         self.rebind(&options, work)?;
-        state.accept(time_step);
+        state.y.accept(time_step);
         Ok(())
     }
 
-    /// Binds the scene to other options where it is; for several parameters at once, or several states, each of which then wants
-    /// [`State::carry`]. The structure stays, and so does the number of terms: the options' choice must be the scene's structure or `Auto`.
+    /// Binds the scene to other options where it is; for several parameters at once, or several states, each
+    /// of which then wants [`State::carry`]. The structure stays, and so does the number of terms: the
+    /// options' choice must be the scene's structure or `Auto`.
     ///
     /// # Errors
     /// [`BindError`]; the scene is then unchanged.
@@ -49,8 +72,7 @@ impl<T: Scalar> Scene<'_, T> {
         match (options.structure, self.shape.structure) {
             (StructureChoice::Auto, _)
             | (StructureChoice::Diagonal, Structure::Diagonal)
-            | (StructureChoice::Block, Structure::Block)
-            | (StructureChoice::Canonical, Structure::Canonical) => {}
+            | (StructureChoice::Block, Structure::Block) => {}
             _ => return Err(BindError::OtherStructure),
         }
         match self.shape.structure {
@@ -67,7 +89,7 @@ impl<T: Scalar> Scene<'_, T> {
         let work = work.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
         let asked = Asked::new(&self.metadata, options);
         let fused = fuse::<T>(&self.metadata, &self.sections, &asked, self.shape, work)?;
-        lay_out(&fused, self.shape, self.map, self.load_maps, self.weights);
+        lay_out(&fused, self.shape, self.map, self.load_maps, self.weights)?;
         self.options = *options;
         self.parameters = asked.step;
         self.rest_below = rest::threshold(options);

@@ -1,8 +1,10 @@
 //! Whole fields, `out = scale B x`, row by row of the basis where it lies.
 //!
-//! Every row is summed in the same order whatever its length: column `k` goes to partial sum `k mod 8`, and the eight are added in pairs
-//! at the end. So the bits do not depend on which of the two loops below a row takes, nor on the machine.
+//! Every row is summed in the same order whatever its length: column `k` goes to partial sum `k mod 8`, and
+//! the eight are added in pairs at the end. So the bits do not depend on which of the two loops below a row
+//! takes, nor on the machine.
 
+use crate::lend::Short;
 use crate::quantised::reconstruct_quantised;
 use crate::scalar::Scalar;
 use vademecum_format::Numbers;
@@ -13,8 +15,17 @@ const WIDTH: usize = 8;
 /// Columns read at once, and rows whose sums are finished side by side.
 pub(crate) const QUAD: usize = 4;
 
-/// `out_d = scale Σ_k B_dk x_k` for all rows of `B`.
-pub(crate) fn reconstruct<T: Scalar>(rows: Numbers<'_>, x: &[T], scale: T, out: &mut [T]) {
+/// `out_d = scale Σ_k B_dk x_k` for all rows of `B`, one per number of `out`.
+pub(crate) fn reconstruct<T: Scalar>(
+    rows: Numbers<'_>,
+    x: &[T],
+    scale: T,
+    out: &mut [T],
+) -> Result<(), Short> {
+    let (found, needed) = (rows.len(), out.len().saturating_mul(x.len()));
+    if found != needed {
+        return Err(Short { found, needed });
+    }
     match rows {
         Numbers::F32(rows) => match x.as_chunks() {
             ([a], []) => T::short_rows_f32(rows, &[*a], scale, out),
@@ -32,8 +43,9 @@ pub(crate) fn reconstruct<T: Scalar>(rows: Numbers<'_>, x: &[T], scale: T, out: 
                 _ => any_rows(rows, x, scale, out, read),
             }
         }
-        Numbers::I16(rows) => reconstruct_quantised(rows, x, scale, out),
+        Numbers::I16(rows) => reconstruct_quantised(rows, x, scale, out)?,
     }
+    Ok(())
 }
 
 /// A binary32 number of a file.
@@ -42,8 +54,9 @@ pub(crate) fn binary32<T: Scalar>(bytes: [u8; 4]) -> T {
     T::from_f32(f32::from_le_bytes(bytes))
 }
 
-/// [`short_rows`] of binary32 numbers into binary32, which is what most scenes show, with vectors of four named as such: the compiler
-/// reads four rows of the plain loop one number at a time, which takes twice as long.
+/// [`short_rows`] of binary32 numbers into binary32, which is what most scenes show, with vectors of four
+/// named as such: the compiler reads four rows of the plain loop one number at a time, which takes twice as
+/// long.
 ///
 /// Not inlined: beside the other loops it would run out of registers.
 #[inline(never)]
@@ -70,7 +83,8 @@ pub(crate) fn short_rows_f32<const Q: usize>(
             _ => f32x4::ZERO,
         }
     };
-    // Zero last, not first as in the other loops: the same bits (only a sum of −0 changes) for fewer additions.
+    // Zero last, not first as in the other loops: the same bits (only a sum of −0 changes) for fewer
+    // additions.
     let finished = |sums| {
         let [a, b, c, d] = f32x4::transpose(sums);
         (f32x4::splat(scale) * (((a + c) + (b + d)) + f32x4::ZERO)).to_array()
@@ -105,7 +119,8 @@ pub(crate) fn short_rows<T: Scalar, const N: usize, const Q: usize>(
     let (blocks, rest) = rows.as_chunks::<QUAD>().0.as_chunks::<Q>().0.as_chunks::<QUAD>();
     let (out, out_rest) = out.as_chunks_mut::<QUAD>();
     for (rows, out) in blocks.iter().zip(out) {
-        // Keeps the compiler from taking several blocks at once, which with AVX2 and AVX-512 it does byte by byte, six times slower.
+        // Keeps the compiler from taking several blocks at once, which with AVX2 and AVX-512 it does byte by
+        // byte, six times slower.
         let rows = core::hint::black_box(rows);
         let mut sums = [[T::ZERO; QUAD]; QUAD];
         for row in 0..QUAD {
@@ -128,7 +143,8 @@ fn partial_sums<T: Scalar, const N: usize, const Q: usize>(
     x: &[[T; QUAD]; Q],
     read: impl Fn([u8; N]) -> T + Copy,
 ) -> [T; QUAD] {
-    // The row is read before it is summed: read one by one, some counts and precisions end in moves of single bytes.
+    // The row is read before it is summed: read one by one, some counts and precisions end in moves of single
+    // bytes.
     let mut values = [[T::ZERO; QUAD]; Q];
     for q in 0..Q {
         for k in 0..QUAD {

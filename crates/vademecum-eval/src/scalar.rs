@@ -42,8 +42,8 @@ mod sealed {
 
 /// `f32` or `f64`.
 ///
-/// The methods are inlined by force: scenes are instantiated in the caller's crate, and one call left in a kernel costs four
-/// times the kernel.
+/// The methods are inlined by force: scenes are instantiated in the caller's crate, and one call left in a
+/// kernel costs four times the kernel.
 pub trait Scalar:
     sealed::Sealed
     + Copy
@@ -59,8 +59,8 @@ pub trait Scalar:
     const ZERO: Self;
     /// Relative error of one rounding.
     const EPSILON: f64;
-    /// State numbers \[m kg^½\] smaller than this are set to zero after each step. Products with coefficients down to 1e-13
-    /// (`f32`) stay normal numbers, so a body that comes to rest never pays for denormals.
+    /// State numbers \[m kg^½\] smaller than this are set to zero after each step. Products with coefficients
+    /// down to 1e-13 (`f32`) stay normal numbers, so a body that comes to rest never pays for denormals.
     const FLOOR: Self;
     /// Smallest threshold \[m kg^½\] at which an unloaded body is put at rest: a million times the floor.
     const REST: Self;

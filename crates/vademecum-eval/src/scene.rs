@@ -1,14 +1,14 @@
 //! Binding a file to parameters and memory, and the step.
 //!
-//! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product. The diagonal
-//! structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping exactly; the block structure
-//! keeps the dense `3r × 3r` map and takes what its axes allow. Both can be set to other parameters where they are
-//! ([`Scene::set_parameter`]).
+//! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product.
+//! The diagonal structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping
+//! exactly; the block structure keeps the dense `3r × 3r` map and takes what its axes allow. Both can be set
+//! to other parameters where they are ([`Scene::set_parameter`]).
 
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
-use crate::canonical;
 use crate::error::{BindError, StepError};
 use crate::kernel::{step_dense, step_diagonal};
+use crate::lend::Lender;
 use crate::loads::Loads;
 use crate::options::{SceneOptions, Sizes, Status, Structure};
 use crate::rest;
@@ -37,16 +37,48 @@ pub struct Scene<'m, T> {
 impl<'m, T: Scalar> Scene<'m, T> {
     /// The memory a scene of these options asks for.
     ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let options = SceneOptions::default();
+    /// let [single, double] = [Scene::<f32>::sizes(&file, &options)?, Scene::<f64>::sizes(&file, &options)?];
+    /// assert_eq!(single, double); // in numbers, not in bytes
+    /// assert!(single.state >= 6 * file.metadata().n_modes as usize); // old and new side by side
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     /// [`BindError::NoStructure`], [`BindError::NotDiagonal`] and [`BindError::BadOption`].
     pub fn sizes(file: &File<'_>, options: &SceneOptions) -> Result<Sizes, BindError> {
         Ok(shape(file, options)?.sizes())
     }
 
-    /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not matter.
+    /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not
+    /// matter.
     ///
-    /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block structure. The basis is
-    /// not touched.
+    /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block
+    /// structure. The basis is not touched.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let options = SceneOptions { time_step: Some(0.5e-3), ..SceneOptions::default() };
+    /// let sizes = Scene::<f32>::sizes(&file, &options)?;
+    /// let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    /// let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
+    /// assert_eq!((scene.structure(), scene.n_modes()), (Structure::Diagonal, 3));
+    /// assert_eq!(scene.parameters().time_step, 0.5e-3);
+    ///
+    /// let short = Scene::<f32>::bind(&file, &options, &mut [], &mut work);
+    /// assert_eq!(short.err(), Some(BindError::LentMemory { found: 0, needed: sizes.scene }));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`BindError`].
@@ -67,13 +99,10 @@ impl<'m, T: Scalar> Scene<'m, T> {
         let sections = sections(file, shape.structure)?;
         let fused = fuse::<T>(&metadata, &sections, &asked, shape, work)?;
         memory.fill(T::ZERO);
-        let (map, rest) = memory.split_at_mut_checked(shape.map_len()).unwrap_or_default();
-        let loads_len = shape.n_stages * shape.load_map_len();
-        let (load_maps, weights) = rest.split_at_mut_checked(loads_len).unwrap_or_default();
-        lay_out(&fused, shape, map, load_maps, weights);
-        if let Some(canonical) = &sections.canonical {
-            canonical::lay_out(canonical, map)?;
-        }
+        let mut memory = Lender::new(memory);
+        let (map, load_maps) = (memory.take(shape.map_len())?, memory.take(shape.load_maps_len())?);
+        let weights = memory.take(shape.weights_len())?;
+        lay_out(&fused, shape, map, load_maps, weights)?;
         Ok(Self {
             shape,
             metadata,
@@ -118,13 +147,33 @@ impl<'m, T: Scalar> Scene<'m, T> {
         &self.options
     }
 
-    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest is 0.
+    /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest
+    /// is 0.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         self.metadata.scheme.instants()
     }
 
     /// Advances `state` by `Δt` under `loads`.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// assert_eq!(scene.step(&mut state, &loads)?, Status::AtRest); // nothing acts, nothing moves
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// for _ in 0..100 {
+    ///     assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
+    /// }
+    /// loads.clear();
+    /// let released = scene.energy(&state)?;
+    /// for _ in 0..1000 {
+    ///     scene.step(&mut state, &loads)?;
+    /// }
+    /// assert!(scene.energy(&state)? < released); // the body is damped
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`StepError`]; the state is then unchanged.
@@ -133,49 +182,23 @@ impl<'m, T: Scalar> Scene<'m, T> {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
-        if state.at_rest && !loads.active {
+        if state.y.at_rest && !loads.active {
             return Ok(Status::AtRest);
         }
         self.check_fresh(loads)?;
-        let (old, new, load) = (&*state.now, &mut *state.next, &*loads.increment);
+        let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure {
-            Structure::Canonical => canonical::step(self, state, loads)?,
-            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new),
+            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new)?,
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };
-        self.settle(state, loads, magnitude)
-    }
-
-    /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small enough rests.
-    pub(crate) fn settle(
-        &self,
-        state: &mut State<'_, T>,
-        loads: &Loads<'_, T>,
-        magnitude: T,
-    ) -> Result<Status, StepError> {
-        if !magnitude.to_f64().is_finite() {
-            return Err(StepError::NotFinite);
-        }
-        core::mem::swap(&mut state.now, &mut state.next);
-        state.at_rest = false;
-        if !loads.active && magnitude <= self.rest_below {
-            state.rest();
-            return Ok(Status::AtRest);
-        }
-        Ok(Status::Moving)
+        state.y.settle(magnitude, loads.active, self.rest_below)
     }
 
     pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
-        if state.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
+        if state.y.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
     }
 
     pub(crate) fn check_fresh(&self, loads: &Loads<'_, T>) -> Result<(), StepError> {
         if loads.active && loads.generation != self.generation { Err(StepError::StaleLoads) } else { Ok(()) }
-    }
-
-    /// The load map of a stage.
-    pub(crate) fn load_map(&self, stage: usize) -> &[T] {
-        let length = self.shape.load_map_len();
-        self.load_maps.get(stage * length..(stage + 1) * length).unwrap_or_default()
     }
 }

@@ -1,14 +1,13 @@
 //! The lengths everything of a scene agrees on, and the choice of the structure.
 
 use crate::axes::Axes;
+use crate::coordinates::Parts;
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
+use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
 use vademecum_format::scheme::fuse_work_len;
-use vademecum_format::{AxisRole, Chapter, File, Metadata, StructureCertificate};
-
-/// Largest certified spectral radius of a step that counts as stable: rounding of eigenvalues at 1, as the build judges it.
-const STABLE: f64 = 1.0 + 1e-12;
+use vademecum_format::{AxisRole, File, Metadata, StructureCertificate};
 
 /// The lengths a scene, its states and its loads agree on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,9 +15,9 @@ pub(crate) struct Shape {
     pub structure: Structure,
     pub r: usize,
     pub n_stages: usize,
-    /// Terms in use; of the canonical structure the most of a part.
+    /// Terms in use.
     pub n_terms: usize,
-    /// Points of all axes; of the canonical structure all numbers of its factors and terms.
+    /// Points of all axes.
     pub n_points: usize,
 }
 
@@ -27,42 +26,31 @@ impl Shape {
     pub const fn stride(&self) -> usize {
         match self.structure {
             Structure::Diagonal => self.r.next_multiple_of(LANES),
-            Structure::Block | Structure::Canonical => self.r,
+            Structure::Block => self.r,
         }
     }
 
     /// Length of one state, padded for the kernel.
     pub const fn padded(&self) -> usize {
         match self.structure {
-            Structure::Diagonal | Structure::Canonical => 3 * self.stride(),
+            Structure::Diagonal => 3 * self.stride(),
             Structure::Block => (3 * self.r).next_multiple_of(TILE),
         }
     }
 
-    /// A state: old and new, and what a step needs beside them.
+    /// Where the parts of a state lie.
+    pub const fn parts(&self) -> Parts {
+        Parts { r: self.r, stride: self.stride(), padded: self.padded() }
+    }
+
+    /// A state: old and new.
     pub const fn state_len(&self) -> usize {
-        2 * self.padded() + self.scratch_len()
-    }
-
-    /// The stages of a step and the weights of a part's terms, of the canonical structure.
-    const fn scratch_len(&self) -> usize {
-        match self.structure {
-            Structure::Diagonal | Structure::Block => 0,
-            Structure::Canonical => self.n_stages * self.r + self.n_terms,
-        }
-    }
-
-    /// Weights of the terms kept in a scene, and room for those of one contact in the loads.
-    const fn weight_lens(&self) -> (usize, usize) {
-        match self.structure {
-            Structure::Diagonal | Structure::Block => (self.n_stages * self.n_terms, 0),
-            Structure::Canonical => (0, self.n_terms),
-        }
+        2 * self.padded()
     }
 
     /// Length of loads.
     pub const fn loads_len(&self) -> usize {
-        self.padded() + (2 + self.n_stages) * self.r + self.weight_lens().1
+        self.padded() + (2 + self.n_stages) * self.r
     }
 
     /// Length of the step map.
@@ -70,7 +58,6 @@ impl Shape {
         match self.structure {
             Structure::Diagonal => 9 * self.stride(),
             Structure::Block => self.padded() * 3 * self.r,
-            Structure::Canonical => self.n_points,
         }
     }
 
@@ -79,8 +66,17 @@ impl Shape {
         match self.structure {
             Structure::Diagonal => self.padded(),
             Structure::Block => self.padded() * self.r,
-            Structure::Canonical => 0,
         }
+    }
+
+    /// Length of the load maps of all stages.
+    pub const fn load_maps_len(&self) -> usize {
+        self.n_stages * self.load_map_len()
+    }
+
+    /// Weights of the terms in all stages.
+    pub const fn weights_len(&self) -> usize {
+        self.n_stages * self.n_terms
     }
 
     /// Numbers of `f64` that fusing wants.
@@ -89,15 +85,14 @@ impl Shape {
         match self.structure {
             Structure::Diagonal => (9 + 3 * n) * r,
             Structure::Block => {
-                (n + 9 + 3 * n) * r * r + n * self.n_terms + Axes::WORK * self.n_points + fuse_work_len(r)
+                (n + 9 + 3 * n) * r * r + self.weights_len() + Axes::WORK * self.n_points + fuse_work_len(r)
             }
-            Structure::Canonical => 0,
         }
     }
 
     pub const fn sizes(&self) -> Sizes {
         Sizes {
-            scene: self.map_len() + self.n_stages * self.load_map_len() + self.weight_lens().0,
+            scene: self.map_len() + self.load_maps_len() + self.weights_len(),
             work: self.work_len(),
             state: self.state_len(),
             loads: self.loads_len(),
@@ -108,13 +103,9 @@ impl Shape {
 /// The shape of a scene of these options.
 pub(crate) fn shape(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
     check(options)?;
-    let (metadata, canonical) = (file.metadata(), Chapter::read(file)?);
-    let structure = choose(metadata, canonical.is_some(), options)?;
+    let metadata = file.metadata();
+    let structure = choose(metadata, options)?;
     let (n_terms, n_points) = match structure {
-        Structure::Canonical => canonical.map_or((0, 0), |canonical| {
-            let (factors, terms) = canonical.lengths();
-            (canonical.max_terms(), factors.saturating_add(terms))
-        }),
         Structure::Block => (terms(metadata, options)?, metadata.n_axis_points() as usize),
         Structure::Diagonal => (0, 0),
     };
@@ -144,32 +135,33 @@ pub(crate) fn check(options: &SceneOptions) -> Result<(), BindError> {
     Ok(())
 }
 
-fn choose(metadata: &Metadata<'_>, canonical: bool, options: &SceneOptions) -> Result<Structure, BindError> {
-    let canonical = canonical.then_some(Structure::Canonical);
+fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, BindError> {
     let block = metadata.block.then_some(Structure::Block);
     let diagonal = metadata.diagonal.then_some(Structure::Diagonal);
+    if diagonal.or(block).is_none() {
+        // A file without either opens only if it has the chapter's.
+        return Err(BindError::OnlyChapter);
+    }
     if options.moves_a_region() {
         return match options.structure {
             StructureChoice::Diagonal => Err(BindError::NotDiagonal),
-            StructureChoice::Canonical => Err(BindError::FixedStep),
             _ => block.ok_or(BindError::NotDiagonal),
         };
     }
     let structure = match options.structure {
         StructureChoice::Diagonal => diagonal,
         StructureChoice::Block => block,
-        StructureChoice::Canonical => canonical,
         StructureChoice::Auto if diagonal.is_some() && block.is_some() => {
             let [a, b] = [&metadata.certificate.diagonal, &metadata.certificate.block];
             // An unstable structure is no better than one whose error was never measured.
             let error = |c: &StructureCertificate| {
-                let unknown = c.trajectory_error.is_nan() || c.spectral_radius > STABLE;
+                let unknown = c.trajectory_error.is_nan() || c.spectral_radius > STABLE_RADIUS;
                 if unknown { f64::MAX } else { c.trajectory_error }
             };
-            let keeps = |c| error(c) <= options.tolerance || error(c) <= 1.1 * c.projection_floor + 1e-6;
+            let keeps = |c| error(c) <= options.tolerance || error(c) <= allowed_error(c.projection_floor);
             if keeps(a) || (!keeps(b) && error(a) <= error(b)) { diagonal } else { block }
         }
-        StructureChoice::Auto => diagonal.or(block).or(canonical),
+        StructureChoice::Auto => diagonal.or(block),
     };
     structure.ok_or(BindError::NoStructure)
 }

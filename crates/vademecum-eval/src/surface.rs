@@ -1,7 +1,7 @@
 //! Finding the point of the loadable surface nearest to a point in space.
 //!
-//! Brute force over all loadable triangles, without an index: contacts are looked up when a hand or a tool moves, and 10 000
-//! triangles take a fraction of a millisecond.
+//! Brute force over all loadable triangles, without an index: contacts are looked up when a hand or a tool
+//! moves, and 10 000 triangles take a fraction of a millisecond.
 
 use vademecum_format::{File, Numbers, SectionKind};
 
@@ -44,7 +44,22 @@ impl<'m> Surface<'m> {
         Ok(Self { coordinates, triangles })
     }
 
-    /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or `point` is not finite.
+    /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or
+    /// `point` is not finite.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let surface = Surface::new(&file)?;
+    /// let above = surface.locate([0.0, 0.0, 0.25]).ok_or("nothing to touch")?;
+    /// assert_eq!((above.position, above.distance), ([0.0; 3], 0.25));
+    /// assert_eq!(above.weights.iter().sum::<f64>(), 1.0);
+    /// assert_eq!(surface.locate([f64::NAN; 3]), None);
+    /// # Ok(())
+    /// # }
+    /// ```
     #[must_use]
     pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
         let mut nearest: Option<SurfacePoint> = None;
@@ -82,8 +97,8 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Barycentric weights of the point of the triangle `a b c` nearest to `p`: the inside if the projection lies there, else the
-/// best of the three edges. A triangle without area gives its edges' answer.
+/// Barycentric weights of the point of the triangle `a b c` nearest to `p`: the inside if the projection lies
+/// there, else the best of the three edges. A triangle without area gives its edges' answer.
 fn closest(p: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
     let (ab, ac, ap) = (minus(b, a), minus(c, a), minus(p, a));
     let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));

@@ -1,8 +1,8 @@
 //! Sections coded by block: any block can be decoded without the others.
 //!
-//! The decoded bytes are cut every `block_length` bytes; each piece is filtered by itself (so that like bytes lie together) and is one zstd
-//! frame. In front stands a table of little-endian u64: `block_length`, then for each block where its frame ends, counted from the
-//! end of the table.
+//! The decoded bytes are cut every `block_length` bytes; each piece is filtered by itself (so that like bytes
+//! lie together) and is one zstd frame. In front stands a table of little-endian u64: `block_length`, then
+//! for each block where its frame ends, counted from the end of the table.
 
 use crate::error::FormatError;
 use crate::section::{Codec, Section};
@@ -138,9 +138,8 @@ impl Filter {
     /// Undoes [`Filter::apply`]; `out` is as long.
     pub fn undo(&self, filtered: &[u8], out: &mut [u8]) {
         let count = filtered.len() / self.size.max(1);
-        for place in 0..self.size {
-            let bytes = filtered.get(place * count..).unwrap_or_default();
-            for (number, &byte) in out.chunks_exact_mut(self.size).zip(bytes) {
+        for (place, bytes) in filtered.chunks_exact(count.max(1)).enumerate().take(self.size) {
+            for (number, &byte) in out.chunks_exact_mut(self.size.max(1)).zip(bytes) {
                 put(number, place, byte);
             }
         }

@@ -1,26 +1,23 @@
-//! The chapter's structure: the stage maps of chapter 5 as it prints them (equations 5.8 and 5.9, key `chapter5` of
-//! `docs/bibliography.md`), kept as a baseline. The file format calls it the *canonical* structure, and the sections and
-//! refusals keep that name because files stay readable for ever.
+//! The chapter's structure: the stage maps of chapter 5 as it prints them (equations 5.8 and 5.9, key
+//! `chapter5` of `docs/bibliography.md`), kept as a baseline. The file format calls it the *canonical*
+//! structure, and the sections and refusals keep that name because files stay readable for ever.
 //!
-//! Every coordinate of the state, the magnitude of the load and its position is an axis with one-dimensional functions of
-//! its own. Stage `i` of the scheme is `ζ_i = Σ_parts Σ_t (Π_a g_ta(x_a)) f_t` with `f_t = ΠF_t`, which are r numbers per
-//! term. A part has terms over some of the axes: over all of them (a *joint* part, as the chapter prints it), or over the
-//! state alone and the load alone. The new state follows from `ζ` and the `ζ_i` by the scheme's `finish`. There are more
-//! axes than the metadata have places for, so they are a table of numbers, which is checked when the file is opened.
+//! Every coordinate of the state, the magnitude of the load and its position is an axis with one-dimensional
+//! functions of its own. Stage `i` of the scheme is `ζ_i = Σ_parts Σ_t (Π_a g_ta(x_a)) f_t` with
+//! `f_t = ΠF_t`, which are r numbers per term. A part has terms over some of the axes: over all of them
+//! (a *joint* part, as the chapter prints it), or over the state alone and the load alone. The new state
+//! follows from `ζ` and the `ζ_i` by the scheme's `finish`. There are more axes than the metadata have places
+//! for, so they are a table of numbers, which is checked when the file is opened.
 
 use crate::error::FormatError;
 use crate::metadata::{MAX_TERMS, Metadata};
 use crate::read::File;
 use crate::scheme::{HISTORY, MAX_STAGES};
-use crate::section::SectionKind;
+use crate::section::{CHAPTER_AXIS, SectionKind};
 use core::fmt;
 
-/// Numbers in a row of the table of axes: role, index, lower, upper, points, factor.
-pub const CHAPTER_AXIS: usize = 6;
 /// Most points an axis of the chapter's structure may have.
 pub const MAX_CHAPTER_POINTS: usize = 1 << 20;
-/// Numbers of the certificate before those of the stages: the seven of a structure, and the step the trajectory left at.
-pub const CHAPTER_CERTIFICATE: usize = 8;
 
 /// What runs along an axis. The order is that of the axes of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,7 +70,8 @@ pub struct ChapterAxis {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// Points, equidistant, with hat functions between them; a position axis has one per position and nothing between.
+    /// Points, equidistant, with hat functions between them; a position axis has one per position and nothing
+    /// between.
     pub points: usize,
     /// The axis' coordinate is this times the entry of the history (1 for the load's axes).
     pub factor: f64,
@@ -152,6 +150,11 @@ impl<'a> ChapterPart<'a> {
         self.axes.chunks_exact(CHAPTER_AXIS).filter_map(ChapterAxis::from_row)
     }
 
+    /// Points of all its axes.
+    fn n_points(&self) -> Option<usize> {
+        self.axes().try_fold(0usize, |sum, axis| sum.checked_add(axis.points))
+    }
+
     /// Whether it has axes of the state: they come first.
     #[must_use]
     pub fn has_state(&self) -> bool {
@@ -164,6 +167,13 @@ impl<'a> ChapterPart<'a> {
         let last = self.axes.chunks_exact(CHAPTER_AXIS).next_back().and_then(ChapterAxis::from_row);
         last.is_some_and(|axis| !axis.is_state())
     }
+}
+
+/// The first `length` numbers, which `from` loses; `None` if it has fewer.
+fn take<'a>(from: &mut &'a [[u8; 8]], length: usize) -> Option<&'a [[u8; 8]]> {
+    let (front, rest) = from.split_at_checked(length)?;
+    *from = rest;
+    Some(front)
 }
 
 /// The chapter's structure of a file, checked.
@@ -179,8 +189,8 @@ pub struct Chapter<'a> {
 }
 
 impl<'a> Chapter<'a> {
-    /// Reads and checks the structure; `None` if the file does not have it. Costs one look at the tables of parts, axes and
-    /// positions; factors and terms are not touched.
+    /// Reads and checks the structure; `None` if the file does not have it. Costs one look at the tables of
+    /// parts, axes and positions; factors and terms are not touched.
     ///
     /// # Errors
     /// Refusals 26, 28 (a section is compressed) and 32 to 35.
@@ -208,22 +218,22 @@ impl<'a> Chapter<'a> {
 
     /// The parts, stage by stage.
     pub fn parts(&self) -> impl Iterator<Item = ChapterPart<'a>> + use<'a> {
-        let Self { n_modes, parts, axes, factors, terms, .. } = *self;
-        let (mut axes, mut factors, mut terms) = (axes, factors, terms);
-        let take = move |from: &mut &'a [[u8; 8]], length: usize| {
-            let (front, rest) = from.split_at_checked(length).unwrap_or((*from, &[]));
-            *from = rest;
-            front
-        };
-        parts.as_chunks::<3>().0.iter().map(move |part| {
+        let (n_modes, mut factors, mut terms) = (self.n_modes, self.factors, self.terms);
+        // The sums of both lengths have been checked: no part is left out.
+        self.table().map_while(move |part| {
+            let factors = take(&mut factors, part.n_points()?.checked_mul(part.n_terms)?)?;
+            let terms = take(&mut terms, part.n_terms.checked_mul(n_modes)?)?;
+            Some(ChapterPart { factors, terms, ..part })
+        })
+    }
+
+    /// The parts with their axes, without factors and terms.
+    fn table(&self) -> impl Iterator<Item = ChapterPart<'a>> + use<'a> {
+        let (parts, mut axes) = (self.parts.as_chunks::<3>().0, self.axes);
+        parts.iter().map_while(move |part| {
             let [stage, n_axes, n_terms] = part.map(|bytes| u32::from_le_bytes(bytes) as usize);
-            let axes = take(&mut axes, n_axes.saturating_mul(CHAPTER_AXIS));
-            let points = ChapterPart { stage, n_terms, axes, factors: &[], terms: &[] }
-                .axes()
-                .fold(0usize, |sum, axis| sum.saturating_add(axis.points));
-            let factors = take(&mut factors, points.saturating_mul(n_terms));
-            let terms = take(&mut terms, n_terms.saturating_mul(n_modes));
-            ChapterPart { stage, n_terms, axes, factors, terms }
+            let axes = take(&mut axes, n_axes.checked_mul(CHAPTER_AXIS)?)?;
+            Some(ChapterPart { stage, n_terms, axes, factors: &[], terms: &[] })
         })
     }
 
@@ -236,7 +246,7 @@ impl<'a> Chapter<'a> {
     /// Most terms of a part.
     #[must_use]
     pub fn max_terms(&self) -> usize {
-        self.parts().map(|part| part.n_terms).max().unwrap_or_default()
+        self.parts().map(|part| part.n_terms).fold(0, usize::max)
     }
 
     /// Number of load positions.
@@ -267,7 +277,7 @@ impl<'a> Chapter<'a> {
         let n_stages = usize::from(metadata.scheme.n_stages);
         let mut kinds = [[0u8; 3]; MAX_STAGES];
         let mut latest = 0;
-        for (place, p) in self.parts().enumerate() {
+        for (place, p) in self.table().enumerate() {
             let kind = match (p.has_state(), p.has_load()) {
                 (true, false) => 0,
                 (false, true) => 1,
@@ -322,7 +332,7 @@ impl<'a> Chapter<'a> {
     /// Refusal 34.
     fn check_lengths(&self) -> Result<(), FormatError> {
         let (mut factors, mut terms) = (0u64, 0u64);
-        for part in self.parts() {
+        for part in self.table() {
             let points: u64 = part.axes().map(|axis| axis.points as u64).sum();
             factors = factors.saturating_add(points.saturating_mul(part.n_terms as u64));
             terms = terms.saturating_add((part.n_terms as u64).saturating_mul(self.n_modes as u64));

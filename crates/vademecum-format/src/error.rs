@@ -1,6 +1,6 @@
 //! Why bytes are not a vademecum file: one variant per numbered refusal of `formats/vademecum-1.md`.
 
-use crate::scheme::SchemeError;
+use crate::scheme::TableError;
 use core::fmt;
 
 /// A refusal; numbers only, the sentence is made by `Display`.
@@ -101,7 +101,7 @@ pub enum FormatError {
         found: f64,
     },
     /// 15: the time scheme is not consistent.
-    Scheme(SchemeError),
+    Scheme(TableError),
     /// 16: an axis is malformed (range, number of points, or data in an unused place).
     Axis {
         /// Its place.
@@ -207,7 +207,8 @@ pub enum FormatError {
         /// Its place.
         parameter: u32,
     },
-    /// 32: a part of the canonical structure is malformed, or a stage lacks one (state and load, together or apart).
+    /// 32: a part of the canonical structure is malformed, or a stage lacks one (state and load, together or
+    /// apart).
     CanonicalPart {
         /// Its place; the number of parts where one is missing.
         part: u32,
@@ -226,12 +227,14 @@ pub enum FormatError {
         /// Numbers the parts ask for.
         expected: u64,
     },
-    /// 35: a load position is no loadable node, or the load's direction is missing, not finite or one too many.
+    /// 35: a load position is no loadable node, or the load's direction is missing, not finite or one too
+    /// many.
     CanonicalLoad {
         /// Its place; the number of positions for the direction.
         place: u32,
     },
-    /// 36: the table of a section coded by block is cut, not increasing, or does not end where the section does.
+    /// 36: the table of a section coded by block is cut, not increasing, or does not end where the section
+    /// does.
     BlockTable {
         /// The section's kind.
         kind: u32,
@@ -292,7 +295,8 @@ impl fmt::Display for FormatError {
             E::TooShort { found, needed } => {
                 write!(
                     out,
-                    "{found} bytes where at least {needed} are needed; the file is cut: copy or build it again"
+                    "{found} bytes where at least {needed} are needed; the file is cut: copy or build it \
+                     again"
                 )
             }
             E::Magic => {
@@ -301,7 +305,8 @@ impl fmt::Display for FormatError {
             E::MajorVersion { found } => {
                 write!(
                     out,
-                    "file version {found}, this reader knows version 1; use a newer program or build the file again"
+                    "file version {found}, this reader knows version 1; use a newer program or build the \
+                     file again"
                 )
             }
             E::HeaderChecksum { found, expected } => checksum(out, "the header", found, expected),
@@ -325,7 +330,8 @@ impl fmt::Display for FormatError {
             E::MetadataEncoding { understood, length } => {
                 write!(
                     out,
-                    "of {length} bytes of metadata {understood} could be understood; the writer is not ours or newer"
+                    "of {length} bytes of metadata {understood} could be understood; the writer is not \
+                     ours or newer"
                 )
             }
             E::Count { what, found, lower, upper } => {
@@ -337,7 +343,11 @@ impl fmt::Display for FormatError {
             E::Scheme(error) => write!(out, "the file's time scheme is refused: {error}"),
             E::Axis { axis } => write!(out, "axis {axis} is malformed: check its range and number of points"),
             E::NoStructure => {
-                write!(out, "neither the diagonal nor the block structure is present: nothing to step with")
+                write!(
+                    out,
+                    "neither the diagonal, nor the block, nor the canonical structure is present: nothing \
+                     to step with"
+                )
             }
             E::UnknownKind { kind } => {
                 write!(
@@ -373,7 +383,8 @@ impl fmt::Display for FormatError {
             E::SectionChecksum { kind, found, expected } => {
                 write!(
                     out,
-                    "section {kind} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy it again"
+                    "section {kind} has checksum {found:#010x}, written is {expected:#010x}: damaged, \
+                     copy it again"
                 )
             }
             E::Compressed { kind, codec } => {
@@ -395,12 +406,14 @@ impl fmt::Display for FormatError {
             E::Frame { kind, block } => {
                 write!(
                     out,
-                    "section {kind}, block {block}: not one zstd frame of the declared length; the file is damaged"
+                    "section {kind}, block {block}: not one zstd frame of the declared length; the file \
+                     is damaged"
                 )
             }
             E::Parameter { parameter } => write!(
                 out,
-                "parameter {parameter} is malformed: check its range, its region, and that its name and role are its own"
+                "parameter {parameter} is malformed: check its range, its region, and that its name and \
+                 role are its own"
             ),
             E::CanonicalPart { part } => {
                 write!(out, "part {part} of the canonical structure is malformed or missing")
@@ -408,13 +421,15 @@ impl fmt::Display for FormatError {
             E::CanonicalAxis { axis } => {
                 write!(
                     out,
-                    "axis {axis} of the canonical structure is malformed: role, order, range, points or factor"
+                    "axis {axis} of the canonical structure is malformed: role, order, range, points or \
+                     factor"
                 )
             }
             E::CanonicalLength { kind, found, expected } => {
                 write!(
                     out,
-                    "section {kind} has {found} numbers, the parts of the canonical structure ask for {expected}"
+                    "section {kind} has {found} numbers, the parts of the canonical structure ask for \
+                     {expected}"
                 )
             }
             E::CanonicalLoad { place } => {
@@ -427,7 +442,8 @@ impl fmt::Display for FormatError {
 fn checksum(out: &mut fmt::Formatter<'_>, what: &str, found: u32, expected: u32) -> fmt::Result {
     write!(
         out,
-        "{what} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file again"
+        "{what} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file \
+         again"
     )
 }
 
@@ -456,8 +472,8 @@ impl Quantity {
     }
 }
 
-impl From<SchemeError> for FormatError {
-    fn from(error: SchemeError) -> Self {
+impl From<TableError> for FormatError {
+    fn from(error: TableError) -> Self {
         Self::Scheme(error)
     }
 }

@@ -1,8 +1,9 @@
 //! The stages of a scheme fused into one increment map.
 //!
 //! With `K → s_K K`, `M → s_ρ M` and `C = αM + βK`, stage `i` has the matrix `m̃ (M + θ_i K)` with
-//! `m̃ = s_ρ (m + d Δt α)`, `k̃ = s_K (k Δt² + d Δt β)` and `θ_i = k̃ / m̃`. Everything the reduced step needs of it is
-//! `C(θ_i) = BᵀM (M + θ_i K)⁻¹ M B = I + E_i`, because `Π A⁻¹M B = (I + E_i)/m̃` and `Π A⁻¹K B = −E_i/k̃`.
+//! `m̃ = s_ρ (m + d Δt α)`, `k̃ = s_K (k Δt² + d Δt β)` and `θ_i = k̃ / m̃`. Everything the reduced step
+//! needs of it is `C(θ_i) = BᵀM (M + θ_i K)⁻¹ M B = I + E_i`, because `Π A⁻¹M B = (I + E_i)/m̃` and
+//! `Π A⁻¹K B = −E_i/k̃`.
 //!
 //! Written for the increments `x_i = ζ_i − ζ`, with `a_j = s_ρ (h^M_j + Δt α h^C_j)` and
 //! `b_j = s_K (Δt² h^K_j + Δt β h^C_j)`, and `y = (ζ, Δt ζ̇, Δt² ζ̈)`:
@@ -12,14 +13,15 @@
 //!                   + Σ_{l<i}   [(a_l/m̃)(I + E_i) − (b_l/k̃) E_i] x_l + (Δt²/m̃) p_i g_i
 //! ```
 //!
-//! Region scales change `M` and `K` themselves. With `M = Σ ρ_q M_q` and the basis normalised in the nominal mass `M_0`, the
-//! projection is `Π = BᵀM_0` and `C(θ) = BᵀM_0 (M + θK)⁻¹ M B`; both identities above stay, only the symmetry of `E_i` goes.
+//! Region scales change `M` and `K` themselves. With `M = Σ ρ_q M_q` and the basis normalised in the nominal
+//! mass `M_0`, the projection is `Π = BᵀM_0` and `C(θ) = BᵀM_0 (M + θK)⁻¹ M B`; both identities above stay,
+//! only the symmetry of `E_i` goes.
 //!
-//! `c_i = s_K Δt²/k̃` (from `k − Σh^K = 1`). A consistent table has `Σ a_j = m̃` over the displacements, so `y_0` enters through
-//! `E_i` alone: the large identity parts cancel on paper, not in the arithmetic. The odd thing: that makes
-//! consistency a condition, and [`SchemeTable::check`] refuses a table without it.
+//! `c_i = s_K Δt²/k̃` (from `k − Σh^K = 1`). A consistent table has `Σ a_j = m̃` over the displacements, so
+//! `y_0` enters through `E_i` alone: the large identity parts cancel on paper, not in the arithmetic. The odd
+//! thing: that makes consistency a condition, and [`SchemeTable::check`] refuses a table without it.
 
-use crate::scheme::{HISTORY, MAX_STAGES, SchemeError, SchemeTable, StepParameters};
+use crate::scheme::{HISTORY, MAX_STAGES, SchemeTable, StepParameters, TableError};
 
 /// What one stage becomes at given parameters; see the module's equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,17 +44,17 @@ impl StageCoefficients {
     /// The coefficients of `stage` (counted from 0) of `table`.
     ///
     /// # Errors
-    /// [`SchemeError`] if a parameter is out of range or the stage does not exist.
-    pub fn new(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<Self, SchemeError> {
+    /// [`TableError`] if a parameter is out of range or the stage does not exist.
+    pub fn new(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<Self, TableError> {
         parameters.check()?;
         let n_stages = table.n_stages;
-        let row = table.active().get(stage).ok_or(SchemeError::StageCount { found: n_stages })?;
+        let row = table.active().get(stage).ok_or(TableError::StageCount { found: n_stages })?;
         let StepParameters { time_step: dt, alpha, beta, density, stiffness } = *parameters;
         let m = density * (row.mass + row.damping * dt * alpha);
         let k = stiffness * (row.stiffness * dt * dt + row.damping * dt * beta);
         for value in [m, k, k / m] {
             if !value.is_finite() || value <= 0.0 {
-                return Err(SchemeError::BadParameter { index: 5 + stage, value });
+                return Err(TableError::BadParameter { index: 5 + stage, value });
             }
         }
         let mut identity = [0.0; HISTORY];
@@ -68,12 +70,12 @@ impl StageCoefficients {
     }
 }
 
-/// `θ_i = k̃/m̃` \[s²\] of a stage (counted from 0): the one number through which `Δt`, uniform stiffness and density,
-/// `α` and `β` reach the stage's matrix.
+/// `θ_i = k̃/m̃` \[s²\] of a stage (counted from 0): the one number through which `Δt`, uniform stiffness and
+/// density, `α` and `β` reach the stage's matrix.
 ///
 /// # Errors
 /// As [`StageCoefficients::new`].
-pub fn theta(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<f64, SchemeError> {
+pub fn theta(table: &SchemeTable, parameters: &StepParameters, stage: usize) -> Result<f64, TableError> {
     Ok(StageCoefficients::new(table, parameters, stage)?.theta)
 }
 
@@ -85,18 +87,19 @@ pub const fn fuse_work_len(r: usize) -> usize {
 
 /// Fuses one step: `y ← y + D y + Σ_i p_i L_i g_i`, `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length `3r`.
 ///
-/// - `e`: `(n_stages, r, r)`, `E_i = C(θ_i) − I` (pure numbers), each row-major and used as a general matrix: row `k` gives
-///   `x_i[k]` (region densities make it unsymmetric);
+/// - `e`: `(n_stages, r, r)`, `E_i = C(θ_i) − I` (pure numbers), each row-major and used as a general matrix:
+///   row `k` gives `x_i[k]` (region densities make it unsymmetric);
 /// - `d`: `(3r, 3r)` column-major, receives `D`;
-/// - `loads`: `(n_stages, 3r, r)`, each `L_i` column-major, receives the map from `g_i` (row of `H_i` at the loaded dof times
-///   the force, `Σ_dof H_i[dof, ·] F[dof]`) to the state; `p_i = Σ_j f_ij F_j` is the load's amplitude in stage `i`;
+/// - `loads`: `(n_stages, 3r, r)`, each `L_i` column-major, receives the map from `g_i` (row of `H_i` at the
+///   loaded dof times the force, `Σ_dof H_i[dof, ·] F[dof]`) to the state; `p_i = Σ_j f_ij F_j` is the load's
+///   amplitude in stage `i`;
 /// - `work`: at least [`fuse_work_len`].
 ///
 /// With `r = 1` and `E = −θλ/(1 + θλ)` it gives the 3×3 block of one mode of the diagonal structure.
 /// Cost at most `n_stages (3 + n_stages) r³` multiply-adds; nothing is allocated.
 ///
 /// # Errors
-/// [`SchemeError`] if the table, a parameter or a length is wrong; the outputs are then unspecified.
+/// [`TableError`] if the table, a parameter or a length is wrong; the outputs are then unspecified.
 pub fn fuse_into(
     table: &SchemeTable,
     parameters: &StepParameters,
@@ -105,7 +108,7 @@ pub fn fuse_into(
     d: &mut [f64],
     loads: &mut [f64],
     work: &mut [f64],
-) -> Result<(), SchemeError> {
+) -> Result<(), TableError> {
     table.check()?;
     let n_stages = table.active().len();
     let square = r.saturating_mul(r);
@@ -113,33 +116,33 @@ pub fn fuse_into(
     expect_len(d.len(), square.saturating_mul(9))?;
     expect_len(loads.len(), n_stages.saturating_mul(square).saturating_mul(3))?;
     if work.len() < fuse_work_len(r) {
-        return Err(SchemeError::Length { found: work.len(), needed: fuse_work_len(r) });
+        return Err(TableError::Length { found: work.len(), needed: fuse_work_len(r) });
     }
     let mut stages = [StageCoefficients::default(); MAX_STAGES];
     for (index, stage) in stages.iter_mut().take(n_stages).enumerate() {
         *stage = StageCoefficients::new(table, parameters, index)?;
     }
-    let short = SchemeError::Length { found: work.len(), needed: fuse_work_len(r) };
+    let short = TableError::Length { found: work.len(), needed: fuse_work_len(r) };
     let (increments, rest) = work.split_at_mut_checked(MAX_STAGES * r).ok_or(short)?;
     let combined = rest.get_mut(..r).ok_or(short)?;
-    let stages = stages.get(..n_stages).unwrap_or_default();
+    let stages = stages.get(..n_stages).ok_or(TableError::StageCount { found: table.n_stages })?;
     let r = r.max(1);
     let mut march = Propagation { stages, e, r, increments, combined };
     for (column, out) in d.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
         let unit = Unit { block: column / r, row: column % r, load_stage: MAX_STAGES };
-        march.run(unit);
-        march.finish(table, unit, out);
+        march.run(unit).ok_or(short)?;
+        march.finish(table, unit, out).ok_or(short)?;
     }
     for (column, out) in loads.chunks_exact_mut(r.saturating_mul(3).max(1)).enumerate() {
         let unit = Unit { block: HISTORY, row: column % r, load_stage: column / r };
-        march.run(unit);
-        march.finish(table, unit, out);
+        march.run(unit).ok_or(short)?;
+        march.finish(table, unit, out).ok_or(short)?;
     }
     Ok(())
 }
 
-fn expect_len(found: usize, needed: usize) -> Result<(), SchemeError> {
-    if found == needed { Ok(()) } else { Err(SchemeError::Length { found, needed }) }
+fn expect_len(found: usize, needed: usize) -> Result<(), TableError> {
+    if found == needed { Ok(()) } else { Err(TableError::Length { found, needed }) }
 }
 
 /// A unit input: entry `row` of block `block` of the state, or of the load of `load_stage`.
@@ -162,14 +165,13 @@ struct Propagation<'a> {
 }
 
 impl Propagation<'_> {
-    fn run(&mut self, unit: Unit) {
+    /// `None` if a slice is shorter than `r` asks for; so with the functions below.
+    fn run(&mut self, unit: Unit) -> Option<()> {
         let r = self.r.max(1);
         let square = r.saturating_mul(r).max(1);
         for ((i, stage), e) in self.stages.iter().enumerate().zip(self.e.chunks_exact(square)) {
-            let Some((earlier, rest)) = self.increments.split_at_mut_checked(i * r) else {
-                return;
-            };
-            let Some(x) = rest.get_mut(..r) else { return };
+            let (earlier, rest) = self.increments.split_at_mut_checked(i * r)?;
+            let x = rest.get_mut(..r)?;
             x.fill(0.0);
             self.combined.fill(0.0);
             let weights = stage.identity.iter().zip(&stage.increment);
@@ -180,17 +182,18 @@ impl Propagation<'_> {
                 }
             }
             if let Some((identity, increment)) = weights.clone().take(3).nth(unit.block) {
-                add_at(x, unit.row, *identity);
-                add_at(self.combined, unit.row, *increment);
+                add_at(x, unit.row, *identity)?;
+                add_at(self.combined, unit.row, *increment)?;
             }
             if unit.load_stage == i {
-                add_at(x, unit.row, stage.load);
+                add_at(x, unit.row, stage.load)?;
             }
-            add_product(e, self.combined, x);
+            add_product(e, self.combined, x)?;
         }
+        Some(())
     }
 
-    fn finish(&self, table: &SchemeTable, unit: Unit, out: &mut [f64]) {
+    fn finish(&self, table: &SchemeTable, unit: Unit, out: &mut [f64]) -> Option<()> {
         out.fill(0.0);
         let r = self.r.max(1);
         for (block, (row, out)) in table.finish.iter().zip(out.chunks_exact_mut(r)).enumerate() {
@@ -200,29 +203,32 @@ impl Propagation<'_> {
                     *out += weight * x;
                 }
             }
-            // The columns of ζ are consistent: what they keep and what the stages carry of them cancel on paper.
+            // The columns of ζ are consistent: what they keep and what the stages carry of them cancel on
+            // paper.
             if let Some(weight) = row.iter().take(3).nth(unit.block).filter(|_| unit.block != 0) {
                 let kept = if block == unit.block { 1.0 } else { 0.0 };
-                add_at(out, unit.row, weight - kept);
+                add_at(out, unit.row, weight - kept)?;
             }
         }
+        Some(())
     }
 }
 
-/// `x += E w`, `E` row by row. A unit input meets its first stage as a `w` of one number, and later ones as none if it is another
-/// stage's load: most products are a column or nothing.
-fn add_product(e: &[f64], w: &[f64], x: &mut [f64]) {
+/// `x += E w`, `E` row by row. A unit input meets its first stage as a `w` of one number, and later ones as
+/// none if it is another stage's load: most products are a column or nothing.
+fn add_product(e: &[f64], w: &[f64], x: &mut [f64]) -> Option<()> {
     let mut present = w.iter().enumerate().filter(|&(_, &w)| w != 0.0);
     let (first, second) = (present.next(), present.next());
     let mut rows = e.chunks_exact(w.len().max(1));
     for x in x {
-        let row = rows.next().unwrap_or_default();
+        let row = rows.next()?;
         match (first, second) {
             (None, _) => {}
-            (Some((column, w)), None) => *x += row.get(column).copied().unwrap_or_default() * w,
+            (Some((column, w)), None) => *x += row.get(column)? * w,
             _ => *x += dot(row, w),
         }
     }
+    Some(())
 }
 
 /// Eight sums side by side: one alone waits for itself.
@@ -239,8 +245,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h)) + rest
 }
 
-fn add_at(out: &mut [f64], index: usize, value: f64) {
-    if let Some(out) = out.get_mut(index) {
-        *out += value;
-    }
+fn add_at(out: &mut [f64], index: usize, value: f64) -> Option<()> {
+    *out.get_mut(index)? += value;
+    Some(())
 }

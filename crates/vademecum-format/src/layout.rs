@@ -2,12 +2,13 @@
 
 use crate::error::FormatError;
 
-/// First bytes of every file: a byte with the high bit, a name, line ends and an end-of-file mark, so that a text-mode copy
-/// shows.
+/// First bytes of every file: a byte with the high bit, a name, line ends and an end-of-file mark, so that a
+/// text-mode copy shows.
 pub const MAGIC: [u8; 8] = [0x89, 0x56, 0x44, 0x4D, 0x0D, 0x0A, 0x1A, 0x0A];
 /// Major version written and read.
 pub const MAJOR: u16 = 1;
-/// Highest minor version this crate knows; any is read. A file is written in the lowest that knows all it holds.
+/// Highest minor version this crate knows; any is read. A file is written in the lowest that knows all it
+/// holds.
 pub const MINOR: u16 = 1;
 /// Bytes of the header, of a directory entry, and the alignment of sections.
 pub const BLOCK: usize = 64;
@@ -40,9 +41,10 @@ pub(crate) struct Entry {
     pub reserved: u32,
 }
 
-/// `N` bytes of a block from `at`; every call site is within the block, so the zeros are never seen.
-fn take<const N: usize>(block: &[u8; BLOCK], at: usize) -> [u8; N] {
-    block.get(at..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0; N])
+/// `N` bytes of a block from byte `AT`.
+fn take<const AT: usize, const N: usize>(block: &[u8; BLOCK]) -> [u8; N] {
+    const { assert!(AT + N <= BLOCK, "within the block") };
+    core::array::from_fn(|place| block[AT + place])
 }
 
 fn put(block: &mut [u8; BLOCK], at: usize, bytes: &[u8]) {
@@ -70,30 +72,31 @@ impl Header {
 
     /// Refusals 2 to 5 and 7.
     pub fn decode(block: &[u8; BLOCK]) -> Result<Self, FormatError> {
-        if take(block, 0) != MAGIC {
+        if take::<0, 8>(block) != MAGIC {
             return Err(FormatError::Magic);
         }
-        let major = u16::from_le_bytes(take(block, 8));
+        let major = u16::from_le_bytes(take::<8, 2>(block));
         if major != MAJOR {
             return Err(FormatError::MajorVersion { found: major });
         }
-        let (found, expected) = (crc32fast::hash(block.split_at(60).0), u32::from_le_bytes(take(block, 60)));
+        let (found, expected) =
+            (crc32fast::hash(block.split_at(60).0), u32::from_le_bytes(take::<60, 4>(block)));
         if found != expected {
             return Err(FormatError::HeaderChecksum { found, expected });
         }
-        refuse_nonzero(&take::<12>(block, 48), 48)?;
-        let n_sections = u32::from_le_bytes(take(block, 12));
+        refuse_nonzero(&take::<48, 12>(block), 48)?;
+        let n_sections = u32::from_le_bytes(take::<12, 4>(block));
         if n_sections > MAX_SECTIONS {
             return Err(FormatError::SectionCount { found: n_sections, limit: MAX_SECTIONS });
         }
         Ok(Self {
-            minor: u16::from_le_bytes(take(block, 10)),
+            minor: u16::from_le_bytes(take::<10, 2>(block)),
             n_sections,
-            file_length: u64::from_le_bytes(take(block, 16)),
-            metadata_offset: u64::from_le_bytes(take(block, 24)),
-            metadata_length: u64::from_le_bytes(take(block, 32)),
-            metadata_crc32: u32::from_le_bytes(take(block, 40)),
-            directory_crc32: u32::from_le_bytes(take(block, 44)),
+            file_length: u64::from_le_bytes(take::<16, 8>(block)),
+            metadata_offset: u64::from_le_bytes(take::<24, 8>(block)),
+            metadata_length: u64::from_le_bytes(take::<32, 8>(block)),
+            metadata_crc32: u32::from_le_bytes(take::<40, 4>(block)),
+            directory_crc32: u32::from_le_bytes(take::<44, 4>(block)),
         })
     }
 }
@@ -116,18 +119,18 @@ impl Entry {
     }
 
     pub fn decode(block: &[u8; BLOCK]) -> Self {
-        let [element, codec] = take(block, 4);
+        let [element, codec] = take::<4, 2>(block);
         Self {
-            kind: u32::from_le_bytes(take(block, 0)),
+            kind: u32::from_le_bytes(take::<0, 4>(block)),
             element,
             codec,
-            flags: u16::from_le_bytes(take(block, 6)),
-            shape: [8, 16, 24].map(|at| u64::from_le_bytes(take(block, at))),
-            offset: u64::from_le_bytes(take(block, 32)),
-            stored_length: u64::from_le_bytes(take(block, 40)),
-            decoded_length: u64::from_le_bytes(take(block, 48)),
-            crc32: u32::from_le_bytes(take(block, 56)),
-            reserved: u32::from_le_bytes(take(block, 60)),
+            flags: u16::from_le_bytes(take::<6, 2>(block)),
+            shape: [take::<8, 8>(block), take::<16, 8>(block), take::<24, 8>(block)].map(u64::from_le_bytes),
+            offset: u64::from_le_bytes(take::<32, 8>(block)),
+            stored_length: u64::from_le_bytes(take::<40, 8>(block)),
+            decoded_length: u64::from_le_bytes(take::<48, 8>(block)),
+            crc32: u32::from_le_bytes(take::<56, 4>(block)),
+            reserved: u32::from_le_bytes(take::<60, 4>(block)),
         }
     }
 }

@@ -1,7 +1,9 @@
-//! What a file says about itself: where it came from, how many of everything, the scheme, the axes, the certificate.
+//! What a file says about itself: where it came from, how many of everything, the scheme, the axes, the
+//! certificate.
 //!
-//! Encoded by bincode 2.0.1 with fixed-width little-endian integers, under a size limit; strings are borrowed from the
-//! file. [`Metadata::check`] holds the numbers to their ranges and runs in the reader and in the writer alike.
+//! Encoded by bincode 2.0.1 with fixed-width little-endian integers, under a size limit; strings are borrowed
+//! from the file. [`Metadata::check`] holds the numbers to their ranges and runs in the reader and in the
+//! writer alike.
 
 use crate::error::{FormatError, Quantity};
 use crate::parameter::Parameter;
@@ -30,8 +32,8 @@ pub const MAX_ITEMS: u32 = u32::MAX / 4;
 
 /// Everything a file says about itself. Counts are items, not dofs.
 ///
-/// Node order: loadable surface nodes first, then the other surface nodes, then the interior ones. Triangles whose three
-/// nodes are loadable come first.
+/// Node order: loadable surface nodes first, then the other surface nodes, then the interior ones. Triangles
+/// whose three nodes are loadable come first.
 #[derive(Clone, Copy, Debug, PartialEq, Encode)]
 pub struct Metadata<'a> {
     /// Name and version of the program that wrote the file.
@@ -88,8 +90,9 @@ pub struct Metadata<'a> {
     pub certificate: Certificate,
 }
 
-// By hand what the derive would write, for the sake of `axes` and `parameters`: bincode's own array of borrowing items leaves
-// a panic in the library that the compiler cannot rule out, and `tests/bare-metal` allows none.
+// By hand what the derive would write, for the sake of `axes` and `parameters`: bincode's own array of
+// borrowing items leaves a panic in the library that the compiler cannot rule out, and `tests/bare-metal`
+// allows none.
 impl<'a, 'de: 'a, Context> BorrowDecode<'de, Context> for Metadata<'a> {
     fn borrow_decode<D: BorrowDecoder<'de, Context = Context>>(decoder: &mut D) -> Result<Self, DecodeError> {
         Ok(Self {
@@ -267,8 +270,9 @@ impl Axis<'_> {
 pub enum AxisRole {
     /// The stage of the scheme, counted from 0.
     Stage,
-    /// `θ^theta Π_q κ_q^stiffness[q] Π_q ρ_q^density[q]`: `θ` \[s²\] of the stage (uniform stiffness and density, `Δt`, `α` and `β`
-    /// are in it, see [`crate::scheme::theta`]), `κ_q` and `ρ_q` the stiffness and density scales of region `q`.
+    /// `θ^theta Π_q κ_q^stiffness[q] Π_q ρ_q^density[q]`: `θ` \[s²\] of the stage (uniform stiffness and
+    /// density, `Δt`, `α` and `β` are in it, see [`crate::scheme::theta`]), `κ_q` and `ρ_q` the stiffness and
+    /// density scales of region `q`.
     Monomial {
         /// Exponent of the stage's `θ`.
         theta: f64,
@@ -318,7 +322,8 @@ impl<'a> Metadata<'a> {
         self.active_axes().iter().map(|axis| u64::from(axis.n_points)).sum()
     }
 
-    /// Holds every number to its range. `canonical`: a structure besides those the flags tell of is in the file.
+    /// Holds every number to its range. `canonical`: a structure besides those the flags tell of is in the
+    /// file.
     ///
     /// # Errors
     /// Refusals 13 to 17 and 31.

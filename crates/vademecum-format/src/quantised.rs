@@ -1,8 +1,9 @@
 //! Quantised numbers: 16-bit integers, and a binary32 scale for each block of nodes and each column.
 //!
-//! A section of shape `(nodes, a, b)` has `a·b` columns. Its decoded bytes are the scales, `(⌈nodes/128⌉, a·b)`, and then the integers,
-//! `(nodes, a·b)`; number `(i, c)` is `scale(i/128, c) × integer(i, c)`. So any node can be read where it lies, at half the
-//! bytes of binary32, and the scales of a node lie side by side like its numbers.
+//! A section of shape `(nodes, a, b)` has `a·b` columns. Its decoded bytes are the scales,
+//! `(⌈nodes/128⌉, a·b)`, and then the integers, `(nodes, a·b)`; number `(i, c)` is
+//! `scale(i/128, c) × integer(i, c)`. So any node can be read where it lies, at half the bytes of binary32,
+//! and the scales of a node lie side by side like its numbers.
 
 /// Nodes that share their scales.
 pub const BLOCK_NODES: usize = 128;
@@ -22,12 +23,13 @@ pub struct Quantised<'a> {
 }
 
 impl<'a> Quantised<'a> {
-    /// From decoded bytes, whose length has been checked against the shape.
-    pub(crate) fn new(decoded: &'a [u8], shape: [u64; 3]) -> Self {
-        let split = scales_length(shape).and_then(|length| usize::try_from(length).ok());
-        let parts = split.and_then(|at| decoded.split_at_checked(at)).unwrap_or_default();
-        let columns = shape[1].saturating_mul(shape[2]) as usize;
-        Self { scales: parts.0.as_chunks().0, numbers: parts.1.as_chunks().0, columns }
+    /// From decoded bytes; `None` if they are not as many as the shape asks for.
+    pub(crate) fn new(decoded: &'a [u8], shape: [u64; 3]) -> Option<Self> {
+        let columns = usize::try_from(shape[1].checked_mul(shape[2])?).ok()?;
+        let (scales, numbers) = decoded.split_at_checked(usize::try_from(scales_length(shape)?).ok()?)?;
+        let (scales, numbers) = (scales.as_chunks().0, numbers.as_chunks::<2>().0);
+        let as_many = numbers.len() as u64 == shape[0].checked_mul(columns as u64)?;
+        as_many.then_some(Self { scales, numbers, columns })
     }
 
     /// How many numbers there are.
@@ -75,7 +77,8 @@ impl<'a> Quantised<'a> {
             scales.iter().zip(numbers).map(|(scale, number)| value(scale, number))
         };
         self.blocks().flat_map(move |(scales, numbers)| {
-            // The bound stands here, where the compiler sees that a chunk is not empty: no panic is left to link.
+            // The bound stands here, where the compiler sees that a chunk is not empty: no panic is left to
+            // link.
             numbers.chunks(columns.max(1)).flat_map(move |numbers| node(scales, numbers))
         })
     }

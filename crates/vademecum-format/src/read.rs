@@ -8,7 +8,8 @@ use crate::section::{Codec, Element, Section, SectionKind};
 
 /// An opened file: borrowed bytes whose structure has been checked.
 ///
-/// Opening reads header, directory, metadata and padding; the sections themselves are read when they are used.
+/// Opening reads header, directory, metadata and padding; the sections themselves are read when they are
+/// used.
 #[derive(Clone, Copy, Debug)]
 pub struct File<'a> {
     bytes: &'a [u8],
@@ -57,6 +58,12 @@ impl<'a> File<'a> {
     #[must_use]
     pub const fn minor(&self) -> u16 {
         self.minor
+    }
+
+    /// Sections in its directory, of known kinds or not: what the header's bytes 12 to 15 say.
+    #[must_use]
+    pub const fn n_sections(&self) -> usize {
+        self.directory.len()
     }
 
     /// All bytes of the file.
@@ -201,12 +208,14 @@ fn check_place(entry: &Entry, end: u64, bytes: &[u8]) -> Result<u64, FormatError
     if start > length || entry.stored_length > room {
         return Err(FormatError::Length { kind, found: entry.stored_length, expected: room });
     }
-    let padding = bytes.get(end as usize..start as usize).unwrap_or_default();
+    let cut = FormatError::Length { kind, found: entry.stored_length, expected: room };
+    let padding = bytes.get(end as usize..start as usize).ok_or(cut)?;
     refuse_nonzero(padding, end)?;
     Ok(start)
 }
 
-/// The section of an entry whose place has been checked; `None` for an optional kind this reader does not know.
+/// The section of an entry whose place has been checked; `None` for an optional kind this reader does not
+/// know.
 fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>>, FormatError> {
     let number = entry.kind;
     let required = entry.flags & 1 == 1;
@@ -221,7 +230,9 @@ fn open_section<'a>(bytes: &'a [u8], entry: &Entry) -> Result<Option<Section<'a>
     let codec = Codec::from_code(entry.codec).filter(|codec| codec.codes(element));
     let codec = codec.ok_or(FormatError::Codec { kind: number, found: entry.codec })?;
     let end = entry.offset.saturating_add(entry.stored_length);
-    let stored = bytes.get(entry.offset as usize..end as usize).unwrap_or_default();
+    let expected = (bytes.len() as u64).saturating_sub(entry.offset);
+    let cut = FormatError::Length { kind: number, found: entry.stored_length, expected };
+    let stored = bytes.get(entry.offset as usize..end as usize).ok_or(cut)?;
     Ok(Some(Section {
         kind,
         element,

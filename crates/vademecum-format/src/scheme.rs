@@ -7,16 +7,18 @@
 //! ```
 //!
 //! where the history `z = (u, Δt u̇, Δt² ü, u_1, …, u_{i−1})` holds the old state and the earlier stages, and
-//! `F_0 = F(t_n)`, `F_j = F(t_n + c_j Δt)`. The new state is a linear combination of `(u, Δt u̇, Δt² ü, u_1, …, u_s)`.
-//! Full-order solver, reduced solver and vademecum read this same table (`docs/theory/`).
+//! `F_0 = F(t_n)`, `F_j = F(t_n + c_j Δt)`. The new state is a linear combination of
+//! `(u, Δt u̇, Δt² ü, u_1, …, u_s)`. Full-order solver, reduced solver and vademecum read this same table
+//! (`docs/theory/`).
 
 use bincode::{BorrowDecode, Encode};
 use core::fmt;
 
 pub use crate::fuse::{StageCoefficients, fuse_into, fuse_work_len, theta};
 
-/// Sums that a table owes exactly may miss by this much, relative to the terms added: a table is computed in `f64` from
-/// a few scheme constants, so its sums carry a few roundings (2⁻⁵²) times the size of the terms; 2⁻⁴⁰ leaves 4 000 of them.
+/// Sums that a table owes exactly may miss by this much, relative to the terms added: a table is computed in
+/// `f64` from a few scheme constants, so its sums carry a few roundings (2⁻⁵²) times the size of the terms;
+/// 2⁻⁴⁰ leaves 4 000 of them.
 const CONSISTENCY: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Most stages a table can hold.
@@ -74,7 +76,7 @@ pub struct StepParameters {
 /// Why a table or a fused step was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum SchemeError {
+pub enum TableError {
     /// The number of stages is not 1 to [`MAX_STAGES`].
     StageCount {
         /// What the table says.
@@ -90,7 +92,8 @@ pub enum SchemeError {
         /// The stage.
         stage: usize,
     },
-    /// A sum that a consistent scheme owes is missed: constant displacement must be no motion, `k − Σh^K = Σf = 1`.
+    /// A sum that a consistent scheme owes is missed: constant displacement must be no motion,
+    /// `k − Σh^K = Σf = 1`.
     Inconsistent {
         /// The stage, or the number of stages for `finish`.
         stage: usize,
@@ -113,7 +116,7 @@ pub enum SchemeError {
     },
 }
 
-impl fmt::Display for SchemeError {
+impl fmt::Display for TableError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::StageCount { found } => {
@@ -128,7 +131,8 @@ impl fmt::Display for SchemeError {
             ),
             Self::Inconsistent { stage, by } => write!(
                 out,
-                "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement must stay constant"
+                "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement \
+                 must stay constant"
             ),
             Self::BadParameter { index, value } => {
                 let names = ["time step", "alpha", "beta", "density scale", "stiffness scale"];
@@ -148,19 +152,19 @@ impl fmt::Display for SchemeError {
     }
 }
 
-impl core::error::Error for SchemeError {}
+impl core::error::Error for TableError {}
 
 impl StepParameters {
     /// Checks the ranges: `Δt, s_ρ, s_K > 0`, `α, β ≥ 0`, all finite.
     ///
     /// # Errors
-    /// [`SchemeError::BadParameter`].
-    pub fn check(&self) -> Result<(), SchemeError> {
+    /// [`TableError::BadParameter`].
+    pub fn check(&self) -> Result<(), TableError> {
         let values = [self.time_step, self.alpha, self.beta, self.density, self.stiffness];
         for (index, &value) in values.iter().enumerate() {
             let may_vanish = index == 1 || index == 2;
             if !value.is_finite() || value < 0.0 || (value == 0.0 && !may_vanish) {
-                return Err(SchemeError::BadParameter { index, value });
+                return Err(TableError::BadParameter { index, value });
             }
         }
         Ok(())
@@ -174,7 +178,8 @@ impl SchemeTable {
         self.stages.get(..usize::from(self.n_stages)).unwrap_or(&self.stages)
     }
 
-    /// Instants at which a step needs the load, as fractions of it: 0, then `c_i` of each stage; the rest is zero.
+    /// Instants at which a step needs the load, as fractions of it: 0, then `c_i` of each stage; the rest is
+    /// zero.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         let mut instants = [0.0; 1 + MAX_STAGES];
@@ -184,14 +189,14 @@ impl SchemeTable {
         instants
     }
 
-    /// Checks that the table is finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the displacement
-    /// columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over them.
+    /// Checks that the table is finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the
+    /// displacement columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over them.
     ///
     /// # Errors
-    /// [`SchemeError`] naming the stage.
-    pub fn check(&self) -> Result<(), SchemeError> {
+    /// [`TableError`] naming the stage.
+    pub fn check(&self) -> Result<(), TableError> {
         if self.n_stages == 0 || usize::from(self.n_stages) > MAX_STAGES {
-            return Err(SchemeError::StageCount { found: self.n_stages });
+            return Err(TableError::StageCount { found: self.n_stages });
         }
         for (index, stage) in self.active().iter().enumerate() {
             check_stage(stage, index)?;
@@ -199,7 +204,7 @@ impl SchemeTable {
         let n_stages = usize::from(self.n_stages);
         for (row, owed) in self.finish.iter().zip([1.0, 0.0, 0.0]) {
             if row.iter().any(|f| !f.is_finite()) {
-                return Err(SchemeError::NotFinite { stage: n_stages });
+                return Err(TableError::NotFinite { stage: n_stages });
             }
             owes(row, n_stages, owed, n_stages)?;
         }
@@ -207,16 +212,16 @@ impl SchemeTable {
     }
 }
 
-fn check_stage(stage: &Stage, index: usize) -> Result<(), SchemeError> {
+fn check_stage(stage: &Stage, index: usize) -> Result<(), TableError> {
     let histories = [&stage.mass_history, &stage.damping_history, &stage.stiffness_history];
     let scalars = [stage.mass, stage.damping, stage.stiffness, stage.time];
     let mut all = histories.iter().flat_map(|h| h.iter()).chain(&scalars).chain(&stage.load);
     if all.any(|value| !value.is_finite()) {
-        return Err(SchemeError::NotFinite { stage: index });
+        return Err(TableError::NotFinite { stage: index });
     }
     let looks_ahead = histories.iter().any(|h| h.iter().skip(3 + index).any(|&c| c != 0.0));
     if stage.mass <= 0.0 || stage.stiffness <= 0.0 || looks_ahead {
-        return Err(SchemeError::BadStage { stage: index });
+        return Err(TableError::BadStage { stage: index });
     }
     owes(&stage.mass_history, index, stage.mass, index)?;
     owes(&stage.damping_history, index, stage.damping, index)?;
@@ -224,18 +229,18 @@ fn check_stage(stage: &Stage, index: usize) -> Result<(), SchemeError> {
     let by = stage.load.iter().sum::<f64>() - 1.0;
     let size = 1.0 + stage.load.iter().map(|f| f.abs()).sum::<f64>();
     if by.abs() > CONSISTENCY * size {
-        return Err(SchemeError::Inconsistent { stage: index, by });
+        return Err(TableError::Inconsistent { stage: index, by });
     }
     Ok(())
 }
 
 /// The displacement columns of `row` (the old one and `earlier` stages) must sum to `owed`.
-fn owes(row: &[f64; HISTORY], earlier: usize, owed: f64, stage: usize) -> Result<(), SchemeError> {
+fn owes(row: &[f64; HISTORY], earlier: usize, owed: f64, stage: usize) -> Result<(), TableError> {
     let columns = || row.iter().take(1).chain(row.iter().skip(3).take(earlier));
     let by = columns().sum::<f64>() - owed;
     let size = 1.0 + owed.abs() + columns().map(|c| c.abs()).sum::<f64>();
     if by.abs() > CONSISTENCY * size {
-        return Err(SchemeError::Inconsistent { stage, by });
+        return Err(TableError::Inconsistent { stage, by });
     }
     Ok(())
 }

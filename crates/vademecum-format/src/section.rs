@@ -1,13 +1,18 @@
 //! Sections: what kinds there are, which shape and element each has, and how their numbers are read.
 //!
-//! Numbers are read with `from_le_bytes` from byte arrays (`as_chunks`), which vectorises like a slice and needs neither
-//! alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is opened, so that opening does
-//! not touch every page of a mapped file; call [`Section::verify`] for that.
+//! Numbers are read with `from_le_bytes` from byte arrays (`as_chunks`), which vectorises like a slice and
+//! needs neither alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is
+//! opened, so that opening does not touch every page of a mapped file; call [`Section::verify`] for that.
 
-use crate::chapter::{CHAPTER_AXIS, CHAPTER_CERTIFICATE};
 use crate::error::FormatError;
 use crate::metadata::Metadata;
 use crate::quantised::{self, Quantised};
+
+/// Numbers in a row of the table of axes: role, index, lower, upper, points, factor.
+pub const CHAPTER_AXIS: usize = 6;
+/// Numbers of the certificate before those of the stages: the seven of a structure, and the step the
+/// trajectory left at.
+pub const CHAPTER_CERTIFICATE: usize = 8;
 
 /// The kind of a section. Shapes use `r = n_modes`; row-major, last number fastest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,10 +33,11 @@ pub enum SectionKind {
     SurfaceBasis = 6,
     /// Rows of `B` at interior nodes, `f32|f64|i16 (n_nodes − n_surface_nodes, 3, r)`.
     InteriorBasis = 7,
-    /// Space part `E_t` of `C − I`, `C = BᵀM_0 (M + θK)⁻¹ M B`, `f64 (n_terms, r, r)`, row-major; not symmetric once a region's
-    /// density differs from what the basis was normalised with (`M_0`).
+    /// Space part `E_t` of `C − I`, `C = BᵀM_0 (M + θK)⁻¹ M B`, `f64 (n_terms, r, r)`, row-major; not
+    /// symmetric once a region's density differs from what the basis was normalised with (`M_0`).
     BlockState = 8,
-    /// Space part of `H − B`, `H = (M + θK)⁻¹ M_0 B`, at loadable dofs, `f32|f64|i16 (n_load_nodes, n_terms, 3·r)`: the components, then the columns.
+    /// Space part of `H − B`, `H = (M + θK)⁻¹ M_0 B`, at loadable dofs,
+    /// `f32|f64|i16 (n_load_nodes, n_terms, 3·r)`: the components, then the columns.
     BlockLoad = 9,
     /// `BᵀF_p`, `f64 (n_patterns, r)`.
     PatternBasis = 10,
@@ -45,8 +51,8 @@ pub enum SectionKind {
     ProbeRows = 14,
     /// Singular values of the snapshots, `f64 (any)`.
     SingularValues = 15,
-    /// Per mode: frequency \[Hz\], Rayleigh quotient \[rad²/s²\], energy share, physical damping ratio, numerical damping
-    /// ratio, period elongation; `f64 (r, 6)`.
+    /// Per mode: frequency \[Hz\], Rayleigh quotient \[rad²/s²\], energy share, physical damping ratio,
+    /// numerical damping ratio, period elongation; `f64 (r, 6)`.
     ModeTable = 16,
     /// Points of all axes, one after the other, `f64 (Σ n_points)`.
     AxisPoints = 17,
@@ -56,14 +62,17 @@ pub enum SectionKind {
     RegionStiffness = 19,
     /// `BᵀM_qB` of each region at scale 1, `f64 (n_regions, r, r)`; they sum to the identity.
     RegionMass = 20,
-    /// Terms, and the error they leave at fresh points, after each enrichment of the separated solution; `f64 (any, 2)`. Since 1.1.
+    /// Terms, and the error they leave at fresh points, after each enrichment of the separated solution;
+    /// `f64 (any, 2)`. Since 1.1.
     EnrichmentHistory = 21,
     /// Points of the parameters' box, each its values and the spectral radius of the fused block step there;
     /// `f64 (any, n_parameters + 1)`. Since 1.1.
     RadiusSamples = 22,
-    /// Parts of the canonical structure: stage, number of axes, number of terms; `u32 (any, 3)`. Version 1.1, as all below.
+    /// Parts of the canonical structure: stage, number of axes, number of terms; `u32 (any, 3)`. Version 1.1,
+    /// as all below.
     CanonicalParts = 23,
-    /// Axes of the parts, one part after the other: role, index, lower, upper, points, factor; `f64 (any, 6)`.
+    /// Axes of the parts, one part after the other: role, index, lower, upper, points, factor;
+    /// `f64 (any, 6)`.
     CanonicalAxes = 24,
     /// Factors of the parts' axes, each `(n_points, n_terms)`; `f64 (any)`.
     CanonicalFactors = 25,
@@ -73,13 +82,15 @@ pub enum SectionKind {
     CanonicalPositions = 27,
     /// Direction of the load, `f64 (3)`; absent when its components are axes.
     CanonicalDirection = 28,
-    /// What the build measured of it: the numbers of a structure's certificate, the step at which the trajectory left a range
-    /// (NaN: never), and per stage the relative error of the map, of its state and of its load part; `f64 (8 + 3 n_stages)`.
+    /// What the build measured of it: the numbers of a structure's certificate, the step at which the
+    /// trajectory left a range (NaN: never), and per stage the relative error of the map, of its state and of
+    /// its load part; `f64 (8 + 3 n_stages)`.
     CanonicalCertificate = 29,
-    /// What rewriting cost, for people: kind, relative error of displacement fields, of velocity fields, largest of any mode;
-    /// `f64 (any, 4)`. Since version 1.1.
+    /// What rewriting cost, for people: kind, relative error of displacement fields, of velocity fields,
+    /// largest of any mode; `f64 (any, 4)`. Since version 1.1.
     Losses = 30,
-    /// What a build did to make an unstable step stable, for people: UTF-8, one repair a line. Since version 1.1.
+    /// What a build did to make an unstable step stable, for people: UTF-8, one repair a line. Since
+    /// version 1.1.
     Repairs = 31,
 }
 
@@ -125,8 +136,8 @@ impl SectionKind {
         Self::ALL.into_iter().find(|kind| kind.number() == number)
     }
 
-    /// Whether it belongs to the chapter's structure, which the file format calls canonical. The writer marks these kinds
-    /// required.
+    /// Whether it belongs to the chapter's structure, which the file format calls canonical. The writer marks
+    /// these kinds required.
     #[must_use]
     pub const fn is_chapter(self) -> bool {
         self as u32 >= Self::CanonicalParts as u32 && self as u32 <= Self::CanonicalCertificate as u32
@@ -266,7 +277,8 @@ pub enum Codec {
     Zstd = 1,
     /// By block: bytes grouped by their place in a number, then one zstd frame. Since version 1.1.
     Shuffled = 2,
-    /// By block, 16-bit numbers only: differences to the node before, then as [`Codec::Shuffled`]. Since version 1.1.
+    /// By block, 16-bit numbers only: differences to the node before, then as [`Codec::Shuffled`]. Since
+    /// version 1.1.
     Delta = 3,
 }
 
@@ -285,7 +297,8 @@ impl Codec {
     }
 }
 
-/// A section of an opened file; its place and shape have been checked, its bytes have not (see [`Section::verify`]).
+/// A section of an opened file; its place and shape have been checked, its bytes have not (see
+/// [`Section::verify`]).
 #[derive(Clone, Copy, Debug)]
 pub struct Section<'a> {
     pub(crate) kind: SectionKind,
@@ -326,10 +339,11 @@ impl<'a> Numbers<'a> {
         self.len() == 0
     }
 
-    /// Quantised numbers of a section of this shape from its decoded bytes.
+    /// Quantised numbers of a section of this shape from its decoded bytes; `None` if they are not as many as
+    /// the shape asks for.
     #[must_use]
-    pub fn quantised(decoded: &'a [u8], shape: [u64; 3]) -> Self {
-        Self::I16(Quantised::new(decoded, shape))
+    pub fn quantised(decoded: &'a [u8], shape: [u64; 3]) -> Option<Self> {
+        Quantised::new(decoded, shape).map(Self::I16)
     }
 
     /// The number at `index`.
@@ -436,12 +450,18 @@ impl<'a> Section<'a> {
     /// Its real numbers.
     ///
     /// # Errors
-    /// Refusals 28 (compressed) and 19 (not real numbers).
+    /// Refusals 28 (compressed), 19 (not real numbers) and 24 (not as many as its shape says, which opening
+    /// has ruled out).
     pub fn numbers(&self) -> Result<Numbers<'a>, FormatError> {
         match self.element {
             Element::F32 => Ok(Numbers::F32(self.raw()?.as_chunks().0)),
             Element::F64 => Ok(Numbers::F64(self.raw()?.as_chunks().0)),
-            Element::I16 => Ok(Numbers::I16(Quantised::new(self.raw()?, self.shape))),
+            Element::I16 => {
+                let raw = self.raw()?;
+                let (kind, found) = (self.kind.number(), raw.len() as u64);
+                let wrong = FormatError::Length { kind, found, expected: self.decoded_length };
+                Numbers::quantised(raw, self.shape).ok_or(wrong)
+            }
             _ => Err(self.wrong_element()),
         }
     }

@@ -1,7 +1,8 @@
-//! From a packed file to a raw one in lent memory, with no more of it than is wanted (feature `zstd`; needs `std`).
+//! From a packed file to a raw one in lent memory, with no more of it than is wanted (feature `zstd`; needs
+//! `std`).
 //!
-//! Each section is decoded straight into its place, block by block. Beside the lent memory there is one block and the decoder's own state,
-//! whatever the file declares.
+//! Each section is decoded straight into its place, block by block. Beside the lent memory there is one block
+//! and the decoder's own state, whatever the file declares.
 
 extern crate std;
 
@@ -20,23 +21,41 @@ use zstd::zstd_safe::find_frame_compressed_size;
 /// # Errors
 /// Refusal 30 if that is more than memory can be.
 pub fn unpacked_len(file: &File<'_>, wanted: impl Fn(SectionKind) -> bool) -> Result<usize, FormatError> {
-    let (inputs, count) = planned(file, wanted);
-    planned_len(file.metadata(), inputs.get(..count).unwrap_or_default(), |input| input.decoded_length)
+    let mut inputs = [SectionInput::NONE; MAX_INPUTS];
+    planned_len(file.metadata(), planned(file, wanted, &mut inputs)?, |input| input.decoded_length)
 }
 
 /// Writes the file with the wanted sections, every one raw, at the front of `memory`, and opens it there.
 ///
-/// The checksum of each wanted section is verified first, so this reads all of what it keeps and nothing of the others.
+/// The checksum of each wanted section is verified first, so this reads all of what it keeps and nothing of
+/// the others.
+///
+/// ```
+/// use vademecum_format::{File, SectionKind, unpack_into, unpacked_len};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let shipped = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/quantised.vdm"));
+/// let file = File::parse(shipped)?;
+/// let wanted = |kind| kind != SectionKind::InteriorBasis; // the surface will do
+/// let mut memory = vec![0; unpacked_len(&file, wanted)?];
+/// let raw = unpack_into(&file, wanted, &mut memory)?;
+/// assert!(raw.section(SectionKind::InteriorBasis).is_none());
+/// assert!(raw.section(SectionKind::SurfaceBasis).is_some());
+/// assert_eq!(raw.metadata().n_modes, file.metadata().n_modes);
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
-/// Refusals 27 (damaged), 30 (`memory` too short, see [`unpacked_len`]), 36 and 37 (not what the codec says); 26 if what is wanted leaves out
-/// what an announced structure needs.
+/// Refusals 27 (damaged), 30 (`memory` too short, see [`unpacked_len`]), 36 and 37 (not what the codec says);
+/// 26 if what is wanted leaves out what an announced structure needs.
 pub fn unpack_into<'m>(
     file: &File<'_>,
     wanted: impl Fn(SectionKind) -> bool,
     memory: &'m mut [u8],
 ) -> Result<File<'m>, FormatError> {
-    let (inputs, count) = planned(file, wanted);
+    let mut inputs = [SectionInput::NONE; MAX_INPUTS];
+    let inputs = planned(file, wanted, &mut inputs)?;
     let mut decoder = Decoder::new()?;
     let fill = |input: &SectionInput<'_>, out: &mut [u8]| {
         let missing = FormatError::Missing { kind: input.kind.number() };
@@ -44,23 +63,25 @@ pub fn unpack_into<'m>(
         section.verify()?;
         decoder.decode_into(&section, out)
     };
-    let inputs = inputs.get(..count).unwrap_or_default();
     let length = write_planned(file.metadata(), inputs, |input| input.decoded_length, fill, memory)?;
-    File::parse(memory.get(..length).unwrap_or_default())
+    let short = FormatError::LentMemory { found: memory.len() as u64, needed: length as u64 };
+    File::parse(memory.get(..length).ok_or(short)?)
 }
 
-/// The sections as they will be written: raw, nothing stored yet.
-fn planned<'a>(
+/// The sections as they will be written: raw, nothing stored yet; in `inputs`, which has room for all.
+fn planned<'a, 'i>(
     file: &File<'a>,
     wanted: impl Fn(SectionKind) -> bool,
-) -> ([SectionInput<'a>; MAX_INPUTS], usize) {
-    let mut inputs = [SectionInput::NONE; MAX_INPUTS];
-    let mut count = 0;
-    for (place, section) in inputs.iter_mut().zip(file.sections().filter(|s| wanted(s.kind()))) {
+    inputs: &'i mut [SectionInput<'a>],
+) -> Result<&'i [SectionInput<'a>], FormatError> {
+    let (mut count, room) = (0, inputs.len());
+    for section in file.sections().filter(|section| wanted(section.kind())) {
+        let too_many = FormatError::SectionCount { found: count as u32 + 1, limit: room as u32 };
+        let place = inputs.get_mut(count).ok_or(too_many)?;
         *place = SectionInput { codec: Codec::Raw, stored: &[], ..section.into() };
         count += 1;
     }
-    (inputs, count)
+    inputs.get(..count).ok_or(FormatError::SectionCount { found: count as u32, limit: room as u32 })
 }
 
 /// Decodes sections and blocks of sections. Holds zstd's state and one filtered block.
@@ -103,7 +124,8 @@ impl Decoder {
                 for index in 0..blocks.len() {
                     let range = blocks.decoded(index);
                     let length = (range.end - range.start) as usize;
-                    let (block, after) = rest.split_at_mut_checked(length).unwrap_or_default();
+                    let cut = core::mem::take(&mut rest).split_at_mut_checked(length);
+                    let (block, after) = cut.ok_or(FormatError::LentMemory { found, needed: range.end })?;
                     rest = after;
                     self.block_into(section, &blocks, index, block)?;
                 }

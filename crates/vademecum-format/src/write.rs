@@ -1,5 +1,5 @@
-//! Writing a file into lent memory. The same input gives the same bytes, and what is written opens: the writer ends by
-//! parsing its own bytes, so reader and writer cannot disagree about what is allowed.
+//! Writing a file into lent memory. The same input gives the same bytes, and what is written opens: the
+//! writer ends by parsing its own bytes, so reader and writer cannot disagree about what is allowed.
 
 use crate::error::FormatError;
 use crate::layout::{BLOCK, Entry, Header, MAX_SECTIONS, align};

@@ -1,11 +1,13 @@
-//! Everything that can be said of a file without the problem it came from: it parses, every checksum holds, every number is finite,
-//! names and indices fit the counts. Reads (and decodes) the whole file.
+//! Everything that can be said of a file without the problem it came from: it parses, every checksum holds,
+//! every number is finite, names and indices fit the counts. Reads (and decodes) the whole file.
 
 use std::collections::HashSet;
 
 use vademecum_format::{AxisKind, Element, File, Metadata, Numbers, Section, SectionKind};
 
-use super::{DECODED_LIMIT, RewriteError, codec, decode, unknown_sections};
+use super::codec::{self, DECODED_LIMIT, decode};
+use super::error::RewriteError;
+use super::whole::unknown_sections;
 
 /// What a check has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -62,9 +64,14 @@ fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError>
 }
 
 /// The real numbers of a decoded section; none for the other elements.
-pub(super) fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
+#[must_use]
+pub fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
     match section.element() {
-        Element::I16 => Numbers::quantised(raw, section.shape()).iter().collect(),
+        Element::I16 => {
+            let numbers =
+                Numbers::quantised(raw, section.shape()).expect("decoded to the length of its shape");
+            numbers.iter().collect()
+        }
         element => reals(element, raw),
     }
 }
@@ -116,8 +123,11 @@ fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteE
     }
 }
 
-/// The lines of a text.
-fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
+/// The lines of a decoded text, such as one name a line; an empty text has none.
+///
+/// # Errors
+/// [`RewriteError::Names`]: bytes that are not UTF-8.
+pub fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
     let refused = |_| RewriteError::Names { kind, reason: "it is not UTF-8".to_string() };
     let text = std::str::from_utf8(raw).map_err(refused)?;
     Ok(if text.is_empty() { vec![] } else { text.split('\n').collect() })

@@ -1,7 +1,8 @@
 //! Sections coded and decoded.
 //!
-//! A hostile file may declare any decoded length and hold a frame of any ratio. Decoding therefore grows its memory with what the
-//! frames really give and stops one byte past the declaration, and the declarations are added up and held to a limit first.
+//! A hostile file may declare any decoded length and hold a frame of any ratio. Decoding therefore grows its
+//! memory with what the frames really give and stops one byte past the declaration, and the declarations are
+//! added up and held to a limit first.
 
 use std::io::Read;
 
@@ -10,15 +11,17 @@ use vademecum_format::{
 };
 use zstd::stream::read::Decoder;
 
-use super::RewriteError;
+use super::error::RewriteError;
 
 /// Bytes all sections of a file may decode to unless the caller says otherwise: 4 GiB.
 pub const DECODED_LIMIT: u64 = 1 << 32;
 
-/// Largest window a frame may ask for, as a power of two: that of zstd's level 22. Memory for it is taken before the first byte.
+/// Largest window a frame may ask for, as a power of two: that of zstd's level 22. Memory for it is taken
+/// before the first byte.
 const WINDOW_LOG: u32 = 27;
 
-/// Decoded bytes a block is given: what zstd itself takes as one block, so that cutting there costs next to nothing.
+/// Decoded bytes a block is given: what zstd itself takes as one block, so that cutting there costs next to
+/// nothing.
 const BLOCK_LENGTH: u64 = 128 * 1024;
 
 /// The section's bytes, decoded. `limit` bounds its declared length.

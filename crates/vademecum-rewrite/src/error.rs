@@ -3,7 +3,7 @@
 use thiserror::Error;
 use vademecum_format::{FormatError, SectionKind};
 
-use super::Keep;
+use super::keep::Keep;
 
 /// Why a file was not rewritten or did not pass its check.
 #[derive(Debug, Error)]
@@ -19,7 +19,7 @@ pub enum RewriteError {
         count: usize,
     },
     /// What is to be kept is not in the file.
-    #[error("to keep {keep:?}, the file needs section {kind:?}, which it does not have")]
+    #[error("to keep {keep:?}, the file needs section {kind}, which it does not have")]
     Absent {
         /// The section.
         kind: SectionKind,
@@ -37,14 +37,6 @@ pub enum RewriteError {
     NoTerms {
         /// Terms of the block structure; 0 without one.
         terms: usize,
-    },
-    /// The scenario a file was stripped for needs what was dropped.
-    #[error("the scenario has {what}, which needs section {kind:?}, and the new file does not have it")]
-    Needed {
-        /// The section.
-        kind: SectionKind,
-        /// What of the scenario.
-        what: String,
     },
     /// A compression level zstd does not have.
     #[error("compression level {level} is not in 1 to 22")]
@@ -67,7 +59,7 @@ pub enum RewriteError {
         limit: u64,
     },
     /// A section's stored bytes are not one zstd frame of the declared length.
-    #[error("section {kind:?} is not one zstd frame of {declared} bytes: {reason}")]
+    #[error("section {kind} is not one zstd frame of {declared} bytes: {reason}")]
     Frame {
         /// The section.
         kind: SectionKind,
@@ -80,7 +72,7 @@ pub enum RewriteError {
     #[error("zstd cannot compress a section")]
     Compress(#[source] std::io::Error),
     /// A number is infinite or not a number.
-    #[error("section {kind:?}: number {place} is {value}")]
+    #[error("section {kind}: number {place} is {value}")]
     NotFinite {
         /// The section.
         kind: SectionKind,
@@ -90,7 +82,7 @@ pub enum RewriteError {
         value: f64,
     },
     /// An index is past the end of what it counts.
-    #[error("section {kind:?}: index {index} at place {place} is past the {count} it counts")]
+    #[error("section {kind}: index {index} at place {place} is past the {count} it counts")]
     Index {
         /// The section.
         kind: SectionKind,
@@ -102,7 +94,7 @@ pub enum RewriteError {
         count: u32,
     },
     /// Names are too few, too many, empty or the same.
-    #[error("section {kind:?}: {reason}")]
+    #[error("section {kind}: {reason}")]
     Names {
         /// The section.
         kind: SectionKind,

@@ -2,9 +2,10 @@
 
 use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind};
 
-use super::codec::{check_total, decode, smallest};
+use super::codec::{DECODED_LIMIT, check_total, decode, smallest};
+use super::error::RewriteError;
 use super::round::{Loss, Measure, may_be_rounded, quantise, single};
-use super::{DECODED_LIMIT, RewriteError, whole, write};
+use super::whole::{whole, write};
 
 /// A section as it will be written.
 struct Packed<'a> {
@@ -15,7 +16,8 @@ struct Packed<'a> {
     stored: Vec<u8>,
 }
 
-/// The file with each section in the codec that makes it smallest, raw where none does. `level` is zstd's, 1 to 22.
+/// The file with each section in the codec that makes it smallest, raw where none does. `level` is zstd's, 1
+/// to 22.
 ///
 /// The same input, level and version of zstd give the same bytes.
 ///
@@ -26,9 +28,10 @@ pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
     repack(bytes, level, None)
 }
 
-/// [`pack`], and sections of numbers over nodes rounded to 16 bits with scales, or to binary32, as far as fields stay within `tolerance`
-/// (relative, root of the mean square over nodes; no single mode off by more than 32 tolerances). What it cost is measured and kept in section
-/// Losses. Probes, patterns and the step stay as they are.
+/// [`pack`], and sections of numbers over nodes rounded to 16 bits with scales, or to binary32, as far as
+/// fields stay within `tolerance` (relative, root of the mean square over nodes; no single mode off by more
+/// than 32 tolerances). What it cost is measured and kept in section Losses. Probes, patterns and the step
+/// stay as they are.
 ///
 /// # Errors
 /// Those of [`pack`], and [`RewriteError::Tolerance`].
@@ -157,7 +160,8 @@ fn moved(exact: &[f64], rounded: &[f64]) -> f64 {
     if off == 0.0 { 0.0 } else { off / (0..3).map(side).fold(0.0, f64::max) }
 }
 
-/// What the errors of a section are held against; `None` if the file cannot say (no basis to the loads, no numbers).
+/// What the errors of a section are held against; `None` if the file cannot say (no basis to the loads, no
+/// numbers).
 fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Option<Measure>, RewriteError> {
     let r = file.metadata().n_modes as usize;
     let squares = |rows: &[f64]| {

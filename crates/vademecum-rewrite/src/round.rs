@@ -1,15 +1,16 @@
-//! Space sections rounded: to 16-bit numbers with scales, or to binary32, as coarsely as a tolerance allows, and what that costs.
+//! Space sections rounded: to 16-bit numbers with scales, or to binary32, as coarsely as a tolerance allows,
+//! and what that costs.
 //!
-//! A field is `Σ_k ζ_k B_k`. With coordinates as the snapshots had them (uncorrelated, mean square `s_k`, the energy share in the table of modes),
-//! rounding errors `δ_k` of the columns change it by
+//! A field is `Σ_k ζ_k B_k`. With coordinates as the snapshots had them (uncorrelated, mean square `s_k`, the
+//! energy share in the table of modes), rounding errors `δ_k` of the columns change it by
 //!
 //! ```text
 //! error² = Σ_k s_k |δ_k|² / Σ_k s_k |B_k|²        (root of the mean square over the nodes of the section)
 //! ```
 //!
-//! and for velocities `s_k λ_k` stands for `s_k`. For one error the fewest bits are spent if every mode adds the same to the sum: the step of
-//! mode `k` goes with `1/√s_k`. A rare mode would then be lost in a contact that excites it, so no column is off by more than
-//! [`WORST_MODE`] tolerances of itself.
+//! and for velocities `s_k λ_k` stands for `s_k`. For one error the fewest bits are spent if every mode adds
+//! the same to the sum: the step of mode `k` goes with `1/√s_k`. A rare mode would then be lost in a contact
+//! that excites it, so no column is off by more than [`WORST_MODE`] tolerances of itself.
 
 use vademecum_format::{BLOCK_NODES, SectionKind};
 
@@ -37,7 +38,8 @@ impl Loss {
     }
 }
 
-/// What errors are held against: mean squares of the coordinates, `|B_k|²` over the nodes, and for loads how strongly each term counts.
+/// What errors are held against: mean squares of the coordinates, `|B_k|²` over the nodes, and for loads how
+/// strongly each term counts.
 pub(super) struct Measure {
     /// `s_k`, and `s_k λ_k`.
     pub shares: [Vec<f64>; 2],
@@ -77,7 +79,8 @@ impl Measure {
         }
     }
 
-    /// Step of each column for a field error of `aim`, no mode past [`WORST_MODE`] tolerances; `peaks` are those of each block and column.
+    /// Step of each column for a field error of `aim`, no mode past [`WORST_MODE`] tolerances; `peaks` are
+    /// those of each block and column.
     fn steps(&self, peaks: &[f64], nodes: usize, aim: f64, tolerance: f64) -> Vec<f64> {
         let columns = 3 * self.n_modes() * self.terms.len();
         let weight = |c: usize| {
@@ -91,7 +94,8 @@ impl Measure {
         };
         let limits: Vec<(f64, f64)> = (0..columns).map(|c| (weight(c), most(c))).collect();
         let step = |fair: f64, c: usize| (fair / limits[c].0.sqrt()).min(limits[c].1);
-        // Uniform rounding errors have a mean square of step²/12; a block whose peak asks for more than 16 bits has a larger step.
+        // Uniform rounding errors have a mean square of step²/12; a block whose peak asks for more than 16
+        // bits has a larger step.
         let per_block = nodes.min(BLOCK_NODES) as f64 / 12.0;
         let square = |fair: f64| -> f64 {
             let own = |(i, peak): (usize, &f64)| {
@@ -143,8 +147,8 @@ fn peaks(values: &[f64], columns: usize) -> Vec<f64> {
     values.chunks(columns * BLOCK_NODES).flat_map(block).collect()
 }
 
-/// Rounds to multiples of each column's step, or of a larger one where a block of nodes asks for more than 16 bits. `None` if a scale is no
-/// normal number.
+/// Rounds to multiples of each column's step, or of a larger one where a block of nodes asks for more than 16
+/// bits. `None` if a scale is no normal number.
 fn round(values: &[f64], columns: usize, steps: &[f64], peaks: &[f64]) -> Option<(Vec<u8>, Vec<f64>)> {
     let (mut scales, mut numbers) = (vec![], vec![]);
     let mut rounded = Vec::with_capacity(values.len());

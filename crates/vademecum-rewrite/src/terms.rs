@@ -1,15 +1,18 @@
-//! A separated solution with fewer terms: the last go first (the build puts the strongest in front), as long as the maps stay within a
-//! tolerance. A scene bound to the first terms of the whole file (`SceneOptions::terms`) is the same scene.
+//! A separated solution with fewer terms: the last go first (the build puts the strongest in front), as long
+//! as the maps stay within a tolerance. A scene bound to the first terms of the whole file
+//! (`SceneOptions::terms`) is the same scene.
 //!
-//! At a point of the axes the maps are `Σ_t g_t E_t` and `Σ_t g_t F_t` (increments of the state's and of the loads' map). Leaving out the terms
-//! `D` changes them by `Σ_D g_t E_t`; its Frobenius norm over that of the whole sum is the error, measured with Gram matrices at
-//! every point of the axes' grid, or at 4096 of them chosen without pattern; the state's mode by mode, as the build's certificate has it.
+//! At a point of the axes the maps are `Σ_t g_t E_t` and `Σ_t g_t F_t` (increments of the state's and of the
+//! loads' map). Leaving out the terms `D` changes them by `Σ_D g_t E_t`; its Frobenius norm over that of the
+//! whole sum is the error, measured with Gram matrices at every point of the axes' grid, or at 4096 of them
+//! chosen without pattern; the state's mode by mode, as the build's certificate has it.
 
 use vademecum_format::{Codec, Element, File, Metadata, Section, SectionInput, SectionKind};
 
-use super::codec::decode;
+use super::codec::{DECODED_LIMIT, decode};
+use super::error::RewriteError;
 use super::pack::reals_of;
-use super::{DECODED_LIMIT, RewriteError, whole};
+use super::whole::{whole, write_with};
 
 /// Most terms a file may have here: the Gram matrices hold their square.
 const MOST_TERMS: usize = 4096;
@@ -32,8 +35,9 @@ pub struct Dropped {
 /// The fewest first terms that keep the maps within a tolerance of those of all terms.
 ///
 /// # Errors
-/// [`RewriteError::Tolerance`]; [`RewriteError::NoTerms`] if the file has no block structure or every term is needed;
-/// [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`], [`RewriteError::TooLarge`].
+/// [`RewriteError::Tolerance`]; [`RewriteError::NoTerms`] if the file has no block structure or every term is
+/// needed; [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`],
+/// [`RewriteError::TooLarge`].
 pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteError> {
     if !(1e-12..=0.1).contains(&tolerance) {
         return Err(RewriteError::Tolerance { tolerance });
@@ -45,7 +49,8 @@ pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteErro
         return Err(RewriteError::NoTerms { terms });
     }
     let maps = Maps::new(&file)?;
-    // Errors fall with the number kept but for luck; the half-open range begins at a number that is too small.
+    // Errors fall with the number kept but for luck; the half-open range begins at a number that is too
+    // small.
     let (mut too_few, mut enough) = (0, terms);
     while too_few + 1 < enough {
         let middle = too_few.midpoint(enough);
@@ -59,8 +64,8 @@ pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteErro
     Ok(Dropped { before: terms, left: enough, error_rms, error_max })
 }
 
-/// The file with the [`fewest_terms`] for a tolerance. The error is added to the map errors of the block structure's certificate;
-/// its other figures are set to "not measured", since nothing was marched.
+/// The file with the [`fewest_terms`] for a tolerance. The error is added to the map errors of the block
+/// structure's certificate; its other figures are set to "not measured", since nothing was marched.
 ///
 /// # Errors
 /// Those of [`fewest_terms`].
@@ -113,8 +118,9 @@ impl Maps {
     }
 }
 
-/// Divides entry `(k, l)` of every `E_t` by `s_k s_l`, with `s_k²` the mean of `|E_kk|` over the points: `E` spans the decades between
-/// the lowest and the highest mode, and every mode gets the tolerance, as in the build.
+/// Divides entry `(k, l)` of every `E_t` by `s_k s_l`, with `s_k²` the mean of `|E_kk|` over the points: `E`
+/// spans the decades between the lowest and the highest mode, and every mode gets the tolerance, as in the
+/// build.
 fn scale_modes(states: &mut [f64], r: usize, points: &[Vec<f64>]) {
     let entry = |g: &[f64], k: usize| -> f64 {
         states.chunks_exact(r * r).zip(g).map(|(e, g)| g * e[k * r + k]).sum::<f64>().abs()
@@ -197,7 +203,7 @@ fn without(file: &File<'_>, dropped: &Dropped) -> Result<Vec<u8>, RewriteError> 
         }
         inputs.push(input);
     }
-    super::write_with(&metadata, &inputs)
+    write_with(&metadata, &inputs)
 }
 
 /// The decoded bytes of a section that has terms, with the first only; `None` if it has none.

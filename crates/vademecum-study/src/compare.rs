@@ -1,16 +1,17 @@
 //! A scenario at full order beside the reduced coordinates another program marched: what `verify` rests on.
 //!
-//! The basis is what a file shows, and rounding has cost it its orthonormality: with `G = BᵀMB = LLᵀ` the same field is `(BL⁻ᵀ)(Lᵀζ)`, in an
-//! orthonormal basis of the same span.
+//! The basis is what a file shows, and rounding has cost it its orthonormality: with `G = BᵀMB = LLᵀ` the
+//! same field is `(BL⁻ᵀ)(Lᵀζ)`, in an orthonormal basis of the same span.
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par, Side};
 
-use vademecum_build::dynamics::FullOrder;
-use vademecum_build::dynamics::{ErrorMeter, MarchError, TimedLoad, TrajectoryError, march_full_order};
+use vademecum_build::dynamics::{ErrorMeter, FullOrder, TimedLoad, TrajectoryError, march_full_order};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::prepared::Body;
 use vademecum_build::progress::Listener;
+
+use crate::error::{FileError, StudyError};
 
 /// A full-order march and its distance from a reduced one.
 #[derive(Clone, Debug)]
@@ -23,17 +24,6 @@ pub struct Comparison {
     pub probes: Vec<f64>,
     /// Wall time of one step \[s\].
     pub seconds_per_step: f64,
-}
-
-/// Why a comparison ended early.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// The full-order march failed or was stopped.
-    #[error(transparent)]
-    March(#[from] MarchError),
-    /// `BᵀMB` is not positive definite.
-    #[error("the columns of the basis are not independent")]
-    DependentColumns,
 }
 
 /// What is compared.
@@ -49,14 +39,14 @@ pub struct Reduced<'a> {
 /// Marches the loads from rest and measures the reduced trajectory against it.
 ///
 /// # Errors
-/// [`CompareError`]: as [`march_full_order`], or a basis with dependent columns.
+/// [`StudyError::March`]: as [`march_full_order`]; [`FileError::DependentColumns`].
 pub fn compare(
     body: &Body,
     full: &FullOrder<'_>,
     loads: &[TimedLoad],
     reduced: &Reduced<'_>,
     listener: &dyn Listener,
-) -> Result<Comparison, CompareError> {
+) -> Result<Comparison, StudyError> {
     let steps = reduced.coordinates.ncols() - 1;
     let mass = body.model.pencil().mass();
     let (basis, coordinates) = orthonormal(mass, reduced.basis, reduced.coordinates)?;
@@ -78,11 +68,11 @@ fn orthonormal(
     mass: &SymmetricMatrix,
     basis: MatRef<'_, f64>,
     coordinates: MatRef<'_, f64>,
-) -> Result<(Mat<f64>, Mat<f64>), CompareError> {
+) -> Result<(Mat<f64>, Mat<f64>), FileError> {
     let mut weighted = Mat::zeros(basis.nrows(), basis.ncols());
     mass.mul_into(basis, weighted.as_mut());
     let gram = basis.transpose() * weighted;
-    let factor = gram.llt(Side::Lower).map_err(|_| CompareError::DependentColumns)?;
+    let factor = gram.llt(Side::Lower).map_err(|_| FileError::DependentColumns)?;
     let mut orthonormal = basis.to_owned();
     solve_lower_triangular_in_place(factor.L(), orthonormal.as_mut().transpose_mut(), Par::Seq);
     Ok((orthonormal, factor.L().transpose() * coordinates))
@@ -112,7 +102,7 @@ mod tests {
         let dependent = Mat::from_fn(3, 2, |i, _| 1.0 + i as f64);
         for bad in [dependent, Mat::zeros(3, 2), Mat::full(3, 2, f64::NAN)] {
             let refused = orthonormal(pencil.mass(), bad.as_ref(), zeta.as_ref());
-            assert!(matches!(refused, Err(CompareError::DependentColumns)));
+            assert!(matches!(refused, Err(FileError::DependentColumns)));
         }
     }
 }

@@ -1,12 +1,26 @@
-//! What is asked of a finished file: a scenario played through it, a full-order march beside it, other programs beside both.
+//! What is asked of a finished file: a scenario played through it, a full-order march and other methods
+//! beside it.
 //!
-//! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It prints nothing:
-//! the program `vademecum` and any other caller show what they get.
+//! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It
+//! prints nothing and writes nothing: the program `vademecum` and any other caller show what they get.
+//!
+//! Start at [`player`], which binds a [`scenario`] to a file and steps it. [`run`], [`verify`] and
+//! [`mod@bench`] are made of it; [`contents`] and [`separation`] read what a file says without stepping it.
 
 pub mod bench;
 pub mod compare;
+pub mod contents;
 mod error;
+pub mod export;
+pub mod free_run;
+pub mod modes;
+pub mod player;
+pub mod run;
 pub mod scenario;
+pub mod separation;
+mod statistics;
 pub mod target;
+pub mod timings;
+pub mod verify;
 
-pub use error::StudyError;
+pub use error::{FileError, StudyError};

@@ -1,6 +1,7 @@
 //! The scenario file: which loads act when (normative: `formats/scenario-1.md`).
 //!
-//! A scenario knows nothing of meshes or modes, so the full-order solver and the evaluator march the same one.
+//! A scenario knows nothing of meshes or modes, so the full-order solver and the evaluator march the same
+//! one.
 
 use std::path::Path;
 
@@ -147,29 +148,33 @@ impl Scenario {
     }
 
     fn check(&self, path: &str, text: &str) -> Result<(), ScenarioError> {
-        let require = |holds: bool, key: String, found: String, expected| -> Result<(), ScenarioError> {
-            let path = toml_file::place(path, text, &key);
-            if holds { Ok(()) } else { Err(TomlError::Impossible { path, key, found, expected }.into()) }
+        let require = |holds: bool, key: &str, found: String, expected| -> Result<(), ScenarioError> {
+            let path = toml_file::place(path, text, key);
+            if holds {
+                Ok(())
+            } else {
+                Err(TomlError::Impossible { path, key: key.into(), found, expected }.into())
+            }
+        };
+        let acts = |key: &str, when: Interval| {
+            let Interval { start, end, ramp } = when;
+            let found = format!("start {start:?}, end {end:?}, ramp {ramp:?}");
+            require(start >= 0.0 && end > start && ramp >= 0.0, key, found, "0 ≤ start < end and ramp ≥ 0")
         };
         let duration = self.duration > 0.0 && self.duration.is_finite();
-        require(duration, "duration".into(), self.duration.to_string(), "a positive time in seconds")?;
-        require(self.output.probes_every > 0, "output.probes_every".into(), "0".into(), "at least 1")?;
+        require(duration, "duration", self.duration.to_string(), "a positive time in seconds")?;
+        require(self.output.probes_every > 0, "output.probes_every", "0".into(), "at least 1")?;
         for (i, contact) in self.contacts.iter().enumerate() {
-            let numbers = contact.point.iter().chain(&contact.force).all(|v| v.is_finite());
-            require(numbers, format!("contact[{i}]"), format!("{contact:?}"), "finite numbers")?;
-            let w = contact.when();
-            let ordered = w.start >= 0.0 && w.end > w.start && w.ramp >= 0.0;
-            require(ordered, format!("contact[{i}]"), format!("{w:?}"), "0 ≤ start < end and ramp ≥ 0")?;
+            for (name, vector) in [("point", contact.point), ("force", contact.force)] {
+                let finite = vector.iter().all(|v| v.is_finite());
+                require(finite, &format!("contact[{i}].{name}"), format!("{vector:?}"), "finite numbers")?;
+            }
+            acts(&format!("contact[{i}]"), contact.when())?;
         }
         for (i, pattern) in self.patterns.iter().enumerate() {
-            let w = pattern.when();
-            let ordered = w.start >= 0.0 && w.end > w.start && w.ramp >= 0.0 && pattern.amplitude.is_finite();
-            require(
-                ordered,
-                format!("pattern[{i}]"),
-                format!("{pattern:?}"),
-                "0 ≤ start < end, ramp ≥ 0, a finite amplitude",
-            )?;
+            let (key, amplitude) = (format!("pattern[{i}].amplitude"), pattern.amplitude);
+            require(amplitude.is_finite(), &key, amplitude.to_string(), "a finite number")?;
+            acts(&format!("pattern[{i}]"), pattern.when())?;
         }
         Ok(())
     }

@@ -2,20 +2,21 @@
 
 use vademecum_format::{File, SectionKind};
 
+use crate::contents::lines;
+use crate::error::FileError;
 use crate::scenario::{FieldChoice, Scenario};
-use vademecum_rewrite::{RewriteError, decode};
 
 /// Whether `bytes` can play `scenario` and show what it asks for.
 ///
 /// # Errors
-/// [`RewriteError::Needed`]: the first thing that is missing; [`RewriteError::Format`].
-pub fn check_target(bytes: &[u8], scenario: &Scenario) -> Result<(), RewriteError> {
+/// [`FileError::Needed`]: the first thing that is missing; [`FileError::Format`].
+pub fn check_target(bytes: &[u8], scenario: &Scenario) -> Result<(), FileError> {
     use SectionKind as S;
     let file = File::parse(bytes)?;
     let metadata = file.metadata();
     let need = |kinds: &[SectionKind], what: &str| match kinds.iter().find(|&&k| file.section(k).is_none()) {
         None => Ok(()),
-        Some(&kind) => Err(RewriteError::Needed { kind, what: what.to_string() }),
+        Some(&kind) => Err(FileError::Needed { kind, what: what.to_string() }),
     };
     let surface = [S::NodeCoordinates, S::Triangles, S::SurfaceBasis];
     if !scenario.contacts.is_empty() {
@@ -30,8 +31,8 @@ pub fn check_target(bytes: &[u8], scenario: &Scenario) -> Result<(), RewriteErro
         if metadata.block {
             need(&[S::PatternBlock], &what)?;
         }
-        if !names(&file, S::PatternNames)?.contains(&pattern.name) {
-            return Err(RewriteError::Needed { kind: S::PatternNames, what });
+        if !lines(&file, S::PatternNames)?.contains(&pattern.name) {
+            return Err(FileError::Needed { kind: S::PatternNames, what });
         }
     }
     if scenario.output.fields_every > 0 {
@@ -45,10 +46,4 @@ pub fn check_target(bytes: &[u8], scenario: &Scenario) -> Result<(), RewriteErro
         need(&[S::ProbeRows, S::ProbeNames], "a probe")?;
     }
     Ok(())
-}
-
-fn names(file: &File<'_>, kind: SectionKind) -> Result<Vec<String>, RewriteError> {
-    let Some(section) = file.section(kind) else { return Ok(vec![]) };
-    let text = decode(&section, vademecum_format::MAX_METADATA as u64)?;
-    Ok(String::from_utf8_lossy(&text).split('\n').map(str::to_string).collect())
 }

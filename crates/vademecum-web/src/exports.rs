@@ -1,9 +1,11 @@
-//! The exports. Numbers go in as arguments; what comes back in several numbers is left in [`exchange`], sentences in
-//! [`message_at`]. `1` means done and `0` refused (then the message says why), if nothing else is said.
+//! The exports. Numbers go in as arguments; what comes back in several numbers is left in [`exchange`],
+//! sentences in [`message_at`]. `1` means done and `0` refused (then the message says why), if nothing else
+//! is said.
 //!
-//! The one place of the crate with `unsafe`: it trusts the page for what no language can check across this boundary, that
-//! lent ranges lie inside the module's memory, do not overlap, and stay untouched for as long as they are lent (the file for
-//! ever, a session's memory until the next [`bind`]). A page that breaks this harms its own module's memory and nothing else.
+//! The one place of the crate with `unsafe`: it trusts the page for what no language can check across this
+//! boundary, that lent ranges lie inside the module's memory, do not overlap, and stay untouched for as long
+//! as they are lent (the file for ever, a session's memory until the next [`bind`]). A page that breaks this
+//! harms its own module's memory and nothing else.
 #![allow(unsafe_code)]
 
 use core::cell::UnsafeCell;
@@ -48,8 +50,8 @@ static MODULE: Global = Global(UnsafeCell::new(Module {
 
 /// The module's memory of itself, for the time of one call.
 fn module() -> &'static mut Module {
-    // SAFETY: each export calls this once, calls no other export, and runs to its end before the page can call again (one
-    // thread, no imports), so this is the only reference.
+    // SAFETY: each export calls this once, calls no other export, and runs to its end before the page can
+    // call again (one thread, no imports), so this is the only reference.
     unsafe { &mut *MODULE.0.get() }
 }
 
@@ -158,7 +160,8 @@ pub extern "C" fn describe() -> u32 {
     1
 }
 
-/// Where text 0 (program), 1 (problem), 2 (units) or 3 (scheme) lies; its length is left in the exchange buffer.
+/// Where text 0 (program), 1 (problem), 2 (units) or 3 (scheme) lies; its length is left in the exchange
+/// buffer.
 #[unsafe(no_mangle)]
 pub extern "C" fn text(which: u32) -> *const u8 {
     let module = module();
@@ -174,8 +177,8 @@ pub extern "C" fn text(which: u32) -> *const u8 {
     text.as_ptr()
 }
 
-/// Where the section with this number lies; length in bytes and element code are left in the exchange buffer. Null if it is
-/// absent or compressed.
+/// Where the section with this number lies; length in bytes and element code are left in the exchange buffer.
+/// Null if it is absent or compressed.
 #[unsafe(no_mangle)]
 pub extern "C" fn section(kind: u32) -> *const u8 {
     let module = module();
@@ -186,9 +189,10 @@ pub extern "C" fn section(kind: u32) -> *const u8 {
     section.stored().as_ptr()
 }
 
-/// Leaves what parameter `index` of the file says in the exchange buffer: places and lengths of its name and unit, its role
-/// (0 stiffness, 1 a region's stiffness, 2 density, 3 a region's density, 4 `α`, 5 `β`, 6 `Δt`), the region, whether it is
-/// walked in the logarithm, its range and its nominal value. 0 if there is none or its role is not known here.
+/// Leaves what parameter `index` of the file says in the exchange buffer: places and lengths of its name and
+/// unit, its role (0 stiffness, 1 a region's stiffness, 2 density, 3 a region's density, 4 `α`, 5 `β`, 6
+/// `Δt`), the region, whether it is walked in the logarithm, its range and its nominal value. 0 if there is
+/// none or its role is not known here.
 #[unsafe(no_mangle)]
 pub extern "C" fn parameter(index: usize) -> u32 {
     use ParameterRole as R;
@@ -213,9 +217,9 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     1
 }
 
-/// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block), `Δt` \[s\], scales of stiffness and density,
-/// `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's stiffness and of each region's density,
-/// 8 and 8.
+/// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block), `Δt` \[s\], scales of stiffness
+/// and density, `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's stiffness
+/// and of each region's density, 8 and 8.
 fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     let [structure, time_step, stiffness, density, alpha, beta, rest_below, regions @ ..] = *numbers;
     let (mut region_stiffness, mut region_density) = ([1.0; MAX_REGIONS], [1.0; MAX_REGIONS]);
@@ -224,7 +228,6 @@ fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     let structure = match structure as u32 {
         1 => StructureChoice::Diagonal,
         2 => StructureChoice::Block,
-        3 => StructureChoice::Canonical,
         _ => StructureChoice::Auto,
     };
     SceneOptions {
@@ -257,8 +260,8 @@ pub extern "C" fn bind_len(double: u32) -> usize {
     }
 }
 
-/// Binds a session with the options in the exchange buffer. The range is aligned to 8 bytes and holds [`bind_len`] bytes. The
-/// session before it ends, whether this is refused or not.
+/// Binds a session with the options in the exchange buffer. The range is aligned to 8 bytes and holds
+/// [`bind_len`] bytes. The session before it ends, whether this is refused or not.
 ///
 /// # Safety
 /// The module's documentation.
@@ -330,7 +333,8 @@ pub extern "C" fn add_pattern(index: u32, amplitude: f64) -> u32 {
     module().ask(|player| player.add_pattern(index as usize, amplitude).map(|()| 1))
 }
 
-/// Records this displacement component beside the probes: nodes, weights (the third completes 1), unit vector.
+/// Records this displacement component beside the probes: nodes, weights (the third completes 1), unit
+/// vector.
 #[unsafe(no_mangle)]
 pub extern "C" fn watch(a: u32, b: u32, c: u32, wa: f64, wb: f64, x: f64, y: f64, z: f64) -> u32 {
     let watch = Watch { point: point_of([a, b, c], [wa, wb, 1.0 - wa - wb]), direction: [x, y, z] };
@@ -387,7 +391,8 @@ pub extern "C" fn point(a: u32, b: u32, c: u32, wa: f64, wb: f64, velocity: u32)
     done
 }
 
-/// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: nodes, weights, position, distance. 0 if none.
+/// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: nodes, weights, position, distance.
+/// 0 if none.
 #[unsafe(no_mangle)]
 pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
     let module = module();

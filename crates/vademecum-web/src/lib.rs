@@ -1,12 +1,13 @@
-//! The evaluator inside a web page: [`session::Session`] is what a page drives, the exports (WebAssembly only) hand numbers and
-//! places in memory across the boundary.
+//! The evaluator inside a web page: [`session::Session`] is what a page drives, the exports (WebAssembly
+//! only) hand numbers and places in memory across the boundary.
 //!
-//! There is no allocator and no glue code. The page grows the module's memory, puts the file there, asks how much a session
-//! needs, grows again and lends it: the same contract as on a machine without operating system. All slow or clever work stays
-//! in `vademecum-eval`; nothing here computes mechanics, so a page shows the evaluator's bits.
+//! There is no allocator and no glue code. The page grows the module's memory, puts the file there, asks how
+//! much a session needs, grows again and lends it: the same contract as on a machine without operating
+//! system. All slow or clever work stays in `vademecum-eval`; nothing here computes mechanics, so a page
+//! shows the evaluator's bits.
 //!
-//! The odd thing: on every other machine this crate is an ordinary library without exports, so that the workspace builds and
-//! tests it with the rest.
+//! The odd thing: on every other machine this crate is an ordinary library without exports, so that the
+//! workspace builds and tests it with the rest.
 #![cfg_attr(target_arch = "wasm32", no_std)]
 
 #[cfg(target_arch = "wasm32")]

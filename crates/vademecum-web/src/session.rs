@@ -139,7 +139,8 @@ pub trait Player {
     /// # Errors
     /// [`Refusal::Output`].
     fn energy(&self) -> Result<f64, Refusal>;
-    /// `ζ`, then `ζ̇`, each of length r, in SI: what survives a change of `Δt`. Shorter lent memory takes the first of them.
+    /// `ζ`, then `ζ̇`, each of length r, in SI: what survives a change of `Δt`. Shorter lent memory takes the
+    /// first of them.
     fn coordinates(&self, out: &mut [f64]);
     /// Sets `ζ` and `ζ̇`; the acceleration follows from them and the loads.
     ///
@@ -155,7 +156,6 @@ impl<T: Scalar> Player for Session<'_, T> {
         match self.scene.structure() {
             vademecum_eval::Structure::Diagonal => 1,
             vademecum_eval::Structure::Block => 2,
-            vademecum_eval::Structure::Canonical => 3,
         }
     }
 

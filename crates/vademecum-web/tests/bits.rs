@@ -1,5 +1,5 @@
-//! The committed WebAssembly evaluator gives the bits of the one compiled for this machine: neither fuses multiplications, so
-//! there is nothing to tolerate.
+//! The committed WebAssembly evaluator gives the bits of the one compiled for this machine: neither fuses
+//! multiplications, so there is nothing to tolerate.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -140,4 +140,17 @@ fn the_web_module_gives_the_native_bits() {
         let apart = found.iter().zip(&expected).position(|(a, b)| a != b);
         assert_eq!(apart, None, "{element:?}: the first number that differs, of {}", expected.len());
     }
+}
+
+/// The page shows the sentence that a refused session says.
+#[test]
+fn a_file_with_only_the_chapters_structure_is_refused_in_words() {
+    let (_, bytes) = vademecum_tests::golden::all()
+        .into_iter()
+        .find(|(name, _)| *name == "canonical.vdm")
+        .expect("a golden file");
+    let file = File::parse(&bytes).expect("a sound file");
+    let refusal = vademecum_web::session::lengths::<f32>(&file, &SceneOptions::default());
+    let said = refusal.expect_err("no structure a page can step").to_string();
+    assert!(said.contains("only the chapter's structure") && said.contains("vademecum run"), "{said}");
 }

@@ -1,5 +1,5 @@
-//! Any bytes as the metadata of a file without sections: decoding and checking them never panics, and takes no more memory than they
-//! have.
+//! Any bytes as the metadata of a file without sections: decoding and checking them never panics, and takes
+//! no more memory than they have.
 #![no_main]
 
 mod seal;

@@ -1,14 +1,10 @@
-//! Any bytes, unpacked: no panic, and never more bytes than the limit allows. What unpacks is a sound file that packs and unpacks to
-//! itself.
+//! Any bytes, unpacked: no panic, and never more bytes than the limit allows. What unpacks is a sound file
+//! that packs and unpacks to itself.
 #![no_main]
 
 mod seal;
-// The builder's module itself, without the builder.
-#[allow(dead_code, unused_imports)]
-#[path = "../../../crates/vademecum-build/src/rewrite/mod.rs"]
-mod rewrite;
-
 use libfuzzer_sys::fuzz_target;
+use vademecum_rewrite as rewrite;
 
 /// Bytes all sections may decode to.
 const LIMIT: u64 = 1 << 24;

@@ -88,7 +88,8 @@ impl Beam {
             table(&format!("[[support]]\non = {support}\n"));
         }
         table(&format!(
-            "[load]\n[[load.pattern]]\nname = \"pull\"\ntraction = {traction:?}\non = {{ group = \"x_max\" }}\n"
+            "[load]\n[[load.pattern]]\nname = \"pull\"\ntraction = {traction:?}\non = {{ group = \"x_max\" \
+             }}\n"
         ));
         table("[time]\nstep = 1.0\n[snapshots]\npositions = 2\n[output]\n");
         let _ = write!(text, "[basis]\nmodes = {modes}\n{more}");
@@ -125,8 +126,8 @@ pub fn timed(mut problem: Problem, steps: f64, scheme: SchemeKind) -> Result<Pro
     Ok(problem)
 }
 
-/// A unit cube of 4 × 4 × 4 cells, held at x = 0, its nodes moved or elements taken out: written to two tables, as a user's mesh
-/// would come.
+/// A unit cube of 4 × 4 × 4 cells, held at x = 0, its nodes moved or elements taken out: written to two
+/// tables, as a user's mesh would come.
 pub struct Cube {
     folder: TempDir,
 }

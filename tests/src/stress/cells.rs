@@ -87,7 +87,8 @@ fn all_schemes() -> Vec<SchemeKind> {
     ]
 }
 
-/// Δt from T1/5 to T1/1e5, with every scheme. Snapshots of three periods at T1/1e5 are long: natural modes there.
+/// Δt from T1/5 to T1/1e5, with every scheme. Snapshots of three periods at T1/1e5 are long: natural modes
+/// there.
 fn steps() -> Vec<Cell> {
     let mut cells = vec![];
     for scheme in all_schemes() {
@@ -132,7 +133,8 @@ fn materials() -> Vec<Cell> {
 /// The outer half of the beam as a region of its own.
 fn two_regions(young: f64, density: f64, more: &str) -> Problem {
     let beam = Beam { more: more.into(), ..Beam::default() };
-    let region = "[[mesh.region]]\nname = \"tip\"\non = { fraction = { axis = \"x\", side = \"max\", fraction = 0.5 } }\n";
+    let region = "[[mesh.region]]\nname = \"tip\"\non = { fraction = { axis = \"x\", side = \"max\", \
+        fraction = 0.5 } }\n";
     let tip =
         format!("[[material]]\nregion = \"tip\"\nyoung = {young:e}\npoisson = 0.3\ndensity = {density:e}\n");
     let text = beam.text().replacen("[[material]]\n", &format!("{region}{tip}[[material]]\n"), 1);
@@ -167,8 +169,8 @@ fn shapes() -> Vec<Cell> {
     ]
 }
 
-/// Bodies of 1 mm and 100 m, of steel and gel. Units are compared on a stocky one: the first frequency of a slender one is
-/// itself known to some 1e-10 only (`docs/benchmarks/stability.md`).
+/// Bodies of 1 mm and 100 m, of steel and gel. Units are compared on a stocky one: the first frequency of a
+/// slender one is itself known to some 1e-10 only (`docs/benchmarks/stability.md`).
 fn sizes() -> Vec<Cell> {
     let mut cells = vec![];
     for (material, young, poisson, density) in [("steel", 2.1e11, 0.3, 7850.0), ("gel", 1e3, 0.49, 1000.0)] {
@@ -246,7 +248,8 @@ fn modes() -> Vec<Cell> {
     ]
 }
 
-/// Nearly as many modes as the body has dofs, at a coarse step: the highest are far above what the step resolves.
+/// Nearly as many modes as the body has dofs, at a coarse step: the highest are far above what the step
+/// resolves.
 fn stiff_modes() -> Vec<Cell> {
     let cell = |scheme: SchemeKind, kind: &'static str, scenario| {
         let text = Beam { modes: 64, ..Beam::default() }.with(&format!("kind = \"{kind}\"\n")).text();
@@ -261,7 +264,8 @@ fn stiff_modes() -> Vec<Cell> {
     let mut cells = vec![];
     for scheme in all_schemes() {
         let (open, closed) = (cell(scheme, "pod", certified), cell(scheme, "modes", long::stiff));
-        // What the step does not resolve never dies without damping, and on a basis that is not closed it feeds on the rest.
+        // What the step does not resolve never dies without damping, and on a basis that is not closed it
+        // feeds on the rest.
         cells.push(if undamped(scheme) { open.refused("tolerance missed") } else { open });
         // Its third eigenvalue is −1 at any step: beside a pair that comes close, rounding moves all three.
         let defective = scheme == SchemeKind::GeneralizedAlpha { rho_infinity: 1.0 };
@@ -321,7 +325,8 @@ const WIDE: &str = "\
 [[parameter]]\nname = \"alpha\"\nkind = \"alpha\"\nrange = [0.0, 1e3]\n\
 [[parameter]]\nname = \"beta\"\nkind = \"beta\"\nrange = [0.0, 1.0]\n";
 
-const REGIONS: &str = "[[parameter]]\nname = \"tip\"\nkind = \"stiffness\"\nregion = \"tip\"\nrange = [0.5, 2.0]\nscale = \"log\"\n";
+const REGIONS: &str = "[[parameter]]\nname = \"tip\"\nkind = \"stiffness\"\nregion = \"tip\"\nrange = [0.5, \
+    2.0]\nscale = \"log\"\n";
 
 fn parameters() -> Vec<Cell> {
     let uniform = Beam::default().with(UNIFORM);

@@ -1,4 +1,5 @@
-//! Loads that change every step, resonate, are huge or next to nothing: the file's march beside the full-order one.
+//! Loads that change every step, resonate, are huge or next to nothing: the file's march beside the
+//! full-order one.
 
 use std::f64::consts::TAU;
 
@@ -29,7 +30,8 @@ pub fn resonant(problem: &Problem, form: Form) -> Outcome {
     })
 }
 
-/// The pattern held from rest: a whole first period at T1/1e5 in the full form, a fifth of one in the reduced.
+/// The pattern held from rest: a whole first period at T1/1e5 in the full form, a fifth of one in the
+/// reduced.
 pub fn held(problem: &Problem, form: Form) -> Outcome {
     compare(problem, form.pick(20_000, 100_000), |_| Load::Held)
 }
@@ -44,7 +46,8 @@ pub fn tiny(problem: &Problem, form: Form) -> Outcome {
     compare(problem, form.pick(500, 5000), |_| Load::Push(1e-12))
 }
 
-/// Pushes whose amplitude alternates between the smallest denormal and nothing: no step may fail, nothing may move.
+/// Pushes whose amplitude alternates between the smallest denormal and nothing: no step may fail, nothing may
+/// move.
 pub fn denormal(problem: &Problem, form: Form) -> Outcome {
     let built = match build_kept(problem) {
         Ok(built) => built,

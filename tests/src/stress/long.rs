@@ -1,4 +1,5 @@
-//! Marches of a million (reduced) to a hundred million steps: the energy of a released body stays bounded in both precisions.
+//! Marches of a million (reduced) to a hundred million steps: the energy of a released body stays bounded in
+//! both precisions.
 
 use vademecum_build::input::Problem;
 

@@ -1,10 +1,11 @@
-//! The stress matrix: small bodies and scenes chosen to break a build or a march, each with the verdict it must get.
+//! The stress matrix: small bodies and scenes chosen to break a build or a march, each with the verdict it
+//! must get.
 //!
 //! One table of cells (`cells.rs`) is read by the test `tests/stress.rs`, which runs the reduced form, and by
-//! `examples/stress.rs`, which runs all of it at full size and prints `docs/benchmarks/stability.md`. A cell is green when
-//! every structure of its file is stable, one of them stays within its tolerance of the full-order march, and single
-//! precision stays with double. Otherwise it is refused by a name, or meets a limit that has one: both stand in the table,
-//! and both are explained in the record.
+//! `records/stress.rs`, which runs all of it at full size and prints `docs/benchmarks/stability.md`. A cell
+//! is green when every structure of its file is stable, one of them stays within its tolerance of the
+//! full-order march, and single precision stays with double. Otherwise it is refused by a name, or meets a
+//! limit that has one: both stand in the table, and both are explained in the record.
 
 pub mod bodies;
 mod build;
@@ -60,8 +61,8 @@ pub enum Expected {
     Green,
     /// Refused by this name.
     Refused(&'static str),
-    /// Stable and bounded in double precision, but farther from the reference than allowed, or single precision from double, for a
-    /// reason the record explains under this name.
+    /// Stable and bounded in double precision, but farther from the reference than allowed, or single
+    /// precision from double, for a reason the record explains under this name.
     Limit(&'static str),
     /// Green, until a long march lets single precision drift away: the record explains it under this name.
     Late(&'static str),
@@ -90,7 +91,8 @@ pub struct Measured {
     pub spectral_radius: f64,
     /// Largest energy of a free run over that at its start.
     pub energy: f64,
-    /// Relative L2 error against the full-order march (or the named reference), mass norm, all dofs and steps.
+    /// Relative L2 error against the full-order march (or the named reference), mass norm, all dofs and
+    /// steps.
     pub error: f64,
     /// The same of the full-order march projected on the basis: what no coordinates could mend.
     pub floor: f64,

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use super::{Cell, Expected, Measured, Outcome, Verdict};
 
 /// The table's head.
-const HEAD: &str = "| stressed | cell | structure | radius − 1 | energy | error | floor | f32 − f64 | verdict |\n\
+const HEAD: &str = "| stressed | cell | structure | radius − 1 | energy | error | floor | f32 − f64 | \
+    verdict |\n\
                     |---|---|---|---|---|---|---|---|---|\n";
 
 /// One Markdown table of all cells.

@@ -10,7 +10,8 @@ use vademecum_build::prepared::Prepared;
 use vademecum_eval::format::File;
 use vademecum_format::SectionKind;
 
-/// What happens to a body: the load pattern's amplitude at the instants of each step, and the live parameters in it.
+/// What happens to a body: the load pattern's amplitude at the instants of each step, and the live parameters
+/// in it.
 pub trait Story {
     /// Amplitude at the instants of step `n`, given as fractions of it.
     fn amplitude(&self, n: usize, instants: [f64; INSTANTS]) -> [f64; INSTANTS];
@@ -42,7 +43,8 @@ pub fn basis_of(bytes: &[u8], body: &Body) -> Matrix {
     basis
 }
 
-/// Marches the story at full order beside reduced coordinates `zeta` (one list per step) of each of several marches.
+/// Marches the story at full order beside reduced coordinates `zeta` (one list per step) of each of several
+/// marches.
 ///
 /// # Panics
 /// If the body does not march.
@@ -65,8 +67,8 @@ pub fn errors(
     meters.iter().map(|meter| meter.errors()[0]).collect()
 }
 
-/// The story from rest, with matrices of its own for every stretch of equal parameters; shows the displacement (n, 1) after
-/// each step.
+/// The story from rest, with matrices of its own for every stretch of equal parameters; shows the
+/// displacement (n, 1) after each step.
 fn full_order(prepared: &Prepared, story: &dyn Story, steps: usize, mut observe: impl FnMut(usize, &Matrix)) {
     let Prepared { body, symbolic, scheme, space, .. } = prepared;
     let force = &body.patterns[0].1;

@@ -9,8 +9,8 @@ use super::{Form, Measured, Outcome};
 use crate::long_march::taking;
 use crate::stage::with_scene;
 
-/// What the answers may be apart: rounding of the coordinates (ε of a node's position moves an eigenvalue by some ε, 500 steps at
-/// 40 a period turn that into a phase), with three digits to spare.
+/// What the answers may be apart: rounding of the coordinates (ε of a node's position moves an eigenvalue by
+/// some ε, 500 steps at 40 a period turn that into a phase), with three digits to spare.
 const ALIKE: f64 = 1e-10;
 
 /// Displacements over 500 steps of the push `pull` in both unit systems.

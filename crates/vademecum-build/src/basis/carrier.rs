@@ -1,5 +1,6 @@
-//! One basis for a box of region scales: the eigenvectors turn with the contrast between regions, so the basis is the POD
-//! of the energy-weighted Ritz vectors of several parameter samples (docs/theory/4-basis.md).
+//! One basis for a box of region scales: the eigenvectors turn with the contrast between regions, so the
+//! basis is the POD of the energy-weighted Ritz vectors of several parameter samples
+//! (docs/theory/4-basis.md).
 
 use faer::{Mat, MatMut, MatRef};
 
@@ -72,17 +73,19 @@ pub fn carrier_basis(
     Ok(Carrier { basis: ritz_coordinates(pod_basis(&mass, &stiffness, &pod, count)), n_snapshots })
 }
 
-/// Geometric mean of the Ritz values: where the inner product `K + λM` of the union turns from mass to stiffness.
+/// Geometric mean of the Ritz values: where the inner product `K + λM` of the union turns from mass to
+/// stiffness.
 ///
-/// What a mode loses in the energy norm shifts its frequency, so the mass norm alone lets the low modes drift; the
-/// energy norm alone spends vectors on stiff local shapes. Measured on a two-material beam at r = 8 over 500 steps:
-/// mass 7e-3, energy 6e-4, this 2.4e-4 (floor 2.2e-4).
+/// What a mode loses in the energy norm shifts its frequency, so the mass norm alone lets the low modes
+/// drift; the energy norm alone spends vectors on stiff local shapes. Measured on a two-material beam at r =
+/// 8 over 500 steps: mass 7e-3, energy 6e-4, this 2.4e-4 (floor 2.2e-4).
 fn middle_eigenvalue(ritz: &Basis) -> f64 {
     let logarithms = (0..ritz.n_modes()).map(|k| ritz.stiffness[(k, k)].ln());
     (logarithms.sum::<f64>() / ritz.n_modes() as f64).exp()
 }
 
-/// The nominal setting and the distinct region scales of the corners, uniform parameters at their nominal values.
+/// The nominal setting and the distinct region scales of the corners, uniform parameters at their nominal
+/// values.
 fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
     let nominal = space.setting(&space.nominal());
     let mut settings = vec![nominal.clone()];

@@ -14,7 +14,8 @@ use crate::prepared::{Body, Prepared};
 use crate::progress::Listener;
 use crate::store::{Inputs, Kept};
 
-/// The snapshots of the plan, or those of another program, decomposed; none for natural modes, which need none.
+/// The snapshots of the plan, or those of another program, decomposed; none for natural modes, which need
+/// none.
 ///
 /// # Errors
 /// [`SnapshotError`].
@@ -46,7 +47,8 @@ pub fn decompose(
     Ok(Some(pod))
 }
 
-/// POD vectors kept while streaming: twice what the basis takes, so that truncation stays far below what is used.
+/// POD vectors kept while streaming: twice what the basis takes, so that truncation stays far below what is
+/// used.
 fn max_rank(problem: &Problem) -> usize {
     const BY_ENERGY: usize = 128;
     2 * problem.basis.modes.map_or(BY_ENERGY, |r| r * oversampling(problem)).max(16)

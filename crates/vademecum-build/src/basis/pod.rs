@@ -1,10 +1,11 @@
-//! The basis: proper orthogonal decomposition of streamed snapshots, and the Ritz vectors closed under the dynamics.
+//! The basis: proper orthogonal decomposition of streamed snapshots, and the Ritz vectors closed under the
+//! dynamics.
 //!
-//! Snapshots arrive in batches and are merged into a truncated factor `U Σ`, so memory grows with the vectors kept
-//! and not with the snapshots seen. No n × n matrix appears: the inner product enters through the k × k Gram matrix
-//! of a Euclidean QR factor (`S = Q R`, `QᵀWQ = L Lᵀ`, then the SVD of `LᵀR`). The SVD route is used instead of the
-//! Gram matrix of the snapshots because that halves the digits, and because faer's symmetric eigensolver loses small
-//! matrices (a displacement in metres squared is small).
+//! Snapshots arrive in batches and are merged into a truncated factor `U Σ`, so memory grows with the vectors
+//! kept and not with the snapshots seen. No n × n matrix appears: the inner product enters through the k × k
+//! Gram matrix of a Euclidean QR factor (`S = Q R`, `QᵀWQ = L Lᵀ`, then the SVD of `LᵀR`). The SVD route is
+//! used instead of the Gram matrix of the snapshots because that halves the digits, and because faer's
+//! symmetric eigensolver loses small matrices (a displacement in metres squared is small).
 //!
 //! Source: chapter 5, eq. (5.7); `docs/theory/` for the Ritz step.
 
@@ -21,7 +22,8 @@ pub(crate) fn apply(
     |x, y| matrix.mul_into(x, y)
 }
 
-/// Singular values below this fraction of the largest are rounding, not information: the merge keeps ε·√n at best.
+/// Singular values below this fraction of the largest are rounding, not information: the merge keeps ε·√n at
+/// best.
 const RANK_TOLERANCE: f64 = 1e-12;
 
 /// A proper orthogonal decomposition: the best subspace for the snapshots in one inner product.
@@ -141,8 +143,8 @@ pub(super) fn weighted_svd(inner_product: Apply<'_>, columns: MatRef<'_, f64>) -
 
 /// `L` with `L Lᵀ = VᵀWV`.
 ///
-/// A basis vector inside the null space of `W` has no length to normalise; the callers' operators are definite on
-/// the free dofs, so the factorisation fails only on non-finite numbers.
+/// A basis vector inside the null space of `W` has no length to normalise; the callers' operators are
+/// definite on the free dofs, so the factorisation fails only on non-finite numbers.
 pub(super) fn lower_gram_factor(inner_product: Apply<'_>, vectors: MatRef<'_, f64>) -> Mat<f64> {
     let gram = gram(inner_product, vectors, vectors);
     gram.llt(faer::Side::Lower).expect("a definite inner product has a definite Gram matrix").L().to_owned()

@@ -18,7 +18,8 @@ pub struct Basis {
     pub stiffness: Mat<f64>,
     /// Its diagonal where `BᵀKB` is diagonal (Ritz vectors, natural modes).
     pub eigenvalues: Option<Vec<f64>>,
-    /// Fraction of the snapshot energy in each coordinate, length r; empty for natural modes without snapshots.
+    /// Fraction of the snapshot energy in each coordinate, length r; empty for natural modes without
+    /// snapshots.
     pub energy: Vec<f64>,
     /// Singular values of the POD below it.
     pub singular_values: Vec<f64>,
@@ -52,13 +53,13 @@ pub fn pod_basis(mass: Apply<'_>, stiffness: Apply<'_>, pod: &Pod, count: usize)
     Basis { vectors, stiffness, eigenvalues: None, energy, singular_values: pod.singular_values.clone() }
 }
 
-/// Ritz vectors of the carrier `[V, K⁻¹MV]`, with `V` the `oversampling × count` leading POD vectors; the `count` that
-/// carry most snapshot energy stay.
+/// Ritz vectors of the carrier `[V, K⁻¹MV]`, with `V` the `oversampling × count` leading POD vectors; the
+/// `count` that carry most snapshot energy stay.
 ///
-/// `BᵀKB` is diagonalised inside a space larger than the basis, so what is kept is nearly invariant under the dynamics
-/// and little leaks out of it step by step. `V` alone is not enough: under a point load the POD holds local, stiff
-/// shapes beside every mode, and what they leave in a Ritz vector shifts its frequency; `static_response` (`K⁻¹M x`)
-/// damps them by their eigenvalue (`docs/decisions/ritz-carrier.md`).
+/// `BᵀKB` is diagonalised inside a space larger than the basis, so what is kept is nearly invariant under the
+/// dynamics and little leaks out of it step by step. `V` alone is not enough: under a point load the POD
+/// holds local, stiff shapes beside every mode, and what they leave in a Ritz vector shifts its frequency;
+/// `static_response` (`K⁻¹M x`) damps them by their eigenvalue (`docs/decisions/ritz-carrier.md`).
 pub fn ritz_basis(
     mass: Apply<'_>,
     stiffness: Apply<'_>,
@@ -133,7 +134,8 @@ pub fn modes_basis(vectors: Mat<f64>, values: Vec<f64>) -> Basis {
     }
 }
 
-/// `(V L⁻ᵀ, L)` with `VᵀMV = L Lᵀ`, orthonormalised twice: the second pass removes what the condition of the first cost.
+/// `(V L⁻ᵀ, L)` with `VᵀMV = L Lᵀ`, orthonormalised twice: the second pass removes what the condition of the
+/// first cost.
 fn mass_orthonormal(mass: Apply<'_>, vectors: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
     let mut result = vectors.to_owned();
     let mut lower = Mat::<f64>::identity(vectors.ncols(), vectors.ncols());
@@ -147,7 +149,8 @@ fn mass_orthonormal(mass: Apply<'_>, vectors: MatRef<'_, f64>) -> (Mat<f64>, Mat
     (result, lower)
 }
 
-/// Fraction of the snapshot energy in each row of `coordinates` (rows: coordinates, columns: leading POD vectors).
+/// Fraction of the snapshot energy in each row of `coordinates` (rows: coordinates, columns: leading POD
+/// vectors).
 fn coordinate_energy(coordinates: MatRef<'_, f64>, pod: &Pod) -> Vec<f64> {
     let energy = |i: usize| -> f64 {
         (0..coordinates.ncols()).map(|j| (coordinates[(i, j)] * pod.singular_values[j]).powi(2)).sum()

@@ -1,7 +1,7 @@
 //! Snapshots: full-order fields under a plan of loads, or the fields of another program.
 //!
-//! Runs are marched several at a time (many right-hand sides cost little more than one) and streamed into the POD, so
-//! memory does not grow with the plan.
+//! Runs are marched several at a time (many right-hand sides cost little more than one) and streamed into the
+//! POD, so memory does not grow with the plan.
 
 use std::path::PathBuf;
 
@@ -94,7 +94,8 @@ impl Runs {
     }
 }
 
-/// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all before.
+/// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all
+/// before.
 pub(crate) fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
     let mut candidates = body.load_nodes.clone();
     let free = |node: &u32| (0..3).any(|c| body.model.dofs().free(3 * *node as usize + c).is_some());

@@ -52,7 +52,8 @@ fn the_vectors_are_orthonormal_in_the_inner_product_and_span_the_snapshots_at_ev
 
 #[test]
 fn the_singular_values_of_a_large_small_matrix_are_right() {
-    // 200 vectors of size 1e-16: the case in which a symmetric eigensolver on the Gram matrix goes wrong unnoticed.
+    // 200 vectors of size 1e-16: the case in which a symmetric eigensolver on the Gram matrix goes wrong
+    // unnoticed.
     let n = 260;
     let ones = vec![1.0; n];
     let identity = apply_diagonal(&ones);

@@ -1,12 +1,15 @@
 //! For how many steps a tolerance is good, from the one march of a certificate.
 //!
-//! Over `m` steps the certificate sums squares: `S` of the displacement, `F` of what no coordinates could mend, `Z` of the error of the
-//! coordinates, so that floor² = F/S and error² = (F + Z)/S. A drift of phase in a motion that keeps its amplitude makes the error of the
-//! coordinates grow with the steps, so `Z` with their cube. `F` may stand still, since a scheme damps the high modes, of which the floor is
-//! made, while `S` goes on with the steps. With both at their worst, `s` times as many steps have the floor `f/√s` and beyond it `b s`.
+//! Over `m` steps the certificate sums squares: `S` of the displacement, `F` of what no coordinates could
+//! mend, `Z` of the error of the coordinates, so that floor² = F/S and error² = (F + Z)/S. A drift of phase
+//! in a motion that keeps its amplitude makes the error of the coordinates grow with the steps, so `Z` with
+//! their cube. `F` may stand still, since a scheme damps the high modes, of which the floor is made, while
+//! `S` goes on with the steps. With both at their worst, `s` times as many steps have the floor `f/√s` and
+//! beyond it `b s`.
 //!
-//! The odd thing: the motion drifts freely only after its release, so `Z` grows a little faster than the cube; a tenth of the steps is
-//! taken off for that, which is enough where the release lies in the first tenth of the march (docs/benchmarks/parameters.md).
+//! The odd thing: the motion drifts freely only after its release, so `Z` grows a little faster than the
+//! cube; a tenth of the steps is taken off for that, which is enough where the release lies in the first
+//! tenth of the march (docs/benchmarks/parameters.md).
 
 /// Share of the estimate that is given.
 const AFTER_RELEASE: f64 = 0.9;
@@ -22,8 +25,8 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// Steps for which the trajectory keeps the tolerance by that estimate: 0 where it missed it already, infinite where nothing was seen
-    /// beyond the floor, else at least the steps marched.
+    /// Steps for which the trajectory keeps the tolerance by that estimate: 0 where it missed it already,
+    /// infinite where nothing was seen beyond the floor, else at least the steps marched.
     pub fn good_for_steps(&self) -> f64 {
         if self.error.is_nan() || self.floor.is_nan() {
             return f64::NAN;
@@ -51,8 +54,8 @@ impl Measured {
         (self.error * self.error - self.floor * self.floor).max(0.0)
     }
 
-    /// Whether `s` times the steps keep the tolerance. In `√s` the difference of the sides times `s` changes the sign of its coefficients
-    /// once, so it has one positive root (Descartes): kept before, missed after.
+    /// Whether `s` times the steps keep the tolerance. In `√s` the difference of the sides times `s` changes
+    /// the sign of its coefficients once, so it has one positive root (Descartes): kept before, missed after.
     fn keeps(&self, s: f64) -> bool {
         let floor = self.floor / s.sqrt();
         let allowed = self.floor_ratio * floor + self.absolute;

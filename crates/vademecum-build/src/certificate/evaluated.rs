@@ -9,12 +9,13 @@ use super::error::CertificateError;
 use super::unseen::{UnseenLoad, UnseenLoads};
 use super::verdict::worst;
 use crate::basis::Basis;
-use crate::dynamics::{ErrorMeter, FullOrder, march_full_order};
+use crate::dynamics::{ErrorMeter, FullOrder, TrajectoryError, march_full_order};
 use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
 use crate::progress::{Cancelled, Listener};
 
-/// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`] at most.
+/// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`]
+/// at most.
 const FREE_RUN_WORK: usize = 1_000_000_000;
 /// See [`FREE_RUN_WORK`].
 const FREE_RUN_STEPS: usize = 100_000;
@@ -52,72 +53,117 @@ struct Trajectory<'m> {
 struct March<'m> {
     scene: Scene<'m, f64>,
     trajectories: Vec<Trajectory<'m>>,
+    meter: ErrorMeter<'m>,
 }
 
-/// Marches the unseen loads full order beside the structures of a file, each bound to its options, and measures all of them.
+/// A file beside the full-order march: its bytes, the basis it holds, and what it is bound to.
+#[derive(Clone, Copy)]
+pub struct Candidate<'a> {
+    /// The whole file.
+    pub bytes: &'a [u8],
+    /// Its basis, orthonormal in the mass of the march.
+    pub basis: &'a Basis,
+    /// Structure and parameters of the step.
+    pub options: &'a SceneOptions,
+}
+
+/// What was measured of a candidate.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Error and floor of each unseen trajectory.
+    pub errors: Vec<TrajectoryError>,
+    /// Largest modulus of the eigenvalues of the step.
+    pub spectral_radius: f64,
+    /// Largest energy of a long free run over the energy at its start.
+    pub energy_ratio: f64,
+}
+
+impl Measured {
+    /// As a file keeps it, after so many steps. Map errors are not measured here; they are NaN.
+    fn certificate(&self, steps: usize) -> StructureCertificate {
+        let worst = worst(&self.errors);
+        StructureCertificate {
+            trajectory_error: worst.error,
+            projection_floor: worst.floor,
+            spectral_radius: self.spectral_radius,
+            energy_ratio: self.energy_ratio,
+            map_error_rms: f64::NAN,
+            map_error_max: f64::NAN,
+            steps: steps as f64,
+        }
+    }
+}
+
+/// Marches the unseen loads full order beside a file in several structures and certifies each.
 ///
-/// `bytes` is the whole file and `order` its order of nodes; `mass` is the mass matrix of the problem file, in which `basis` is
-/// orthonormal and errors are measured. Map errors are not measured here; they are NaN.
+/// As [`measure`], for candidates of one file.
 ///
 /// # Errors
-/// [`CertificateError`]: a full-order march that fails or is stopped, a file the evaluator refuses.
+/// As [`measure`].
 pub fn certify(
-    bytes: &[u8],
+    candidates: &[Candidate<'_>],
     order: &NodeOrder,
     mass: &SymmetricMatrix,
     full: &FullOrder<'_>,
-    basis: &Basis,
-    structures: &[SceneOptions],
     unseen: &UnseenLoads,
     listener: &dyn Listener,
 ) -> Result<Vec<StructureCertificate>, CertificateError> {
-    let file = File::parse(bytes)?;
+    let measured = measure(candidates, order, mass, full, unseen, listener)?;
+    Ok(measured.iter().map(|measured| measured.certificate(unseen.steps)).collect())
+}
+
+/// Marches the unseen loads once full order, and through each candidate beside it.
+///
+/// `order` is the order of nodes of every file; `mass` is the mass matrix in which errors are measured and
+/// bases are orthonormal.
+///
+/// # Errors
+/// [`CertificateError`]: a full-order march that fails or is stopped, a file the evaluator refuses.
+pub fn measure(
+    candidates: &[Candidate<'_>],
+    order: &NodeOrder,
+    mass: &SymmetricMatrix,
+    full: &FullOrder<'_>,
+    unseen: &UnseenLoads,
+    listener: &dyn Listener,
+) -> Result<Vec<Measured>, CertificateError> {
     let columns = unseen.loads.len();
-    let sizes = structures.iter().map(|s| Scene::<f64>::sizes(&file, s)).collect::<Result<Vec<_>, _>>()?;
-    let mut memories: Vec<Memory> = sizes.iter().map(|s| Memory::new(s, columns)).collect();
-    let bind = |(options, memory)| March::bind(&file, options, memory, order, unseen);
-    let mut marches = structures.iter().zip(&mut memories).map(bind).collect::<Result<Vec<_>, _>>()?;
-    let mut meters: Vec<ErrorMeter<'_>> =
-        marches.iter().map(|_| ErrorMeter::new(mass, basis.vectors.as_ref(), columns)).collect();
+    let files = candidates.iter().map(|c| File::parse(c.bytes)).collect::<Result<Vec<_>, _>>()?;
+    let memory = |(file, candidate): (&File<'_>, &Candidate<'_>)| {
+        Ok::<_, CertificateError>(Memory::new(&Scene::<f64>::sizes(file, candidate.options)?, columns))
+    };
+    let mut memories = files.iter().zip(candidates).map(memory).collect::<Result<Vec<_>, _>>()?;
+    let bound = files.iter().zip(candidates).zip(&mut memories);
+    let bind = |((file, candidate), memory)| March::bind(file, candidate, memory, order, unseen, mass);
+    let mut marches = bound.map(bind).collect::<Result<Vec<_>, _>>()?;
     let mut refused = None;
     march_full_order(full, &unseen.timed(), columns, unseen.steps, listener, |step, state| {
-        for (march, meter) in marches.iter_mut().zip(&mut meters) {
+        for march in &mut marches {
             if step == 0 || refused.is_some() {
                 continue;
             }
             match march.step(step - 1) {
-                Ok(()) => meter.add(state.displacement.as_ref(), march.coordinates().as_ref()),
+                Ok(()) => march.meter.add(state.displacement.as_ref(), march.coordinates().as_ref()),
                 Err(error) => refused = Some(error),
             }
         }
     })?;
-    if let Some(error) = refused {
-        return Err(error);
+    match refused {
+        Some(error) => Err(error),
+        None => marches.iter_mut().map(|march| march.measured(listener)).collect(),
     }
-    let certificate = |(march, meter): (&mut March<'_>, &ErrorMeter<'_>)| {
-        let worst = worst(&meter.errors());
-        Ok(StructureCertificate {
-            trajectory_error: worst.error,
-            projection_floor: worst.floor,
-            spectral_radius: radius_of_increment(increment(&march.scene)?.as_ref())?,
-            energy_ratio: march.free_run_energy(listener)?,
-            map_error_rms: f64::NAN,
-            map_error_max: f64::NAN,
-            steps: unseen.steps as f64,
-        })
-    };
-    marches.iter_mut().zip(&meters).map(certificate).collect()
 }
 
 impl<'m> March<'m> {
     fn bind(
         file: &File<'m>,
-        options: &SceneOptions,
+        candidate: &Candidate<'m>,
         memory: &'m mut Memory,
         order: &NodeOrder,
         unseen: &'m UnseenLoads,
+        mass: &'m SymmetricMatrix,
     ) -> Result<Self, CertificateError> {
-        let scene = Scene::bind(file, options, &mut memory.scene, &mut memory.work)?;
+        let scene = Scene::bind(file, candidate.options, &mut memory.scene, &mut memory.work)?;
         let lent = memory.states.iter_mut().zip(&mut memory.loads);
         let trajectories = unseen.loads.iter().zip(lent).map(|(load, (state, loads))| {
             let nodes = load.nodes.map(|node| order.file_node[node as usize]);
@@ -131,7 +177,16 @@ impl<'m> March<'m> {
             Ok(trajectory)
         });
         let trajectories = trajectories.collect::<Result<_, CertificateError>>()?;
-        Ok(Self { scene, trajectories })
+        let meter = ErrorMeter::new(mass, candidate.basis.vectors.as_ref(), unseen.loads.len());
+        Ok(Self { scene, trajectories, meter })
+    }
+
+    fn measured(&mut self, listener: &dyn Listener) -> Result<Measured, CertificateError> {
+        Ok(Measured {
+            errors: self.meter.errors(),
+            spectral_radius: radius_of_increment(increment(&self.scene)?.as_ref())?,
+            energy_ratio: self.free_run_energy(listener)?,
+        })
     }
 
     fn step(&mut self, step: usize) -> Result<(), CertificateError> {
@@ -149,7 +204,8 @@ impl<'m> March<'m> {
         })
     }
 
-    /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at its start.
+    /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at
+    /// its start.
     fn free_run_energy(&mut self, listener: &dyn Listener) -> Result<f64, CertificateError> {
         let r = self.scene.n_modes();
         let steps = (FREE_RUN_WORK / (9 * r * r)).min(FREE_RUN_STEPS);
@@ -197,18 +253,8 @@ pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, C
 /// The increment map `D` of `y ← y + D y` as the scene holds it, shape (3r, 3r).
 fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateError> {
     let n = 3 * scene.n_modes();
-    let (mut state_memory, mut load_memory) = (vec![0.0; 4096 * 64], vec![0.0; 4096 * 64]);
-    let mut state = State::new(scene, &mut state_memory)?;
-    let loads = Loads::new(scene, &mut load_memory)?;
     let mut map = vec![0.0; n * n];
-    for j in 0..n {
-        let mut unit = vec![0.0; n];
-        unit[j] = 1.0;
-        state.restore(&unit)?;
-        scene.step(&mut state, &loads)?;
-        state.save_into(&mut map[j * n..(j + 1) * n])?;
-        map[j * n + j] -= 1.0;
-    }
+    scene.increment_into(&mut map)?;
     Ok(MatRef::from_column_major_slice(&map, n, n).to_owned())
 }
 

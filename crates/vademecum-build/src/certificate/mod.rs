@@ -1,9 +1,10 @@
 //! What a build measures about itself before it lets go of a file.
 //!
-//! Unseen loads, at positions and in directions no snapshot used, are marched full order and through the evaluator, on the
-//! very bytes that ship; the error is put beside the floor of the basis. Then the step runs free for long and its energy is
-//! watched, and its spectral radius is computed from the map the evaluator steps with. Over live parameters the same is done
-//! at every corner of the box, and stability at random points beside them.
+//! Unseen loads, at positions and in directions no snapshot used, are marched full order and through the
+//! evaluator, on the very bytes that ship; the error is put beside the floor of the basis. Then the step runs
+//! free for long and its energy is watched, and its spectral radius is computed from the map the evaluator
+//! steps with. Over live parameters the same is done at every corner of the box, and stability at random
+//! points beside them.
 
 pub mod endurance;
 mod error;
@@ -13,11 +14,11 @@ mod unseen;
 mod verdict;
 
 pub use error::CertificateError;
-pub use evaluated::{certify, spectral_radius};
+pub use evaluated::{Candidate, Measured, certify, measure, spectral_radius};
 pub use over_box::{BoxCertificate, certify_box};
 pub use unseen::{UnseenLoad, UnseenLoads};
 pub(crate) use verdict::worst;
-pub use verdict::{BOUNDED, STABLE, StructureReport};
+pub use verdict::{BOUNDED, StructureReport};
 
 use vademecum_format::StructureCertificate;
 

@@ -1,5 +1,6 @@
-//! What a parametric build measures over its box: trajectories and energy at the corners, stability at corners and
-//! random points. A stage map that is off by 1e-6 is off by more after a thousand steps; only marching tells.
+//! What a parametric build measures over its box: trajectories and energy at the corners, stability at
+//! corners and random points. A stage map that is off by 1e-6 is off by more after a thousand steps; only
+//! marching tells.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -8,7 +9,7 @@ use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::{File, StructureCertificate};
 
 use super::error::CertificateError;
-use super::evaluated::{certify, spectral_radius};
+use super::evaluated::{Candidate, certify, spectral_radius};
 use super::kept_certificate;
 use super::unseen::UnseenLoads;
 use crate::basis::Basis;
@@ -33,11 +34,13 @@ pub struct BoxCertificate {
     pub worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
-    /// The spectral radius at the corners, at the values of the problem file and at random points, in this order.
+    /// The spectral radius at the corners, at the values of the problem file and at random points, in this
+    /// order.
     pub radius_samples: Vec<RadiusSample>,
 }
 
-/// Marches unseen loads at every corner of the box, full order beside the file's block structure, and checks stability over it.
+/// Marches unseen loads at every corner of the box, full order beside the file's block structure, and checks
+/// stability over it.
 ///
 /// `bytes` is the whole file and `order` its order of nodes.
 ///
@@ -115,7 +118,8 @@ fn certify_corner(
     let pencil = setting.pencil(body.model.pencil());
     let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
     let mass = body.model.pencil().mass();
-    certify(bytes, order, mass, &full, basis, std::slice::from_ref(options), unseen, &Quiet(kept.listener))
+    let candidate = Candidate { bytes, basis, options };
+    certify(&[candidate], order, mass, &full, unseen, &Quiet(kept.listener))
 }
 
 /// Spectral radius at the corners, at the values of the problem file and at random points.

@@ -33,8 +33,8 @@ pub struct UnseenLoads {
 }
 
 impl UnseenLoads {
-    /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots' hold, so
-    /// that its spectrum is another one.
+    /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots'
+    /// hold, so that its spectrum is another one.
     pub fn draw(body: &Body, runs: &Runs, steps: usize) -> Self {
         let mut random = Random::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };

@@ -1,6 +1,7 @@
 //! What was measured of a structure, and whether it keeps a tolerance.
 
 use vademecum_format::StructureCertificate;
+use vademecum_format::policy::STABLE_RADIUS;
 
 use super::endurance::Measured;
 use crate::dynamics::TrajectoryError;
@@ -18,7 +19,8 @@ pub struct StructureReport {
     pub spectral_radius: f64,
     /// Largest energy of a free run over the energy at its start.
     pub energy_ratio: f64,
-    /// Relative error of the stage maps at fresh points, root mean square (of the solve alone at fixed parameters).
+    /// Relative error of the stage maps at fresh points, root mean square (of the solve alone at fixed
+    /// parameters).
     pub map_error_rms: f64,
     /// The same at the worst point.
     pub map_error_max: f64,
@@ -41,8 +43,8 @@ impl StructureReport {
         }
     }
 
-    /// Steps for which the trajectory keeps a tolerance, estimated from this one march, which is why it is no condition of a build: 0 where
-    /// the march missed it, infinite where nothing was seen beyond the floor.
+    /// Steps for which the trajectory keeps a tolerance, estimated from this one march, which is why it is no
+    /// condition of a build: 0 where the march missed it, infinite where nothing was seen beyond the floor.
     pub fn good_for_steps(&self, floor_ratio: f64, absolute: f64) -> f64 {
         let Self { steps, trajectory_error: error, projection_floor: floor, .. } = *self;
         Measured { steps, error, floor, floor_ratio, absolute }.good_for_steps()
@@ -56,14 +58,12 @@ impl StructureReport {
     /// Whether the trajectories keep a tolerance and the step is stable.
     pub(crate) fn keeps(&self, floor_ratio: f64, absolute: f64) -> bool {
         let accurate = self.trajectory_error <= floor_ratio * self.projection_floor + absolute;
-        accurate && self.spectral_radius <= STABLE && self.energy_ratio <= BOUNDED
+        accurate && self.spectral_radius <= STABLE_RADIUS && self.energy_ratio <= BOUNDED
     }
 }
 
-/// Largest spectral radius of a step that may be written: rounding of eigenvalues at 1 (docs/theory/5-vademecum.md).
-pub const STABLE: f64 = 1.0 + 1e-12;
-/// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of `Bζ` may swing a
-/// little where the full-order field is not quite `Bζ` (live regions).
+/// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of
+/// `Bζ` may swing a little where the full-order field is not quite `Bζ` (live regions).
 pub const BOUNDED: f64 = 1.05;
 
 /// The trajectory farthest above its floor.

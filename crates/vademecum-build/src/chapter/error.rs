@@ -1,6 +1,10 @@
 //! Why there is no map in the chapter's representation.
 
-use vademecum_format::scheme::SchemeError as TableError;
+use vademecum_format::scheme::TableError;
+
+use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepError};
+use vademecum_eval::{OutputError, StepError};
+use vademecum_format::FormatError;
 
 use crate::basis::SnapshotError;
 use crate::dynamics::MarchError;
@@ -25,4 +29,28 @@ pub enum ChapterError {
     /// The march of the certificate failed.
     #[error("certificate")]
     March(#[from] MarchError),
+    /// The file that was built does not open.
+    #[error("the file that was built does not open")]
+    Format(#[from] FormatError),
+    /// The evaluator does not bind the file that was built.
+    #[error("the evaluator does not bind the file that was built")]
+    Bind(#[from] ChapterBindError),
+    /// The evaluator refuses a load of the certificate.
+    #[error("the evaluator refuses a load of the certificate")]
+    Load(#[from] ChapterLoadError),
+    /// The evaluator's step failed.
+    #[error("the evaluator's step failed")]
+    Step(#[from] ChapterStepError),
+    /// The evaluator cannot tell the energy.
+    #[error("the evaluator cannot tell the energy")]
+    Output(#[from] OutputError),
+    /// The eigenvalues of the linearised step did not converge.
+    #[error("the eigenvalues of the linearised step did not converge")]
+    Eigenvalues,
+}
+
+impl From<StepError> for ChapterError {
+    fn from(error: StepError) -> Self {
+        Self::Step(error.into())
+    }
 }

@@ -1,13 +1,13 @@
-//! The chapter's representation of a whole body: every stage of the scheme as a separated function of the state's coordinates,
-//! the load's magnitude and its position (eqs. 5.8–5.13), projected on the basis.
+//! The chapter's representation of a whole body: every stage of the scheme as a separated function of the
+//! state's coordinates, the load's magnitude and its position (eqs. 5.8–5.13), projected on the basis.
 //!
-//! Stage `i` solves `(m̃M + k̃K) u_i = Σ_j (a_j M + b_j K) B x_j + Δt² p F(s)`, the `x_j` being what the scheme's table takes of the
-//! history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`: three families for both stages of Bathe's scheme, as in (5.5) and (5.6). The engine of
-//! [`separation`] finds `u_i = Σ_t Π_a g_ta(x_a) F_t` at full order; kept are `ΠF_t`. Axes range
-//! over what the full-order runs of the snapshots visit (`ranges`).
+//! Stage `i` solves `(m̃M + k̃K) u_i = Σ_j (a_j M + b_j K) B x_j + Δt² p F(s)`, the `x_j` being what the
+//! scheme's table takes of the history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`: three families for both stages of
+//! Bathe's scheme, as in (5.5) and (5.6). The engine of [`separation`] finds `u_i = Σ_t Π_a g_ta(x_a) F_t` at
+//! full order; kept are `ΠF_t`. Axes range over what the full-order runs of the snapshots visit (`ranges`).
 //!
-//! The odd thing: it is here to be compared with. The map is linear in all of this, so the answer is known (one term per
-//! right-hand side), and greedy enrichment does not find it (docs/benchmarks/chapter.md).
+//! The odd thing: it is here to be compared with. The map is linear in all of this, so the answer is known
+//! (one term per right-hand side), and greedy enrichment does not find it (docs/benchmarks/chapter.md).
 
 mod certificate;
 mod error;
@@ -15,13 +15,11 @@ mod ranges;
 mod report;
 mod sections;
 pub mod separation;
-mod step;
 
-pub use certificate::{ChapterCertificate, certify_chapter};
+pub use certificate::{ChapterCertificate, ChapterUnseen, certify_chapter};
 pub use error::ChapterError;
 pub use report::ChapterReport;
 pub use sections::sections;
-pub use step::{ChapterLoad, Outside};
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef};
@@ -97,7 +95,8 @@ pub struct ChapterMap {
     pub load: [f64; 2],
 }
 
-/// What the stages are separated over, before any is: what the ranges are taken from, and where loads can stand.
+/// What the stages are separated over, before any is: what the ranges are taken from, and where loads can
+/// stand.
 pub struct ChapterSetting {
     entry: ChapterEntry,
     /// `P` with `ζ = Pᵀu`, `(n, r)`.
@@ -181,7 +180,7 @@ impl ChapterSetting {
         let options = self.options(stage.loads.ncols() + families.len() * basis.n_modes());
         let found = separate(&stage, &space, &mass, &options)?;
         let projected = self.projector.transpose() * &found.span;
-        let part = |part: &separation::CanonicalPart| {
+        let part = |part: &separation::SeparatedPart| {
             let axes = found.axes[part.axes.clone()].iter().zip(part.axes.clone());
             let terms = &projected * part.solution.blocks();
             let factors = (0..part.axes.len()).map(|a| part.solution.factors(a).to_owned()).collect();

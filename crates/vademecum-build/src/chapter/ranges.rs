@@ -39,8 +39,8 @@ impl Extremes {
     }
 }
 
-/// Range of each entry of the history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`, `[family][mode]`: the extremes of all runs, times the load's range,
-/// widened by the margin. `projector` is `P` with `ζ = Pᵀu`, `(n, r)`.
+/// Range of each entry of the history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`, `[family][mode]`: the extremes of all
+/// runs, times the load's range, widened by the margin. `projector` is `P` with `ζ = Pᵀu`, `(n, r)`.
 ///
 /// # Errors
 /// [`SnapshotError`]: a march that is stopped.

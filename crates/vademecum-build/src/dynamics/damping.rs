@@ -1,8 +1,9 @@
 //! Damping: what the material gives to each mode, and what the time scheme adds of its own.
 //!
-//! Rayleigh damping `C = α M + β K` gives a mode of circular frequency `ω` the ratio `ζ = α/(2ω) + βω/2`. What a scheme
-//! adds is read off the eigenvalues of its step on one oscillator, the 3 × 3 matrix that maps `(u, Δt u̇, Δt² ü)` from
-//! one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of frequency `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
+//! Rayleigh damping `C = α M + β K` gives a mode of circular frequency `ω` the ratio `ζ = α/(2ω) + βω/2`.
+//! What a scheme adds is read off the eigenvalues of its step on one oscillator, the 3 × 3 matrix that maps
+//! `(u, Δt u̇, Δt² ü)` from one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of frequency
+//! `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -51,7 +52,8 @@ impl Damping {
     /// The Rayleigh coefficients.
     ///
     /// # Errors
-    /// [`DampingError`] for coefficients or ratios that are negative, not finite, or would feed energy to some mode.
+    /// [`DampingError`] for coefficients or ratios that are negative, not finite, or would feed energy to
+    /// some mode.
     pub fn rayleigh(&self) -> Result<Rayleigh, DampingError> {
         match *self {
             Damping::None => Ok(Rayleigh::default()),
@@ -97,7 +99,8 @@ impl Rayleigh {
 pub struct NumericalDamping {
     /// Largest modulus of the step's three eigenvalues.
     pub spectral_radius: f64,
-    /// Damping ratio of the computed motion (that of the oscillator itself included); `None` once it no longer oscillates.
+    /// Damping ratio of the computed motion (that of the oscillator itself included); `None` once it no
+    /// longer oscillates.
     pub ratio: Option<f64>,
     /// Computed period over the true one, less 1; `None` once it no longer oscillates.
     pub period_elongation: Option<f64>,
@@ -123,7 +126,8 @@ pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> Nume
     }
 }
 
-/// The step of a scheme on one unloaded oscillator, `y ← T y` with `y = (u, Δt u̇, Δt² ü)`; `omega_dt = ωΔt`, `ratio = ζ`.
+/// The step of a scheme on one unloaded oscillator, `y ← T y` with `y = (u, Δt u̇, Δt² ü)`; `omega_dt = ωΔt`,
+/// `ratio = ζ`.
 pub fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3]; 3] {
     let (damping, stiffness) = (2.0 * ratio * omega_dt, omega_dt * omega_dt);
     // Row p of the history: what entry p of (u, Δt u̇, Δt² ü, u_1, …) is of the old state.

@@ -1,9 +1,10 @@
-//! The march at full order: `M ü + C u̇ + K u = F` with `C = α M + β K`, by any scheme table, many trajectories at once.
+//! The march at full order: `M ü + C u̇ + K u = F` with `C = α M + β K`, by any scheme table, many
+//! trajectories at once.
 //!
-//! Stage `i` of a table is one solve with `m_i M + d_i Δt C + k_i Δt² K`; stages with the same weights share a factor.
-//! The march runs in increments `δ_i = u_i − u`: since a table keeps rigid translations, `u` drops out of every term but
-//! the elastic force, and a solve's rounding is relative to the increment of one step instead of the whole displacement.
-//! The state is scaled, `(u, Δt u̇, Δt² ü)`, as the tables are.
+//! Stage `i` of a table is one solve with `m_i M + d_i Δt C + k_i Δt² K`; stages with the same weights share
+//! a factor. The march runs in increments `δ_i = u_i − u`: since a table keeps rigid translations, `u` drops
+//! out of every term but the elastic force, and a solve's rounding is relative to the increment of one step
+//! instead of the whole displacement. The state is scaled, `(u, Δt u̇, Δt² ü)`, as the tables are.
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
@@ -13,8 +14,8 @@ use super::damping::Rayleigh;
 use super::schemes::inconsistency;
 use crate::fem::{Factor, FactorError, Pencil, Solve, Symbolic};
 
-/// Departure from consistency, relative to the coefficients, past which a table is refused: far above the rounding of
-/// the few sums that make a table, far below any misprint.
+/// Departure from consistency, relative to the coefficients, past which a table is refused: far above the
+/// rounding of the few sums that make a table, far below any misprint.
 const CONSISTENCY: f64 = 1e-12;
 
 /// Why a march cannot start.
@@ -61,7 +62,8 @@ impl State {
     }
 }
 
-/// Forces of one step, N, `(n, c)` each: at the start of the step, then at each stage's instant; `None` is no force.
+/// Forces of one step, N, `(n, c)` each: at the start of the step, then at each stage's instant; `None` is no
+/// force.
 pub type StageLoads<'a> = [Option<MatRef<'a, f64>>; 1 + MAX_STAGES];
 
 /// One stage in increments, all weights in the unit of its matrix.
@@ -103,10 +105,12 @@ impl Workspace {
 }
 
 impl<'a> FullOrder<'a> {
-    /// Factorises the stages of a scheme for the time step `dt`, s; one factor per distinct pair of weights, one thread each.
+    /// Factorises the stages of a scheme for the time step `dt`, s; one factor per distinct pair of weights,
+    /// one thread each.
     ///
     /// # Errors
-    /// [`FullOrderError`]: a step or damping that makes no sense, an inconsistent table, a matrix that is not positive definite.
+    /// [`FullOrderError`]: a step or damping that makes no sense, an inconsistent table, a matrix that is not
+    /// positive definite.
     pub fn new(
         pencil: &'a Pencil,
         symbolic: &Symbolic,
@@ -231,7 +235,8 @@ impl<'a> FullOrder<'a> {
     }
 }
 
-/// Folds damping into the weights of `M` and `K`, moves `u` to the right-hand side, and collects the distinct pairs.
+/// Folds damping into the weights of `M` and `K`, moves `u` to the right-hand side, and collects the distinct
+/// pairs.
 fn increment_stages(
     table: &SchemeTable,
     dt: f64,
@@ -255,8 +260,8 @@ fn increment_stages(
                 mass[p] = stage.mass_history[p] + alpha_dt * stage.damping_history[p];
                 stiffness[p] = dt * dt * stage.stiffness_history[p] + beta_dt * stage.damping_history[p];
             }
-            // Exactly what consistency says: a resting, undeformed shift costs no inertia, and the elastic force of u
-            // is the load's whole counterweight.
+            // Exactly what consistency says: a resting, undeformed shift costs no inertia, and the elastic
+            // force of u is the load's whole counterweight.
             mass[0] = 0.0;
             stiffness[0] = -dt * dt;
             IncrementStage { factor, load: stage.load, mass, stiffness }

@@ -8,11 +8,12 @@ use crate::fem::{Pencil, contiguous_mut};
 use crate::linalg::column_groups;
 
 impl FullOrder<'_> {
-    /// A state with `Δt² ü = Δt² M⁻¹ (F − K u − C u̇)`, the acceleration the forces of that instant demand (never assumed
-    /// zero). `displacement` in m, `velocity` in m/s, `force` in N, each `(n, c)`.
+    /// A state with `Δt² ü = Δt² M⁻¹ (F − K u − C u̇)`, the acceleration the forces of that instant demand
+    /// (never assumed zero). `displacement` in m, `velocity` in m/s, `force` in N, each `(n, c)`.
     ///
-    /// `M` is solved by conjugate gradients scaled by its diagonal: its condition is then a small number whatever the
-    /// mesh (Wathen 1987), so some tens of products replace a factor. Nothing is solved for a body at rest without force.
+    /// `M` is solved by conjugate gradients scaled by its diagonal: its condition is then a small number
+    /// whatever the mesh (Wathen 1987), so some tens of products replace a factor. Nothing is solved for a
+    /// body at rest without force.
     ///
     /// # Errors
     /// [`FullOrderError::SingularMass`].

@@ -1,6 +1,7 @@
 //! When a load acts.
 
-/// When a load acts: from `start` (inclusive) to `end` (exclusive), rising linearly over the first `ramp` seconds.
+/// When a load acts: from `start` (inclusive) to `end` (exclusive), rising linearly over the first `ramp`
+/// seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval {
     /// First instant \[s\].
@@ -14,8 +15,8 @@ pub struct Interval {
 impl Interval {
     /// Factor on the load at time `t`.
     ///
-    /// Instants come from `n Δt + c Δt` and carry rounding; one part in 1e9 of the time decides ties, so that a load
-    /// that ends at `100 Δt` acts in step 99 and not in step 100 whatever the rounding.
+    /// Instants come from `n Δt + c Δt` and carry rounding; one part in 1e9 of the time decides ties, so that
+    /// a load that ends at `100 Δt` acts in step 99 and not in step 100 whatever the rounding.
     pub fn factor(&self, t: f64) -> f64 {
         let t = t * (1.0 + 1e-9);
         if t < self.start || t >= self.end {

@@ -9,8 +9,8 @@ use super::modes::{Modes, ModesError};
 use crate::fem::{Factor, Pencil, Solve, contiguous};
 use crate::linalg::Random;
 
-/// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by symmetry),
-/// and a full group for the solver.
+/// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
+/// symmetry), and a full group for the solver.
 const BLOCK: usize = 8;
 
 /// A vector that loses this fraction of its length to the basis is rounding.
@@ -44,7 +44,8 @@ pub(super) struct Ritz {
 impl<'a> Krylov<'a> {
     pub fn new(pencil: &'a Pencil, factor: &'a Factor, count: usize) -> Krylov<'a> {
         let n = pencil.n_dof();
-        // Blocks of 8 need two to three times the modes wanted; the rest is room for slow ones and for the probe.
+        // Blocks of 8 need two to three times the modes wanted; the rest is room for slow ones and for the
+        // probe.
         let capacity = (3 * count + 16 * BLOCK).min(n);
         let mut space = Krylov {
             pencil,
@@ -70,8 +71,8 @@ impl<'a> Krylov<'a> {
         self.used == self.basis.ncols() && self.frontier() == 0
     }
 
-    /// Adds random vectors to the frontier, as far as there is room. They are smoothed by one `K⁻¹ M`, so that their
-    /// weight lies on low modes.
+    /// Adds random vectors to the frontier, as far as there is room. They are smoothed by one `K⁻¹ M`, so
+    /// that their weight lies on low modes.
     pub fn add_random_block(&mut self) {
         let n = self.basis.nrows();
         let width = BLOCK.min(self.basis.ncols() - self.used);
@@ -94,8 +95,9 @@ impl<'a> Krylov<'a> {
         self.append(image, Some(first));
     }
 
-    /// Orthonormalises a block against the basis and appends what is left of it. With `images_of`, the block is the
-    /// image of the basis columns from there on, and the coefficients taken off it are entries of the projection.
+    /// Orthonormalises a block against the basis and appends what is left of it. With `images_of`, the block
+    /// is the image of the basis columns from there on, and the coefficients taken off it are entries of the
+    /// projection.
     fn append(&mut self, mut block: Mat<f64>, images_of: Option<usize>) {
         let old = self.used;
         let width = block.ncols();
@@ -130,8 +132,8 @@ impl<'a> Krylov<'a> {
         }
     }
 
-    /// Orthonormalises column `c` against those of its own block, which start at `old`, and appends it unless it
-    /// depends on what is there.
+    /// Orthonormalises column `c` against those of its own block, which start at `old`, and appends it unless
+    /// it depends on what is there.
     fn append_column(
         &mut self,
         column: &mut [f64],
@@ -167,7 +169,8 @@ impl<'a> Krylov<'a> {
         self.used += 1;
     }
 
-    /// Takes the components along the basis from column `from` on off a vector and books them in the projection.
+    /// Takes the components along the basis from column `from` on off a vector and books them in the
+    /// projection.
     fn take_off(&mut self, column: &mut [f64], c: usize, from: usize, images_of: Option<usize>) {
         for i in from..self.used {
             let coefficient = dot(self.mass_basis.col_as_slice(i), column);
@@ -180,8 +183,8 @@ impl<'a> Krylov<'a> {
         }
     }
 
-    /// Rayleigh–Ritz on the expanded part. The image of a Ritz vector leaves that part only into the frontier, so the
-    /// frontier rows of the projection give its residual.
+    /// Rayleigh–Ritz on the expanded part. The image of a Ritz vector leaves that part only into the
+    /// frontier, so the frontier rows of the projection give its residual.
     pub fn ritz(&self) -> Ritz {
         let m = self.expanded;
         let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
@@ -218,8 +221,8 @@ impl<'a> Krylov<'a> {
         Ok(Modes { eigenvalues, vectors, residuals })
     }
 
-    /// `xᵀKx / xᵀMx`: stationary at a mode, so a vector error counts by its square, and free of the factor's rounding,
-    /// which on slender bodies shifts the lowest `1/θ` by some 1e-9.
+    /// `xᵀKx / xᵀMx`: stationary at a mode, so a vector error counts by its square, and free of the factor's
+    /// rounding, which on slender bodies shifts the lowest `1/θ` by some 1e-9.
     fn rayleigh_quotients(&self, vectors: MatRef<'_, f64>) -> Vec<f64> {
         let of = |x: &[f64]| self.pencil.stiffness().inner(x, x) / self.pencil.mass().inner(x, x);
         (0..vectors.ncols()).map(|j| of(contiguous(vectors, j))).collect()
@@ -256,7 +259,8 @@ fn turn_positive(vector: &mut [f64]) {
 
 /// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix; one thread.
 ///
-/// The matrix is scaled to unit size first: faer's routine returns wrong results for small norms from n ≈ 130 on.
+/// The matrix is scaled to unit size first: faer's routine returns wrong results for small norms from n ≈ 130
+/// on.
 pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> (Vec<f64>, Mat<f64>) {
     let n = matrix.nrows();
     if n == 0 {

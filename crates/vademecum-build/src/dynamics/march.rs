@@ -100,7 +100,8 @@ pub enum MarchError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Marches `columns` trajectories from rest and shows each state to `observe` with its step number; 0 is the start.
+/// Marches `columns` trajectories from rest and shows each state to `observe` with its step number; 0 is the
+/// start.
 ///
 /// Returns the seconds spent stepping, those of `observe` left out.
 ///
@@ -117,7 +118,8 @@ pub fn march_full_order(
     march_stages(full, loads, columns, steps, listener, |step, state, _| observe(step, state))
 }
 
-/// [`march_full_order`], and `observe` sees the stages of the step behind it too ([`Workspace::increment`]; none at the start).
+/// [`march_full_order`], and `observe` sees the stages of the step behind it too ([`Workspace::increment`];
+/// none at the start).
 ///
 /// # Errors
 /// As [`march_full_order`].
@@ -148,7 +150,8 @@ pub(crate) fn march_stages(
     Ok(seconds)
 }
 
-/// How far a reduced trajectory is from the full-order one, per trajectory, in the mass norm over all dofs and steps.
+/// How far a reduced trajectory is from the full-order one, per trajectory, in the mass norm over all dofs
+/// and steps.
 pub struct ErrorMeter<'a> {
     mass: &'a crate::fem::SymmetricMatrix,
     basis: MatRef<'a, f64>,
@@ -183,8 +186,8 @@ impl<'a> ErrorMeter<'a> {
 
     /// Adds one instant: full-order displacement (n, c) against reduced coordinates (r, c).
     ///
-    /// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the floor keeps
-    /// its digits however small the rest is.
+    /// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the
+    /// floor keeps its digits however small the rest is.
     pub fn add(&mut self, displacement: MatRef<'_, f64>, coordinates: MatRef<'_, f64>) {
         self.mass.mul_into(displacement, self.weighted.as_mut());
         let projection = self.basis.transpose() * &self.weighted;

@@ -22,8 +22,8 @@ pub struct ModeRow {
     pub period_elongation: f64,
 }
 
-/// One row per mode from its Rayleigh quotient φᵀKφ ÷ φᵀMφ \[rad²/s²\] and its share of the snapshot energy (NaN where
-/// `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\].
+/// One row per mode from its Rayleigh quotient φᵀKφ ÷ φᵀMφ \[rad²/s²\] and its share of the snapshot energy
+/// (NaN where `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\].
 pub fn mode_table(
     quotients: &[f64],
     energy: &[f64],

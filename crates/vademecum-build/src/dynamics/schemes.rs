@@ -1,14 +1,15 @@
 //! Time schemes, each written once as the table that full-order solver, reduced solver and vademecum read.
 //!
-//! Every scheme here is collocation: velocity and acceleration at an instant are linear forms in the old state and the
-//! displacements found so far, and one stage asks for equilibrium at that instant,
+//! Every scheme here is collocation: velocity and acceleration at an instant are linear forms in the old
+//! state and the displacements found so far, and one stage asks for equilibrium at that instant,
 //!
 //! ```text
 //! M (Δt² ü) + Δt C (Δt u̇) + Δt² K u = Δt² F
 //! ```
 //!
-//! so a scheme is its few forms, and the table follows by sorting the unknown to the left. The one odd thing: the forms
-//! of a later stage contain those of an earlier one, which is how Bathe's `28 u½ − 19 u − 5 Δt u̇` comes about.
+//! so a scheme is its few forms, and the table follows by sorting the unknown to the left. The one odd thing:
+//! the forms of a later stage contain those of an earlier one, which is how Bathe's `28 u½ − 19 u − 5 Δt u̇`
+//! comes about.
 
 use serde::{Deserialize, Serialize};
 use vademecum_format::scheme::{HISTORY, MAX_STAGES, SchemeTable, Stage};
@@ -118,7 +119,8 @@ impl SchemeKind {
 /// Bathe's method (docs/theory/3-schemes.md; chapter eqs. 5.5 and 5.6 with damping).
 ///
 /// ```text
-/// u̇½ = 4/Δt (u½ − u) − u̇,   ü½ = 4/Δt (u̇½ − u̇) − ü,   u̇¹ = (u − 4u½ + 3u¹)/Δt,   ü¹ = (u̇ − 4u̇½ + 3u̇¹)/Δt
+/// u̇½ = 4/Δt (u½ − u) − u̇,         ü½ = 4/Δt (u̇½ − u̇) − ü
+/// u̇¹ = (u − 4u½ + 3u¹)/Δt,        ü¹ = (u̇ − 4u̇½ + 3u̇¹)/Δt
 /// ```
 pub fn bathe() -> SchemeTable {
     let (half_v, half_a) = trapezoidal(0.5);
@@ -137,7 +139,8 @@ pub fn bathe() -> SchemeTable {
 /// [`SchemeError::RhoInfinity`].
 pub fn rho_bathe(rho_infinity: f64) -> Result<SchemeTable, SchemeError> {
     let rho = checked_rho(rho_infinity)?;
-    // γ₀ = (2 − √(2(1+ρ)))/(1 − ρ) with numerator and denominator multiplied by 2 + √(2(1+ρ)): no 0/0 at ρ = 1.
+    // γ₀ = (2 − √(2(1+ρ)))/(1 − ρ) with numerator and denominator multiplied by 2 + √(2(1+ρ)): no 0/0 at
+    // ρ = 1.
     let gamma = 2.0 / (2.0 + (2.0 * (1.0 + rho)).sqrt());
     let q1 = (rho + 1.0) / (2.0 * gamma * (rho - 1.0) + 4.0);
     let q0 = (gamma - 1.0) * q1 + 0.5;
@@ -161,7 +164,8 @@ pub fn newmark(beta: f64, gamma: f64) -> Result<SchemeTable, SchemeError> {
     Ok(alpha_family(0.0, 0.0, beta, gamma))
 }
 
-/// The HHT-α method: `β = (1 − α)²/4`, `γ = ½ − α`, forces between the step's ends weighted by `1 + α` and `−α`.
+/// The HHT-α method: `β = (1 − α)²/4`, `γ = ½ − α`, forces between the step's ends weighted by `1 + α` and
+/// `−α`.
 ///
 /// # Errors
 /// [`SchemeError::Alpha`].
@@ -172,7 +176,8 @@ pub fn hht_alpha(alpha: f64) -> Result<SchemeTable, SchemeError> {
     Ok(alpha_family(0.0, -alpha, 0.25 * (1.0 - alpha).powi(2), 0.5 - alpha))
 }
 
-/// The generalized-α method with the least low-frequency damping for its `ρ∞` (Chung and Hulbert 1993, eq. 25).
+/// The generalized-α method with the least low-frequency damping for its `ρ∞` (Chung and Hulbert 1993,
+/// eq. 25).
 ///
 /// # Errors
 /// [`SchemeError::RhoInfinity`].
@@ -258,9 +263,10 @@ fn sum(parts: &[(f64, Form)]) -> Form {
     total
 }
 
-/// The largest departure of a table from what a rigid translation demands, relative to its coefficients: histories of
-/// mass and damping that sum (over `u` and the stages) to the weight of the unknown, a load of total weight 1 that the
-/// stiffness balances, and a finish that keeps `u` and invents neither velocity nor acceleration.
+/// The largest departure of a table from what a rigid translation demands, relative to its coefficients:
+/// histories of mass and damping that sum (over `u` and the stages) to the weight of the unknown, a load of
+/// total weight 1 that the stiffness balances, and a finish that keeps `u` and invents neither velocity nor
+/// acceleration.
 pub fn inconsistency(table: &SchemeTable) -> f64 {
     let still = |form: &Form| form[U] + form[STAGE..].iter().sum::<f64>();
     let size = |form: &Form| form.iter().map(|x| x.abs()).fold(1.0, f64::max);

@@ -1,10 +1,11 @@
 //! A walk through space that seldom jumps: the Hilbert curve.
 //!
-//! Nodes in its order have their neighbours close by, so the rows of a mode change little from one to the next (which is what
-//! compresses), and the three nodes of a contact lie in few pages. Coordinates are rounded to a grid of 2¹⁶ cells; from there on all is integers,
-//! so the order is the same on every machine.
+//! Nodes in its order have their neighbours close by, so the rows of a mode change little from one to the
+//! next (which is what compresses), and the three nodes of a contact lie in few pages. Coordinates are
+//! rounded to a grid of 2¹⁶ cells; from there on all is integers, so the order is the same on every machine.
 //!
-//! The transform between a point and its place on the curve is that of J. Skilling, "Programming the Hilbert curve" (2004).
+//! The transform between a point and its place on the curve is that of J. Skilling, "Programming the Hilbert
+//! curve" (2004).
 
 const BITS: u32 = 16;
 
@@ -47,7 +48,8 @@ mod tests {
 
     #[test]
     fn neighbours_on_the_curve_are_neighbours_in_space() {
-        // The 512 cells of an 8 × 8 × 8 cube at the origin of the grid: the curve fills it before it leaves it.
+        // The 512 cells of an 8 × 8 × 8 cube at the origin of the grid: the curve fills it before it leaves
+        // it.
         let cells = (0..512u32).map(|i| [i & 7, i >> 3 & 7, i >> 6]);
         let mut walk: Vec<(u64, [u32; 3])> = cells.map(|cell| (place(cell), cell)).collect();
         walk.sort_unstable();

@@ -59,7 +59,8 @@ pub struct Parts<'a> {
 /// The bytes of the file.
 ///
 /// # Errors
-/// [`FormatError`] for numbers a file cannot hold (a count past the format's limits, a value that is not finite).
+/// [`FormatError`] for numbers a file cannot hold (a count past the format's limits, a value that is not
+/// finite).
 pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
     let order = parts.order;
     let own = sections(parts, order);
@@ -273,7 +274,8 @@ fn node_rows<'a>(
     })
 }
 
-/// Sections for people: how the error fell with the terms, how stable the step is over the box, and what was repaired.
+/// Sections for people: how the error fell with the terms, how stable the step is over the box, and what was
+/// repaired.
 fn separation_sections(report: &SeparationRecord) -> Vec<Draft> {
     let history = report.history_terms.iter().zip(&report.history);
     let radii = report.radius_samples.iter().map(|s| s.values.iter().copied().chain([s.spectral_radius]));

@@ -1,4 +1,5 @@
-//! The order of nodes and triangles in a file: what a contact needs first, what only a whole field needs last.
+//! The order of nodes and triangles in a file: what a contact needs first, what only a whole field needs
+//! last.
 
 use super::curve;
 use crate::prepared::Body;

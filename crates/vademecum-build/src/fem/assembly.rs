@@ -1,8 +1,8 @@
 //! Element matrices into global ones, the same bits for any number of threads.
 //!
-//! Elements are taken in waves of fixed size: one wave's matrices are computed in parallel, then added one element
-//! after the other in the order of the mesh. Sums are kept per pair of nodes (one mass, a 3 × 3 stiffness block) and
-//! only then written to the free dofs, so that supports cost nothing in the inner loop.
+//! Elements are taken in waves of fixed size: one wave's matrices are computed in parallel, then added one
+//! element after the other in the order of the mesh. Sums are kept per pair of nodes (one mass, a 3 × 3
+//! stiffness block) and only then written to the free dofs, so that supports cost nothing in the inner loop.
 
 use std::sync::Arc;
 
@@ -200,7 +200,8 @@ impl NodeBlocks {
             for place in graph.starts[node]..graph.starts[node + 1] {
                 let other = graph.neighbours[place] as usize;
                 for d in (0..3).filter(|&d| dofs.free(3 * other + d).is_some()) {
-                    // Column (node, c), row (other, d); the sums are symmetric to the bit, so the block of (node, other) serves.
+                    // Column (node, c), row (other, d); the sums are symmetric to the bit, so the block of
+                    // (node, other) serves.
                     mass.push(if c == d { self.mass[place] } else { 0.0 });
                     stiffness.push(self.stiffness[place][3 * c + d]);
                 }

@@ -25,7 +25,8 @@ fn errors_in_h(mesh: &Mesh, reference: &Mesh) -> [f64; 2] {
         [pi * c[0] * s[1] * s[2], pi * s[0] * c[1] * s[2], pi * s[0] * s[1] * c[2]]
     };
     let model = Model::assemble(mesh.clone(), &[unit], &surface_of(reference)).unwrap();
-    // ∫ N f with f interpolated: its error is one order below the error measured in energy, equal order in L2.
+    // ∫ N f with f interpolated: its error is one order below the error measured in energy, equal order in
+    // L2.
     let load = product(unheld(mesh, &[unit]).mass(), &field(mesh, force));
     let mut rhs = vec![0.0; model.dofs().n_free()];
     model.dofs().restrict_into(&load, &mut rhs);

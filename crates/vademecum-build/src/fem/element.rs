@@ -1,15 +1,17 @@
 //! Matrices of one tetrahedron, straight or curved, with 4 or 10 nodes.
 //!
-//! Isoparametric: position and displacement use the same shape functions `N_a` of the barycentric coordinates `L_0…L_3`.
-//! With `g_a = ∇N_a` and the Lamé constants `λ, μ`, block `(a, b)` of the stiffness and entry `(a, b)` of the mass are
+//! Isoparametric: position and displacement use the same shape functions `N_a` of the barycentric coordinates
+//! `L_0…L_3`. With `g_a = ∇N_a` and the Lamé constants `λ, μ`, block `(a, b)` of the stiffness and entry
+//! `(a, b)` of the mass are
 //!
 //! ```text
 //! K_ab = ∫ λ g_a g_bᵀ + μ g_b g_aᵀ + μ (g_a·g_b) I dV,      m_ab = ∫ ρ N_a N_b dV
 //! ```
 //!
-//! (Hughes, *The Finite Element Method*, §2.7 and §3.4). Straight elements are integrated exactly. The stiffness of a
-//! curved element is a rational function that no rule meets; degree 6 is far past the degree 2 that keeps the order of
-//! convergence, and its mass comes out exact as long as the volume form is of degree 2.
+//! (Hughes, *The Finite Element Method*, §2.7 and §3.4). Straight elements are integrated exactly. The
+//! stiffness of a curved element is a rational function that no rule meets; degree 6 is far past the degree 2
+//! that keeps the order of convergence, and its mass comes out exact as long as the volume form is of
+//! degree 2.
 
 use serde::{Deserialize, Serialize};
 
@@ -160,8 +162,8 @@ impl ElementKernel {
         Ok(())
     }
 
-    /// Whether the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so that
-    /// calling it affine moves nothing by more than that fraction.
+    /// Whether the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so
+    /// that calling it affine moves nothing by more than that fraction.
     fn is_straight(&self, nodes: &[[f64; 3]]) -> bool {
         if self.order == Order::Linear {
             return true;

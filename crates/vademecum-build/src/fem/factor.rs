@@ -1,9 +1,10 @@
-//! Sparse Cholesky factorisation of `m M + k K`: symbolic once per pattern, numeric per matrix, a solve per block of
-//! right-hand sides.
+//! Sparse Cholesky factorisation of `m M + k K`: symbolic once per pattern, numeric per matrix, a solve per
+//! block of right-hand sides.
 //!
-//! The fill-reducing order is a nested dissection of the *node* graph by METIS, each node then standing for its free
-//! dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. Every kernel runs on one
-//! thread and threads work on whole factors or whole groups of columns, so the bits never depend on their number.
+//! The fill-reducing order is a nested dissection of the *node* graph by METIS, each node then standing for
+//! its free dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. Every
+//! kernel runs on one thread and threads work on whole factors or whole groups of columns, so the bits never
+//! depend on their number.
 
 use std::sync::{Arc, Mutex};
 
@@ -22,8 +23,8 @@ use super::pencil::Pencil;
 use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
 use crate::linalg::column_groups;
 
-/// Right-hand sides solved together by one thread: 16 columns cost less than 4 single ones, and groups of 8 leave work
-/// for two threads.
+/// Right-hand sides solved together by one thread: 16 columns cost less than 4 single ones, and groups of 8
+/// leave work for two threads.
 const SOLVE_GROUP: usize = 8;
 
 /// Below this many nodes minimum degree orders as well as a dissection, and faster.
@@ -87,11 +88,6 @@ impl Symbolic {
     /// Number of rows.
     pub fn n(&self) -> usize {
         self.pattern.n()
-    }
-
-    /// Numbers one factor stores.
-    pub fn factor_len(&self) -> usize {
-        self.cholesky.len_val()
     }
 
     /// Factorises a matrix, which is kept for refinement. One thread.
@@ -167,8 +163,9 @@ pub struct Solve {
 }
 
 impl Solve {
-    /// Memory for `columns` right-hand sides of factors of one structure; `refine` asks for one step of iterative
-    /// refinement in each solve (a product and a second solve; for slender bodies, whose `K` is ill-conditioned).
+    /// Memory for `columns` right-hand sides of factors of one structure; `refine` asks for one step of
+    /// iterative refinement in each solve (a product and a second solve; for slender bodies, whose `K` is
+    /// ill-conditioned).
     pub fn new(symbolic: &Symbolic, columns: usize, refine: bool) -> Solve {
         let request = symbolic.cholesky.solve_in_place_scratch::<f64>(SOLVE_GROUP.min(columns), Par::Seq);
         let groups = columns.div_ceil(SOLVE_GROUP);
@@ -229,7 +226,8 @@ fn symbolic_cholesky(
     pattern: &Pattern,
     order: SymmetricOrdering<'_, u32>,
 ) -> Result<SymbolicCholesky<u32>, FactorError> {
-    // Default parameters: faer chooses the supernodal form wherever it pays; forcing the simplicial one is 20 × slower.
+    // Default parameters: faer chooses the supernodal form wherever it pays; forcing the simplicial one is 20
+    // × slower.
     let params = CholeskySymbolicParams::default();
     Ok(factorize_symbolic_cholesky(pattern.as_faer(), Side::Lower, order, params)?)
 }
@@ -300,9 +298,10 @@ fn nested_dissection(mut starts: Vec<i32>, mut neighbours: Vec<i32>) -> Option<V
     let mut order = vec![0; n as usize];
     let mut inverse = vec![0; n as usize];
     let _guard = METIS_LOCK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    // SAFETY: METIS_NodeND reads `starts` (n + 1 ascending offsets, the last equal to the length of `neighbours`) and
-    // `neighbours` (indices in 0..n, symmetric, no loops), takes null for "no weights" and "default options", and writes
-    // n numbers to each of `order` and `inverse`. All outlive the call, none alias, and no pointer is kept.
+    // SAFETY: METIS_NodeND reads `starts` (n + 1 ascending offsets, the last equal to the length of
+    // `neighbours`) and `neighbours` (indices in 0..n, symmetric, no loops), takes null for "no weights" and
+    // "default options", and writes n numbers to each of `order` and `inverse`. All outlive the call, none
+    // alias, and no pointer is kept.
     #[allow(unsafe_code)]
     let status = unsafe {
         metis_sys::METIS_NodeND(

@@ -1,7 +1,8 @@
-//! Load vectors over the free dofs, N: body acceleration, traction and pressure on facets, a force at a point.
+//! Load vectors over the free dofs, N: body acceleration, traction and pressure on facets, a force at a
+//! point.
 //!
-//! All are consistent: `F_a = ∫ N_a f`, with the shape functions of the displacement. What falls on a held dof goes
-//! into the support and is dropped.
+//! All are consistent: `F_a = ∫ N_a f`, with the shape functions of the displacement. What falls on a held
+//! dof goes into the support and is dropped.
 
 use std::collections::HashMap;
 
@@ -49,7 +50,8 @@ pub enum LoadError {
     },
 }
 
-/// The surface triangles with the given corners, in the given order, turned so that their normal points outward.
+/// The surface triangles with the given corners, in the given order, turned so that their normal points
+/// outward.
 ///
 /// # Errors
 /// [`LoadError`] for a triangle that is no face of an element, or of two.
@@ -146,8 +148,9 @@ impl Model {
         self.facet_load(facets, |normal| normal.map(|n| -pressure * n))
     }
 
-    /// A force, N, at the point `Σ_i w_i x_i` of a facet or element: node `nodes[i]` receives the share `weights[i]`
-    /// (barycentric weights on three corners, or shape-function values on all nodes). Added to `load`, `(n_free)`.
+    /// A force, N, at the point `Σ_i w_i x_i` of a facet or element: node `nodes[i]` receives the share
+    /// `weights[i]` (barycentric weights on three corners, or shape-function values on all nodes). Added to
+    /// `load`, `(n_free)`.
     ///
     /// # Panics
     /// If the two lists differ in length, a node does not exist, or `load` is not of length `n_free`.
@@ -167,7 +170,8 @@ impl Model {
         }
     }
 
-    /// Integrates a force density over facets; `density` maps the normal scaled by the area form to force per reference area.
+    /// Integrates a force density over facets; `density` maps the normal scaled by the area form to force per
+    /// reference area.
     fn facet_load(&self, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
         let mut load = vec![0.0; self.dofs().n_free()];
         for facet in facets {
@@ -212,8 +216,8 @@ fn facet_shapes(order: Order, l: [f64; 3]) -> ([f64; 6], [[f64; 2]; 6]) {
     (values, slopes)
 }
 
-/// Seven points on a triangle, exact for degree 5 (Radon 1948), weights summing to ½. The force density of a quadratic
-/// facet times a shape function is of degree 4 for a pressure, flat or curved.
+/// Seven points on a triangle, exact for degree 5 (Radon 1948), weights summing to ½. The force density of a
+/// quadratic facet times a shape function is of degree 4 for a pressure, flat or curved.
 fn triangle_rule() -> [([f64; 3], f64); 7] {
     let root = 15.0_f64.sqrt();
     let (a, b) = ((6.0 - root) / 21.0, (6.0 + root) / 21.0);

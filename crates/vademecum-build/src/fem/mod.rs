@@ -1,8 +1,8 @@
 //! From a mesh and materials to the full-order matrices: elements, assembly, loads, factorisation.
 //!
-//! A [`Model`] is the body: mesh, supports, materials. Its [`Pencil`] is the algebra: `M` and `K` over the free dofs.
-//! Everything after this stage (dynamics, basis, vademecum) works on the pencil alone, so a problem given as two
-//! matrices runs the same road as a solid.
+//! A [`Model`] is the body: mesh, supports, materials. Its [`Pencil`] is the algebra: `M` and `K` over the
+//! free dofs. Everything after this stage (dynamics, basis, vademecum) works on the pencil alone, so a
+//! problem given as two matrices runs the same road as a solid.
 
 mod assembly;
 mod element;

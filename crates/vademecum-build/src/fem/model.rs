@@ -146,13 +146,15 @@ pub struct Model {
 }
 
 impl Model {
-    /// Assembles consistent mass and stiffness. `materials` holds one entry per region of the mesh, `constrained` one
-    /// flag per dof `3 · node + component`.
+    /// Assembles consistent mass and stiffness. `materials` holds one entry per region of the mesh,
+    /// `constrained` one flag per dof `3 · node + component`.
     ///
-    /// Elements in parallel, the same bits for any number of threads; allocates the matrices and, while it runs, as much again.
+    /// Elements in parallel, the same bits for any number of threads; allocates the matrices and, while it
+    /// runs, as much again.
     ///
     /// # Errors
-    /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left free to move.
+    /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left
+    /// free to move.
     pub fn assemble(mesh: Mesh, materials: &[Material], constrained: &[bool]) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
         check_supports(&mesh, constrained)?;
@@ -287,8 +289,8 @@ fn held_modes(mesh: &Mesh, part: &[u32], constrained: &[bool]) -> usize {
     rank(gram)
 }
 
-/// Rank of a Gram matrix by elimination with diagonal pivots. A pivot below 1e-12 of the largest counts as zero: it
-/// belongs to supports that span less than a millionth of the body, below what coordinates resolve.
+/// Rank of a Gram matrix by elimination with diagonal pivots. A pivot below 1e-12 of the largest counts as
+/// zero: it belongs to supports that span less than a millionth of the body, below what coordinates resolve.
 fn rank(mut gram: [[f64; 6]; 6]) -> usize {
     let largest = (0..6).map(|i| gram[i][i]).fold(0.0, f64::max);
     let mut used = [false; 6];
@@ -311,8 +313,8 @@ fn rank(mut gram: [[f64; 6]; 6]) -> usize {
     6
 }
 
-/// The matrices of all regions on their pattern, and the dofs they stand for. Mesh, materials and supports act on the
-/// dynamics through these alone.
+/// The matrices of all regions on their pattern, and the dofs they stand for. Mesh, materials and supports
+/// act on the dynamics through these alone.
 impl Hashed for Model {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());

@@ -1,7 +1,8 @@
-//! The pair `(M, K)` over the free dofs: all that dynamics, reduction and the vademecum need to know of a body.
+//! The pair `(M, K)` over the free dofs: all that dynamics, reduction and the vademecum need to know of a
+//! body.
 //!
-//! `M = Σ_q M_q` and `K = Σ_q K_q`, one term per material region, all on one pattern. With one region the total is the
-//! term and is stored once.
+//! `M = Σ_q M_q` and `K = Σ_q K_q`, one term per material region, all on one pattern. With one region the
+//! total is the term and is stored once.
 
 use std::sync::Arc;
 
@@ -105,7 +106,8 @@ impl Pencil {
         Pencil::from_triplets(n, &entries(mass), &entries(stiffness))
     }
 
-    /// A pencil of size `n` from `(row, column, value)` entries of both triangles; repeated entries add up in order.
+    /// A pencil of size `n` from `(row, column, value)` entries of both triangles; repeated entries add up in
+    /// order.
     ///
     /// # Errors
     /// As [`Pencil::from_matrices`].
@@ -169,18 +171,8 @@ impl Pencil {
         SymmetricMatrix::combine(&[(m, &self.mass), (k, &self.stiffness)])
     }
 
-    /// `Σ_q m_q M_q + Σ_q k_q K_q`.
-    ///
-    /// # Panics
-    /// If the two slices do not hold one weight per region.
-    pub fn combine_regions(&self, m: &[f64], k: &[f64]) -> SymmetricMatrix {
-        assert!(m.len() == self.n_regions() && k.len() == self.n_regions());
-        let masses = m.iter().enumerate().map(|(q, &w)| (w, self.region_mass(q)));
-        let stiffnesses = k.iter().enumerate().map(|(q, &w)| (w, self.region_stiffness(q)));
-        SymmetricMatrix::combine(&masses.chain(stiffnesses).collect::<Vec<_>>())
-    }
-
-    /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice gives it.
+    /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice
+    /// gives it.
     ///
     /// # Panics
     /// If the two slices do not hold one weight per region.

@@ -1,8 +1,9 @@
 //! Symmetric sparse matrices that share one pattern.
 //!
-//! Mass and stiffness of all regions have the same nonzero places, so the pattern is stored once and a matrix is a
-//! vector of values on it. Both triangles are kept: a column is then also a row, and a product is a gather that runs
-//! in parallel over rows with no sums across threads, hence the same bits for any number of threads.
+//! Mass and stiffness of all regions have the same nonzero places, so the pattern is stored once and a matrix
+//! is a vector of values on it. Both triangles are kept: a column is then also a row, and a product is a
+//! gather that runs in parallel over rows with no sums across threads, hence the same bits for any number of
+//! threads.
 
 use std::sync::Arc;
 
@@ -127,7 +128,8 @@ impl SymmetricMatrix {
 
     /// `y ← A x` for `x` and `y` of shape `(n, c)`, column-major with contiguous columns.
     ///
-    /// Parallel over rows, the same bits for any number of threads; does not allocate beyond the thread pool's own.
+    /// Parallel over rows, the same bits for any number of threads; does not allocate beyond the thread
+    /// pool's own.
     ///
     /// # Panics
     /// If the shapes differ.

@@ -110,7 +110,8 @@ fn io_error(file: &Path) -> impl Fn(std::io::Error) -> FieldError + '_ {
     |source| FieldError::Io { file: file.to_path_buf(), source }
 }
 
-/// Writes a file under another name and gives it its own when it is whole, so that no half-written file is ever seen.
+/// Writes a file under another name and gives it its own when it is whole, so that no half-written file is
+/// ever seen.
 fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,

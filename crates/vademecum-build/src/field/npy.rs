@@ -7,11 +7,12 @@ use super::{FieldError, Matrix, io_error, write_whole};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// Reads a matrix of `float32` or `float64`, either byte order, row- or column-major; format versions 1 to 3. A vector
-/// becomes a matrix of one column.
+/// Reads a matrix of `float32` or `float64`, either byte order, row- or column-major; format versions 1 to 3.
+/// A vector becomes a matrix of one column.
 ///
 /// # Errors
-/// [`FieldError::Io`], or [`FieldError::Malformed`] if it is no such file, too short, or holds values that are not finite.
+/// [`FieldError::Io`], or [`FieldError::Malformed`] if it is no such file, too short, or holds values that
+/// are not finite.
 pub fn read_npy(path: &Path) -> Result<Matrix, FieldError> {
     let bytes = std::fs::read(path).map_err(io_error(path))?;
     parse(&bytes).map_err(|(found, expected)| FieldError::Malformed {

@@ -58,11 +58,12 @@ pub fn read_vtu(path: &Path) -> Result<VtuFile, FieldError> {
     Ok(VtuFile { points, data })
 }
 
-/// Reads the displacement `name` from a series of VTU files on the mesh, one column per file: rows are the dofs in node
-/// order of the mesh, x y z of each node.
+/// Reads the displacement `name` from a series of VTU files on the mesh, one column per file: rows are the
+/// dofs in node order of the mesh, x y z of each node.
 ///
-/// The points of each file must be the nodes of the mesh, to 1e-6 of the bounding box diagonal (single precision): either
-/// in the same order and number, or as in the file the mesh was read from, unused nodes included.
+/// The points of each file must be the nodes of the mesh, to 1e-6 of the bounding box diagonal (single
+/// precision): either in the same order and number, or as in the file the mesh was read from, unused nodes
+/// included.
 ///
 /// # Errors
 /// [`FieldError::NoSuchField`], [`FieldError::ForeignMesh`], and those of [`read_vtu`].

@@ -41,8 +41,8 @@ impl Cells<'_> {
     }
 }
 
-/// Writes points, cells and point data: `(name, values, components)` with `components` values per point, point after
-/// point. Values are stored as float64, little-endian, appended raw with 64-bit sizes.
+/// Writes points, cells and point data: `(name, values, components)` with `components` values per point,
+/// point after point. Values are stored as float64, little-endian, appended raw with 64-bit sizes.
 ///
 /// # Errors
 /// [`FieldError::WrongLength`] if an array does not fit the points or cells, [`FieldError::Io`].

@@ -1,8 +1,8 @@
 //! The problem file: what a build is asked for (normative: `formats/problem-1.md`).
 //!
-//! A problem is read whole or refused: unknown keys, missing keys and impossible values are errors that name the
-//! file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in the mesh
-//! are resolved when the model is built.
+//! A problem is read whole or refused: unknown keys, missing keys and impossible values are errors that name
+//! the file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in
+//! the mesh are resolved when the model is built.
 
 mod chapter;
 mod check;
@@ -12,6 +12,8 @@ pub use chapter::{ChapterEntry, Projection, Repair, Representation};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+
+use vademecum_format::policy;
 
 use crate::dynamics::{Damping, DampingError, Rayleigh, SchemeError, SchemeKind};
 use crate::input::toml_file::{self, TomlError};
@@ -266,7 +268,8 @@ pub enum Component {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadEntry {
-    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free surface.
+    /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free
+    /// surface.
     pub surface: Option<Selection>,
     /// Distributed loads with an amplitude each.
     #[serde(rename = "pattern", default)]
@@ -426,7 +429,8 @@ pub struct Tolerances {
     /// Steps of the certificate's unseen runs.
     #[serde(default = "default_steps")]
     pub steps: usize,
-    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the worst point.
+    /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the
+    /// worst point.
     #[serde(default = "default_map")]
     pub map: f64,
     /// Most terms of the separated solution.
@@ -443,11 +447,11 @@ fn default_max_terms() -> usize {
 }
 
 fn default_ratio() -> f64 {
-    1.1
+    policy::FLOOR_RATIO
 }
 
 fn default_absolute() -> f64 {
-    1e-6
+    policy::ABSOLUTE_ERROR
 }
 
 fn default_steps() -> usize {
@@ -526,7 +530,8 @@ pub struct ParameterEntry {
     /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
     #[serde(default = "every_region")]
     pub region: String,
-    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value itself.
+    /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value
+    /// itself.
     pub range: [f64; 2],
     /// How values are spread over the range.
     #[serde(default)]
@@ -589,6 +594,14 @@ impl Problem {
     /// `file:line` of a key, for messages.
     pub fn place(&self, key: &str) -> String {
         toml_file::place(&self.path, &self.text, key)
+    }
+}
+
+impl Problem {
+    /// Options of the chapter's representation, if it is asked for.
+    pub fn chapter(&self) -> Option<ChapterEntry> {
+        let asked = self.representation == Representation::Canonical;
+        asked.then(|| self.canonical.clone().unwrap_or_default())
     }
 }
 

@@ -1,4 +1,5 @@
-//! Reading the files people write (problems, scenarios), and messages that say where in them something is wrong.
+//! Reading the files people write (problems, scenarios), and messages that say where in them something is
+//! wrong.
 
 use std::path::Path;
 
@@ -16,7 +17,8 @@ pub enum TomlError {
         /// Why.
         source: std::io::Error,
     },
-    /// The text is not what the file should hold: syntax, an unknown or missing key, a value of the wrong type.
+    /// The text is not what the file should hold: syntax, an unknown or missing key, a value of the wrong
+    /// type.
     #[error("{path}: {message}")]
     Malformed {
         /// The file.
@@ -50,7 +52,8 @@ pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError
         .map_err(|error| TomlError::Malformed { path: path.into(), message: error.to_string() })
 }
 
-/// Line (from 1) of a key such as `parameter[1].range`; of its nearest parent that is there if the key itself is not.
+/// Line (from 1) of a key such as `parameter[1].range`; of its nearest parent that is there if the key itself
+/// is not.
 pub fn line_of(text: &str, key: &str) -> Option<usize> {
     let root = DeTable::parse(text).ok()?;
     let mut table: &DeTable<'_> = root.get_ref();

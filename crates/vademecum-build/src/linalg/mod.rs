@@ -24,7 +24,8 @@ pub fn project(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> {
     (0..vectors.ncols()).map(dot).collect()
 }
 
-/// A matrix in groups of `width` columns, the last one of what is left: for threads that each write their own.
+/// A matrix in groups of `width` columns, the last one of what is left: for threads that each write their
+/// own.
 pub(crate) fn column_groups(mut x: MatMut<'_, f64>, width: usize) -> Vec<MatMut<'_, f64>> {
     let mut groups = vec![];
     while x.ncols() > width {

@@ -1,4 +1,5 @@
-//! faer's matrices under serde: rows, columns, numbers column by column. `#[serde(with = "crate::linalg::stored")]`.
+//! faer's matrices under serde: rows, columns, numbers column by column.
+//! `#[serde(with = "crate::linalg::stored")]`.
 
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};

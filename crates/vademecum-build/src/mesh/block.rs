@@ -6,11 +6,12 @@ use super::quality::EDGES;
 use super::surface::Surface;
 use super::{Mesh, Order, Region};
 
-/// A box `[0, lengths]` cut into `divisions` cells per axis, each into six tetrahedra round its main diagonal.
+/// A box `[0, lengths]` cut into `divisions` cells per axis, each into six tetrahedra round its main
+/// diagonal.
 ///
-/// All cells are cut alike, so neighbours conform. Node groups and facet groups `x_min`, `x_max`, `y_min`, `y_max`,
-/// `z_min`, `z_max`; one region `body`, tag 1; nodes are numbered from 1, corners first (x fastest), mid-side nodes in
-/// order of first use after them.
+/// All cells are cut alike, so neighbours conform. Node groups and facet groups `x_min`, `x_max`, `y_min`,
+/// `y_max`, `z_min`, `z_max`; one region `body`, tag 1; nodes are numbered from 1, corners first (x fastest),
+/// mid-side nodes in order of first use after them.
 ///
 /// # Panics
 /// If a division is zero, a length is not positive, or there are more than `u32::MAX` nodes.
@@ -52,7 +53,8 @@ fn corner_nodes(lengths: [f64; 3], n: [usize; 3]) -> Vec<[f64; 3]> {
     nodes
 }
 
-/// Six tetrahedra per cell: one for each order in which a path from the low to the high corner takes the axes.
+/// Six tetrahedra per cell: one for each order in which a path from the low to the high corner takes the
+/// axes.
 fn cell_tetrahedra(n: [usize; 3]) -> Vec<u32> {
     const PATHS: [([usize; 3], bool); 6] = [
         ([0, 1, 2], true),

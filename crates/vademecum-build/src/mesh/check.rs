@@ -1,7 +1,9 @@
-//! From a raw mesh to one that can be computed with: what is harmless is mended with a note, the rest is a problem.
+//! From a raw mesh to one that can be computed with: what is harmless is mended with a note, the rest is a
+//! problem.
 //!
-//! Mended: unused nodes (dropped) and inverted elements (reoriented). Not mended, because only the author of the mesh
-//! knows what was meant: flat elements, coincident nodes, several bodies, folded quadratic elements, foreign cells.
+//! Mended: unused nodes (dropped) and inverted elements (reoriented). Not mended, because only the author of
+//! the mesh knows what was meant: flat elements, coincident nodes, several bodies, folded quadratic elements,
+//! foreign cells.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -162,8 +164,8 @@ fn ids<const N: usize>(mesh: &Mesh, nodes: &[u32]) -> [u64; N] {
     std::array::from_fn(|i| mesh.node_ids[nodes[i] as usize])
 }
 
-/// Shape quality below which a note is worth it: an element's stiffness has a condition number that grows like 1/q², so
-/// six of sixteen digits are gone there.
+/// Shape quality below which a note is worth it: an element's stiffness has a condition number that grows
+/// like 1/q², so six of sixteen digits are gone there.
 const SLIVER: f64 = 1e-3;
 
 fn sliver_note(mesh: &mut Mesh) {
@@ -213,7 +215,8 @@ fn folded(mesh: &Mesh) -> Option<Flaw> {
     first.map(|first| Flaw::FoldedElements { count, first, worst })
 }
 
-/// Nodes closer than 1e-12 of the bounding box diagonal, which is what writing 16 digits leaves of one position.
+/// Nodes closer than 1e-12 of the bounding box diagonal, which is what writing 16 digits leaves of one
+/// position.
 fn duplicates(mesh: &Mesh) -> Option<Flaw> {
     let (low, high) = super::bounding_box(&mesh.nodes);
     let tolerance = 1e-12 * super::quality::norm(super::quality::sub(high, low));
@@ -281,7 +284,8 @@ fn disconnected(mesh: &Mesh) -> Option<Flaw> {
     Some(Flaw::Disconnected { elements: sizes.iter().map(|s| s.1).collect(), nodes })
 }
 
-/// Looks at faces: more than two elements on one is a problem, two on the same side of it a fold worth a note.
+/// Looks at faces: more than two elements on one is a problem, two on the same side of it a fold worth a
+/// note.
 fn faces(mesh: &mut Mesh, problems: &mut Vec<Flaw>) {
     let mut sides: Vec<([u32; 3], bool)> = Vec::with_capacity(mesh.element_region.len() * 4);
     for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {

@@ -13,8 +13,9 @@ use super::{Mesh, gmsh, inp, medit, mfem, tetgen, vtk};
 /// Unused nodes are dropped and inverted elements reoriented, with a note in [`Mesh::notes`].
 ///
 /// # Errors
-/// [`MeshError`] with place, found, expected and remedy if the file is faulty; [`MeshError::Unsound`] with all problems
-/// if the mesh has foreign cells, two orders, flat or folded elements, coincident nodes or several bodies.
+/// [`MeshError`] with place, found, expected and remedy if the file is faulty; [`MeshError::Unsound`] with
+/// all problems if the mesh has foreign cells, two orders, flat or folded elements, coincident nodes or
+/// several bodies.
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     sound(&parse(path)?)
 }

@@ -4,10 +4,12 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::Mesh;
 
-/// XXH3-128 (seed 0, big-endian digest, its canonical form) of: nodes per element, node count and element count as
-/// little-endian u64; coordinates as little-endian f64, node after node; connectivity as little-endian u32.
+/// XXH3-128 (seed 0, big-endian digest, its canonical form) of: nodes per element, node count and element
+/// count as little-endian u64; coordinates as little-endian f64, node after node; connectivity as
+/// little-endian u32.
 ///
-/// Groups, regions and file numbers are left out: they may be renamed without changing the physics of the mesh.
+/// Groups, regions and file numbers are left out: they may be renamed without changing the physics of the
+/// mesh.
 pub fn hash(mesh: &Mesh) -> [u8; 16] {
     let mut state = Xxh3::new();
     let counts = [mesh.order.nodes_per_element(), mesh.nodes.len(), mesh.element_count()];

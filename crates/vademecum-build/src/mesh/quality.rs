@@ -37,8 +37,8 @@ pub(crate) fn longest_edge(p: [[f64; 3]; 4]) -> f64 {
     EDGES.iter().map(|&[a, b]| norm(sub(p[a], p[b]))).fold(0.0, f64::max)
 }
 
-/// Shape quality q = 6√2 V / L³ with the longest edge L: 1 for the regular tetrahedron, 0 for a flat one, negative
-/// for an inverted one.
+/// Shape quality q = 6√2 V / L³ with the longest edge L: 1 for the regular tetrahedron, 0 for a flat one,
+/// negative for an inverted one.
 pub fn quality(p: [[f64; 3]; 4]) -> f64 {
     let edge = longest_edge(p);
     if edge == 0.0 { 0.0 } else { 6.0 * std::f64::consts::SQRT_2 * corner_volume(p) / (edge * edge * edge) }
@@ -46,14 +46,15 @@ pub fn quality(p: [[f64; 3]; 4]) -> f64 {
 
 /// The |q| below which the sign of a volume is rounding.
 ///
-/// Each coordinate of size `X` is rounded to `ε X`, an edge vector to `2√3 ε X`, so the determinant of three edges to
-/// `3·2√3 ε X L²` and `q = √2 det/L³` to `15 ε X/L`; the arithmetic itself adds about as many `ε`.
+/// Each coordinate of size `X` is rounded to `ε X`, an edge vector to `2√3 ε X`, so the determinant of three
+/// edges to `3·2√3 ε X L²` and `q = √2 det/L³` to `15 ε X/L`; the arithmetic itself adds about as many `ε`.
 pub(crate) fn flatness(p: [[f64; 3]; 4]) -> f64 {
     let size = p.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
     16.0 * f64::EPSILON * (1.0 + size / longest_edge(p))
 }
 
-/// Points of the 11-point rule of degree 4 on the unit tetrahedron, with weights that sum to 1/6 (Keast 1986).
+/// Points of the 11-point rule of degree 4 on the unit tetrahedron, with weights that sum to 1/6
+/// (Keast 1986).
 pub(crate) fn degree_4_rule() -> [([f64; 3], f64); 11] {
     let (a, b) = (1.0 / 14.0, 11.0 / 14.0);
     let root = (5.0_f64 / 14.0).sqrt();

@@ -56,7 +56,8 @@ pub struct Tetrahedra {
     pub region: Vec<i64>,
 }
 
-/// A mesh as its file has it. Made by `mesh::parse`, looked at by `mesh::inspect`, made a `Mesh` by `mesh::read`.
+/// A mesh as its file has it. Made by `mesh::parse`, looked at by `mesh::inspect`, made a `Mesh` by
+/// `mesh::read`.
 #[derive(Clone, Debug, Default)]
 pub struct RawMesh {
     /// The file.
@@ -101,8 +102,8 @@ impl RawMesh {
         }
     }
 
-    /// Adds a cell whose nodes are indices already. `tags` are the groups it is in; the first one of a volume is its
-    /// region, further ones become node groups.
+    /// Adds a cell whose nodes are indices already. `tags` are the groups it is in; the first one of a volume
+    /// is its region, further ones become node groups.
     pub(crate) fn push(&mut self, kind: CellKind, nodes: &[u32], tags: &[i64], place: Place) {
         match kind {
             CellKind::Tetrahedron4 => push_tetrahedron(&mut self.linear, nodes, tags),

@@ -21,8 +21,8 @@ pub enum Selection {
     Sphere(Ball),
     /// Nodes in the outermost part of the bounding box along an axis.
     Fraction(Share),
-    /// The given share of all nodes: those that lie furthest along an axis (rounded to the nearest count, at least one;
-    /// nodes at equal distance in file order).
+    /// The given share of all nodes: those that lie furthest along an axis (rounded to the nearest count, at
+    /// least one; nodes at equal distance in file order).
     Quantile(Share),
     /// Nodes in any of these.
     Any(Vec<Selection>),
@@ -68,8 +68,8 @@ pub struct Plane {
     /// A point of the plane.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<[f64; 3]>,
-    /// Largest distance from the plane; 1e-6 of the bounding box diagonal if absent, since many meshers write single
-    /// precision.
+    /// Largest distance from the plane; 1e-6 of the bounding box diagonal if absent, since many meshers write
+    /// single precision.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
 }
@@ -152,8 +152,8 @@ impl Selection {
     /// Indices of the chosen nodes, ascending and unique, never empty.
     ///
     /// # Errors
-    /// [`SelectError`] for an unknown group or node, a predicate without sense, or an empty result (also of a part of
-    /// `any`; parts of `all` are judged together).
+    /// [`SelectError`] for an unknown group or node, a predicate without sense, or an empty result (also of a
+    /// part of `any`; parts of `all` are judged together).
     pub fn nodes(&self, mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
         let nodes = self.matching(mesh)?;
         if nodes.is_empty() {

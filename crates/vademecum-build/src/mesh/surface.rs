@@ -13,12 +13,13 @@ use super::{Mesh, Order};
 pub struct Surface {
     /// Order of the mesh.
     pub order: Order,
-    /// Node indices of the mesh, 3 or 6 per facet: corners counter-clockwise seen from outside, then the mid-side nodes
-    /// on edges (0,1), (1,2), (2,0).
+    /// Node indices of the mesh, 3 or 6 per facet: corners counter-clockwise seen from outside, then the
+    /// mid-side nodes on edges (0,1), (1,2), (2,0).
     pub facets: Vec<u32>,
     /// The element each facet belongs to.
     pub facet_element: Vec<u32>,
-    /// Linear triangles on node indices of the mesh, outward: the facets themselves, or four for each 6-node facet.
+    /// Linear triangles on node indices of the mesh, outward: the facets themselves, or four for each 6-node
+    /// facet.
     pub triangles: Vec<[u32; 3]>,
     /// The facet each triangle belongs to.
     pub triangle_facet: Vec<u32>,
@@ -73,8 +74,8 @@ impl Surface {
         self.nodes.binary_search(&node).ok()
     }
 
-    /// Indices of the facets that a facet group of the mesh names, ascending and unique; interior facets of the group
-    /// are no part of the surface and left out.
+    /// Indices of the facets that a facet group of the mesh names, ascending and unique; interior facets of
+    /// the group are no part of the surface and left out.
     pub fn facets_of(&self, group: &[[u32; 3]]) -> Vec<u32> {
         let key = |f: &[u32]| sorted_with_parity([f[0], f[1], f[2]]).0;
         let facets = self.facets.chunks_exact(self.nodes_per_facet());
@@ -85,7 +86,8 @@ impl Surface {
         found
     }
 
-    /// Indices of the facets all of whose nodes are among `nodes` (ascending): the patch a selection of nodes means.
+    /// Indices of the facets all of whose nodes are among `nodes` (ascending): the patch a selection of nodes
+    /// means.
     pub fn facets_within(&self, nodes: &[u32]) -> Vec<u32> {
         let facets = self.facets.chunks_exact(self.nodes_per_facet()).zip(0..);
         let inside = |f: &[u32]| f.iter().all(|n| nodes.binary_search(n).is_ok());

@@ -9,10 +9,12 @@ use super::load::load;
 use super::raw::{CellKind, RawMesh};
 use super::text::{Number, Text};
 
-/// Reads a mesh from a coordinate table (`x y z` a line) and a connectivity table (4 or 10 node numbers a line).
+/// Reads a mesh from a coordinate table (`x y z` a line) and a connectivity table (4 or 10 node numbers a
+/// line).
 ///
-/// Values are separated by white space, commas or semicolons; lines starting with `#` or `%` are comments. Node numbers
-/// count from 1 unless 0 occurs; which was found stands in [`Mesh::notes`]. Ten nodes follow [`super::Order::Quadratic`].
+/// Values are separated by white space, commas or semicolons; lines starting with `#` or `%` are comments.
+/// Node numbers count from 1 unless 0 occurs; which was found stands in [`Mesh::notes`]. Ten nodes follow
+/// [`super::Order::Quadratic`].
 ///
 /// # Errors
 /// As [`super::read`]; places in the connectivity are reported with its own file name.

@@ -113,7 +113,8 @@ fn elements(text: &mut Text<'_>, raw: &mut RawMesh, index: &NodeIndex) -> Result
     Ok(())
 }
 
-/// Versions of TetGen number mid-side nodes differently, but always put them on straight edges: place each by position.
+/// Versions of TetGen number mid-side nodes differently, but always put them on straight edges: place each by
+/// position.
 fn sort_mid_nodes(points: &[[f64; 3]], nodes: &mut [u32]) -> bool {
     let given: Vec<u32> = nodes[4..].to_vec();
     for (edge, [a, b]) in EDGES.into_iter().enumerate() {

@@ -1,4 +1,5 @@
-//! From the user's values to a point on the axes of the solution, and from there to the weights of the operators.
+//! From the user's values to a point on the axes of the solution, and from there to the weights of the
+//! operators.
 
 use vademecum_format::{AxisRole, MAX_REGIONS};
 
@@ -17,8 +18,8 @@ pub(super) struct AxisMap {
     pub(super) n_regions: usize,
 }
 
-/// Chebyshev points on a density axis: the singularities of the response lie as for a stiffness factor, π away in the
-/// complex logarithm.
+/// Chebyshev points on a density axis: the singularities of the response lie as for a stiffness factor, π
+/// away in the complex logarithm.
 fn density_points((lower, upper): (f64, f64), tolerance: f64) -> usize {
     chebyshev_points(upper / lower, std::f64::consts::PI, tolerance)
 }
@@ -54,7 +55,8 @@ impl AxisMap {
         Ok(point)
     }
 
-    /// Exponents of θ, the stiffness and the density factors in each axis: logarithms of the point of one variable at e.
+    /// Exponents of θ, the stiffness and the density factors in each axis: logarithms of the point of one
+    /// variable at e.
     pub(super) fn roles(&self) -> Result<Vec<AxisRole>, SeparatedError> {
         let point = |theta: f64, scaled: Option<usize>| {
             let mut scales = vec![1.0; self.n_regions];

@@ -1,6 +1,6 @@
 //! Why a separation over the parameters ends without a solution.
 
-use vademecum_format::scheme::SchemeError;
+use vademecum_format::scheme::TableError;
 
 use crate::progress::Cancelled;
 use crate::separated::SeparatedError;
@@ -13,7 +13,7 @@ pub enum ParametricError {
     Separated(#[from] SeparatedError),
     /// The scheme refuses a parameter.
     #[error("`parameter`")]
-    Scheme(#[from] SchemeError),
+    Scheme(#[from] TableError),
     /// On request.
     #[error("the separation over the parameters")]
     Cancelled(#[from] Cancelled),

@@ -1,8 +1,9 @@
-//! Live parameters: which of them are free, what they do to the model, and the separated responses over their box.
+//! Live parameters: which of them are free, what they do to the model, and the separated responses over their
+//! box.
 //!
-//! Parameters that only move θ (docs/theory/5-vademecum.md: uniform stiffness and density, Δt, α, β, both stages) collapse into one
-//! axis; scales of single regions take an axis each. The user's parameters and the axes of the solution are therefore
-//! two things, and [`ParameterSpace`] is the map between them.
+//! Parameters that only move θ (docs/theory/5-vademecum.md: uniform stiffness and density, Δt, α, β, both
+//! stages) collapse into one axis; scales of single regions take an axis each. The user's parameters and the
+//! axes of the solution are therefore two things, and [`ParameterSpace`] is the map between them.
 
 mod axis_map;
 mod error;

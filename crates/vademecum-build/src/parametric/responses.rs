@@ -1,15 +1,17 @@
 //! The stage responses at one point of the box, in the full space or in a compressed one.
 //!
-//! Loads need `Z = (M + θK)⁻¹ M₀ B − B` (reciprocity: its rows), the state needs `E = BᵀM₀ X`. With regions live the
-//! eigenvectors turn with the contrast and a fixed basis `B` cannot follow: taking `u = Bζ` for the state misplaces
-//! what `B` does not span, and frequencies shift. So the state is lifted at the parameters themselves,
+//! Loads need `Z = (M + θK)⁻¹ M₀ B − B` (reciprocity: its rows), the state needs `E = BᵀM₀ X`. With regions
+//! live the eigenvectors turn with the contrast and a fixed basis `B` cannot follow: taking `u = Bζ` for the
+//! state misplaces what `B` does not span, and frequencies shift. So the state is lifted at the parameters
+//! themselves,
 //!
 //! ```text
 //! u = B̃ ζ,   B̃ = G²B (BᵀM₀ G²B)⁻¹,   G = K⁻¹M        X = −(M + θK)⁻¹ θK B̃
 //! ```
 //!
 //! `G²B` is two steps of inverse iteration from `B`: nearly invariant there, rational in the parameters, and
-//! normalised so that `BᵀM₀B̃ = I`, which leaves every formula of the fused step as it is (`docs/decisions/lifting.md`).
+//! normalised so that `BᵀM₀B̃ = I`, which leaves every formula of the fused step as it is
+//! (`docs/decisions/lifting.md`).
 
 use faer::linalg::solvers::DenseSolveCore as _;
 use faer::{Mat, MatRef};
@@ -105,7 +107,8 @@ impl<S: Space> Responses<'_, S> {
         let static_response = |x: &Mat<f64>| self.space.solve(&stiffness_only, mass(x).as_ref());
 
         if !self.lift {
-            // M₀B − M(ρ)B vanishes without live densities; the rest is the increment, not a difference of large numbers.
+            // M₀B − M(ρ)B vanishes without live densities; the rest is the increment, not a difference of
+            // large numbers.
             let mut rhs = &self.weighted - mass(&self.basis);
             rhs -= stiffness(&self.basis);
             let load = self.space.solve(&weights, rhs.as_ref())?;
@@ -131,8 +134,9 @@ impl<S: Space> Responses<'_, S> {
 
 /// `s_k² = x/(1 + x)` with `x = θλ_k` at the middle θ: the size of mode k's entry of `E`.
 ///
-/// `E` spans the decades between the lowest and the highest mode. An error of 1e-6 of its norm is one of 1e-2 of the entry of a
-/// mode with `θλ = 1e-4`, and shifts that mode's frequency by half as much; scaled, every mode gets the tolerance.
+/// `E` spans the decades between the lowest and the highest mode. An error of 1e-6 of its norm is one of 1e-2
+/// of the entry of a mode with `θλ = 1e-4`, and shifts that mode's frequency by half as much; scaled, every
+/// mode gets the tolerance.
 pub(super) fn mode_scales(stiffness: MatRef<'_, f64>, theta: (f64, f64)) -> Vec<f64> {
     let middle = (theta.0 * theta.1).sqrt();
     let scale = |k: usize| {

@@ -23,7 +23,8 @@ use crate::separated::{
 
 /// Fresh points at which errors are measured.
 const FRESH: usize = 200;
-/// Solves of the small problem behind the first expansion; doubled until it keeps the tolerance, up to [`MOST_SAMPLES`].
+/// Solves of the small problem behind the first expansion; doubled until it keeps the tolerance, up to
+/// [`MOST_SAMPLES`].
 const FIRST_SAMPLES: usize = 1000;
 /// See [`FIRST_SAMPLES`].
 const MOST_SAMPLES: usize = 16_000;
@@ -55,14 +56,16 @@ pub struct Parametric {
     pub reduced_size: usize,
     /// Parameter points at which the full space was sampled.
     pub samples: usize,
-    /// Relative error of loads and state over fresh points of the box against full-order solves: (rms, worst).
+    /// Relative error of loads and state over fresh points of the box against full-order solves: (rms,
+    /// worst).
     pub map_error: (f64, f64),
 }
 
 /// Separates the stage responses over the box.
 ///
-/// Cost: some tens of factorisations and solves in the full space to compress it, a few thousand small dense solves and
-/// the fit, which do not grow with the mesh, and two factorisations per fresh point to certify the result.
+/// Cost: some tens of factorisations and solves in the full space to compress it, a few thousand small dense
+/// solves and the fit, which do not grow with the mesh, and two factorisations per fresh point to certify the
+/// result.
 ///
 /// # Errors
 /// [`ParametricError`].
@@ -141,7 +144,8 @@ pub fn separate_responses(
     Ok(parametric)
 }
 
-/// Points at which the full space is sampled: the corners of the user's box in the first and last stage, and random ones.
+/// Points at which the full space is sampled: the corners of the user's box in the first and last stage, and
+/// random ones.
 fn compression_points(
     space: &ParameterSpace,
     scheme: &SchemeTable,
@@ -160,8 +164,9 @@ fn compression_points(
     Ok(points)
 }
 
-/// Sweeps over all factors after each enrichment. With two or three axes the sum is short and each sweep costs
-/// milliseconds: the terms they save are worth it. With more, ten sweeps come within a sixth of the fewest terms.
+/// Sweeps over all factors after each enrichment. With two or three axes the sum is short and each sweep
+/// costs milliseconds: the terms they save are worth it. With more, ten sweeps come within a sixth of the
+/// fewest terms.
 fn update_sweeps(axes: usize) -> usize {
     if axes <= 3 { 60 } else { 10 }
 }
@@ -207,8 +212,8 @@ impl Fresh {
         Mat::from_fn(self.rows + r, r, entry)
     }
 
-    /// Relative error of stacked blocks at the points, the larger of loads and state at each: root mean square to the
-    /// tolerance and the worst point to ten times it, whichever is farther.
+    /// Relative error of stacked blocks at the points, the larger of loads and state at each: root mean
+    /// square to the tolerance and the worst point to ten times it, whichever is farther.
     fn error(&self, blocks: &[Mat<f64>]) -> f64 {
         let error = |(block, exact): (&Mat<f64>, &Response)| {
             let load = (block.subrows(0, self.rows) - &exact.load).norm_l2() / exact.load.norm_l2();

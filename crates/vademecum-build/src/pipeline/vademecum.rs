@@ -1,12 +1,15 @@
 //! The three kinds of vademecum a build can make, certified through the evaluator on the bytes that ship.
 
 use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Certificate, StructureCertificate};
 
 use super::{BuildError, Stages};
 use crate::basis::Basis;
-use crate::certificate::{STABLE, StructureReport, certify, certify_box, kept_certificate};
-use crate::chapter::{self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, certify_chapter};
+use crate::certificate::{Candidate, StructureReport, certify, certify_box, kept_certificate};
+use crate::chapter::{
+    self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
+};
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
 use crate::export::{Parts, encode};
 use crate::input::{ChapterEntry, Problem};
@@ -27,18 +30,29 @@ enum Vademecum {
     Chapter(Box<ChapterMap>, ChapterCertificate),
 }
 
+/// The same, lent to the encoder.
+#[derive(Clone, Copy)]
+enum Step<'a> {
+    Fixed(&'a [StageResponse]),
+    Parametric(&'a Parametric),
+    Chapter(&'a ChapterMap, &'a ChapterCertificate),
+}
+
+impl Vademecum {
+    fn step(&self) -> Step<'_> {
+        match self {
+            Self::Fixed(responses) => Step::Fixed(responses),
+            Self::Parametric(parametric) => Step::Parametric(parametric),
+            Self::Chapter(map, certificate) => Step::Chapter(map, certificate),
+        }
+    }
+}
+
 /// A vademecum and what was measured of it.
 pub(super) struct Certified {
     vademecum: Vademecum,
     certificate: Certificate,
     separation: Option<SeparationRecord>,
-}
-
-impl Certified {
-    /// Nothing measured yet.
-    fn not_yet(vademecum: Vademecum) -> Self {
-        Self { vademecum, certificate: Certificate::default(), separation: None }
-    }
 }
 
 impl Stages<'_> {
@@ -67,22 +81,23 @@ impl Stages<'_> {
     ) -> Result<Certified, BuildError> {
         let responses = watch.stage("stage responses", || stage_responses(self.prepared, basis))?;
         let residual = responses.iter().map(|r| r.residual).fold(0.0, f64::max);
-        let mut built = Certified::not_yet(Vademecum::Fixed(responses));
         let mut structures = vec![StructureChoice::Block];
         structures.extend(basis.eigenvalues.is_some().then_some(StructureChoice::Diagonal));
-        let march = || self.march("certificate", problem, basis, &built, &structures);
+        let march = || self.march("certificate", problem, basis, Step::Fixed(&responses), &structures);
         let measured = watch.stage("certificate", march)?;
-        built.certificate = Certificate {
+        let certificate = Certificate {
             block: StructureCertificate { map_error_rms: residual, map_error_max: residual, ..measured[0] },
             diagonal: measured.get(1).copied().unwrap_or_default(),
         };
-        Ok(built)
+        Ok(Certified { vademecum: Vademecum::Fixed(responses), certificate, separation: None })
     }
 
-    /// The separated solution and its certificate; with `repair`, as often as it takes to make the step stable.
+    /// The separated solution and its certificate; with `repair`, as often as it takes to make the step
+    /// stable.
     ///
-    /// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection (without), and either
-    /// is stable as it is: what makes the separated step unstable is what the terms miss. So the repair is more terms.
+    /// The stage is Galerkin in its lifted space already (with live regions) or the full-order projection
+    /// (without), and either is stable as it is: what makes the separated step unstable is what the terms
+    /// miss. So the repair is more terms.
     fn parametric(
         &self,
         problem: &Problem,
@@ -96,13 +111,13 @@ impl Stages<'_> {
         loop {
             let separate = || self.separate(basis, &asked);
             let parametric = watch.stage("separate over the parameters", separate)?;
-            let certify = || self.over_box(problem, basis, parametric);
-            let (mut built, mut record) = watch.stage("certificate", certify)?;
-            let radius = built.certificate.block.spectral_radius;
-            if !self.repair || radius <= STABLE || repairs.len() == MOST_REPAIRS {
+            let certify = || self.over_box(problem, basis, &parametric);
+            let (certificate, mut record) = watch.stage("certificate", certify)?;
+            let radius = certificate.block.spectral_radius;
+            if !self.repair || radius <= STABLE_RADIUS || repairs.len() == MOST_REPAIRS {
                 record.repairs = repairs;
-                built.separation = Some(record);
-                return Ok(built);
+                let vademecum = Vademecum::Parametric(Box::new(parametric));
+                return Ok(Certified { vademecum, certificate, separation: Some(record) });
             }
             let terms = record.terms;
             asked = SeparationOptions {
@@ -132,23 +147,22 @@ impl Stages<'_> {
         })
     }
 
-    /// The block structure over the box; the diagonal structure, closed form in every parameter it allows, at the values of the
-    /// problem file.
+    /// The block structure over the box; the diagonal structure, closed form in every parameter it allows, at
+    /// the values of the problem file.
     fn over_box(
         &self,
         problem: &Problem,
         basis: &Basis,
-        parametric: Parametric,
-    ) -> Result<(Certified, SeparationRecord), BuildError> {
-        let mut built = Certified::not_yet(Vademecum::Parametric(Box::new(parametric)));
-        let Vademecum::Parametric(parametric) = &built.vademecum else { unreachable!("made above") };
-        let bytes = self.encode(problem, basis, &built)?;
+        parametric: &Parametric,
+    ) -> Result<(Certificate, SeparationRecord), BuildError> {
+        let step = Step::Parametric(parametric);
+        let bytes = self.encode(problem, basis, step, Certificate::default(), None)?;
         let Self { prepared, order, unseen, kept, .. } = *self;
         let found = certify_box(&bytes, order, prepared, parametric, basis, unseen, kept)?;
         let diagonal = match basis.eigenvalues {
             Some(_) => {
                 let structures = [StructureChoice::Diagonal];
-                self.march("certificate-diagonal", problem, basis, &built, &structures)?[0]
+                self.march("certificate-diagonal", problem, basis, step, &structures)?[0]
             }
             None => StructureCertificate::default(),
         };
@@ -157,8 +171,7 @@ impl Stages<'_> {
         record.worst_trajectory_at = found.worst_trajectory_at;
         record.worst_radius_at = found.worst_radius_at;
         record.radius_samples = found.radius_samples;
-        built.certificate = Certificate { diagonal, block: found.worst };
-        Ok((built, record))
+        Ok((Certificate { diagonal, block: found.worst }, record))
     }
 
     /// The unseen loads at the values of the problem file, full order beside structures of the encoded file.
@@ -167,7 +180,7 @@ impl Stages<'_> {
         name: &str,
         problem: &Problem,
         basis: &Basis,
-        built: &Certified,
+        vademecum: Step<'_>,
         structures: &[StructureChoice],
     ) -> Result<Vec<StructureCertificate>, BuildError> {
         let Self { prepared, full, unseen, order, kept, .. } = *self;
@@ -176,11 +189,13 @@ impl Stages<'_> {
             inputs.value(&step).with(basis).with(unseen)
         };
         kept_certificate(kept, name, inputs, || {
-            let bytes = self.encode(problem, basis, built)?;
+            let bytes = self.encode(problem, basis, vademecum, Certificate::default(), None)?;
             let options = |&structure| SceneOptions { structure, ..SceneOptions::default() };
             let options: Vec<SceneOptions> = structures.iter().map(options).collect();
+            let candidate = |options| Candidate { bytes: &bytes, basis, options };
+            let candidates: Vec<Candidate<'_>> = options.iter().map(candidate).collect();
             let mass = prepared.body.model.pencil().mass();
-            Ok(certify(&bytes, order, mass, full, basis, &options, unseen, kept.listener)?)
+            Ok(certify(&candidates, order, mass, full, unseen, kept.listener)?)
         })
     }
 
@@ -192,34 +207,53 @@ impl Stages<'_> {
         basis: &Basis,
         watch: &mut Stopwatch<'_>,
     ) -> Result<Certified, BuildError> {
-        let Self { prepared, full, runs, .. } = *self;
+        let Self { prepared, full, runs, order, .. } = *self;
         let listener = self.kept.listener;
         let setting = watch.stage("ranges of the axes", || {
             ChapterSetting::new(entry, prepared, basis, full, runs, listener)
         })?;
         let map = watch.stage("chapter separation", || setting.separate(prepared, basis))?;
-        let steps = problem.tolerance.steps;
-        let certificate = watch
-            .stage("certificate", || certify_chapter(&[&map], prepared, full, basis, runs, steps, listener));
-        let certificate = certificate.map_err(chapter::ChapterError::from)?.remove(0);
+        let certify = || -> Result<ChapterCertificate, BuildError> {
+            let maps = ChapterCertificate::of_maps(&map);
+            let bytes =
+                self.encode(problem, basis, Step::Chapter(&map, &maps), Certificate::default(), None)?;
+            let (body, steps) = (&prepared.body, problem.tolerance.steps);
+            let unseen = ChapterUnseen::draw(&map, body, order, runs, steps);
+            let mass = body.model.pencil().mass();
+            Ok(certify_chapter(&[(&map, &bytes)], &unseen, mass, full, basis, listener)?.remove(0))
+        };
+        let certificate = watch.stage("certificate", certify)?;
         if let Some((step, outside)) = &certificate.left {
             listener.note(&format!("step {step} of the certificate left its axes: {outside}"));
         }
-        Ok(Certified::not_yet(Vademecum::Chapter(Box::new(map), certificate)))
+        let vademecum = Vademecum::Chapter(Box::new(map), certificate);
+        Ok(Certified { vademecum, certificate: Certificate::default(), separation: None })
     }
 
     /// The bytes of the file.
-    pub(super) fn encode(
+    pub(super) fn file(
         &self,
         problem: &Problem,
         basis: &Basis,
         built: &Certified,
     ) -> Result<Vec<u8>, BuildError> {
+        let Certified { vademecum, certificate, separation } = built;
+        self.encode(problem, basis, vademecum.step(), *certificate, separation.as_ref())
+    }
+
+    fn encode(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        vademecum: Step<'_>,
+        certificate: Certificate,
+        separation: Option<&SeparationRecord>,
+    ) -> Result<Vec<u8>, BuildError> {
         let Self { prepared, order, .. } = *self;
-        let (block, others) = match &built.vademecum {
-            Vademecum::Fixed(responses) => (Some(BlockTerms::fixed(responses)), vec![]),
-            Vademecum::Parametric(parametric) => (Some(parametric.terms()?), vec![]),
-            Vademecum::Chapter(map, certificate) => (None, chapter::sections(map, certificate, order)),
+        let (block, others) = match vademecum {
+            Step::Fixed(responses) => (Some(BlockTerms::fixed(responses)), vec![]),
+            Step::Parametric(parametric) => (Some(parametric.terms()?), vec![]),
+            Step::Chapter(map, certificate) => (None, chapter::sections(map, certificate, order)),
         };
         let parts = Parts {
             problem,
@@ -233,8 +267,8 @@ impl Stages<'_> {
             block,
             others,
             parameters: Some(&prepared.space),
-            separation: built.separation.as_ref(),
-            certificate: built.certificate,
+            separation,
+            certificate,
             mode_table: table_matrix(&self.modes(basis)),
         };
         Ok(encode(&parts)?)

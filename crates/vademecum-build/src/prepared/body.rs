@@ -1,4 +1,5 @@
-//! From the problem to the body: the model with its supports, its loadable surface, its load patterns and its probes.
+//! From the problem to the body: the model with its supports, its loadable surface, its load patterns and its
+//! probes.
 //!
 //! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
 

@@ -8,7 +8,7 @@ pub use body::{Body, BodyError, Probe, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 
-use vademecum_format::scheme::{SchemeError as TableError, SchemeTable, StepParameters};
+use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, numerical_damping};
 use crate::fem::{FactorError, Pencil, Symbolic, SymmetricMatrix};
@@ -74,8 +74,8 @@ impl Prepared {
         FullOrder::new(pencil, &self.symbolic, &self.scheme, self.step.time_step, self.rayleigh())
     }
 
-    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What matters is the
-    /// loss over a second; over a period \[s\] where that is longer.
+    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What
+    /// matters is the loss over a second; over a period \[s\] where that is longer.
     pub fn note_numerical_damping(&self, period: f64, listener: &dyn Listener) {
         let dt = self.step.time_step;
         let damping = numerical_damping(&self.scheme, std::f64::consts::TAU * dt / period, 0.0);
@@ -92,7 +92,8 @@ impl Prepared {
     }
 }
 
-/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at them.
+/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at
+/// them.
 impl Hashed for Prepared {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.with(&self.body.model)

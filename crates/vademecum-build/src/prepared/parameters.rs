@@ -1,10 +1,11 @@
 //! Live parameters: which of them are free, and what they do to the model.
 //!
-//! A [`ParameterSpace`] is the box of the user's parameters; a [`Setting`] is one point of it, resolved to what the model
-//! needs. Which axes a separated solution takes over the box is another question (`parametric`).
+//! A [`ParameterSpace`] is the box of the user's parameters; a [`Setting`] is one point of it, resolved to
+//! what the model needs. Which axes a separated solution takes over the box is another question
+//! (`parametric`).
 
 use vademecum_format::ParameterRole;
-use vademecum_format::scheme::{SchemeError, SchemeTable, StepParameters, theta};
+use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
 
 use super::body::BodyError;
 use crate::dynamics::Rayleigh;
@@ -62,8 +63,8 @@ impl ParameterSpace {
     /// A coefficient of damping that the problem leaves out stands at the middle of its parameter's range.
     ///
     /// # Errors
-    /// [`BodyError::Region`] for a region the mesh does not have, [`BodyError::Nominal`] for a range without the
-    /// problem's own value.
+    /// [`BodyError::Region`] for a region the mesh does not have, [`BodyError::Nominal`] for a range without
+    /// the problem's own value.
     pub fn new(problem: &Problem, mesh: &Mesh, rayleigh: Rayleigh) -> Result<Self, BodyError> {
         let mut fixed = StepParameters {
             time_step: problem.time.step,
@@ -93,11 +94,6 @@ impl ParameterSpace {
     /// Whether a parameter scales single regions, so that θ alone does not carry them all.
     pub fn has_region_parameters(&self) -> bool {
         self.parameters.iter().any(|p| region_of(p.role).is_some())
-    }
-
-    /// Whether the mass of single regions is live.
-    pub fn has_region_densities(&self) -> bool {
-        self.parameters.iter().any(|p| matches!(p.role, ParameterRole::RegionDensity { .. }))
     }
 
     /// Range of a region's stiffness (or density) factor, if it is live.
@@ -165,11 +161,12 @@ impl ParameterSpace {
         (0..count).map(|_| self.parameters.iter().map(&mut value).collect()).collect()
     }
 
-    /// Smallest and largest θ of all stages over the box: θ is monotone in every parameter, so the corners have them.
+    /// Smallest and largest θ of all stages over the box: θ is monotone in every parameter, so the corners
+    /// have them.
     ///
     /// # Errors
     /// If a parameter is unusable for the scheme.
-    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), SchemeError> {
+    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), TableError> {
         let mut range = (f64::INFINITY, 0.0f64);
         for bits in 0..1u32 << 5 {
             let mut step = self.fixed;

@@ -1,6 +1,6 @@
 //! Why a stage has no response.
 
-use vademecum_format::scheme::SchemeError as TableError;
+use vademecum_format::scheme::TableError;
 
 use crate::fem::FactorError;
 

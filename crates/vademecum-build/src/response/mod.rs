@@ -1,7 +1,7 @@
-//! What one time step does to a basis: the response of each stage to every mode, and the terms a file keeps of it.
+//! What one time step does to a basis: the response of each stage to every mode, and the terms a file keeps
+//! of it.
 
 mod error;
-pub mod reduced;
 mod stage;
 mod terms;
 

@@ -1,8 +1,10 @@
-//! The response of one stage to every unit reduced state, full order: `H = (M + θK)⁻¹ M B` as its increment over `B`.
+//! The response of one stage to every unit reduced state, full order: `H = (M + θK)⁻¹ M B` as its increment
+//! over `B`.
 //!
-//! With the projection `Π = BᵀM` one n × r matrix per stage carries everything the step needs: its square part
-//! `C = BᵀM H` moves the state, and by reciprocity `Π (M + θK)⁻¹ F = HᵀF` its rows are the response to a unit force at
-//! each dof. What is stored is `H − B` and `C − I`: the identity is exact and the small numbers keep all their digits.
+//! With the projection `Π = BᵀM` one n × r matrix per stage carries everything the step needs: its square
+//! part `C = BᵀM H` moves the state, and by reciprocity `Π (M + θK)⁻¹ F = HᵀF` its rows are the response to a
+//! unit force at each dof. What is stored is `H − B` and `C − I`: the identity is exact and the small numbers
+//! keep all their digits.
 //!
 //! Source: chapter 5, eqs. (5.5), (5.6), with the state entering linearly and exactly instead of through axes
 //! (docs/theory/5-vademecum.md).
@@ -68,9 +70,11 @@ impl StageResponse {
         Ok(Self { theta, increment, state, residual })
     }
 
-    /// The same inside the basis only, as a Galerkin reduced model has it: `H = B C` with `C = (I + θA)⁻¹`, `A = BᵀKB`.
+    /// The same inside the basis only, as a Galerkin reduced model has it: `H = B C` with `C = (I + θA)⁻¹`,
+    /// `A = BᵀKB`.
     ///
-    /// `E = C − I = −θA (I + θA)⁻¹`. What leaves the span of `B` within the step is lost; kept to compare with.
+    /// `E = C − I = −θA (I + θA)⁻¹`. What leaves the span of `B` within the step is lost; kept to compare
+    /// with.
     ///
     /// # Panics
     /// If `stiffness`, `BᵀKB` of shape (r, r), is not positive semidefinite.
@@ -85,7 +89,8 @@ impl StageResponse {
     }
 }
 
-/// The same inside the basis only (Galerkin), for coordinates in which `BᵀKB = diag(λ)`: `e_k = −θλ_k/(1 + θλ_k)`.
+/// The same inside the basis only (Galerkin), for coordinates in which `BᵀKB = diag(λ)`:
+/// `e_k = −θλ_k/(1 + θλ_k)`.
 pub fn galerkin_increment(theta: f64, eigenvalue: f64) -> f64 {
     let x = theta * eigenvalue;
     -x / (1.0 + x)

@@ -1,12 +1,13 @@
 //! One parameter with its unit, its range and the functions that live on it.
 //!
-//! A factor on an axis is a vector of values at the axis' points; its basis turns the vector into a function. Hat
-//! functions are the chapter's choice; Chebyshev points (second kind, barycentric interpolation, Clenshaw–Curtis
-//! weights) converge exponentially for the smooth functions that parameters cause; an index axis has no "between".
-//! A logarithmic axis does all this in `x = ln μ`. Points outside the range are refused, never clamped.
+//! A factor on an axis is a vector of values at the axis' points; its basis turns the vector into a function.
+//! Hat functions are the chapter's choice; Chebyshev points (second kind, barycentric interpolation,
+//! Clenshaw–Curtis weights) converge exponentially for the smooth functions that parameters cause; an index
+//! axis has no "between". A logarithmic axis does all this in `x = ln μ`. Points outside the range are
+//! refused, never clamped.
 
 use super::error::SeparatedError;
-use super::problem::AxisOperator;
+use super::operator::AxisOperator;
 
 /// What functions live on an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -41,8 +42,9 @@ impl Axis {
     /// An axis over `[lower, upper]` in `unit`; `log` puts the functions on `ln μ`.
     ///
     /// # Errors
-    /// [`SeparatedError::BadRange`], [`SeparatedError::LogOfNonPositive`], [`SeparatedError::TooFewPoints`]; an index
-    /// axis whose ends are not whole numbers is a [`SeparatedError::NotAPosition`]; it may have a single position.
+    /// [`SeparatedError::BadRange`], [`SeparatedError::LogOfNonPositive`], [`SeparatedError::TooFewPoints`];
+    /// an index axis whose ends are not whole numbers is a [`SeparatedError::NotAPosition`]; it may have a
+    /// single position.
     pub fn new(
         name: &str,
         unit: &str,
@@ -113,8 +115,8 @@ impl Axis {
         false
     }
 
-    /// The point a fraction `t ∈ [0, 1]` along the axis (in `ln μ` on a logarithmic one; rounded down to a position on
-    /// an index axis).
+    /// The point a fraction `t ∈ [0, 1]` along the axis (in `ln μ` on a logarithmic one; rounded down to a
+    /// position on an index axis).
     pub fn at_fraction(&self, t: f64) -> f64 {
         match self.kind {
             AxisKind::Index => self.nodes[((t * self.len() as f64) as usize).min(self.len() - 1)],
@@ -122,11 +124,12 @@ impl Axis {
         }
     }
 
-    /// Values of all basis functions at `point`, into `values` of length [`Axis::len`]; a factor `g` then has the value
-    /// `Σ_j values_j g_j`. Costs O(points), allocates nothing.
+    /// Values of all basis functions at `point`, into `values` of length [`Axis::len`]; a factor `g` then has
+    /// the value `Σ_j values_j g_j`. Costs O(points), allocates nothing.
     ///
     /// # Errors
-    /// [`SeparatedError::OutsideAxis`] (NaN included), [`SeparatedError::NotAPosition`]; `values` is then untouched.
+    /// [`SeparatedError::OutsideAxis`] (NaN included), [`SeparatedError::NotAPosition`]; `values` is then
+    /// untouched.
     pub fn basis_into(&self, point: f64, values: &mut [f64]) -> Result<(), SeparatedError> {
         super::error::check_len("basis values", self.len(), values.len())?;
         if !(self.lower <= point && point <= self.upper) {
@@ -158,10 +161,11 @@ impl Axis {
         Ok(basis.iter().zip(factor).map(|(b, g)| b * g).sum())
     }
 
-    /// Gram matrix of the basis, `∫ N_i N_j dx` over `x = μ` or `ln μ`: the finite element mass matrix for hats, the
-    /// quadrature weights at the points for Chebyshev, one per position for an index axis.
+    /// Gram matrix of the basis, `∫ N_i N_j dx` over `x = μ` or `ln μ`: the finite element mass matrix for
+    /// hats, the Clenshaw–Curtis weights at the points for Chebyshev, one per position for an index axis.
     pub fn gram(&self) -> AxisOperator {
         match self.kind {
+            AxisKind::Index => AxisOperator::diagonal(vec![1.0; self.len()]),
             AxisKind::Hat { points } => {
                 let h = self.width() / (points - 1) as f64;
                 let mut diagonal = vec![2.0 * h / 3.0; points];
@@ -169,36 +173,9 @@ impl Axis {
                 diagonal[points - 1] = h / 3.0;
                 AxisOperator::tridiagonal(vec![h / 6.0; points - 1], diagonal, vec![h / 6.0; points - 1])
             }
-            _ => AxisOperator::diagonal(self.weights()),
-        }
-    }
-
-    /// `∫ N_i' N_j' dx` of hat functions (over `x = μ` or `ln μ`); `None` for the other kinds, whose derivatives are not
-    /// local.
-    pub fn stiffness(&self) -> Option<AxisOperator> {
-        let AxisKind::Hat { points } = self.kind else {
-            return None;
-        };
-        let h = self.width() / (points - 1) as f64;
-        let mut diagonal = vec![2.0 / h; points];
-        diagonal[0] = 1.0 / h;
-        diagonal[points - 1] = 1.0 / h;
-        Some(AxisOperator::tridiagonal(vec![-1.0 / h; points - 1], diagonal, vec![-1.0 / h; points - 1]))
-    }
-
-    /// Quadrature weights at the points: trapezoidal, Clenshaw–Curtis, or one per position.
-    pub fn weights(&self) -> Vec<f64> {
-        match self.kind {
-            AxisKind::Index => vec![1.0; self.len()],
-            AxisKind::Hat { points } => {
-                let h = self.width() / (points - 1) as f64;
-                let mut w = vec![h; points];
-                w[0] = h / 2.0;
-                w[points - 1] = h / 2.0;
-                w
-            }
             AxisKind::Chebyshev { points } => {
-                clenshaw_curtis(points).into_iter().map(|w| w * self.width() / 2.0).collect()
+                let weights = clenshaw_curtis(points).into_iter();
+                AxisOperator::diagonal(weights.map(|w| w * self.width() / 2.0).collect())
             }
         }
     }
@@ -245,13 +222,13 @@ impl Axis {
     }
 }
 
-/// Chebyshev points that interpolate the solution of a parametric pencil over `μ ∈ [1, ratio]`, in `ln μ`, to a relative
-/// `tolerance` wherever it is small.
+/// Chebyshev points that interpolate the solution of a parametric pencil over `μ ∈ [1, ratio]`, in `ln μ`, to
+/// a relative `tolerance` wherever it is small.
 ///
-/// `1/(1 + μλ)` has its poles at `ln μ = −ln λ ± iπ`; with `ρ` the Bernstein ellipse through them, the error of `n` points is
-/// at most `4 ρ^{1−n}/(ρ − 1)` (Trefethen, Approximation Theory, thm. 8.2), and an increment may be `ratio` times smaller
-/// at one end than at the other. `strip` is the distance of the poles from the real axis: π, or π/2 for a contrast, which
-/// enters as `c` and `1/c` at once.
+/// `1/(1 + μλ)` has its poles at `ln μ = −ln λ ± iπ`; with `ρ` the Bernstein ellipse through them, the error
+/// of `n` points is at most `4 ρ^{1−n}/(ρ − 1)` (Trefethen, Approximation Theory, thm. 8.2), and an increment
+/// may be `ratio` times smaller at one end than at the other. `strip` is the distance of the poles from the
+/// real axis: π, or π/2 for a contrast, which enters as `c` and `1/c` at once.
 pub(crate) fn chebyshev_points(ratio: f64, strip: f64, tolerance: f64) -> usize {
     let x = 2.0 * strip / ratio.ln();
     let rho = x + (1.0 + x * x).sqrt();
@@ -274,8 +251,8 @@ fn hat_basis(t: f64, points: usize, values: &mut [f64]) {
     values[left + 1] = x - left as f64;
 }
 
-/// Lagrange polynomials of the Chebyshev points of the second kind on [0, 1], by the barycentric formula (weights
-/// `(−1)^j`, halved at the ends).
+/// Lagrange polynomials of the Chebyshev points of the second kind on [0, 1], by the barycentric formula
+/// (weights `(−1)^j`, halved at the ends).
 fn chebyshev_basis(t: f64, points: usize, values: &mut [f64]) {
     let mut sum = 0.0;
     for j in 0..points {
@@ -368,7 +345,7 @@ mod tests {
             // seven products of rounded numbers; the Lebesgue constant of 7 points is below 3
             assert!((axis.evaluate(&values, x).unwrap() - p(x)).abs() < 100.0 * f64::EPSILON * largest);
         }
-        let integral: f64 = axis.weights().iter().zip(&values).map(|(w, v)| w * v).sum();
+        let integral: f64 = axis.gram().apply(&values).iter().sum();
         let exact = 4.0 - 4.0 + 0.125 * (81.0 - 1.0) - 0.1 / 7.0 * (2187.0 + 1.0);
         assert!((integral - exact).abs() < 100.0 * f64::EPSILON * largest * 4.0);
     }
@@ -401,16 +378,10 @@ mod tests {
     }
 
     #[test]
-    fn hat_matrices_are_exact_for_linear_functions() {
+    fn the_gram_matrix_of_hats_is_exact_for_linear_functions() {
         let axis = axis(AxisKind::Hat { points: 6 }, 1.0, 3.0, false);
         let x = axis.nodes();
-        let mx = axis.gram().apply(x);
-        let energy = axis.stiffness().unwrap().apply(x);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(p, q)| p * q).sum::<f64>();
-        assert!((dot(x, &mx) - 26.0 / 3.0).abs() < 1e-14, "∫x² over [1,3]; 6 terms of size 1, rounded");
-        assert!(
-            (dot(x, &energy) - 2.0).abs() < 1e-13,
-            "∫1 over [1,3]; entries 1/h amplify rounding fivefold"
-        );
+        let square: f64 = x.iter().zip(axis.gram().apply(x)).map(|(p, q)| p * q).sum();
+        assert!((square - 26.0 / 3.0).abs() < 1e-14, "∫x² over [1,3]; 6 terms of size 1, rounded");
     }
 }

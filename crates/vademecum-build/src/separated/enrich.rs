@@ -1,141 +1,31 @@
-//! Greedy enrichment: one rank-one term at a time by alternating directions, eqs. (5.11)–(5.13) of the chapter.
+//! Greedy enrichment: one rank-one term at a time by alternating directions, eqs. (5.11)–(5.13) of the
+//! chapter.
 //!
-//! A new term is the Galerkin fixed point: every direction is solved with all the others frozen and the same frozen
-//! functions as weights (eq. 5.13), sweep after sweep. Terms already found join the right-hand side with a minus sign
-//! (the last line of eq. 5.12). What the chapter lacks, and what makes the method usable at small tolerances, is the
-//! update: after each new term all factors on one axis at a time are solved for again, together.
+//! A new term is the Galerkin fixed point: every direction is solved with all the others frozen and the same
+//! frozen functions as weights (eq. 5.13), sweep after sweep. Terms already found join the right-hand side
+//! with a minus sign (the last line of eq. 5.12). What the chapter lacks, and what makes the method usable at
+//! small tolerances, is the update: after each new term all factors on one axis at a time are solved for
+//! again, together.
 
 use super::error::SeparatedError;
+use super::greedy::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
+use super::kronecker::KroneckerProblem;
 use super::linalg::{column, dot, inner, norm, product, transposed_product};
-use super::problem::{AxisOperator, Problem, Space};
+use super::operator::AxisOperator;
 use super::solution::Separated;
+use super::space::Space;
 use super::update::update;
 use crate::linalg::Random;
 use faer::{Mat, MatRef};
 
-/// How a greedy enrichment is run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EnrichmentOptions {
-    /// Stop when the measured error is at most this (relative).
-    pub tolerance: f64,
-    /// Stop at this many terms.
-    pub max_terms: usize,
-    /// Most sweeps over all directions while one term is sought.
-    pub max_sweeps: usize,
-    /// Sweeps in which all factors are re-fitted after each new term; 0 is the plain greedy method.
-    pub update_sweeps: usize,
-    /// Stop when this many terms in a row did not lower the best error by a twentieth.
-    pub patience: usize,
-    /// Start the search of term `i` at source `i` (a one-axis function, in the canonical problem) instead of at random.
-    pub start_at_sources: bool,
-    /// Seed of the random starts and sample points.
-    pub seed: u64,
-}
-
-impl Default for EnrichmentOptions {
-    fn default() -> Self {
-        EnrichmentOptions {
-            tolerance: 1e-6,
-            max_terms: 100,
-            max_sweeps: 25,
-            update_sweeps: 3,
-            patience: 10,
-            start_at_sources: false,
-            seed: 1,
-        }
-    }
-}
-
-/// Why an enrichment ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum StopReason {
-    /// The tolerance is met.
-    Tolerance,
-    /// The largest number of terms is reached.
-    MaxTerms,
-    /// Further terms do not lower the error.
-    Stagnation,
-}
-
-impl std::fmt::Display for StopReason {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Tolerance => "the tolerance",
-            Self::MaxTerms => "the largest number of terms",
-            Self::Stagnation => "stagnation: further terms did not lower the error",
-        })
-    }
-}
-
-/// What an enrichment did. The solution returned beside it is the best one seen, not the last, in the order and scaling
-/// of [`Separated::normalised`].
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct EnrichmentReport {
-    /// Measured error after each enrichment.
-    pub history: Vec<f64>,
-    /// Terms after each enrichment.
-    pub terms: Vec<usize>,
-    /// Error of the solution returned.
-    pub error: f64,
-    /// Why it ended.
-    pub stop: StopReason,
-}
-
-/// Keeps the best solution and decides when to stop; shared by all greedy loops.
-pub(crate) struct Progress {
-    best: Separated,
-    error: f64,
-    history: Vec<f64>,
-    terms: Vec<usize>,
-    /// Error to beat by a twentieth, and the enrichment at which it was reached.
-    milestone: (f64, usize),
-}
-
-impl Progress {
-    pub(crate) fn new(start: Separated, error: f64) -> Progress {
-        Progress { best: start, error, history: Vec::new(), terms: Vec::new(), milestone: (f64::INFINITY, 0) }
-    }
-
-    /// Records a candidate; says whether, and why, to stop.
-    pub(crate) fn record(
-        &mut self,
-        now: &Separated,
-        error: f64,
-        options: &EnrichmentOptions,
-    ) -> Option<StopReason> {
-        self.history.push(error);
-        self.terms.push(now.n_terms());
-        if error < self.error {
-            self.error = error;
-            self.best = now.clone();
-        }
-        if error < 0.95 * self.milestone.0 {
-            self.milestone = (error, self.history.len());
-        }
-        if self.error <= options.tolerance {
-            Some(StopReason::Tolerance)
-        } else if now.n_terms() >= options.max_terms {
-            Some(StopReason::MaxTerms)
-        } else if self.history.len() >= self.milestone.1 + options.patience {
-            Some(StopReason::Stagnation)
-        } else {
-            None
-        }
-    }
-
-    pub(crate) fn finish(self, stop: StopReason) -> (Separated, EnrichmentReport) {
-        let Self { best, error, history, terms, .. } = self;
-        (best.normalised(), EnrichmentReport { history, terms, error, stop })
-    }
-}
-
-/// Enriches from `start` (or from zero) until `measure` (a relative error of a candidate, the caller's choice; without
-/// one, the residual at 200 random grid points) meets the tolerance.
+/// Enriches from `start` (or from zero) until `measure` (a relative error of a candidate, the caller's
+/// choice; without one, the residual at 200 random grid points) meets the tolerance.
 ///
 /// # Errors
-/// [`SeparatedError::NotPositiveDefinite`] from the space solves, [`SeparatedError::Shape`] of a start that does not fit.
+/// [`SeparatedError::NotPositiveDefinite`] from the space solves, [`SeparatedError::Shape`] of a start that
+/// does not fit.
 pub fn enrich<S: Space>(
-    problem: &Problem<S>,
+    problem: &KroneckerProblem<S>,
     options: &EnrichmentOptions,
     start: Option<&Separated>,
     measure: Option<&dyn Fn(&Separated) -> f64>,
@@ -154,9 +44,8 @@ pub fn enrich<S: Space>(
         return Ok(progress.finish(StopReason::MaxTerms));
     }
     loop {
-        let sources = Stack::residual(problem, &now);
-        let guess = problem.guess(now.n_terms(), options.start_at_sources, &mut random);
-        let Some(term) = rank_one(problem, &sources, guess, options.max_sweeps)? else {
+        let guess = problem.guess(&mut random);
+        let Some(term) = next_term(problem, &now, guess, options.max_sweeps)? else {
             return Ok(progress.finish(StopReason::Stagnation));
         };
         now = now.concatenate(&term)?;
@@ -178,11 +67,11 @@ struct Stack {
 }
 
 impl Stack {
-    fn residual<S: Space>(problem: &Problem<S>, u: &Separated) -> Stack {
+    fn residual<S: Space>(problem: &KroneckerProblem<S>, u: &Separated) -> Stack {
         let (given, terms) = (problem.sources.len(), u.n_terms());
         let total = given + problem.operators.len() * terms;
         let lifted: Vec<Mat<f64>> =
-            (0..problem.operators.len()).map(|t| apply_to_blocks(&problem.space, t, u)).collect();
+            (0..problem.operators.len()).map(|t| problem.apply_to_blocks(t, u)).collect();
         let n = u.n_rows();
         let blocks = Mat::from_fn(u.blocks().nrows(), total, |j, s| match s.checked_sub(given) {
             None => problem.sources[s].block[(j % n, j / n)],
@@ -204,21 +93,15 @@ impl Stack {
     }
 }
 
-/// `S_t F_i` of all terms, `(n_rows · n_columns, n_terms)`.
-pub(crate) fn apply_to_blocks<S: Space>(space: &S, t: usize, u: &Separated) -> Mat<f64> {
-    let (n, c) = (u.n_rows(), u.n_columns());
-    let wide = Mat::from_fn(n, c * u.n_terms(), |i, j| u.blocks()[(i + (j % c) * n, j / c)]);
-    let applied = space.apply(t, wide.as_ref());
-    Mat::from_fn(n * c, u.n_terms(), |j, i| applied[(j % n, i * c + j / n)])
-}
-
-/// One term by alternating directions; `None` when nothing is left to answer.
-fn rank_one<S: Space>(
-    problem: &Problem<S>,
-    sources: &Stack,
+/// The term that follows those of `found`, by alternating directions from the functions `g`, one per axis;
+/// `None` when nothing is left to answer.
+pub(super) fn next_term<S: Space>(
+    problem: &KroneckerProblem<S>,
+    found: &Separated,
     mut g: Vec<Vec<f64>>,
     max_sweeps: usize,
 ) -> Result<Option<Separated>, SeparatedError> {
+    let sources = &Stack::residual(problem, found);
     let axes = problem.axes.len();
     let mut seen: Vec<Vec<f64>> = (0..axes).map(|a| against(&sources.vectors[a], &g[a])).collect();
     let mut energy: Vec<Vec<f64>> = (0..axes).map(|a| problem.energies(a, &g[a])).collect();
@@ -250,7 +133,8 @@ fn rank_one<S: Space>(
             g[a] = new;
         }
         block = solve_block(problem, sources, &seen, &energy)?;
-        // Directions known to a thousandth are good enough: the term is corrected by the next ones or by the update.
+        // Directions known to a thousandth are good enough: the term is corrected by the next ones or by the
+        // update.
         if change < 1e-3 {
             break;
         }
@@ -263,7 +147,7 @@ fn rank_one<S: Space>(
 
 /// The space direction: one solve with scalar weights.
 fn solve_block<S: Space>(
-    problem: &Problem<S>,
+    problem: &KroneckerProblem<S>,
     sources: &Stack,
     seen: &[Vec<f64>],
     energy: &[Vec<f64>],
@@ -306,7 +190,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0f64, |m, (x, y)| m.max((x - sign * y).abs())) / largest
 }
 
-impl<S: Space> Problem<S> {
+impl<S: Space> KroneckerProblem<S> {
     /// `gᵀ A_ta g` of all operators.
     fn energies(&self, a: usize, g: &[f64]) -> Vec<f64> {
         self.operators.iter().map(|o| o[a].bilinear(g, g)).collect()
@@ -319,15 +203,10 @@ impl<S: Space> Problem<S> {
         size > 0.0 && size.is_finite()
     }
 
-    /// Where the search of a term begins.
-    fn guess(&self, term: usize, at_source: bool, random: &mut Random) -> Vec<Vec<f64>> {
+    /// Where the search of a term begins: random positive values on each axis.
+    fn guess(&self, random: &mut Random) -> Vec<Vec<f64>> {
         let on_axis = |a: usize| {
-            let mut g: Vec<f64> = if at_source && !self.sources.is_empty() {
-                // The first operator stands in for the Gram matrix (it is one in the canonical problem).
-                self.operators[0][a].solve(self.sources[term % self.sources.len()].vectors[a].clone())
-            } else {
-                (0..self.axes[a].len()).map(|_| 0.5 + random.uniform()).collect()
-            };
+            let mut g: Vec<f64> = (0..self.axes[a].len()).map(|_| 0.5 + random.uniform()).collect();
             if !self.normalise(a, &mut g) {
                 g = vec![1.0; self.axes[a].len()];
             }
@@ -337,12 +216,13 @@ impl<S: Space> Problem<S> {
     }
 
     /// `count` random grid points, one point number per axis each.
-    pub(crate) fn random_indices(&self, count: usize, random: &mut Random) -> Vec<Vec<usize>> {
+    fn random_indices(&self, count: usize, random: &mut Random) -> Vec<Vec<usize>> {
         (0..count).map(|_| self.axes.iter().map(|a| random.below(a.len())).collect()).collect()
     }
 
-    /// Relative residual `‖b − A u‖ / ‖b‖` over the given grid points: the true one, formed entry by entry, so that it is
-    /// meaningful down to rounding (a residual from inner products stops at half of all digits).
+    /// Relative residual `‖b − A u‖ / ‖b‖` over the given grid points: the true one, formed entry by entry,
+    /// so that it is meaningful down to rounding (a residual from inner products stops at half of all
+    /// digits).
     pub fn residual(&self, u: &Separated, points: &[Vec<usize>]) -> f64 {
         let stack = Stack::residual(self, u);
         let given = self.sources.len();

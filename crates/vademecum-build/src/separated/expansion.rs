@@ -1,5 +1,5 @@
-//! A block over the box as a polynomial in its parameters: sampled at the points of a lower set, its coefficients dense
-//! in space and sparse in the degrees. It is what the terms are fitted to.
+//! A block over the box as a polynomial in its parameters: sampled at the points of a lower set, its
+//! coefficients dense in space and sparse in the degrees. It is what the terms are fitted to.
 
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
@@ -20,8 +20,9 @@ pub struct SampledBlocks {
 }
 
 impl SampledBlocks {
-    /// Calls `solve` at the points of the whole grid if there are at most `most`, else at those of the largest simplex of
-    /// degrees; points that `known` has are taken from there. In parallel, collected in order.
+    /// Calls `solve` at the points of the whole grid if there are at most `most`, else at those of the
+    /// largest simplex of degrees; points that `known` has are taken from there. In parallel, collected in
+    /// order.
     ///
     /// # Errors
     /// Of `solve`; [`SeparatedError::NotPolynomial`] for an axis without Chebyshev points.
@@ -52,11 +53,6 @@ impl SampledBlocks {
         Ok(SampledBlocks { axes: axes.to_vec(), set, values, n_rows: rows })
     }
 
-    /// Number of samples.
-    pub fn n_samples(&self) -> usize {
-        self.values.ncols()
-    }
-
     /// Whether every grid point is a sample: more cannot be had.
     pub fn is_whole_grid(&self) -> bool {
         self.set.is_whole()
@@ -71,8 +67,8 @@ impl SampledBlocks {
     }
 }
 
-/// `f(μ) ω(μ) = Σ_ν c_ν Π_a T_{ν_a}(x_a)` with orthonormal Chebyshev polynomials, `x_a ∈ [−1, 1]` along each axis and a
-/// weight `ω = Π_a ω_a` near one over the size of `f`: least squares then sees relative errors.
+/// `f(μ) ω(μ) = Σ_ν c_ν Π_a T_{ν_a}(x_a)` with orthonormal Chebyshev polynomials, `x_a ∈ [−1, 1]` along each
+/// axis and a weight `ω = Π_a ω_a` near one over the size of `f`: least squares then sees relative errors.
 #[derive(Clone, Debug)]
 pub struct Expansion {
     pub(super) axes: Vec<Axis>,
@@ -140,7 +136,8 @@ impl Expansion {
         Ok((0..points.len()).map(|p| Mat::from_fn(rows, columns, |i, j| values[(i + j * rows, p)])).collect())
     }
 
-    /// Coefficients of a weighted factor on axis `a` to values of the factor at the points of the axis, `(n, n)`.
+    /// Coefficients of a weighted factor on axis `a` to values of the factor at the points of the axis,
+    /// `(n, n)`.
     pub(super) fn nodal(&self, a: usize) -> Mat<f64> {
         let n = self.axes[a].len();
         let x: Vec<f64> = self.axes[a].nodes().iter().map(|v| self.axes[a].position(*v)).collect();
@@ -155,7 +152,8 @@ fn value(weight: &[(f64, f64)], x: &[f64]) -> f64 {
     (-weight.iter().zip(x).map(|((b, q), x)| b * x + q * x * x).sum::<f64>()).exp()
 }
 
-/// Least squares of `ln ‖f‖ = c + Σ_a (b_a x_a + q_a x_a²)`: smooth, so that `f ω` needs no higher degrees than `f`.
+/// Least squares of `ln ‖f‖ = c + Σ_a (b_a x_a + q_a x_a²)`: smooth, so that `f ω` needs no higher degrees
+/// than `f`.
 fn separable_size(points: &[Vec<f64>], values: &Mat<f64>) -> Vec<(f64, f64)> {
     let axes = points.first().map_or(0, Vec::len);
     let sizes: Vec<f64> = (0..points.len()).map(|p| norm(values.as_ref().subcols(p, 1))).collect();
@@ -170,4 +168,75 @@ fn separable_size(points: &[Vec<f64>], values: &Mat<f64>) -> Vec<(f64, f64)> {
     let gram = transposed_product(design.as_ref(), design.as_ref());
     let c = solve_semidefinite(gram.as_ref(), transposed_product(design.as_ref(), logarithm.as_ref()));
     (0..axes).map(|a| (c[(1 + 2 * a, 0)], c[(2 + 2 * a, 0)])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::linalg::Random;
+    use crate::separated::chebyshev_points;
+
+    /// Axes of `θ` and `κ` whose points interpolate `1/(1 + θκ)` to 1e-6 each.
+    fn axes() -> Vec<Axis> {
+        let axis = |name: &str, lower: f64, upper: f64| {
+            let points = chebyshev_points(upper / lower, std::f64::consts::PI, 1e-6);
+            Axis::new(name, "1", lower, upper, AxisKind::Chebyshev { points }, true).unwrap()
+        };
+        vec![axis("theta", 0.1, 10.0), axis("kappa", 0.5, 2.0)]
+    }
+
+    /// `−θκ/(1 + θκ)` and a product, as a block of 1 × 2.
+    fn block(point: &[f64]) -> Mat<f64> {
+        let x = point[0] * point[1];
+        Mat::from_fn(1, 2, |_, j| if j == 0 { -x / (1.0 + x) } else { point[0].sqrt() })
+    }
+
+    #[test]
+    fn an_expansion_keeps_the_tolerance_of_its_axes() {
+        let axes = axes();
+        let samples = SampledBlocks::collect(&axes, 10_000, None, |point| Ok(block(point))).unwrap();
+        assert!(samples.is_whole_grid());
+        let mut random = Random::new(4);
+        let points: Vec<Vec<f64>> =
+            (0..100).map(|_| axes.iter().map(|a| a.at_fraction(random.uniform())).collect()).collect();
+        for (point, found) in points.iter().zip(Expansion::new(&samples).at(&points).unwrap()) {
+            let exact = block(point);
+            // the second axis interpolates what the first has made of the values: a Lebesgue constant below 5
+            assert!((&found - &exact).norm_l2() < 5e-6 * exact.norm_l2(), "{point:?}");
+        }
+    }
+
+    #[test]
+    fn known_samples_are_not_solved_again() {
+        let (axes, calls) = (axes(), AtomicUsize::new(0));
+        let solve = |point: &[f64]| {
+            calls.fetch_add(1, Ordering::Relaxed);
+            Ok(block(point))
+        };
+        let few = SampledBlocks::collect(&axes, 40, None, solve).unwrap();
+        let first = calls.swap(0, Ordering::Relaxed);
+        assert!(first <= 40 && !few.is_whole_grid());
+        let more = SampledBlocks::collect(&axes, 80, Some(&few), solve).unwrap();
+        let second = calls.swap(0, Ordering::Relaxed);
+        let afresh = SampledBlocks::collect(&axes, 80, None, solve).unwrap();
+        assert_eq!(first + second, calls.load(Ordering::Relaxed));
+        assert_eq!(more.values, afresh.values);
+    }
+
+    #[test]
+    fn refuses_other_axes_and_points_outside() {
+        let hat = Axis::new("theta", "1", 0.1, 1.0, AxisKind::Hat { points: 5 }, false).unwrap();
+        let refused = SampledBlocks::collect(&[hat], 10, None, |_| Ok(Mat::zeros(1, 1)));
+        assert!(matches!(refused, Err(SeparatedError::NotPolynomial { axis }) if axis == "theta"));
+        let failed = SeparatedError::NotPositiveDefinite { what: "a sample" };
+        let refused = SampledBlocks::collect(&axes(), 10, None, |_| Err(failed.clone()));
+        assert_eq!(refused.unwrap_err(), failed, "what a solve fails with is the error");
+        let samples = SampledBlocks::collect(&axes(), 10, None, |point| Ok(block(point))).unwrap();
+        for outside in [[0.09, 1.0], [1.0, 2.1], [1.0, f64::NAN]] {
+            let found = Expansion::new(&samples).at(&[outside.to_vec()]);
+            assert!(matches!(found, Err(SeparatedError::OutsideAxis { .. })), "{outside:?}");
+        }
+    }
 }

@@ -1,16 +1,17 @@
-//! Terms from a polynomial: greedy enrichment with alternating least squares on sparse Chebyshev coefficients.
+//! Terms from a polynomial: greedy enrichment with alternating least squares on sparse Chebyshev
+//! coefficients.
 //!
-//! When the problem in space is small, solving it at a few thousand parameter points costs less than one coupled update
-//! of the Galerkin engine, and what remains is an approximation problem. In the coefficients of orthonormal
-//! polynomials it is cheap: the normal equations of axis `a` are the *same* for all its degrees,
-//! `W = (FᵀF) ∘ Π_{b≠a} (G_bᵀG_b)`, R × R and known from small Gram matrices, and only their right-hand side
-//! `Σ_ν c_ν·F ∘ Π_{b≠a} g_b(ν_b)` sees the thousands of coefficients. On sampled values each point of each axis has its own
-//! system over its own samples, a hundred times the work at 500 terms. Solved for corrections, so that a
-//! ridge moves nothing once the gradient is gone.
+//! When the problem in space is small, solving it at a few thousand parameter points costs less than one
+//! coupled update of the Galerkin engine, and what remains is an approximation problem. In the coefficients
+//! of orthonormal polynomials it is cheap: the normal equations of axis `a` are the *same* for all its
+//! degrees, `W = (FᵀF) ∘ Π_{b≠a} (G_bᵀG_b)`, R × R and known from small Gram matrices, and only their
+//! right-hand side `Σ_ν c_ν·F ∘ Π_{b≠a} g_b(ν_b)` sees the thousands of coefficients. On sampled values each
+//! point of each axis has its own system over its own samples, a hundred times the work at 500 terms. Solved
+//! for corrections, so that a ridge moves nothing once the gradient is gone.
 
-use super::enrich::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
 use super::error::SeparatedError;
 use super::expansion::Expansion;
+use super::greedy::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
 use super::linalg::{add_product, norm, product, solve_semidefinite, thin_svd, transposed_product};
 use super::solution::Separated;
 use crate::linalg::Random;
@@ -20,8 +21,8 @@ use rayon::prelude::*;
 /// An error of a candidate, or the reason to give up.
 pub type Measure<'a, E> = &'a dyn Fn(&Separated) -> Result<f64, E>;
 
-/// Greedy fit of an expansion until `measure` (or, without one, the relative error of the coefficients) meets the
-/// tolerance. `options.update_sweeps = 0` is the plain greedy method.
+/// Greedy fit of an expansion until `measure` (or, without one, the relative error of the coefficients) meets
+/// the tolerance. `options.update_sweeps = 0` is the plain greedy method.
 ///
 /// # Errors
 /// [`SeparatedError::NoConvergence`] when a coefficient is not finite; what `measure` gives up with.
@@ -121,8 +122,8 @@ impl<'a> Fitter<'a> {
         &self.values - parallel_product(k.as_ref(), terms.blocks.transpose())
     }
 
-    /// Appends the best rank-one fit of the residual found by alternating directions from its largest coefficient, and
-    /// takes it off the residual; false when nothing is left.
+    /// Appends the best rank-one fit of the residual found by alternating directions from its largest
+    /// coefficient, and takes it off the residual; false when nothing is left.
     fn add_term(&self, terms: &mut Terms, residual: &mut Mat<f64>, max_sweeps: usize) -> bool {
         let mut size = vec![0.0; self.index.len()];
         for k in 0..residual.ncols() {
@@ -232,8 +233,9 @@ fn balance(g: &mut Mat<f64>, blocks: &mut Mat<f64>, seen: &mut Mat<f64>) {
         }
     }
 }
-/// Orthonormal basis of what the columns of `a` share, to a relative `tolerance` in the Frobenius norm: a decomposition
-/// of random mixtures of the columns, doubled until nothing is missed; exact when there are few columns.
+/// Orthonormal basis of what the columns of `a` share, to a relative `tolerance` in the Frobenius norm: a
+/// decomposition of random mixtures of the columns, doubled until nothing is missed; exact when there are few
+/// columns.
 fn shared_span(a: MatRef<'_, f64>, tolerance: f64, random: &mut Random) -> Result<Mat<f64>, SeparatedError> {
     let mut sketch = 128;
     loop {

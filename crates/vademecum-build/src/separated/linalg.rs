@@ -83,9 +83,10 @@ impl Cholesky {
     }
 }
 
-/// Solves `W X = R` for a symmetric positive *semi*definite `W`, as Gram matrices of nearly parallel terms are:
-/// symmetric scaling to a unit diagonal, then the smallest ridge that factorises, from 1e-14 (the size of the rounding
-/// in W) upwards. Directions below the ridge are left where they are, so `R` should be a residual, not a total.
+/// Solves `W X = R` for a symmetric positive *semi*definite `W`, as Gram matrices of nearly parallel terms
+/// are: symmetric scaling to a unit diagonal, then the smallest ridge that factorises, from 1e-14 (the size
+/// of the rounding in W) upwards. Directions below the ridge are left where they are, so `R` should be a
+/// residual, not a total.
 pub(crate) fn solve_semidefinite(w: MatRef<'_, f64>, mut rhs: Mat<f64>) -> Mat<f64> {
     let n = w.nrows();
     let scale: Vec<f64> =

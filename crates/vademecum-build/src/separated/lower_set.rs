@@ -1,10 +1,11 @@
 //! Polynomials of several variables from few values: interpolation on a lower set of degrees.
 //!
-//! A box of five parameters has 10⁵ grid points and more, but a smooth function needs only the degrees below a simplex,
-//! `Σ_a ν_a/(n_a − 1) ≤ level`, some thousands of them. With the Chebyshev points of each axis in Leja order, value
-//! number `ν` of the grid belongs to degree `ν`: as many values as degrees, and both transforms (values to Newton's
-//! coefficients, those to Chebyshev's) go axis by axis, because every fibre of a lower set starts at zero. A whole grid is
-//! a lower set too, so nothing here asks which of the two it has (Chkifa, Cohen and Schwab 2014, sec. 2).
+//! A box of five parameters has 10⁵ grid points and more, but a smooth function needs only the degrees below
+//! a simplex, `Σ_a ν_a/(n_a − 1) ≤ level`, some thousands of them. With the Chebyshev points of each axis in
+//! Leja order, value number `ν` of the grid belongs to degree `ν`: as many values as degrees, and both
+//! transforms (values to Newton's coefficients, those to Chebyshev's) go axis by axis, because every fibre of
+//! a lower set starts at zero. A whole grid is a lower set too, so nothing here asks which of the two it has
+//! (Chkifa, Cohen and Schwab 2014, sec. 2).
 
 use std::collections::HashMap;
 
@@ -54,8 +55,8 @@ impl LowerSet {
         self.lengths.iter().fold(1usize, |n, l| n.saturating_mul(*l)) == self.index.len()
     }
 
-    /// Coefficients in the orthonormal Chebyshev polynomials of the polynomial with these values at the points of the
-    /// set; both `(width, n_points)`.
+    /// Coefficients in the orthonormal Chebyshev polynomials of the polynomial with these values at the
+    /// points of the set; both `(width, n_points)`.
     pub(crate) fn transform_in_place(&self, values: &mut Mat<f64>) {
         let axes: Vec<(Mat<f64>, Mat<f64>)> = self.lengths.iter().map(|n| newton(*n)).collect();
         (0..axes.len()).for_each(|a| self.along(a, &axes[a].0, values));
@@ -106,8 +107,8 @@ fn points(n: usize) -> Vec<f64> {
     (0..n).map(|j| -chebyshev_cosine(j, n)).collect()
 }
 
-/// Point numbers in Leja order from the middle: each the farthest from those before it in the product of distances, so
-/// that Newton's interpolation is stable at every length.
+/// Point numbers in Leja order from the middle: each the farthest from those before it in the product of
+/// distances, so that Newton's interpolation is stable at every length.
 pub(crate) fn leja_order(n: usize) -> Vec<usize> {
     let x = points(n);
     let mut order = vec![n / 2];
@@ -119,8 +120,8 @@ pub(crate) fn leja_order(n: usize) -> Vec<usize> {
     order
 }
 
-/// Values in Leja order to divided differences (lower triangular), and those to orthonormal Chebyshev coefficients
-/// (upper triangular).
+/// Values in Leja order to divided differences (lower triangular), and those to orthonormal Chebyshev
+/// coefficients (upper triangular).
 fn newton(n: usize) -> (Mat<f64>, Mat<f64>) {
     let x = points(n);
     let z: Vec<f64> = leja_order(n).into_iter().map(|j| x[j]).collect();

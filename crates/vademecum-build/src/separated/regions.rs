@@ -1,10 +1,11 @@
 //! Axes for regions with live stiffness, chosen by what they do and not by name.
 //!
-//! Regions share the time step, damping and scheme, so their `θ_q = θ κ_q` move together, and one axis is the common `θ`.
-//! One region folds its scale into `θ`. Two regions take the geometric mean of both `θ_q` and their contrast,
-//! `θ_{1,2} = m c^{±1}`: two axes, none redundant. Any other case takes `θ` and one `κ_q` per live region: one axis more
-//! than there are freedoms when all are live, and still fewer terms than contrasts of contrasts or ratios to one region,
-//! because each `κ_q` acts on one matrix only (four regions of a beam, error at 100 terms: 1e-4, against 3e-4 and 2.5e-4).
+//! Regions share the time step, damping and scheme, so their `θ_q = θ κ_q` move together, and one axis is the
+//! common `θ`. One region folds its scale into `θ`. Two regions take the geometric mean of both `θ_q` and
+//! their contrast, `θ_{1,2} = m c^{±1}`: two axes, none redundant. Any other case takes `θ` and one `κ_q` per
+//! live region: one axis more than there are freedoms when all are live, and still fewer terms than contrasts
+//! of contrasts or ratios to one region, because each `κ_q` acts on one matrix only (four regions of a beam,
+//! error at 100 terms: 1e-4, against 3e-4 and 2.5e-4).
 
 use super::axis::{Axis, AxisKind, chebyshev_points};
 use super::error::{SeparatedError, check_len};
@@ -21,8 +22,8 @@ pub struct RegionAxes {
 }
 
 impl RegionAxes {
-    /// Axes for a common `theta` range and the range of each region's stiffness scale (`None`: fixed at 1), with as many
-    /// Chebyshev points in `ln μ` as interpolate solutions to a relative `tolerance`.
+    /// Axes for a common `theta` range and the range of each region's stiffness scale (`None`: fixed at 1),
+    /// with as many Chebyshev points in `ln μ` as interpolate solutions to a relative `tolerance`.
     ///
     /// # Errors
     /// As [`Axis::new`]; [`SeparatedError::Shape`] without regions.
@@ -74,7 +75,7 @@ impl RegionAxes {
         &self.axes
     }
 
-    /// Exponents of the axes in every `θ_q`, for [`BlockProblem::increment`](super::BlockProblem::increment).
+    /// Exponents of the axes in `θ_q`, one list per region: `θ_q = Π_a μ_a^{powers[q][a]}`.
     pub fn powers(&self) -> &[Vec<f64>] {
         &self.powers
     }

@@ -1,26 +1,27 @@
-//! Pencils to test on without meshes: a lattice of springs, and a clamped Euler–Bernoulli beam of several regions, 2 dofs per node.
+//! Pencils to test on without meshes: a lattice of springs, and a clamped Euler–Bernoulli beam of several
+//! regions, 2 dofs per node.
 //!
-//! Its frequencies spread as 1 : 6 : 18 : 34 : …, as those of a slender solid do, and its stiffness is singularly ill
-//! conditioned, so it is not an easy case.
+//! Its frequencies spread as 1 : 6 : 18 : 34 : …, as those of a slender solid do, and its stiffness is
+//! singularly ill conditioned, so it is not an easy case.
 
-use super::linalg::{product, transposed_product};
-use super::problem::{Space, SparseSpace};
-use faer::sparse::{SparseColMat, Triplet};
+use super::linalg::{product, thin_svd, transposed_product};
+use super::space::{DenseSpace, Space};
 use faer::{Mat, MatRef, Side};
 
 pub(crate) struct Pencil {
-    pub(crate) mass: SparseColMat<usize, f64>,
-    /// One per region, all on the same pattern as the mass.
-    pub(crate) stiffness: Vec<SparseColMat<usize, f64>>,
+    pub(crate) mass: Mat<f64>,
+    /// One per region.
+    pub(crate) stiffness: Vec<Mat<f64>>,
     /// Lowest eigenvalues of the nominal pencil.
     pub(crate) eigenvalues: Vec<f64>,
-    /// Ritz vectors of a space of static responses, `(n, n_modes)`: near the eigenmodes but not invariant, as a basis
-    /// that comes from snapshots.
+    /// Ritz vectors of a space of static responses, `(n, n_modes)`: near the eigenmodes but not invariant, as
+    /// a basis that comes from snapshots.
     pub(crate) modes: Mat<f64>,
 }
 
 impl Pencil {
-    /// `elements` beam elements on unit length with unit bending stiffness and mass, split into equal regions.
+    /// `elements` beam elements on unit length with unit bending stiffness and mass, split into equal
+    /// regions.
     pub(crate) fn beam(elements: usize, regions: usize, n_modes: usize) -> Pencil {
         let h = 1.0 / elements as f64;
         let bending = [[12.0, 6.0 * h, -12.0, 6.0 * h], [6.0 * h, 4.0 * h * h, -6.0 * h, 2.0 * h * h]];
@@ -39,12 +40,12 @@ impl Pencil {
                         let (row, col) = ((2 * e + i).checked_sub(2), (2 * e + j).checked_sub(2));
                         if let (Some(row), Some(col)) = (row, col) {
                             let value = if inside { scale * entry(rows, i, j) } else { 0.0 };
-                            entries.push(Triplet::new(row, col, value));
+                            entries.push((row, col, value));
                         }
                     }
                 }
             }
-            SparseColMat::try_new_from_triplets(2 * elements, 2 * elements, &entries).unwrap()
+            dense(2 * elements, &entries)
         };
         let mass = assemble(h / 420.0, &inertia, None);
         let stiffness: Vec<_> = (0..regions).map(|q| assemble(h.powi(-3), &bending, Some(q))).collect();
@@ -60,51 +61,50 @@ impl Pencil {
                 let inside = f64::from(region.is_none_or(|q| z * regions / nz == q));
                 let i = at(x, y, z);
                 if z == 0 {
-                    entries.push(Triplet::new(i, i, inside * ground));
+                    entries.push((i, i, inside * ground));
                 }
                 for (x, y, z) in [(x + 1, y, z), (x, y + 1, z), (x, y, z + 1)] {
                     if x < nx && y < ny && z < nz {
                         let j = at(x, y, z);
                         entries.extend(
                             [(i, i, own), (j, j, own), (i, j, shared), (j, i, shared)]
-                                .map(|(i, j, v)| Triplet::new(i, j, inside * v)),
+                                .map(|(i, j, v)| (i, j, inside * v)),
                         );
                     }
                 }
             }
-            SparseColMat::try_new_from_triplets(nx * ny * nz, nx * ny * nz, &entries).unwrap()
+            dense(nx * ny * nz, &entries)
         };
         let mass = assemble(2.0 / 6.0, 1.0 / 6.0, 2.0 / 6.0, None);
         let stiffness: Vec<_> = (0..regions).map(|q| assemble(1.0, -1.0, 1.0, Some(q))).collect();
         Pencil::new(mass, stiffness, n_modes)
     }
 
-    fn new(
-        mass: SparseColMat<usize, f64>,
-        stiffness: Vec<SparseColMat<usize, f64>>,
-        n_modes: usize,
-    ) -> Pencil {
+    fn new(mass: Mat<f64>, stiffness: Vec<Mat<f64>>, n_modes: usize) -> Pencil {
         let (eigenvalues, modes) = ritz(&mass, &stiffness, n_modes);
         Pencil { mass, stiffness, eigenvalues, modes }
     }
 
     /// `M X`.
     pub(crate) fn energy(&self) -> impl Fn(MatRef<'_, f64>) -> Mat<f64> + Sync + '_ {
-        let space = SparseSpace::new(vec![self.mass.clone()]).unwrap();
-        move |x| space.apply(0, x)
+        |x| product(self.mass.as_ref(), x)
     }
 }
 
-/// Lowest eigenvalues, and the Ritz vectors of `3 n_modes` responses to point loads, once through the inertia.
-fn ritz(
-    mass: &SparseColMat<usize, f64>,
-    stiffness: &[SparseColMat<usize, f64>],
-    count: usize,
-) -> (Vec<f64>, Mat<f64>) {
+/// The `n × n` matrix whose entries are summed from `(row, column, value)`.
+fn dense(n: usize, entries: &[(usize, usize, f64)]) -> Mat<f64> {
+    let mut matrix = Mat::zeros(n, n);
+    entries.iter().for_each(|(i, j, value)| matrix[(*i, *j)] += value);
+    matrix
+}
+
+/// Lowest eigenvalues, and the Ritz vectors of `3 n_modes` responses to point loads, once through the
+/// inertia.
+fn ritz(mass: &Mat<f64>, stiffness: &[Mat<f64>], count: usize) -> (Vec<f64>, Mat<f64>) {
     let n = mass.nrows();
     let mut matrices = vec![mass.clone()];
     matrices.extend_from_slice(stiffness);
-    let space = SparseSpace::new(matrices).unwrap();
+    let space = DenseSpace::new(matrices).unwrap();
     let mut weights = vec![1.0; 1 + stiffness.len()];
     weights[0] = 0.0;
     let width = 3 * count;
@@ -124,9 +124,9 @@ fn ritz(
 }
 
 /// Ritz values and mass-orthonormal Ritz vectors of the span of `w`.
-fn rayleigh_ritz(space: &SparseSpace, w: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
+fn rayleigh_ritz(space: &DenseSpace, w: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
     // an orthonormal basis first: static responses are nearly parallel
-    let (w, _, _) = super::linalg::thin_svd(w.as_ref()).unwrap();
+    let (w, _, _) = thin_svd(w.as_ref()).unwrap();
     let gram = transposed_product(w.as_ref(), space.apply(0, w.as_ref()).as_ref());
     let l = gram.llt(Side::Lower).unwrap();
     let mut t = w.transpose().to_owned();

@@ -12,7 +12,11 @@ fn hat(name: &str, lower: f64, upper: f64, points: usize) -> Axis {
 }
 
 /// Fits `Σ_s Π_a f_sa` (rows of `functions`) as a Galerkin problem whose operators are the Gram matrices.
-fn gram_problem(axes: &[Axis], functions: &[Vec<Function>], blocks: &[Mat<f64>]) -> Problem<DenseSpace> {
+fn gram_problem(
+    axes: &[Axis],
+    functions: &[Vec<Function>],
+    blocks: &[Mat<f64>],
+) -> KroneckerProblem<DenseSpace> {
     let n = blocks[0].nrows();
     let source = |(fs, block): (&Vec<Function>, &Mat<f64>)| Source {
         vectors: axes
@@ -25,7 +29,7 @@ fn gram_problem(axes: &[Axis], functions: &[Vec<Function>], blocks: &[Mat<f64>])
     let sources = functions.iter().zip(blocks).map(source).collect();
     let operators = vec![axes.iter().map(Axis::gram).collect()];
     let space = DenseSpace::new(vec![Mat::identity(n, n)]).unwrap();
-    Problem::new(axes.to_vec(), operators, space, sources).unwrap()
+    KroneckerProblem::new(axes.to_vec(), operators, space, sources).unwrap()
 }
 
 fn one(_: f64) -> f64 {
@@ -63,13 +67,15 @@ fn the_sine_of_a_sum_takes_two_terms_and_of_three_takes_its_known_rank() {
     let axes = [hat("x", 0.0, 3.0, 31), hat("y", 0.0, 3.0, 31)];
     let functions: Vec<Vec<Function>> = vec![vec![f64::sin, f64::cos], vec![f64::cos, f64::sin]];
     let problem = gram_problem(&axes, &functions, &[unit_block(), unit_block()]);
-    // Rounding of a Galerkin fit: Gram matrices of two nearly orthogonal terms, a few ε times the mass condition.
+    // Rounding of a Galerkin fit: Gram matrices of two nearly orthogonal terms, a few ε times the mass
+    // condition.
     let options =
         EnrichmentOptions { tolerance: 1e-10, max_terms: 3, update_sweeps: 10, ..Default::default() };
     let (u, report) = enrich(&problem, &options, None, None).unwrap();
     assert_eq!((u.n_terms(), report.stop), (2, StopReason::Tolerance), "{report:?}");
 
-    // sin(x+y+z) expands into 2² products; its rank over the reals is 3. Updated greedy must not need more than the 4.
+    // sin(x+y+z) expands into 2² products; its rank over the reals is 3. Updated greedy must not need more
+    // than the 4.
     let axes = [hat("x", 0.0, 3.0, 16), hat("y", 0.0, 3.0, 16), hat("z", 0.0, 3.0, 16)];
     let (s, c): (Function, Function) = (f64::sin, f64::cos);
     let minus_sin: Function = |x| -x.sin();
@@ -84,48 +90,61 @@ fn the_sine_of_a_sum_takes_two_terms_and_of_three_takes_its_known_rank() {
 
 #[test]
 fn updates_recover_a_sum_of_one_axis_terms_that_plain_greedy_does_not() {
-    // x + y + z on [0, 1]³ with blocks in general position: rank 3, the shape of the canonical problem.
+    // x + y + z on [−1, 1]³ with blocks in general position: rank 3, the shape of the chapter's problem.
     let axes = [hat("x", -1.0, 1.0, 5), hat("y", -1.0, 1.0, 5), hat("z", -1.0, 1.0, 5)];
     let x: Function = |x| x;
     let functions = vec![vec![x, one as Function, one], vec![one, x, one], vec![one, one, x]];
     let mut random = Random::new(3);
     let blocks: Vec<_> = (0..3).map(|_| Mat::from_fn(6, 1, |_, _| random.uniform() - 0.5)).collect();
     let problem = gram_problem(&axes, &functions, &blocks);
-    let options = EnrichmentOptions { tolerance: 1e-12, max_terms: 3, ..Default::default() };
-    let plain = EnrichmentOptions { update_sweeps: 0, ..options.clone() };
-    let (_, greedy) = enrich(&problem, &plain, None, None).unwrap();
-    let started = EnrichmentOptions { start_at_sources: true, ..plain };
-    let (_, exact) = enrich(&problem, &started, None, None).unwrap();
+    let options =
+        EnrichmentOptions { tolerance: 1e-12, max_terms: 3, update_sweeps: 0, ..Default::default() };
+    let (_, greedy) = enrich(&problem, &options, None, None).unwrap();
     assert!(greedy.error > 1e-6, "greedy alone wanders: {greedy:?}");
-    assert_eq!(exact.stop, StopReason::Tolerance, "{exact:?}");
+    let updated = EnrichmentOptions { update_sweeps: 5, ..options.clone() };
+    let (_, updated) = enrich(&problem, &updated, None, None).unwrap();
+    assert_eq!(updated.stop, StopReason::Tolerance, "{updated:?}");
+    let on_axis = |a: usize| Mat::from_fn(5, 3, |j, s| functions[s][a](axes[a].nodes()[j]));
+    let known = Mat::from_fn(6, 3, |i, s| blocks[s][(i, 0)]);
+    let start = Separated::new(axes.to_vec(), (0..3).map(on_axis).collect(), known, 6).unwrap();
+    let (_, exact) = enrich(&problem, &options, Some(&start), None).unwrap();
+    assert_eq!(
+        (exact.stop, exact.history.len()),
+        (StopReason::Tolerance, 0),
+        "a start that is exact is kept: {exact:?}"
+    );
 }
 
-/// −Δu = f on the unit square with f of known solution sin πx sin πy: hat functions on y, finite elements on x.
-fn poisson(points: usize) -> Problem<SparseSpace> {
-    use faer::sparse::{SparseColMat, Triplet};
+/// −Δu = f on the unit square with f of known solution sin πx sin πy: hat functions on y, finite elements on
+/// x.
+fn poisson(points: usize) -> KroneckerProblem<DenseSpace> {
     let y = hat("y", 0.0, 1.0, points);
-    let (mass, stiffness) = (y.gram(), y.stiffness().unwrap());
-    let inside = points - 2;
-    let sparse = |o: &AxisOperator| {
-        let (l, d, _) = o.parts();
-        let mut entries: Vec<_> = (0..inside).map(|j| Triplet::new(j, j, d[j + 1])).collect();
-        (1..inside)
-            .for_each(|j| entries.extend([Triplet::new(j, j - 1, l[j]), Triplet::new(j - 1, j, l[j])]));
-        SparseColMat::try_new_from_triplets(inside, inside, &entries).unwrap()
-    };
-    // Supports on the y axis: a stiff spring at both ends, the way the engine's axes know it.
+    let h = 1.0 / (points - 1) as f64;
+    // ∫ N_i' N_j' of hat functions, the two ends held by a stiff spring, the way the engine's axes know
+    // supports
     let spring = 1e8;
-    let (l, d, u) = stiffness.parts();
-    let mut held = d.to_vec();
-    held[0] += spring;
-    held[points - 1] += spring;
-    let held = AxisOperator::tridiagonal(l.to_vec(), held, u.to_vec());
+    let mut own = vec![2.0 / h; points];
+    own[0] = 1.0 / h + spring;
+    own[points - 1] = 1.0 / h + spring;
+    let stiffness = AxisOperator::tridiagonal(vec![-1.0 / h; points - 1], own, vec![-1.0 / h; points - 1]);
+    let mass = y.gram();
+    // the same matrices over the inner points of x
+    let inside = points - 2;
+    let dense = |o: &AxisOperator| {
+        let (l, d, u) = o.parts();
+        Mat::from_fn(inside, inside, |i, j| match (i + 1, j + 1) {
+            (i, j) if i == j => d[i],
+            (i, j) if i == j + 1 => l[j],
+            (i, j) if j == i + 1 => u[i],
+            _ => 0.0,
+        })
+    };
     let shape: Vec<f64> = y.nodes().iter().map(|t| (std::f64::consts::PI * t).sin()).collect();
     let load = mass.apply(&shape);
     let block = Mat::from_fn(inside, 1, |j, _| 2.0 * std::f64::consts::PI.powi(2) * load[j + 1]);
-    let space = SparseSpace::new(vec![sparse(&stiffness), sparse(&mass)]).unwrap();
-    Problem::new(vec![y], vec![vec![mass], vec![held]], space, vec![Source { vectors: vec![load], block }])
-        .unwrap()
+    let space = DenseSpace::new(vec![dense(&stiffness), dense(&mass)]).unwrap();
+    let source = Source { vectors: vec![load], block };
+    KroneckerProblem::new(vec![y], vec![vec![mass], vec![stiffness]], space, vec![source]).unwrap()
 }
 
 #[test]
@@ -169,57 +188,43 @@ fn two_runs_give_the_same_bits_whatever_the_threads() {
     (0..3).for_each(|a| assert_eq!(u.factors(a), v.factors(a)));
 }
 
-#[test]
-fn recompression_keeps_its_tolerance() {
-    let axes = [hat("x", 0.0, 3.0, 20), hat("y", 0.0, 3.0, 20)];
-    // sin(x + y) written with twice the terms it needs
-    let f = |k: usize, a: usize, x: f64| match (k % 2, a) {
-        (0, 0) | (1, 1) => x.sin(),
-        _ => x.cos(),
-    };
-    let factors: Vec<Mat<f64>> =
-        (0..2).map(|a| Mat::from_fn(20, 4, |j, k| f(k, a, axes[a].nodes()[j]))).collect();
-    let blocks = Mat::from_fn(6, 4, |i, k| (i as f64 + 1.0) * if k < 2 { 0.25 } else { 0.75 });
-    let u = Separated::new(axes.to_vec(), factors, blocks, 3).unwrap();
-    let v = recompress(&u, 1e-9).unwrap();
-    assert_eq!(v.n_terms(), 2);
-    let (mut gap, mut size) = (0.0, 0.0);
-    for i in 0..20 {
-        for j in 0..20 {
-            let (a, b) = (u.combine(&u.weights_at(&[i, j])), v.combine(&v.weights_at(&[i, j])));
-            gap += (&a - &b).norm_l2().powi(2);
-            size += a.norm_l2().powi(2);
-        }
-    }
-    assert!(gap.sqrt() <= 1e-9 * size.sqrt(), "the tolerance asked for, over all 400 grid points");
+/// `(1 + tκ) x = −tκ` at two positions of each axis: the oscillator of docs/theory/5a-separation-by-hand.md.
+fn oscillator() -> KroneckerProblem<DenseSpace> {
+    let position = |name| Axis::new(name, "1", 1.0, 2.0, AxisKind::Index, false).unwrap();
+    let diagonal = |values: [f64; 2]| AxisOperator::diagonal(values.to_vec());
+    let operators = vec![vec![diagonal([1.0, 1.0]); 2], vec![diagonal([1.0, 2.0]); 2]];
+    let space = DenseSpace::new(vec![unit_block(), unit_block()]).unwrap();
+    let source = Source { vectors: vec![vec![1.0, 2.0]; 2], block: unit_block() * faer::Scale(-1.0) };
+    KroneckerProblem::new(vec![position("t"), position("kappa")], operators, space, vec![source]).unwrap()
 }
 
 #[test]
-fn recompression_on_one_axis_is_the_truncated_decomposition() {
-    let kind = AxisKind::Chebyshev { points: 25 };
-    let axis = Axis::new("theta", "1", 1e-2, 1.0, kind, true).unwrap();
-    // 1/(1 + θ λ_k) for 40 λ: all 25 grid columns as terms, of which few are needed.
-    let lambda = |k: usize| 10f64.powf(-2.0 + 0.1 * k as f64);
-    let blocks = Mat::from_fn(40, 25, |k, j| 1.0 / (1.0 + axis.nodes()[j] * lambda(k)));
-    let u = Separated::new(vec![axis.clone()], vec![Mat::identity(25, 25)], blocks, 40).unwrap();
-    let mut fewest = 25;
-    for tolerance in [1e-4, 1e-6, 1e-8] {
-        let v = recompress(&u, tolerance).unwrap();
-        let difference =
-            u.concatenate(&v.expand((Mat::<f64>::identity(40, 40) * faer::Scale(-1.0)).as_ref()).unwrap());
-        let weights = axis.weights();
-        let norm = |w: &Separated| {
-            let at = |j: usize| weights[j] * w.combine(&w.weights_at(&[j])).norm_l2().powi(2);
-            (0..25).map(at).sum::<f64>().sqrt()
-        };
-        assert!(
-            norm(&difference.unwrap()) <= 1.0001 * tolerance * norm(&u),
-            "the discarded tail, plus 1e-2 of it in space"
-        );
-        fewest = fewest.min(v.n_terms());
+fn terms_of_one_round_from_the_load_are_those_worked_by_hand() {
+    let problem = oscillator();
+    let all = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|point| point.to_vec());
+    let mut found = Separated::zero(&problem.axes, 1, 1);
+    let mut residuals = Vec::new();
+    for _ in 0..6 {
+        let load = vec![vec![1.0, 2.0]; 2];
+        let term = enrich::next_term(&problem, &found, load, 1).unwrap().unwrap();
+        found = found.concatenate(&term).unwrap();
+        residuals.push(problem.residual(&found, &all));
     }
-    assert!(
-        (4..=12).contains(&fewest)
-            && recompress(&u, 1e-4).unwrap().n_terms() < recompress(&u, 1e-8).unwrap().n_terms()
-    );
+    let first = found.truncated(1);
+    let ratio = |a: usize, term: usize| found.factors(a)[(1, term)] / found.factors(a)[(0, term)];
+    // a dozen products and quotients of whole numbers below 100
+    let near = |found: f64, by_hand: f64| assert!((found - by_hand).abs() < 1e-14, "{found} {by_hand}");
+    near(ratio(0, 0), 28.0 / 23.0);
+    near(ratio(1, 0), 6820.0 / 5507.0);
+    near(first.evaluate(&[1.0, 1.0]).unwrap()[(0, 0)], -1817.0 / 3410.0);
+    // the digits printed on the page
+    for (found, by_hand) in residuals.iter().zip([1.780e-2, 7.640e-4, 2.901e-5, 1.302e-6, 4.950e-8, 2.221e-9])
+    {
+        assert!((found / by_hand - 1.0).abs() < 1e-3, "{found} {by_hand}");
+    }
+    // the odd terms share one function of t, the even ones another; each is found from a residual 30 times
+    // smaller
+    for (term, by_hand) in [28.0 / 23.0, -0.5, 28.0 / 23.0, -0.5].into_iter().enumerate() {
+        assert!((ratio(0, term) - by_hand).abs() < 1e-9, "{term}: {}", ratio(0, term));
+    }
 }

@@ -1,23 +1,26 @@
 //! The update: all factors on one axis (then all blocks) solved for together, the rest frozen.
 //!
-//! On axis `a` the unknown is the whole matrix `G_a` `(n_points, n_terms)` in
-//! `Σ_t A_ta G_a W_t = R`, with `W_t = (F_iᵀS_tF_j) ∘ Π_{b≠a} G_bᵀA_tbG_b`. With one operator this is a small
-//! Kronecker solve; otherwise points couple to their neighbours at most, and block elimination along the axis costs
-//! `O(n_points · n_terms³)`. Everything is solved for the *correction*: parallel terms make `W` singular to rounding,
-//! and a ridge on a correction moves nothing once the residual is gone.
+//! On axis `a` the unknown is the whole matrix `G_a` `(n_points, n_terms)` in `Σ_t A_ta G_a W_t = R`, with
+//! `W_t = (F_iᵀS_tF_j) ∘ Π_{b≠a} G_bᵀA_tbG_b`. With one operator this is a small Kronecker solve; otherwise
+//! points couple to their neighbours at most, and block elimination along the axis costs
+//! `O(n_points · n_terms³)`. Everything is solved for the *correction*: parallel terms make `W` singular to
+//! rounding, and a ridge on a correction moves nothing once the residual is gone.
 
-use super::enrich::apply_to_blocks;
 use super::error::SeparatedError;
+use super::kronecker::KroneckerProblem;
 use super::linalg::{add_product, column, product, solve_semidefinite, transposed_product};
-use super::problem::{Problem, Space};
 use super::solution::Separated;
+use super::space::Space;
 use faer::Mat;
 
 /// One sweep: all blocks, then all factors axis by axis.
 ///
 /// # Errors
 /// [`SeparatedError::NotPositiveDefinite`] from the space solves.
-pub(crate) fn update<S: Space>(problem: &Problem<S>, u: &Separated) -> Result<Separated, SeparatedError> {
+pub(super) fn update<S: Space>(
+    problem: &KroneckerProblem<S>,
+    u: &Separated,
+) -> Result<Separated, SeparatedError> {
     let mut grams = Grams::new(problem, u);
     let mut blocks = update_blocks(problem, u, &grams)?;
     let mut factors: Vec<Mat<f64>> = (0..problem.axes.len()).map(|a| u.factors(a).to_owned()).collect();
@@ -45,7 +48,7 @@ struct Grams {
 }
 
 impl Grams {
-    fn new<S: Space>(problem: &Problem<S>, u: &Separated) -> Grams {
+    fn new<S: Space>(problem: &KroneckerProblem<S>, u: &Separated) -> Grams {
         let axes = problem.axes.len();
         let empty = Mat::zeros(0, 0);
         let mut grams = Grams {
@@ -59,7 +62,7 @@ impl Grams {
         grams
     }
 
-    fn set_axis<S: Space>(&mut self, problem: &Problem<S>, g: &Mat<f64>, a: usize) {
+    fn set_axis<S: Space>(&mut self, problem: &KroneckerProblem<S>, g: &Mat<f64>, a: usize) {
         let on = |o: &Vec<super::AxisOperator>| {
             transposed_product(g.as_ref(), o[a].apply_all(g.as_ref()).as_ref())
         };
@@ -68,8 +71,8 @@ impl Grams {
         self.source_axis[a] = transposed_product(vectors.as_ref(), g.as_ref());
     }
 
-    fn set_blocks<S: Space>(&mut self, problem: &Problem<S>, u: &Separated) {
-        let lifted = (0..problem.operators.len()).map(|t| apply_to_blocks(&problem.space, t, u));
+    fn set_blocks<S: Space>(&mut self, problem: &KroneckerProblem<S>, u: &Separated) {
+        let lifted = (0..problem.operators.len()).map(|t| problem.apply_to_blocks(t, u));
         self.block = lifted.map(|l| transposed_product(u.blocks(), l.as_ref())).collect();
         let n = u.n_rows();
         let sources = Mat::from_fn(u.blocks().nrows(), problem.sources.len(), |j, s| {
@@ -98,7 +101,8 @@ impl Grams {
     }
 }
 
-/// Unit largest entry for every factor, its size moved into the block: the solves after it see balanced columns.
+/// Unit largest entry for every factor, its size moved into the block: the solves after it see balanced
+/// columns.
 fn rescale(g: &mut Mat<f64>, blocks: &mut Mat<f64>, grams: &mut Grams) {
     let terms = g.ncols();
     let size: Vec<f64> =
@@ -115,7 +119,12 @@ fn rescale(g: &mut Mat<f64>, blocks: &mut Mat<f64>, grams: &mut Grams) {
 }
 
 /// The correction of `G_a`, `(n_points, n_terms)`.
-fn axis_correction<S: Space>(problem: &Problem<S>, grams: &Grams, g: &Mat<f64>, a: usize) -> Mat<f64> {
+fn axis_correction<S: Space>(
+    problem: &KroneckerProblem<S>,
+    grams: &Grams,
+    g: &Mat<f64>,
+    a: usize,
+) -> Mat<f64> {
     let weights: Vec<Mat<f64>> = (0..problem.operators.len()).map(|t| grams.weight(t, Some(a))).collect();
     let vectors = Mat::from_fn(g.nrows(), problem.sources.len(), |j, s| problem.sources[s].vectors[a][j]);
     let mut residual = product(vectors.as_ref(), grams.source_weight(Some(a)).as_ref());
@@ -135,7 +144,7 @@ fn axis_correction<S: Space>(problem: &Problem<S>, grams: &Grams, g: &Mat<f64>, 
 
 /// Solves `Σ_t A_ta X W_t = R` point by point along the axis (block Thomas algorithm).
 fn block_elimination<S: Space>(
-    problem: &Problem<S>,
+    problem: &KroneckerProblem<S>,
     weights: &[Mat<f64>],
     residual: Mat<f64>,
     a: usize,
@@ -177,10 +186,10 @@ fn block_elimination<S: Space>(
     Mat::from_fn(points, terms, |j, i| right[j][(i, 0)])
 }
 
-/// New blocks, `(n_rows · n_columns, n_terms)`: jointly with one space operator, else term after term (Gauss–Seidel, one
-/// pass; the energy never rises).
+/// New blocks, `(n_rows · n_columns, n_terms)`: jointly with one space operator, else term after term
+/// (Gauss–Seidel, one pass; the energy never rises).
 fn update_blocks<S: Space>(
-    problem: &Problem<S>,
+    problem: &KroneckerProblem<S>,
     u: &Separated,
     grams: &Grams,
 ) -> Result<Mat<f64>, SeparatedError> {
@@ -189,7 +198,7 @@ fn update_blocks<S: Space>(
     let load = product(sources.as_ref(), grams.source_weight(None).as_ref());
     let weights: Vec<Mat<f64>> = (0..problem.operators.len()).map(|t| grams.weight(t, None)).collect();
     let mut lifted: Vec<Mat<f64>> =
-        (0..problem.operators.len()).map(|t| apply_to_blocks(&problem.space, t, u)).collect();
+        (0..problem.operators.len()).map(|t| problem.apply_to_blocks(t, u)).collect();
     let mut blocks = u.blocks().to_owned();
     if problem.operators.len() == 1 {
         let mut residual = load;

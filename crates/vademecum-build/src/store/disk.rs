@@ -7,15 +7,16 @@ use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
-/// A temporary file that nobody has written to for so long was left by a program that was killed. Writing takes seconds; age is
-/// used and not a lock, which network folders may lack.
+/// A temporary file that nobody has written to for so long was left by a program that was killed. Writing
+/// takes seconds; age is used and not a lock, which network folders may lack.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
-/// Writes `bytes` to `path`: temporary file beside it, flushed to the disk, renamed over it, folder flushed. Temporary files of
-/// programs that were killed more than an hour ago are removed from the folder.
+/// Writes `bytes` to `path`: temporary file beside it, flushed to the disk, renamed over it, folder flushed.
+/// Temporary files of programs that were killed more than an hour ago are removed from the folder.
 ///
 /// # Errors
-/// What the system says (full disk, read-only folder); the old file is then as it was and the temporary one gone.
+/// What the system says (full disk, read-only folder); the old file is then as it was and the temporary one
+/// gone.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let folder = folder(path);
     remove_abandoned(folder);
@@ -24,14 +25,16 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     share_like_new_file(file.as_file())?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|error| error.error)?;
-    // The rename itself lasts only once the folder is on the disk; some systems cannot open a folder, which is no loss.
+    // The rename itself lasts only once the folder is on the disk; some systems cannot open a folder, which
+    // is no loss.
     if let Ok(folder) = std::fs::File::open(folder) {
         let _ = folder.sync_all();
     }
     Ok(())
 }
 
-/// Whether [`write_atomic`] could begin: a temporary file beside `path` is made and removed. To be asked before long work.
+/// Whether [`write_atomic`] could begin: a temporary file beside `path` is made and removed. To be asked
+/// before long work.
 ///
 /// # Errors
 /// What the system says (missing or read-only folder), or that `path` is a folder.

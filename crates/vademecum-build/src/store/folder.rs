@@ -1,8 +1,8 @@
 //! A folder of finished stages, one file each.
 //!
-//! A file is named for its stage and its address and holds the XXH3-128 of address and content, then the content (bincode,
-//! fixed-width little-endian). Files appear whole (see [`write_atomic`]) and are never changed, so builds may share a folder.
-//! What does not match its checksum is not used.
+//! A file is named for its stage and its address and holds the XXH3-128 of address and content, then the
+//! content (bincode, fixed-width little-endian). Files appear whole (see [`write_atomic`]) and are never
+//! changed, so builds may share a folder. What does not match its checksum is not used.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,8 @@ pub(crate) enum Found<T> {
 }
 
 impl Store {
-    /// A store in `folder`, which is made when the first stage is kept. A `fresh` one does not look at what is there.
+    /// A store in `folder`, which is made when the first stage is kept. A `fresh` one does not look at what
+    /// is there.
     pub fn new(folder: &Path, fresh: bool) -> Self {
         Self { folder: folder.into(), fresh }
     }

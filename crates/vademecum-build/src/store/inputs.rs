@@ -20,8 +20,8 @@ pub trait Hashed {
 pub struct Inputs(Xxh3);
 
 impl Inputs {
-    /// Of nothing but the program: its version and, where the system shows them, the bytes it runs from. A program that was
-    /// built anew computes anew.
+    /// Of nothing but the program: its version and, where the system shows them, the bytes it runs from. A
+    /// program that was built anew computes anew.
     pub fn none() -> Self {
         static PROGRAM: OnceLock<u128> = OnceLock::new();
         let program = PROGRAM.get_or_init(|| {
@@ -33,7 +33,8 @@ impl Inputs {
         Self(Xxh3::new()).value(&(env!("CARGO_PKG_VERSION"), program))
     }
 
-    /// A small value by its `Debug` text, which has every digit of every number and every field, later ones too.
+    /// A small value by its `Debug` text, which has every digit of every number and every field, later ones
+    /// too.
     pub fn value(mut self, value: &impl Debug) -> Self {
         let text = format!("{value:?}");
         self.length(text.len());

@@ -1,13 +1,14 @@
-//! A long build that was stopped goes on where it was: its finished stages are kept and found again by what they were
-//! computed from.
+//! A long build that was stopped goes on where it was: its finished stages are kept and found again by what
+//! they were computed from.
 //!
-//! Each stage has an address, a hash of everything it reads: numbers of the model, the basis before it, the keys of the
-//! problem file that it looks at. A result is used again only under the very same address, so a changed input rebuilds the
-//! stages that depend on it and no others, and a build gives the same bytes with and without what is kept. The odd thing:
-//! addresses go by content and not by history, so a change that leaves a basis as it was leaves all that follows from it too.
+//! Each stage has an address, a hash of everything it reads: numbers of the model, the basis before it, the
+//! keys of the problem file that it looks at. A result is used again only under the very same address, so a
+//! changed input rebuilds the stages that depend on it and no others, and a build gives the same bytes with
+//! and without what is kept. The odd thing: addresses go by content and not by history, so a change that
+//! leaves a basis as it was leaves all that follows from it too.
 //!
-//! The store knows no stage: each value says itself what it contributes to an address ([`Hashed`]). Cheap stages (mesh,
-//! matrices, factorisations, stage responses) are not kept.
+//! The store knows no stage: each value says itself what it contributes to an address ([`Hashed`]). Cheap
+//! stages (mesh, matrices, factorisations, stage responses) are not kept.
 
 mod disk;
 mod folder;
@@ -36,7 +37,8 @@ impl<'a> Kept<'a> {
         Self { store: store.map(|store| (store, Inputs::none().with(model))), listener }
     }
 
-    /// The result of a stage: the kept one for the same model and `inputs`, or that of `work`, which is then kept.
+    /// The result of a stage: the kept one for the same model and `inputs`, or that of `work`, which is then
+    /// kept.
     ///
     /// # Errors
     /// Of `work`. A store that cannot be written costs a note, not the build.

@@ -1,33 +1,31 @@
 //! `vademecum demo`: the whole road, once, from nothing but the program itself.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
-use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Silent, Stopwatch};
 use vademecum_build::report::BuildReport;
 use vademecum_build::store::write_atomic;
-use vademecum_eval::{Mapped, SceneOptions};
-use vademecum_study::scenario::Scenario;
+use vademecum_format::FormatError;
+use vademecum_study::contents::Geometry;
+use vademecum_study::player::{LongRun, PlayOptions, Track, long_run};
+use vademecum_study::verify::{Verification, Verified, verify};
+use vademecum_study::{FileError, StudyError};
 
-use super::build::print_report;
-use super::run::geometry;
-use super::verify::{self, Verified, verify};
-use super::{make_folder, write_text};
+use crate::arguments::{PROBLEM, SCENARIO, demo_problem, demo_scenario};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
+use crate::files::{make_folder, open, write_text};
 use crate::pictures::{Chart, Outline, Series, line_chart, outline};
-use crate::player::{LongRun, Track, long_run};
+use crate::print::{json, print_report, print_verification};
 
-/// The problem and scenario of the demo, inside the program.
-pub const PROBLEM: &str = include_str!("../../../../fixtures/problems/cantilever.toml");
-pub const SCENARIO: &str = include_str!("../../../../fixtures/scenarios/push.toml");
 /// Steps of the long run.
 const MANY: usize = 1_000_000;
 
-/// Builds a cantilever, writes its file, steps it a million times and compares it with the full-order solution.
+/// Builds a cantilever, writes its file, steps it a million times and compares it with the full-order
+/// solution.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum demo -o demo")]
@@ -40,7 +38,7 @@ pub struct Demo {
 #[derive(Serialize)]
 struct DemoReport<'a> {
     #[serde(flatten)]
-    verify: &'a verify::Report,
+    verify: &'a Verification,
     long_run: &'a LongRun,
     build: &'a BuildReport,
 }
@@ -48,31 +46,31 @@ struct DemoReport<'a> {
 impl Demo {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         make_folder(&self.output)?;
-        let problem = Problem::parse(PROBLEM, "the demo's problem", PathBuf::new())?;
-        let scenario = Scenario::parse(SCENARIO, "the demo's scenario")?;
+        let (problem, scenario) = (demo_problem()?, demo_scenario()?);
         write_text(&self.output.join("problem.toml"), PROBLEM)?;
         write_text(&self.output.join("scenario.toml"), SCENARIO)?;
         let path = self.output.join("demo.vdm");
 
         let built = build(&problem, &BuildOptions::default(), console)?.kept()?;
         write_atomic(&path, &built.bytes).map_err(|error| Failure::io(&path, error))?;
-        let mapped = Mapped::open(&path).map_err(|error| Failure::file(&path, error))?;
-        let file = mapped.file().map_err(|error| Failure::file(&path, error))?;
-        let options = SceneOptions::default();
+        let mapped = open(&path, false)?;
+        let about = |error: StudyError| Failure::from(error).about(&path);
+        let file = mapped.file().map_err(|error: FormatError| Failure::file(&path, error))?;
+        let options = PlayOptions::default();
         let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent)?;
-        let verified = verify(&path, &file, &options, &problem, &prepared, &scenario, console)?;
+        let verified = verify(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
         console.stage("a million steps");
-        let track = Track::bind(&path, &file, &scenario)?;
-        let long = long_run(&path, &file, &options, &track, MANY)?;
+        let track = Track::bind(&file, &scenario).map_err(about)?;
+        let long = long_run(&file, &options, &track, MANY, console).map_err(about)?;
         console.clear();
 
-        let (nodes, triangles) = geometry(&path, &file)?;
-        let marks = marks(&prepared, &track);
-        self.draw(&built.report, &verified, &nodes, &triangles, &marks)?;
-        let report = DemoReport { verify: &verified.report, long_run: &long, build: &built.report };
-        let json =
-            serde_json::to_string_pretty(&report).expect("a report has string keys and finite nesting");
-        write_text(&self.output.join("demo.json"), &json)?;
+        let unread = |error: FileError| Failure::file(&path, error);
+        let geometry = Geometry::of(&file).map_err(unread)?;
+        let held = geometry.held(&file).map_err(unread)?.into_iter().map(|place| (0, place));
+        let pushed = track.contacts.iter().map(|contact| (1, contact.point.position));
+        self.draw(&built.report, &verified, &geometry, &held.chain(pushed).collect::<Vec<_>>())?;
+        let report = DemoReport { verify: &verified.figures, long_run: &long, build: &built.report };
+        write_text(&self.output.join("demo.json"), &json(&report))?;
         self.print(&built.report, &verified, &long);
         Ok(())
     }
@@ -81,12 +79,12 @@ impl Demo {
         &self,
         report: &BuildReport,
         verified: &Verified,
-        nodes: &[[f64; 3]],
-        triangles: &[[u32; 3]],
+        geometry: &Geometry,
         marks: &[(usize, [f64; 3])],
     ) -> Result<(), Failure> {
         let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
         let title = "mesh (blue: held nodes, red: contacts)";
+        let Geometry { nodes, triangles } = geometry;
         outline(&self.output.join("mesh.svg"), &Outline { title, marks }, nodes, triangles)
             .map_err(failed)?;
 
@@ -114,13 +112,12 @@ impl Demo {
     fn print(&self, report: &BuildReport, verified: &Verified, long: &LongRun) {
         print_report(report);
         println!();
-        verified.report.print();
+        print_verification(&verified.figures);
         println!(
             "a million steps        {:.3e} s each; energy left {:.3e}, never above {:.9} of that at release",
             long.seconds_per_step, long.energy_left, long.energy_ratio
         );
-        let folder = Path::new(&self.output);
-        println!("\nwrote to {}:", folder.display());
+        println!("\nwrote to {}:", self.output.display());
         println!("  demo.vdm, demo.json, problem.toml, scenario.toml");
         println!("  mesh.svg, singular-values.svg, tip.svg, energy.svg");
     }
@@ -130,13 +127,4 @@ impl Demo {
 fn over_time<'a>(name: &'a str, values: &[f64], width: usize, verified: &Verified) -> Series<'a> {
     let points = values.iter().step_by(width.max(1)).enumerate();
     Series { name, points: points.map(|(i, &v)| (i as f64 * verified.time_step, v)).collect() }
-}
-
-/// Held nodes and contact points.
-fn marks(prepared: &vademecum_build::prepared::Prepared, track: &Track) -> Vec<(usize, [f64; 3])> {
-    let (mesh, dofs) = (prepared.body.model.mesh(), prepared.body.model.dofs());
-    let held = |node: &usize| (0..3).all(|c| dofs.free(3 * node + c).is_none());
-    let nodes = (0..mesh.nodes.len()).filter(held).map(|node| (0, mesh.nodes[node]));
-    let contacts = track.contacts.iter().map(|(_, point, _)| (1, point.position));
-    nodes.chain(contacts).collect()
 }

@@ -6,17 +6,16 @@ use serde::Serialize;
 use vademecum_build::certificate::StructureReport;
 use vademecum_build::chapter::ChapterReport;
 use vademecum_build::input::Problem;
-use vademecum_eval::Mapped;
+use vademecum_build::parametric::RadiusSample;
 use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, fewest_terms, read_losses};
+use vademecum_study::FileError;
+use vademecum_study::contents::lines;
+use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
-use vademecum_build::parametric::RadiusSample;
-
-use super::build::print_chapter;
-use super::{print_json, rewrite_failed, whole_file};
 use crate::failure::Failure;
-use crate::player::names;
-use crate::separation::{Enrichment, enrichment_history, radius_samples, repairs};
+use crate::files::{open, whole_file};
+use crate::print::{print_chapter, print_json};
 
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
@@ -29,13 +28,15 @@ pub struct Info {
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Print how many terms of the separated solution keep its maps within this relative error, such as 1e-3 (reads all load rows).
+    /// Print how many terms of the separated solution keep its maps within this relative error, such as 1e-3
+    /// (reads all load rows).
     #[arg(long, value_name = "TOLERANCE")]
     terms_for: Option<f64>,
 }
 
+/// Everything a file says about itself.
 #[derive(Serialize)]
-struct Report {
+struct Contents {
     file_bytes: usize,
     format: String,
     program: String,
@@ -101,7 +102,8 @@ struct Certificates {
     trajectory_error_max: f64,
     trajectory_floor_max: f64,
     energy_ratio_max: f64,
-    /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its axes, `null` where nothing was seen beyond the floor.
+    /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its
+    /// axes, `null` where nothing was seen beyond the floor.
     good_for_steps: Option<f64>,
     /// What `build --repair` did, in order; empty where nothing had to be repaired.
     repairs: Vec<String>,
@@ -132,31 +134,25 @@ struct SectionReport {
 
 impl Info {
     pub fn run(&self) -> Result<(), Failure> {
-        let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
+        let mapped = open(&self.file, false)?;
         let mut memory = vec![];
-        let raw = whole_file(&self.file, &mapped, &mut memory)?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
-        let mut report = self.report(&file, &raw)?;
-        if let Some(tolerance) = self.terms_for {
-            let found = fewest_terms(mapped.bytes(), tolerance);
-            report.fewest_terms = Some(found.map_err(|error| rewrite_failed(&self.file, error))?);
-        }
+        whole_file(&self.file, &mapped, &mut memory)?;
+        let contents = mapped.file().map_err(FileError::from).and_then(|file| self.contents(&file));
+        let contents = contents.map_err(|error| Failure::file(&self.file, error))?;
         if self.json {
-            print_json(&report);
+            print_json(&contents);
         } else {
-            report.print();
+            contents.print();
         }
         Ok(())
     }
 
-    /// Of a file and, for what is text in it, the same file unpacked.
-    fn report(&self, file: &File<'_>, raw: &File<'_>) -> Result<Report, Failure> {
-        let losses = read_losses(file).map_err(|error| rewrite_failed(&self.file, error))?;
+    fn contents(&self, file: &File<'_>) -> Result<Contents, FileError> {
+        let losses = read_losses(file)?;
         let m = file.metadata();
         let certificate = &m.certificate;
-        let canonical = Chapter::read(file).map_err(|error| Failure::file(&self.file, error))?;
-        let canonical_report =
-            ChapterReport::of_file(file).map_err(|error| Failure::file(&self.file, error))?;
+        let canonical = Chapter::read(file)?;
+        let canonical_report = ChapterReport::of_file(file)?;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
         let left_its_axes = canonical_report.as_ref().is_some_and(|report| report.left_at.is_some());
         let worst = match &canonical_report {
@@ -166,8 +162,8 @@ impl Info {
         let axis = |a: &vademecum_format::Axis<'_>| AxisReport {
             name: a.name.into(),
             unit: a.unit.into(),
-            role: format!("{:?}", a.role),
-            kind: format!("{:?}", a.kind),
+            role: a.role.to_string(),
+            kind: a.kind.to_string(),
             log: a.log,
             lower: a.lower,
             upper: a.upper,
@@ -176,16 +172,16 @@ impl Info {
         let parameter = |p: &vademecum_format::Parameter<'_>| ParameterReport {
             name: p.name.into(),
             unit: p.unit.into(),
-            role: format!("{:?}", p.role),
+            role: p.role.to_string(),
             log: p.log,
             lower: p.lower,
             upper: p.upper,
             nominal: p.nominal,
         };
         let section = |s: vademecum_format::Section<'_>| SectionReport {
-            kind: format!("{:?}", s.kind()),
-            element: format!("{:?}", s.element()),
-            codec: format!("{:?}", s.codec()),
+            kind: s.kind().to_string(),
+            element: s.element().to_string(),
+            codec: s.codec().to_string(),
             shape: s.shape(),
             stored_bytes: s.stored().len(),
             decoded_bytes: s.decoded_length(),
@@ -194,7 +190,7 @@ impl Info {
         let present = [("diagonal", m.diagonal), ("block", m.block), ("canonical", canonical.is_some())];
         let most = canonical_report.iter().flat_map(|report| &report.stages).map(|s| s.terms).max();
         let terms = most.map_or(m.n_terms, |terms| terms as u32);
-        Ok(Report {
+        Ok(Contents {
             file_bytes: file.bytes().len(),
             format: format!("{}.{}", vademecum_format::MAJOR, file.minor()),
             program: m.program.into(),
@@ -215,8 +211,8 @@ impl Info {
             canonical: canonical.as_ref().map(CanonicalAxes::new),
             axes: m.active_axes().iter().map(axis).collect(),
             parameters: m.active_parameters().iter().map(parameter).collect(),
-            load_patterns: names(&self.file, raw, SectionKind::PatternNames)?,
-            probes: names(&self.file, raw, SectionKind::ProbeNames)?,
+            load_patterns: lines(file, SectionKind::PatternNames)?,
+            probes: lines(file, SectionKind::ProbeNames)?,
             certificate: Certificates {
                 terms,
                 map_error_rms: worst.map_error_rms,
@@ -226,21 +222,21 @@ impl Info {
                 trajectory_floor_max: worst.projection_floor,
                 energy_ratio_max: worst.energy_ratio,
                 good_for_steps: if left_its_axes { Some(0.0) } else { good_for_steps(m.problem, &worst) },
-                repairs: repairs(&self.file, file)?,
+                repairs: repairs(file)?,
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block)),
                 canonical: canonical_report,
             },
-            enrichment_history: enrichment_history(&self.file, file)?,
-            fewest_terms: None,
-            radius_samples: radius_samples(&self.file, file)?,
+            enrichment_history: enrichment_history(file)?,
+            fewest_terms: self.terms_for.map(|t| fewest_terms(file.bytes(), t)).transpose()?,
+            radius_samples: radius_samples(file)?,
             sections: SectionKind::ALL.iter().filter_map(|&kind| file.section(kind)).map(section).collect(),
             problem: m.problem.into(),
         })
     }
 }
 
-impl Report {
+impl Contents {
     fn print(&self) {
         println!(
             "vademecum file, format {}, written by {}; {} bytes",
@@ -262,7 +258,7 @@ impl Report {
             list(&self.load_patterns)
         );
         if let Some(c) = &self.canonical {
-            let direction = c.direction.map_or("components".into(), |d| format!("{d:?}"));
+            let direction = c.direction.map_or("components".into(), |[x, y, z]| format!("[{x}, {y}, {z}]"));
             println!("canonical: {:?} axes by stage; load at {} positions, {direction}", c.axes, c.positions);
         }
         for p in &self.parameters {
@@ -282,7 +278,8 @@ impl Report {
         {
             if let Some(c) = certificate {
                 println!(
-                    "certificate, {name}: error {:.3e}, floor {:.3e} (ratio {:.3}) over {} steps; spectral radius 1 {:+.1e}; energy ratio {:.9}",
+                    "certificate, {name}: error {:.3e}, floor {:.3e} (ratio {:.3}) over {} steps; spectral \
+                     radius 1 {:+.1e}; energy ratio {:.9}",
                     c.trajectory_error,
                     c.projection_floor,
                     c.floor_ratio,
@@ -315,7 +312,7 @@ impl Report {
     }
 }
 
-impl Report {
+impl Contents {
     /// How the terms came about and where the step was found stable.
     fn print_separation(&self) {
         if let (Some(first), Some(last)) = (self.enrichment_history.first(), self.enrichment_history.last()) {
@@ -367,7 +364,8 @@ fn endurance(steps: f64) -> String {
     format!("the tolerance is good for about {steps:.1e} steps at least, by the drift seen")
 }
 
-/// From the stored errors and the tolerance of the stored problem; absent without either, or when it is without end.
+/// From the stored errors and the tolerance of the stored problem; absent without either, or when it is
+/// without end.
 fn good_for_steps(problem: &str, worst: &StructureReport) -> Option<f64> {
     let tolerance = Problem::parse(problem, "problem", PathBuf::new()).ok()?.tolerance;
     Some(worst.good_for_steps(tolerance.floor_ratio, tolerance.absolute)).filter(|steps| steps.is_finite())

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use vademecum_build::mesh::{inspect, parse};
 
-use super::print_json;
 use crate::failure::{Cause, Failure};
+use crate::print::print_json;
 
 /// Reads a mesh file and prints counts, groups, bounding box, quality and every problem found.
 #[derive(clap::Args)]

@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use vademecum_rewrite as rewrite;
 
-use super::{read_file, rewrite_failed, write_file};
 use crate::failure::Failure;
+use crate::files::{read_file, write_file};
 
 /// Compresses a file for shipping; without a tolerance, `unpack` gives back the very bytes.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum pack body.vdm -o body.packed.vdm
   vademecum pack body.vdm -o body.packed.vdm --tolerance 1e-4
-With a tolerance, what is known at every node (basis, load rows, coordinates) is rounded to 16 or 32 bits as far as fields stay within it.
+With a tolerance, what is known at every node (basis, load rows, coordinates) is rounded to 16 or 32 bits as
+far as fields stay within it.
 Probes, load patterns and the step are kept to the bit. `vademecum info` shows what it cost.")]
 pub struct Pack {
     /// The vademecum file.
@@ -35,7 +36,7 @@ impl Pack {
             None => rewrite::pack(&bytes, self.level),
             Some(tolerance) => rewrite::pack_within(&bytes, self.level, tolerance),
         };
-        let packed = packed.map_err(|error| rewrite_failed(&self.file, error))?;
+        let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
         write_file(&self.output, &packed, bytes.len())
     }
 }

@@ -1,31 +1,36 @@
-//! `vademecum report`: one page that shows a build to someone who did not make it, with its figures beside it.
+//! `vademecum report`: one page that shows a build to someone who did not make it, with its figures beside
+//! it.
 
 mod build_times;
+mod content;
 mod figures;
-mod measure;
 mod page;
 mod separation_figures;
+mod words;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
-use vademecum_build::parametric::RadiusSample;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::write_atomic;
-use vademecum_eval::{Mapped, SceneOptions};
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{File, FormatError};
+use vademecum_study::contents::mode_table;
+use vademecum_study::free_run::free_run;
+use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
+use vademecum_study::separation::{enrichment_history, radius_samples, repairs};
+use vademecum_study::timings::timings;
+use vademecum_study::verify::{Verified, verify};
+use vademecum_study::{FileError, StudyError};
 
 use self::build_times::BuildTimes;
+use self::content::Content;
 use self::figures::Figures;
-use self::measure::{FreeRun, Timings};
-use super::verify::{Verified, verify};
-use super::view::title;
-use super::{make_folder, refuse_canonical};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::separation::{Enrichment, enrichment_history, radius_samples, repairs};
+use crate::files::{make_folder, open, refuse_canonical};
+use crate::html::title;
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
 #[derive(clap::Args)]
@@ -51,39 +56,24 @@ pub struct Report {
     build: Option<PathBuf>,
 }
 
-/// Everything the page shows.
-struct Content<'a> {
-    title: String,
-    path: &'a Path,
-    bytes: usize,
-    file: &'a File<'a>,
-    modes: Vec<[f64; 6]>,
-    timings: Timings,
-    free: FreeRun,
-    verified: Option<Verified>,
-    history: Vec<Enrichment>,
-    radii: Vec<RadiusSample>,
-    repairs: Vec<String>,
-    build: Option<BuildTimes>,
-}
-
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        let mapped = Mapped::open(&self.file).map_err(|error| Failure::file(&self.file, error))?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let mapped = open(&self.file, false)?;
+        let file = mapped.file().map_err(|error: FormatError| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the report")?;
-        let modes = mode_table(&self.file, &file)?;
         let bytes = mapped.bytes().len();
         let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;
+        let about = |error: StudyError| Failure::from(error).about(&self.file);
+        let unread = |error: FileError| Failure::file(&self.file, error);
+        let modes = mode_table(&file).map_err(unread)?;
         console.stage("measure");
-        let timings = measure::timings(&self.file, &file)?;
+        let timings = timings(&self.file, &file).map_err(about)?;
         console.stage("free run");
-        let lambdas: Vec<f64> = modes.iter().map(|mode| mode[1]).collect();
-        let free = measure::free_run(&self.file, &file, &lambdas)?;
+        let quotients: Vec<f64> = modes.iter().map(|mode| mode.rayleigh_quotient).collect();
+        let free = free_run(&file, &quotients).map_err(about)?;
         let verified = self.compare(&file, console)?;
-        let title = title(&self.file, &file);
         let content = Content {
-            title,
+            title: title(&self.file, &file),
             path: &self.file,
             bytes,
             file: &file,
@@ -91,9 +81,9 @@ impl Report {
             timings,
             free,
             verified,
-            history: enrichment_history(&self.file, &file)?,
-            radii: radius_samples(&self.file, &file)?,
-            repairs: repairs(&self.file, &file)?,
+            history: enrichment_history(&file).map_err(unread)?,
+            radii: radius_samples(&file).map_err(unread)?,
+            repairs: repairs(&file).map_err(unread)?,
             build,
         };
 
@@ -122,19 +112,7 @@ impl Report {
         let (Some(problem), Some(scenario)) = (&self.problem, &self.scenario) else { return Ok(None) };
         let (problem, scenario) = (Problem::read(problem)?, Scenario::read(scenario)?);
         let prepared = prepare(&problem, &mut Stopwatch::new(console), console)?;
-        verify(&self.file, file, &SceneOptions::default(), &problem, &prepared, &scenario, console).map(Some)
+        let verified = verify(file, &PlayOptions::default(), &problem, &prepared, &scenario, console);
+        verified.map(Some).map_err(|error| Failure::from(error).about(&self.file))
     }
-}
-
-/// Rows of the mode table: frequency \[Hz\], Rayleigh quotient \[rad²/s²\], energy share, physical damping, numerical damping,
-/// period elongation.
-fn mode_table(path: &Path, file: &File<'_>) -> Result<Vec<[f64; 6]>, Failure> {
-    let values = numbers(path, file, SectionKind::ModeTable)?;
-    Ok(values.as_chunks().0.to_vec())
-}
-
-/// Numbers of a section; none if the file does not have it.
-fn numbers(path: &Path, file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, Failure> {
-    let Some(section) = file.section(kind) else { return Ok(vec![]) };
-    Ok(section.numbers().map_err(|error| Failure::file(path, error))?.iter().collect())
 }

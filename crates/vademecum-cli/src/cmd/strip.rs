@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use vademecum_format::{File, SectionKind};
-use vademecum_rewrite::{self, Keep};
+use vademecum_rewrite::{Keep, RewriteError, drop_terms, strip};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::target::check_target;
 
-use super::{read_file, rewrite_failed, write_file};
 use crate::failure::Failure;
+use crate::files::{read_file, write_file};
 
 /// Drops the parts of a file a target does not need.
 #[derive(clap::Args)]
@@ -52,30 +52,32 @@ impl Strip {
             KeepArgument::Surface => Keep::Surface,
             KeepArgument::All => Keep::All,
         };
-        let failed = |error| rewrite_failed(&self.file, error);
+        let failed = |error: RewriteError| Failure::file(&self.file, error);
         let bytes = read_file(&self.file)?;
-        let mut stripped = vademecum_rewrite::strip(&bytes, keep).map_err(failed)?;
+        let mut stripped = strip(&bytes, keep).map_err(failed)?;
         let mut dropped_terms = None;
         if let Some(tolerance) = self.terms_for {
-            let (fewer, dropped) = vademecum_rewrite::drop_terms(&stripped, tolerance).map_err(failed)?;
+            let (fewer, dropped) = drop_terms(&stripped, tolerance).map_err(failed)?;
             stripped = fewer;
             dropped_terms = Some(dropped);
         }
         if let Some(scenario) = &self.target {
-            check_target(&stripped, &Scenario::read(scenario)?).map_err(failed)?;
+            check_target(&stripped, &Scenario::read(scenario)?)
+                .map_err(|error| Failure::file(&self.file, error))?;
         }
         let file = File::parse(&bytes).map_err(|error| Failure::file(&self.file, error))?;
         write_file(&self.output, &stripped, bytes.len())?;
         if let Some(terms) = dropped_terms {
             println!(
-                "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with `verify`",
+                "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with \
+                 `verify`",
                 terms.left, terms.before, terms.error_rms, terms.error_max
             );
         }
         let dropped: Vec<SectionKind> =
             file.sections().map(|s| s.kind()).filter(|&kind| !keep.keeps(kind)).collect();
         for (kind, lost) in LOST.iter().filter(|(kind, _)| dropped.contains(kind)) {
-            println!("without {kind:?}: {lost}");
+            println!("without {kind}: {lost}");
         }
         Ok(())
     }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use vademecum_rewrite as rewrite;
 
-use super::{read_file, rewrite_failed, write_file};
 use crate::failure::Failure;
+use crate::files::{read_file, write_file};
 
 /// Decompresses a file for use.
 #[derive(clap::Args)]
@@ -25,7 +25,7 @@ pub struct Unpack {
 impl Unpack {
     pub fn run(&self) -> Result<(), Failure> {
         let bytes = read_file(&self.file)?;
-        let raw = rewrite::unpack(&bytes, self.limit).map_err(|error| rewrite_failed(&self.file, error))?;
+        let raw = rewrite::unpack(&bytes, self.limit).map_err(|error| Failure::file(&self.file, error))?;
         write_file(&self.output, &raw, bytes.len())
     }
 }

@@ -1,7 +1,8 @@
 //! `vademecum view`: the body in a browser, stepped there by the evaluator itself.
 //!
-//! One page serves both ways: from a small local server the page fetches the file, in an exported page the file is inside. The
-//! page, its modules and the WebAssembly evaluator are part of the program (`assets/`), so nothing is asked of the network.
+//! One page serves both ways: from a small local server the page fetches the file, in an exported page the
+//! file is inside. The page, its modules and the WebAssembly evaluator are part of the program (`assets/`),
+//! so nothing is asked of the network.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -12,13 +13,15 @@ use std::time::Duration;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
+use vademecum_build::progress::Listener;
 use vademecum_build::store::write_atomic;
-use vademecum_format::{File, SectionKind};
+use vademecum_format::{File, FormatError, SectionKind};
+use vademecum_study::FileError;
 
-use super::open;
-use super::refuse_canonical;
-use crate::console::{Console, cancelled};
+use crate::console::Console;
 use crate::failure::{Cause, Failure};
+use crate::files::{open, refuse_canonical};
+use crate::html::{escaped, title};
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
 const STYLE: &str = include_str!("../../assets/page/style.css");
@@ -69,7 +72,8 @@ pub struct View {
     /// Write one self-contained page, file included, instead of serving.
     #[arg(long, value_name = "PAGE.html")]
     export: Option<PathBuf>,
-    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite it in place.
+    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite
+    /// it in place.
     #[arg(long)]
     copy: bool,
 }
@@ -89,11 +93,11 @@ impl View {
                 println!("{}: {} bytes, works from disk and without network", path.display(), page.len());
                 Ok(())
             }
-            None => self.serve(&page(&title, SOURCE, &[]), mapped.bytes()),
+            None => self.serve(&page(&title, SOURCE, &[]), mapped.bytes(), console),
         }
     }
 
-    fn serve(&self, page: &str, file: &[u8]) -> Result<(), Failure> {
+    fn serve(&self, page: &str, file: &[u8], console: &Console) -> Result<(), Failure> {
         let network = |error: std::io::Error| {
             Failure::new(Cause::Machine, format!("127.0.0.1:{}: {error}", self.port))
                 .remedy("another `--port`, or none for a free one")
@@ -110,7 +114,7 @@ impl View {
         let live = AtomicUsize::new(0);
         let content = Content { address, page, file };
         std::thread::scope(|scope| {
-            while !cancelled() {
+            while !console.cancelled() {
                 match listener.accept() {
                     Ok((stream, _)) if live.load(Ordering::Relaxed) < MAX_CONNECTIONS => {
                         live.fetch_add(1, Ordering::Relaxed);
@@ -148,15 +152,16 @@ impl Content<'_> {
         };
         let head = format!(
             "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
-             X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: close\r\n\r\n",
+             X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: \
+             close\r\n\r\n",
             body.len()
         );
         stream.write_all(head.as_bytes())?;
         stream.write_all(body)
     }
 
-    /// Status, type and body for a request head. Only our own names for this machine are answered: another site that makes its
-    /// name point here shall not read the file.
+    /// Status, type and body for a request head. Only our own names for this machine are answered: another
+    /// site that makes its name point here shall not read the file.
     fn content(&self, head: &str) -> (&'static str, &'static str, &[u8]) {
         let mut lines = head.split("\r\n");
         let mut request = lines.next().unwrap_or_default().split(' ');
@@ -209,36 +214,13 @@ fn page(title: &str, source: &str, file: &[u8]) -> String {
         .replace("{{body}}", &BASE64.encode(file))
 }
 
-/// Text that may stand in a page.
-pub fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '{' => out.push_str("&#123;"),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
-/// The problem's title, or the file's name.
-pub fn title(path: &Path, file: &File<'_>) -> String {
-    let problem: Option<toml::Table> = file.metadata().problem.parse().ok();
-    let title = problem.as_ref().and_then(|table| table.get("title")).and_then(|title| title.as_str());
-    title.map_or_else(|| path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), str::to_string)
-}
-
 /// The page draws the surface and checks every byte; say here what it could not use.
 fn check(path: &Path, file: &File<'_>) -> Result<(), Failure> {
-    file.verify_all().map_err(|error| Failure::file(path, error))?;
+    let failed = |error: FormatError| Failure::file(path, error);
+    file.verify_all().map_err(failed)?;
     for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
-        let missing =
-            || Failure::new(Cause::File, format!("{}: the file has no section {kind:?}", path.display()));
-        file.section(kind).ok_or_else(missing)?.raw().map_err(|error| Failure::file(path, error))?;
+        let missing = || Failure::file(path, FileError::Missing { kind });
+        file.section(kind).ok_or_else(missing)?.raw().map_err(failed)?;
     }
     Ok(())
 }

@@ -1,8 +1,10 @@
-//! The plain reduced solver: Galerkin on a basis, the scheme's stages solved one after the other with dense factors.
+//! The plain reduced solver: Galerkin on a basis, the scheme's stages solved one after the other with dense
+//! factors.
 //!
-//! What a reduced model usually is, written as well as it can be without fusing the stages: `BᵀMB = I` and `A = BᵀKB` are
-//! formed once, each stage's matrix `(m + αΔt d) I + (k Δt² + βΔt d) A` is factorised once, and a step is one right-hand
-//! side and one pair of triangular solves per stage. It is the baseline the fused step is measured against.
+//! What a reduced model usually is, written as well as it can be without fusing the stages: `BᵀMB = I` and
+//! `A = BᵀKB` are formed once, each stage's matrix `(m + αΔt d) I + (k Δt² + βΔt d) A` is factorised once,
+//! and a step is one right-hand side and one pair of triangular solves per stage. It is the baseline the
+//! fused step is measured against.
 
 use faer::Mat;
 use vademecum_format::scheme::{HISTORY, SchemeTable};

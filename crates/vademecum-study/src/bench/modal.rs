@@ -1,15 +1,17 @@
-//! Modal truncation with the exact motion of each mode: no error in time but that of the load between its instants.
+//! Modal truncation with the exact motion of each mode: no error in time but that of the load between its
+//! instants.
 //!
-//! In natural modes every coordinate is an oscillator, `q̈ + 2γ q̇ + λ q = f`, `2γ = α + βλ`. Under a load linear over the step,
-//! `f = f₀ + (f₁ − f₀) t/h`, the particular motion is `p = A + Bt` with `λB = (f₁ − f₀)/h` and `λA + 2γB = f₀`, and with
-//! `ω² = λ − γ²`, `s = e^{−γh} sin(ωh)/ω`, `c = e^{−γh} cos ωh`
+//! In natural modes every coordinate is an oscillator, `q̈ + 2γ q̇ + λ q = f`, `2γ = α + βλ`. Under a load
+//! linear over the step, `f = f₀ + (f₁ − f₀) t/h`, the particular motion is `p = A + Bt` with
+//! `λB = (f₁ − f₀)/h` and `λA + 2γB = f₀`, and with `ω² = λ − γ²`, `s = e^{−γh} sin(ωh)/ω`,
+//! `c = e^{−γh} cos ωh`
 //!
 //! ```text
 //! q(h) = p(h) + (c + γs)(q₀ − A) + s (q̇₀ − B),   q̇(h) = B − λs (q₀ − A) + (c − γs)(q̇₀ − B)
 //! ```
 //!
-//! (hyperbolic functions where `λ < γ²`). The odd thing: the load at the end of the step is its limit from inside,
-//! `f₁ = 2 f(h/2) − f₀`, so that loads which jump or bend on the edges of steps are met exactly.
+//! (hyperbolic functions where `λ < γ²`). The odd thing: the load at the end of the step is its limit from
+//! inside, `f₁ = 2 f(h/2) − f₀`, so that loads which jump or bend on the edges of steps are met exactly.
 
 use super::staged::{Frame, ReducedSolver};
 use vademecum_build::basis::Basis;

@@ -32,13 +32,13 @@ impl Frame {
     }
 }
 
-/// A reduced solver on a basis `B`, from rest. Lengths and the start are those of a scheme taken stage by stage unless it
-/// says otherwise.
+/// A reduced solver on a basis `B`, from rest. Lengths and the start are those of a scheme taken stage by
+/// stage unless it says otherwise.
 pub trait ReducedSolver {
     /// What it is made on.
     fn frame(&self) -> &Frame;
-    /// What a force over the free dofs adds to the load vector of a step, per unit of its factor at each instant; empty for
-    /// an instant it does not use.
+    /// What a force over the free dofs adds to the load vector of a step, per unit of its factor at each
+    /// instant; empty for an instant it does not use.
     fn responses(&self, force: &[f64]) -> [Vec<f64>; INSTANTS];
     /// One step of the state under a load vector. No allocation.
     fn step(&self, state: &mut [f64], load: &[f64], work: &mut [f64]);
@@ -48,8 +48,8 @@ pub trait ReducedSolver {
         self.frame().stages * self.frame().n_modes()
     }
 
-    /// The state at rest under the reduced force `BᵀF`, length r, coordinates first: `u, Δt u̇, Δt² ü` with `ζ̈ = BᵀF`, and a
-    /// block per stage.
+    /// The state at rest under the reduced force `BᵀF`, length r, coordinates first: `u, Δt u̇, Δt² ü` with
+    /// `ζ̈ = BᵀF`, and a block per stage.
     fn rest(&self, force: &[f64]) -> Vec<f64> {
         let (r, Frame { time_step, stages, .. }) = (force.len(), self.frame());
         let mut state = vec![0.0; (3 + stages) * r];

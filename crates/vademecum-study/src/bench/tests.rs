@@ -1,7 +1,7 @@
 //! The solvers without a file against the fused step, and the exact motion of a mode against closed forms.
 
-use faer::Mat;
-use vademecum_format::scheme::{SchemeTable, StepParameters, theta};
+use faer::{Mat, MatRef};
+use vademecum_format::scheme::{SchemeTable, StepParameters, fuse_into, fuse_work_len, theta};
 
 use super::staged::{ReducedSolver, play};
 use super::{DenseGalerkin, ExactModes, TwoStage};
@@ -10,11 +10,11 @@ use vademecum_build::dynamics::Interval;
 use vademecum_build::dynamics::Rayleigh;
 use vademecum_build::dynamics::schemes::{bathe, generalized_alpha};
 use vademecum_build::dynamics::{TimedLoad, factors, stage_amplitudes};
+use vademecum_build::linalg::project;
 use vademecum_build::response::StageResponse;
-use vademecum_build::response::reduced::{BlockStep, FusedStep};
 
-/// The stages one after the other, with dense solves and with responses, and fused are one march; damped, loaded,
-/// released within a step.
+/// The stages one after the other, with dense solves and with responses, and fused are one march; damped,
+/// loaded, released within a step.
 #[test]
 fn stages_one_after_the_other_agree_with_the_fused_step() {
     let stiffness = faer::mat![[5.0, -2.0, 0.3], [-2.0, 4.0, 0.1], [0.3, 0.1, 30.0]];
@@ -60,20 +60,28 @@ fn play_fused(
     load: &TimedLoad,
     steps: usize,
 ) -> Mat<f64> {
-    let dt = parameters.time_step;
-    let step = BlockStep::fuse(table, parameters, basis.vectors.as_ref(), responses).expect("fused");
-    let at = step.load_response(&load.force);
-    let (mut y, mut work) = (vec![0.0; 9], vec![0.0; 9]);
+    let (dt, stages) = (parameters.time_step, responses.len());
+    let states: Vec<f64> =
+        responses.iter().flat_map(|s| (0..9).map(|k| s.state[(k / 3, k % 3)]).collect::<Vec<_>>()).collect();
+    let (mut increment, mut load_maps) = (vec![0.0; 81], vec![0.0; 27 * stages]);
+    let mut work = vec![0.0; fuse_work_len(3)];
+    fuse_into(table, parameters, 3, &states, &mut increment, &mut load_maps, &mut work).expect("fused");
+    let base = project(basis.vectors.as_ref(), &load.force);
+    let mut y = Mat::<f64>::zeros(9, 1);
     let start = load.when.factor(0.0) * dt * dt;
-    y[6..].iter_mut().zip(&load.force).for_each(|(a, f)| *a = start * f);
+    (0..3).for_each(|k| y[(6 + k, 0)] = start * load.force[k]);
     Mat::from_fn(3, steps + 1, |k, instant| {
         if k == 0 && instant > 0 {
             let amplitudes = stage_amplitudes(table, &factors(table, dt, instant - 1, &load.when));
-            let mut force = vec![0.0; 9];
-            step.add_load(&at, &amplitudes, &mut force);
-            step.step(&mut y, &force, &mut work);
+            let mut new = &y + MatRef::from_column_major_slice(&increment, 9, 9) * &y;
+            for (i, stage) in responses.iter().enumerate() {
+                let own = project(stage.increment.as_ref(), &load.force);
+                let g = Mat::from_fn(3, 1, |k, _| amplitudes[i] * (base[k] + own[k]));
+                new += MatRef::from_column_major_slice(&load_maps[27 * i..27 * (i + 1)], 9, 3) * g;
+            }
+            y = new;
         }
-        y[k]
+        y[(k, 0)]
     })
 }
 

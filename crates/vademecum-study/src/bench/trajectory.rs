@@ -4,17 +4,15 @@
 
 use faer::{Mat, MatRef};
 
-use vademecum_build::dynamics::FullOrder;
-use vademecum_build::dynamics::Interval;
-use vademecum_build::dynamics::{MarchError, TimedLoad, march_full_order};
+use vademecum_build::dynamics::{FullOrder, Interval, MarchError, TimedLoad, march_full_order};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
 
 /// Columns compared at once: enough for the product with `M` to be bound by the columns and not by `M`.
 const AT_ONCE: usize = 32;
 
-/// Displacement of a march from rest \[m\], `split` steps of `full` for each of the `steps` instants kept, the start
-/// included; shape (n, steps + 1).
+/// Displacement of a march from rest \[m\], `split` steps of `full` for each of the `steps` instants kept,
+/// the start included; shape (n, steps + 1).
 pub(super) fn march(
     full: &FullOrder<'_>,
     split: usize,
@@ -31,11 +29,13 @@ pub(super) fn march(
     Ok(displacement)
 }
 
-/// The same loads, each at half its height where it jumps: an instant of the march that falls on a jump takes the mean of
-/// both sides, without which a scheme of second order is one of first order. `tie` \[s\] is short against a step.
+/// The same loads, each at half its height where it jumps: an instant of the march that falls on a jump takes
+/// the mean of both sides, without which a scheme of second order is one of first order. `tie` \[s\] is short
+/// against a step.
 ///
-/// Each load becomes two of half its size, the second one `tie` later (but from the start if it acts at time zero).
-pub fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
+/// Each load becomes two of half its size, the second one `tie` later (but from the start if it acts at time
+/// zero).
+pub(super) fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
     let halves = |load: &TimedLoad| {
         let force: Vec<f64> = load.force.iter().map(|f| 0.5 * f).collect();
         let late = Interval {
@@ -49,7 +49,7 @@ pub fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
 }
 
 /// A trajectory as errors are measured from it: the mass norm is known once.
-pub struct Reference {
+pub(super) struct Reference {
     /// Displacement at each instant, shape (n, instants).
     pub displacement: Mat<f64>,
     /// `M u`, same shape.
@@ -89,9 +89,9 @@ impl Reference {
 
 /// A trajectory projected on an M-orthonormal basis.
 ///
-/// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the floor keeps its
-/// digits however small the rest is.
-pub struct Projection {
+/// `u − Bζ = (u − BBᵀMu) + B(BᵀMu − ζ)` and the two are M-orthogonal, so the parts are summed apart: the
+/// floor keeps its digits however small the rest is.
+pub(super) struct Projection {
     /// `BᵀMu`, shape (r, instants).
     coordinates: Mat<f64>,
     floor: f64,
@@ -114,12 +114,12 @@ impl Projection {
 }
 
 /// `√Σ‖u − w‖²_M` of two trajectories, both (n, instants).
-pub fn distance(mass: &SymmetricMatrix, u: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
+pub(super) fn distance(mass: &SymmetricMatrix, u: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
     norm(mass, w.ncols(), |start, count| u.subcols(start, count) - w.subcols(start, count))
 }
 
 /// `√Σ‖Bζ − B'ζ'‖²_M` of two pairs of columns and coordinates over the same instants.
-pub fn distance_on_bases(
+pub(super) fn distance_on_bases(
     mass: &SymmetricMatrix,
     [(basis, zeta), (other, other_zeta)]: [(&Mat<f64>, &Mat<f64>); 2],
 ) -> f64 {
@@ -128,7 +128,8 @@ pub fn distance_on_bases(
     })
 }
 
-/// `√Σ_j x_jᵀ M x_j` over the columns of a trajectory that is given some instants at a time: the first, how many.
+/// `√Σ_j x_jᵀ M x_j` over the columns of a trajectory that is given some instants at a time: the first, how
+/// many.
 fn norm(mass: &SymmetricMatrix, instants: usize, columns: impl Fn(usize, usize) -> Mat<f64>) -> f64 {
     let squared = |start: usize| {
         let columns = columns(start, AT_ONCE.min(instants - start));
@@ -137,4 +138,12 @@ fn norm(mass: &SymmetricMatrix, instants: usize, columns: impl Fn(usize, usize) 
         (0..columns.ncols()).map(|j| columns.col(j).transpose() * weighted.col(j)).sum::<f64>()
     };
     (0..instants).step_by(AT_ONCE).map(squared).sum::<f64>().sqrt()
+}
+
+/// Every `stride`-th instant of a trajectory.
+pub(super) fn thinned(trajectory: &Mat<f64>, stride: usize) -> Mat<f64> {
+    let columns = trajectory.ncols().div_ceil(stride);
+    let mut out = Mat::zeros(trajectory.nrows(), columns);
+    (0..columns).for_each(|j| out.col_mut(j).copy_from(trajectory.col(stride * j)));
+    out
 }

@@ -6,11 +6,12 @@
 //! x_i = Σ_j a_j y_j + Σ_{l<i} a_l x_l + E_i (Σ_j b_j y_j + Σ_{l<i} b_l x_l) + (Δt²/m̃) H_iᵀF_i
 //! ```
 //!
-//! so a step costs one product with an r × r matrix per stage, `2 r²` multiply-adds for Bathe's scheme, against `9 r²` of the
-//! fused map. What fusing saves is the passes over short vectors between the products; what it costs are products.
+//! so a step costs one product with an r × r matrix per stage, `2 r²` multiply-adds for Bathe's scheme,
+//! against `9 r²` of the fused map. What fusing saves is the passes over short vectors between the products;
+//! what it costs are products.
 
 use faer::MatRef;
-use vademecum_format::scheme::{SchemeError, SchemeTable, StageCoefficients, StepParameters};
+use vademecum_format::scheme::{SchemeTable, StageCoefficients, StepParameters, TableError};
 
 use super::staged::{Frame, ReducedSolver, add_product, add_weighted, axpy};
 use vademecum_build::dynamics::INSTANTS;
@@ -35,7 +36,7 @@ impl TwoStage {
         responses: &[StageResponse],
         table: &SchemeTable,
         parameters: &StepParameters,
-    ) -> Result<Self, SchemeError> {
+    ) -> Result<Self, TableError> {
         let stage = |i| StageCoefficients::new(table, parameters, i);
         Ok(Self {
             frame: Frame::staged(basis, table, parameters.time_step),

@@ -1,7 +1,7 @@
-//! Errors of a canonical solution at random points, against exact answers in coordinates of their span.
+//! Errors of a separated stage at random points, against exact answers in coordinates of their span.
 
-use super::StageError;
 use super::inputs::{Inputs, Part, Span};
+use super::stage::StageError;
 use crate::linalg::Random;
 use crate::separated::linalg::product;
 use crate::separated::solution::Separated;

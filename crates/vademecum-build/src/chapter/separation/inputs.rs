@@ -1,12 +1,13 @@
-//! A canonical stage as the engine takes it: axes, one-axis functions, and the span of all exact answers.
+//! A stage as the engine takes it: axes, one-axis functions, and the span of all exact answers.
 
-use super::ChapterStage;
+use super::stage::ChapterStage;
 use crate::separated::axis::{Axis, AxisKind};
+use crate::separated::compress::{Energy, EnergyBasis};
 use crate::separated::error::{SeparatedError, check_len};
+use crate::separated::kronecker::{KroneckerProblem, Source};
 use crate::separated::linalg::{product, transposed_product};
-use crate::separated::problem::{DenseSpace, Problem, Source, Space};
-use crate::separated::reduce::{Energy, EnergyBasis};
 use crate::separated::solution::Separated;
+use crate::separated::space::{DenseSpace, Space};
 use faer::{Mat, MatRef};
 
 /// Axes, and for every right-hand side its functions on them (one where none is named).
@@ -109,7 +110,8 @@ impl Span {
         let a = |x: MatRef<'_, f64>| space.apply(0, x);
         let mut basis = EnergyBasis::new(columns.nrows());
         for s in 0..answers.ncols() {
-            // Families share their columns up to a factor; what rounding leaves of a repeated one is no new direction.
+            // Families share their columns up to a factor; what rounding leaves of a repeated one is no new
+            // direction.
             basis.append(answers.as_ref().subcols(s, 1), &a, 1e-12);
         }
         let basis = basis.into_vectors();
@@ -135,7 +137,7 @@ impl Part {
         &self,
         inputs: &Inputs,
         span: &Span,
-    ) -> Result<Problem<DenseSpace>, SeparatedError> {
+    ) -> Result<KroneckerProblem<DenseSpace>, SeparatedError> {
         let axes = inputs.axes[self.axes.clone()].to_vec();
         let grams: Vec<_> = axes.iter().map(Axis::gram).collect();
         let source = |s: usize| {
@@ -145,7 +147,7 @@ impl Part {
         };
         let sources = self.sources.clone().map(source).collect();
         let k = span.sources.nrows();
-        Problem::new(axes, vec![grams.clone()], DenseSpace::new(vec![Mat::identity(k, k)])?, sources)
+        KroneckerProblem::new(axes, vec![grams.clone()], DenseSpace::new(vec![Mat::identity(k, k)])?, sources)
     }
 
     /// Every source's own answer, the largest `most` of them: exact when all are there.

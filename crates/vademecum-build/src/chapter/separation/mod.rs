@@ -1,127 +1,66 @@
 //! The chapter's representation: state coordinates, load magnitude and load position as axes (eqs. 5.8–5.13).
 //!
-//! One stage of the scheme solves `A u = Σ_j x_j b_j + p f(s)`: every reduced coordinate `x_j` (ζ, ζ̇, and ζ̈ or ζ½) is an
-//! axis with hat functions, `b_j` is its column `(h_M M + h_K K) φ_j` (the chapter prints a ones vector for φ_j), `p` and
-//! `s` are the load's magnitude and position, and the load's components are axes too when asked for. The unknown is a sum
-//! of rank-one terms over all of them. `A = m M + k K` is one matrix, and on the parameter axes only mass matrices
-//! appear, so every space solve of eq. (5.12) is with the same factor, and every space function lies in the span of the
-//! `A⁻¹ b`: the engine runs in that span. Its iterates are those of the full mesh up to rounding, at no cost in `n`.
+//! One stage of the scheme solves `A u = Σ_j x_j b_j + p f(s)`: every reduced coordinate `x_j` (ζ, ζ̇, and ζ̈
+//! or ζ½) is an axis with hat functions, `b_j` is its column `(h_M M + h_K K) φ_j` (the chapter prints a ones
+//! vector for φ_j), `p` and `s` are the load's magnitude and position, and the load's components are axes too
+//! when asked for. The unknown is a sum of rank-one terms over all of them. `A = m M + k K` is one matrix,
+//! and on the parameter axes only mass matrices appear, so every space solve of eq. (5.12) is with the same
+//! factor, and every space function lies in the span of the `A⁻¹ b`: the engine runs in that span. Its
+//! iterates are those of the full mesh up to rounding, at no cost in `n`.
 //!
-//! The odd thing: the map is linear in the state, so one term per right-hand side is exact, and greedy does not find
-//! them. The repairs of docs/theory/5-vademecum.md are switches of [`ChapterOptions`] so that the effect of each can be shown.
+//! The odd thing: the map is linear in the state, so one term per right-hand side is exact, and greedy does
+//! not find them. The repairs of docs/theory/5-vademecum.md are switches of [`ChapterOptions`] so that the
+//! effect of each can be shown.
 
 mod fresh;
 mod inputs;
+mod stage;
+
+pub use stage::{ChapterStage, StageError, StateFamily};
 
 use crate::separated::axis::Axis;
-use crate::separated::enrich::{EnrichmentOptions, EnrichmentReport, enrich};
+use crate::separated::compress::Energy;
+use crate::separated::enrich::enrich;
 use crate::separated::error::{SeparatedError, check_len};
-use crate::separated::linalg::product;
-use crate::separated::problem::Space;
-use crate::separated::reduce::Energy;
+use crate::separated::greedy::{EnrichmentOptions, EnrichmentReport};
 use crate::separated::solution::Separated;
+use crate::separated::space::Space;
 use faer::Mat;
 use fresh::Fresh;
 use inputs::{Inputs, Span};
 
-/// Coordinates of one kind: all ζ, all ζ̇, or the third family of the stage.
-#[derive(Clone, Debug)]
-pub struct StateFamily {
-    /// Name of the axes, to which the number of the mode is added.
-    pub name: String,
-    /// Unit of the unscaled coordinate.
-    pub unit: String,
-    /// Range of each coordinate in its unit, as the snapshots give it.
-    pub ranges: Vec<(f64, f64)>,
-    /// What turns the coordinate into a scaled one: 1, Δt or Δt².
-    pub scale: f64,
-    /// Right-hand sides per unit of the *scaled* coordinate, `(n_rows, n_modes)`: `(h_M M + h_K K) φ_j`.
-    pub columns: Mat<f64>,
-}
-
-/// One stage to be separated, in the form `A u = …` multiplied by Δt², as the scheme table has it.
-#[derive(Clone, Debug)]
-pub struct ChapterStage {
-    /// The three families, in the order of the state.
-    pub families: Vec<StateFamily>,
-    /// Range of the load's magnitude, N. It should hold 0, a body without load.
-    pub magnitude: (f64, f64),
-    /// Ranges of the load's components, each an axis; empty when every position has its one direction.
-    pub components: Vec<(f64, f64)>,
-    /// Right-hand sides of a unit load, `(n_rows, n_positions · max(1, components))`, components of a position adjacent.
-    pub loads: Mat<f64>,
-    /// Points of a hat grid on a state axis, at least 2. (Magnitude and components have 2: the map is linear.)
-    pub points: usize,
-}
-
 /// What is done about the chapter's weaknesses; with everything off it is the chapter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChapterOptions {
-    /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`. Makes the numbers comparable for rounding and `f32`; a change of units alone does not
-    /// change which terms are found.
+    /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`. Makes the numbers comparable for rounding and `f32`; a change of units
+    /// alone does not change which terms are found.
     pub scaled_coordinates: bool,
     /// State and load separated apart, each to the tolerance relative to itself.
     pub separate_blocks: bool,
-    /// Start from the one-axis terms, one per right-hand side with its own functions and its own space solve, the largest
-    /// `max_terms` of them, and enrich from there. Nothing is left to find when there is room for all.
+    /// Start from the one-axis terms, one per right-hand side with its own functions and its own space solve,
+    /// the largest `max_terms` of them, and enrich from there. Nothing is left to find when there is room for
+    /// all.
     pub one_axis_start: bool,
-    /// Tolerance, limits, start and updates of the engine. `max_terms` counts both blocks together.
+    /// Tolerance, limits and updates of the engine. `max_terms` counts both blocks together.
     pub enrichment: EnrichmentOptions,
 }
 
-impl ChapterOptions {
-    /// The chapter's method.
-    pub fn chapter(tolerance: f64, max_terms: usize) -> ChapterOptions {
-        let enrichment = EnrichmentOptions {
-            tolerance,
-            max_terms,
-            update_sweeps: 0,
-            patience: 30,
-            ..EnrichmentOptions::default()
-        };
-        ChapterOptions {
-            scaled_coordinates: false,
-            separate_blocks: false,
-            one_axis_start: false,
-            enrichment,
-        }
-    }
-
-    /// All repairs.
-    pub fn repaired(tolerance: f64, max_terms: usize) -> ChapterOptions {
-        let enrichment = EnrichmentOptions { tolerance, max_terms, ..EnrichmentOptions::default() };
-        ChapterOptions { scaled_coordinates: true, separate_blocks: true, one_axis_start: true, enrichment }
-    }
-}
-
-/// Relative errors of a stage map, in the energy norm given, over 200 fresh random points of the box: root mean square
-/// of the error over root mean square of the exact map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StageError {
-    /// State and load together.
-    pub total: f64,
-    /// Without load; NaN when the magnitude cannot be 0.
-    pub state: f64,
-    /// Load on a body at rest; NaN when a coordinate cannot be 0.
-    pub load: f64,
-}
-
-/// Terms over some of the axes.
+/// Terms over some of the axes of a stage.
 #[derive(Clone, Debug)]
-pub struct CanonicalPart {
-    /// Which axes of [`Canonical::axes`].
+pub struct SeparatedPart {
+    /// Which axes of [`SeparatedStage::axes`].
     pub axes: std::ops::Range<usize>,
-    /// The terms; blocks are coordinates in [`Canonical::span`].
+    /// The terms; blocks are coordinates in [`SeparatedStage::span`].
     pub solution: Separated,
 }
 
 /// A separated stage: the sum of its parts.
 #[derive(Clone, Debug)]
-pub struct Canonical {
+pub struct SeparatedStage {
     /// Families in order, mode by mode; magnitude; components; position.
     pub axes: Vec<Axis>,
     /// All axes together, or state and load apart.
-    pub parts: Vec<CanonicalPart>,
+    pub parts: Vec<SeparatedPart>,
     /// `Q`, `(n_rows, k)`: what every space function is a combination of.
     pub span: Mat<f64>,
     /// Its error against the exact stage solve.
@@ -130,17 +69,19 @@ pub struct Canonical {
     pub reports: Vec<EnrichmentReport>,
 }
 
-/// Separates one stage. `space` has the one operator `A`; `energy` is the inner product errors are measured in, the mass.
+/// Separates one stage. `space` has the one operator `A`; `energy` is the inner product errors are measured
+/// in, the mass.
 ///
 /// # Errors
-/// As [`Axis::new`] for the ranges; [`SeparatedError::NotPositiveDefinite`] for `A`; [`SeparatedError::Shape`].
+/// As [`Axis::new`] for the ranges; [`SeparatedError::NotPositiveDefinite`] for `A`;
+/// [`SeparatedError::Shape`].
 pub fn separate<S: Space>(
     stage: &ChapterStage,
     space: &S,
     energy: &Energy<'_>,
     options: &ChapterOptions,
-) -> Result<Canonical, SeparatedError> {
-    check_len("operators of a canonical stage", 1, space.n_operators())?;
+) -> Result<SeparatedStage, SeparatedError> {
+    check_len("operators of a stage", 1, space.n_operators())?;
     let inputs = Inputs::new(stage, options.scaled_coordinates)?;
     let span = Span::new(space, &inputs.columns, energy)?;
     let fresh = Fresh::new(&inputs, &span, options.enrichment.seed);
@@ -166,31 +107,11 @@ pub fn separate<S: Space>(
             if options.one_axis_start { Some(part.one_axis_terms(&inputs, &span, max_terms)?) } else { None };
         let (found, report) = enrich(&problem, &engine, start.as_ref(), Some(&measure))?;
         solution = solution.concatenate(&part.embed(&inputs, &found)?)?;
-        found_parts.push(CanonicalPart { axes: part.axes.clone(), solution: found });
+        found_parts.push(SeparatedPart { axes: part.axes.clone(), solution: found });
         reports.push(report);
     }
     let error = fresh.stage_error(&inputs, &span, &solution);
-    Ok(Canonical { axes: inputs.axes, parts: found_parts, span: span.basis, error, reports })
-}
-
-impl Canonical {
-    /// Terms of all parts.
-    pub fn n_terms(&self) -> usize {
-        self.parts.iter().map(|part| part.solution.n_terms()).sum()
-    }
-
-    /// The field at a point of all axes: `(n_rows, 1)`.
-    ///
-    /// # Errors
-    /// As [`Separated::weights`].
-    pub fn evaluate(&self, point: &[f64]) -> Result<Mat<f64>, SeparatedError> {
-        check_len("coordinates of a point", self.axes.len(), point.len())?;
-        let mut coordinates = Mat::zeros(self.span.ncols(), 1);
-        for part in &self.parts {
-            coordinates += part.solution.evaluate(&point[part.axes.clone()])?;
-        }
-        Ok(product(self.span.as_ref(), coordinates.as_ref()))
-    }
+    Ok(SeparatedStage { axes: inputs.axes, parts: found_parts, span: span.basis, error, reports })
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
-//! The chapter's representation on the beam, each repair apart.
+//! The chapter's representation on a beam, each repair apart, and on a lattice.
 
 use super::*;
 use crate::separated::surrogate::Pencil;
 use crate::separated::*;
 use faer::Mat;
-use faer::sparse::{SparseColMat, Triplet};
 use std::time::Instant;
 
 /// Stage 1 (`third` is Δt² ζ̈, weights 16, 8, 1) or 2 (`third` is ζ½, weights −19, −5, 28) of Bathe's scheme.
@@ -20,19 +19,14 @@ impl Case {
     }
 
     /// `(m M + Δt² K)`.
-    fn space(&self, m: f64) -> SparseSpace {
-        let n = self.beam.mass.nrows();
-        let mut entries = Vec::new();
-        for j in 0..n {
-            for (i, v) in self.beam.mass.row_idx_of_col(j).zip(self.beam.mass.val_of_col(j)) {
-                let k = self.beam.stiffness[0].as_ref().get(i, j).copied().unwrap_or(0.0);
-                entries.push(Triplet::new(i, j, m * v + self.dt.powi(2) * k));
-            }
-        }
-        SparseSpace::new(vec![SparseColMat::try_new_from_triplets(n, n, &entries).unwrap()]).unwrap()
+    fn space(&self, m: f64) -> DenseSpace {
+        let matrix =
+            &self.beam.mass * faer::Scale(m) + &self.beam.stiffness[0] * faer::Scale(self.dt.powi(2));
+        DenseSpace::new(vec![matrix]).unwrap()
     }
 
-    /// Ranges as free vibration from a tip load makes them: amplitude `a_j = φ_j(L)/λ_j`, velocity `ω a`, not centred.
+    /// Ranges as free vibration from a tip load makes them: amplitude `a_j = φ_j(L)/λ_j`, velocity `ω a`, not
+    /// centred.
     fn stage(&self, second: bool, positions: usize) -> ChapterStage {
         let b = &self.beam.modes;
         let (n, r) = (b.nrows(), b.ncols());
@@ -64,10 +58,38 @@ impl Case {
     }
 }
 
+/// The chapter's method.
+fn chapter(tolerance: f64, max_terms: usize) -> ChapterOptions {
+    let enrichment =
+        EnrichmentOptions { tolerance, max_terms, update_sweeps: 0, patience: 30, ..Default::default() };
+    ChapterOptions { scaled_coordinates: false, separate_blocks: false, one_axis_start: false, enrichment }
+}
+
+/// All repairs.
+fn repaired(tolerance: f64, max_terms: usize) -> ChapterOptions {
+    let enrichment = EnrichmentOptions { tolerance, max_terms, ..Default::default() };
+    ChapterOptions { scaled_coordinates: true, separate_blocks: true, one_axis_start: true, enrichment }
+}
+
+impl SeparatedStage {
+    /// Terms of all parts.
+    fn n_terms(&self) -> usize {
+        self.parts.iter().map(|part| part.solution.n_terms()).sum()
+    }
+
+    /// The field at a point of all axes: `(n_rows, 1)`.
+    fn evaluate(&self, point: &[f64]) -> Result<Mat<f64>, SeparatedError> {
+        let mut coordinates = Mat::zeros(self.span.ncols(), 1);
+        for part in &self.parts {
+            coordinates += part.solution.evaluate(&point[part.axes.clone()])?;
+        }
+        Ok(&self.span * coordinates)
+    }
+}
+
 /// The chapter, every repair alone, all but one, and all.
 fn variants(rank: usize) -> Vec<(&'static str, ChapterOptions)> {
-    let chapter = ChapterOptions::chapter(1e-7, rank);
-    let all = ChapterOptions::repaired(1e-7, rank);
+    let (chapter, all) = (chapter(1e-7, rank), repaired(1e-7, rank));
     let updates = |o: &ChapterOptions, update_sweeps: usize| ChapterOptions {
         enrichment: EnrichmentOptions { update_sweeps, ..o.enrichment.clone() },
         ..o.clone()
@@ -107,7 +129,9 @@ fn table(case: &Case, positions: usize, second: bool) -> Vec<(usize, StageError)
     variants(3 * modes + positions).into_iter().map(run).collect()
 }
 
-/// What the chapter and its repairs are expected to do on any body.
+/// What the chapter and its repairs do on the beam. Separate blocks do not lower the error of the load on
+/// every body: on a lattice of 4 × 4 × 12 nodes with 6 modes and 10 positions it is 7.4e-2 with them in stage
+/// 1 and 5.5e-2 without.
 fn check(rows: &[(usize, StageError)], rank: usize) {
     let [chapter, scaled, separate, start, updates, _, all] = rows else { panic!("seven variants") };
     assert!(chapter.1.total > 1e-5 && chapter.1.total < 5e-2, "a baseline, neither broken nor good enough");
@@ -132,15 +156,6 @@ fn each_repair_does_its_part_at_six_and_eight_modes() {
 }
 
 #[test]
-#[ignore = "the 10 000 dof half of the table, about 25 s"]
-fn each_repair_does_its_part_at_10_000_dofs() {
-    let case = Case::new(Pencil::lattice(15, 15, 45, 1, 8));
-    for second in [false, true] {
-        check(&table(&case, 100, second), 24 + 100);
-    }
-}
-
-#[test]
 fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
     let case = Case::new(Pencil::lattice(4, 4, 12, 1, 6));
     let energy = case.beam.energy();
@@ -150,7 +165,7 @@ fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
         stage.components = vec![(-1.0, 1.0), (-0.5, 1.0), (0.0, 1.0)];
         stage.loads = Mat::from_fn(192, 12, |i, s| if i == 3 * s + 150 { 2.0 } else { 0.0 });
         let space = case.space(if second { 9.0 } else { 16.0 });
-        let found = separate(&stage, &space, &energy, &ChapterOptions::repaired(1e-8, 18 + 12)).unwrap();
+        let found = separate(&stage, &space, &energy, &repaired(1e-8, 18 + 12)).unwrap();
         assert!(found.n_terms() <= 18 + 12);
         let axes = &found.axes;
         assert_eq!(axes.len(), 18 + 1 + 3 + 1);
@@ -174,9 +189,8 @@ fn the_repaired_form_is_the_exact_stage_solve_on_the_whole_mesh() {
             let mut outside = point.clone();
             outside[a] = axes[a].range().1 * (1.0 + 1e-9) + 1e-9;
             let name = axes[a].name().to_string();
-            assert!(
-                matches!(found.evaluate(&outside), Err(SeparatedError::OutsideAxis { axis, .. }) if axis == name)
-            );
+            let refused = found.evaluate(&outside);
+            assert!(matches!(refused, Err(SeparatedError::OutsideAxis { axis, .. }) if axis == name));
         }
     }
 }
@@ -186,7 +200,7 @@ fn fewer_terms_than_sources_keep_the_largest_and_say_so() {
     let case = Case::new(Pencil::beam(60, 1, 4));
     let (stage, space, energy) = (case.stage(false, 6), case.space(16.0), case.beam.energy());
     let error = |terms: usize| {
-        let found = separate(&stage, &space, &energy, &ChapterOptions::repaired(1e-9, terms)).unwrap();
+        let found = separate(&stage, &space, &energy, &repaired(1e-9, terms)).unwrap();
         assert!(found.n_terms() <= terms);
         found.error.total
     };

@@ -1,9 +1,7 @@
-//! `representation` and `[canonical]`: which form the stage maps are written in, and what is done about the chapter's.
+//! `representation` and `[canonical]`: which form the stage maps are written in, and what is done about the
+//! chapter's.
 
 use serde::Deserialize;
-
-use super::check::positive;
-use super::{Problem, ProblemError};
 
 /// The form of the stage maps in the file.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -96,40 +94,5 @@ impl ChapterEntry {
         let direction = self.direction.unwrap_or([0.0, 0.0, 1.0]);
         let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
         (!self.components).then(|| direction.map(|d| d / length))
-    }
-}
-
-impl Problem {
-    /// Options of the chapter's representation, if it is asked for.
-    pub fn chapter(&self) -> Option<ChapterEntry> {
-        let asked = self.representation == Representation::Canonical;
-        asked.then(|| self.canonical.clone().unwrap_or_default())
-    }
-
-    pub(super) fn check_chapter(&self) -> Result<(), ProblemError> {
-        let asked = self.representation == Representation::Canonical;
-        self.require(
-            !asked || self.parameters.is_empty(),
-            "representation",
-            "canonical beside `[[parameter]]`",
-            "\"block\" where parameters are live",
-        )?;
-        let Some(c) = &self.canonical else { return Ok(()) };
-        self.require(asked, "canonical", "a table", "`representation = \"canonical\"` beside it")?;
-        let tolerance = c.tolerance >= 1e-12 && c.tolerance < 1.0;
-        self.require(tolerance, "canonical.tolerance", c.tolerance, "at least 1e-12 and below 1")?;
-        self.require(c.max_terms.is_none_or(|t| t >= 2), "canonical.max_terms", c.max_terms, "at least 2")?;
-        let points = (2..=1000).contains(&c.points);
-        self.require(points, "canonical.points", c.points, "2 to 1000")?;
-        let margin = c.margin >= 0.0 && c.margin.is_finite();
-        self.require(margin, "canonical.margin", c.margin, "zero or a positive number")?;
-        self.require(c.positions != Some(0), "canonical.positions", 0, "at least 1")?;
-        let [lower, upper] = c.load;
-        let load = lower <= 0.0 && upper >= 0.0 && lower < upper && (upper - lower).is_finite();
-        self.require(load, "canonical.load", c.load, "two finite numbers around zero, the smaller first")?;
-        let length = c.direction.is_none_or(|d| positive(d.iter().map(|x| x * x).sum()));
-        self.require(length, "canonical.direction", c.direction, "a vector of some length")?;
-        let one = !(c.components && c.direction.is_some());
-        self.require(one, "canonical.components", "true beside `direction`", "one of them")
     }
 }

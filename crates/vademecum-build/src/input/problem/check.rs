@@ -1,6 +1,6 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
-use super::{ParameterKind, ParameterScale, Problem, ProblemError};
+use super::{ParameterKind, ParameterScale, Problem, ProblemError, Representation};
 use crate::input::toml_file::TomlError;
 
 impl Problem {
@@ -245,4 +245,33 @@ impl Problem {
 
 pub(super) fn positive(value: f64) -> bool {
     value > 0.0 && value.is_finite()
+}
+
+impl Problem {
+    pub(super) fn check_chapter(&self) -> Result<(), ProblemError> {
+        let asked = self.representation == Representation::Canonical;
+        self.require(
+            !asked || self.parameters.is_empty(),
+            "representation",
+            "canonical beside `[[parameter]]`",
+            "\"block\" where parameters are live",
+        )?;
+        let Some(c) = &self.canonical else { return Ok(()) };
+        self.require(asked, "canonical", "a table", "`representation = \"canonical\"` beside it")?;
+        let tolerance = c.tolerance >= 1e-12 && c.tolerance < 1.0;
+        self.require(tolerance, "canonical.tolerance", c.tolerance, "at least 1e-12 and below 1")?;
+        self.require(c.max_terms.is_none_or(|t| t >= 2), "canonical.max_terms", c.max_terms, "at least 2")?;
+        let points = (2..=1000).contains(&c.points);
+        self.require(points, "canonical.points", c.points, "2 to 1000")?;
+        let margin = c.margin >= 0.0 && c.margin.is_finite();
+        self.require(margin, "canonical.margin", c.margin, "zero or a positive number")?;
+        self.require(c.positions != Some(0), "canonical.positions", 0, "at least 1")?;
+        let [lower, upper] = c.load;
+        let load = lower <= 0.0 && upper >= 0.0 && lower < upper && (upper - lower).is_finite();
+        self.require(load, "canonical.load", c.load, "two finite numbers around zero, the smaller first")?;
+        let length = c.direction.is_none_or(|d| positive(d.iter().map(|x| x * x).sum()));
+        self.require(length, "canonical.direction", c.direction, "a vector of some length")?;
+        let one = !(c.components && c.direction.is_some());
+        self.require(one, "canonical.components", "true beside `direction`", "one of them")
+    }
 }

@@ -1,7 +1,8 @@
 //! Gmsh files: version 1.0 (`$NOD`/`$ELM`), MSH 2 and MSH 4.1, text and binary.
 //!
-//! A file is a list of sections `$Name … $EndName`. Text and binary hold the same rows of numbers, so one reader of
-//! rows serves both. Physical groups become regions (volumes), facet groups (surfaces) and node groups (the rest).
+//! A file is a list of sections `$Name … $EndName`. Text and binary hold the same rows of numbers, so one
+//! reader of rows serves both. Physical groups become regions (volumes), facet groups (surfaces) and node
+//! groups (the rest).
 
 mod cells;
 mod v2;

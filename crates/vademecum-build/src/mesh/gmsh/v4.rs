@@ -233,8 +233,8 @@ fn element(
     Ok(())
 }
 
-/// Groups that were named, but of which no element was saved: their nodes are those on their entities and on what bounds
-/// these.
+/// Groups that were named, but of which no element was saved: their nodes are those on their entities and on
+/// what bounds these.
 pub(crate) fn groups_without_elements(raw: &mut RawMesh, model: &Model) {
     let missing: Vec<(usize, i64, String)> = raw.missing_groups();
     for (dimension, tag, name) in missing {

@@ -1,4 +1,5 @@
-//! The card structure of Abaqus and CalculiX decks: keyword lines with parameters, data lines, included files.
+//! The card structure of Abaqus and CalculiX decks: keyword lines with parameters, data lines, included
+//! files.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;

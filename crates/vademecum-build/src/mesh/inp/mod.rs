@@ -1,7 +1,8 @@
 //! Abaqus and CalculiX decks: what their keywords mean for a mesh.
 //!
-//! Keywords that say nothing about nodes, elements or sets are passed over. Keywords that would change the mesh and are
-//! not supported are refused by name. Names are compared without regard to case, as both programs do.
+//! Keywords that say nothing about nodes, elements or sets are passed over. Keywords that would change the
+//! mesh and are not supported are refused by name. Names are compared without regard to case, as both
+//! programs do.
 
 mod deck;
 mod model;

@@ -29,7 +29,8 @@ pub(crate) struct Sets {
 }
 
 impl Sets {
-    /// Adds members to a set. A set of the assembly that has the name of a set of the part gets `assembly.` before it.
+    /// Adds members to a set. A set of the assembly that has the name of a set of the part gets `assembly.`
+    /// before it.
     pub fn add(&mut self, name: &str, members: Vec<usize>, family: Family, in_assembly: bool) {
         let mut name = name.to_string();
         if self.get(&name).is_some_and(|set| set.in_assembly != in_assembly) {

@@ -85,8 +85,8 @@ impl Deck {
         Ok(members)
     }
 
-    /// The name of the region of each element: its solid section; without sections, the *ELSETs if they part the body,
-    /// else the set it was defined in.
+    /// The name of the region of each element: its solid section; without sections, the *ELSETs if they part
+    /// the body, else the set it was defined in.
     pub fn regions(&mut self) -> Result<Vec<Option<String>>, MeshError> {
         let mut regions = vec![None; self.elements.len()];
         let sections = std::mem::take(&mut self.sections);
@@ -109,7 +109,8 @@ impl Deck {
         Ok(regions)
     }
 
-    /// Takes the sets of a family as regions; explicit ones only if they hold every volume element exactly once.
+    /// Takes the sets of a family as regions; explicit ones only if they hold every volume element exactly
+    /// once.
     fn regions_from(&self, family: Family, regions: &mut [Option<String>]) -> bool {
         let mut found: Vec<Option<String>> = vec![None; regions.len()];
         for set in self.element_sets.all.iter().filter(|s| s.family == family) {
@@ -128,8 +129,8 @@ impl Deck {
         true
     }
 
-    /// Node sets and element sets become groups of their names; the nodes of a node set win over those of an element
-    /// set of the same name.
+    /// Node sets and element sets become groups of their names; the nodes of a node set win over those of an
+    /// element set of the same name.
     pub fn groups(&mut self) {
         for set in &self.node_sets.all {
             let nodes = set.members.iter().map(|&n| n as u32).collect();
@@ -166,7 +167,8 @@ fn family(card: &Card) -> Family {
 
 /// Members of `first, last, step` lines; numbers that do not exist are skipped, as both programs do.
 ///
-/// `known` holds all numbers in use, `find` looks one up: a range longer than the deck is cut down to what exists.
+/// `known` holds all numbers in use, `find` looks one up: a range longer than the deck is cut down to what
+/// exists.
 fn generated(
     card: &Card,
     section: &str,

@@ -155,7 +155,8 @@ impl<'a> Source<'a> {
                     return None;
                 }
                 while pending.len() < n {
-                    // Header and data may be encoded apart, so padding can stand in the middle: decode by groups.
+                    // Header and data may be encoded apart, so padding can stand in the middle: decode by
+                    // groups.
                     decode_group(text, pending)?;
                 }
                 let tail = pending.split_off(n);

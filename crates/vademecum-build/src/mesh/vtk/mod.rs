@@ -1,7 +1,7 @@
 //! VTK legacy files, text and binary (always big-endian), versions 1 to 5.
 //!
-//! Only unstructured grids are meshes. Data arrays are passed over by their declared shapes, except integers with one
-//! value per cell or point, which may name regions or groups.
+//! Only unstructured grids are meshes. Data arrays are passed over by their declared shapes, except integers
+//! with one value per cell or point, which may name regions or groups.
 
 pub(crate) mod array;
 mod cells;

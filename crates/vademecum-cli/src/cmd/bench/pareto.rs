@@ -2,125 +2,103 @@
 
 use std::path::Path;
 
-use super::output::{EXACT, Report, Row};
+use vademecum_build::input::BasisKind;
+use vademecum_study::bench::{BenchTable, Identity, Row, Way, front};
+
+use super::words::words;
 use crate::failure::{Cause, Failure};
 use crate::pictures::{Chart, Cloud, scatter};
 
 /// Draws pareto.svg (the error of the reduction) and pareto-total.svg (the total error).
-pub fn draw(folder: &Path, report: &Report) -> Result<(), Failure> {
-    scatter_of(&folder.join("pareto.svg"), &of_reduction(report))?;
-    scatter_of(&folder.join("pareto-total.svg"), &of_everything(report))
+pub fn draw(folder: &Path, table: &BenchTable) -> Result<(), Failure> {
+    scatter_of(&folder.join("pareto.svg"), of_reduction(table))?;
+    scatter_of(&folder.join("pareto-total.svg"), of_everything(table))
 }
 
 /// What reduction costs in accuracy: against full order at the same Δt.
-fn of_reduction(report: &Report) -> Picture<'_> {
+fn of_reduction(table: &BenchTable) -> Picture {
     // In print f64 lies on f32, and the natural modes of either structure on each other.
-    let shown = |name: &str| {
-        !name.starts_with("full order")
-            && !name.starts_with("natural modes, block")
-            && name != EXACT
-            && (name.ends_with("f32")
-                || ["two-stage", "dense solves", "canonical"].iter().any(|part| name.contains(part)))
+    let shown = |name: Identity| match name.way() {
+        None | Some(Way::ExactMotion) => false,
+        Some(Way::TwoStage | Way::Block) if name.is_on(BasisKind::Modes) => false,
+        Some(Way::DenseSolves | Way::TwoStage | Way::Chapter | Way::Repaired) => true,
+        Some(_) => name.is_single(),
     };
-    let points = report.methods.iter().filter(|row| {
-        row.time_step == report.time_step && shown(&row.name) && !row.errors.trajectory_error.is_nan()
+    let points = table.methods.iter().filter(|row| {
+        row.time_step == table.time_step && shown(row.name) && !row.errors.trajectory_error.is_nan()
     });
+    let point = |row: &Row| Point {
+        cloud: row.name.to_string(),
+        time: row.step_ns_p50,
+        error: row.errors.trajectory_error,
+        word: words(row, table.time_step),
+    };
     Picture {
         title: "time against error of the reduction; beside the points modes and terms",
         x: "median time of a step [ns]",
         y: "relative error against full order with the same Δt",
-        points: points
-            .map(|row| {
-                (row.name.as_str(), row.step_ns_p50, row.errors.trajectory_error, row.words(report.time_step))
-            })
-            .collect(),
+        points: points.map(point).collect(),
     }
 }
 
-/// What everything costs in accuracy, the time scheme included; of the reduced methods those with the most modes, the
-/// others lie on them.
-fn of_everything(report: &Report) -> Picture<'_> {
-    let cloud = |row: &'_ Row| -> Option<&'static str> {
-        let shown = [
-            "full order",
-            "pod-galerkin, dense solves f64",
-            "ritz diagonal f32",
-            "ritz separated f32",
-            EXACT,
-        ];
-        shown.into_iter().find(|name| row.name.starts_with(name))
+/// What everything costs in accuracy, the time scheme included; of the reduced methods those with the most
+/// modes, the others lie on them.
+fn of_everything(table: &BenchTable) -> Picture {
+    let shown = |name: Identity| match name.way() {
+        None | Some(Way::DenseSolves | Way::ExactMotion) => true,
+        Some(Way::Diagonal | Way::Separated) => name.is_on(BasisKind::Ritz) && name.is_single(),
+        Some(_) => false,
     };
-    let most = report.methods.iter().filter_map(|row| row.modes).max();
+    let most = table.methods.iter().filter_map(|row| row.modes).max();
     let point = |row: &Row| {
-        if row.terms.is_none() && row.modes.is_some_and(|r| Some(r) != most) {
+        let fewer = row.terms.is_none() && row.modes.is_some_and(|r| Some(r) != most);
+        if fewer || !shown(row.name) {
             return None;
         }
-        let scheme = row.name.strip_prefix("full order, ");
-        let words = [scheme.map(str::to_string), Some(row.words(report.time_step))];
-        let words: Vec<String> = words.into_iter().flatten().filter(|w| !w.is_empty()).collect();
+        // All schemes are one cloud.
+        let (cloud, scheme) = match row.name {
+            Identity::FullOrder(scheme) => ("full order".to_string(), Some(scheme.to_string())),
+            reduced => (reduced.to_string(), None),
+        };
+        let parts = [scheme, Some(words(row, table.time_step))];
+        let parts: Vec<String> = parts.into_iter().flatten().filter(|part| !part.is_empty()).collect();
         let time = row.steps_per_step * row.step_ns_p50;
-        Some((cloud(row)?, time, row.errors.error_total, words.join(", ")))
+        Some(Point { cloud, time, error: row.errors.error_total, word: parts.join(", ") })
     };
     Picture {
         title: "time against total error; beside the points modes, terms, and Δt where it is another",
         x: "median time of a march per Δt of the problem [ns]",
         y: "relative error against the fine full-order march",
-        points: report.methods.iter().filter_map(point).collect(),
+        points: table.methods.iter().filter_map(point).collect(),
     }
 }
 
-/// Points of time and error to be drawn, each with its cloud and a word beside it.
-struct Picture<'a> {
-    title: &'a str,
-    x: &'a str,
-    y: &'a str,
-    points: Vec<(&'a str, f64, f64, String)>,
+/// Points of time and error to be drawn.
+struct Picture {
+    title: &'static str,
+    x: &'static str,
+    y: &'static str,
+    points: Vec<Point>,
 }
 
-fn scatter_of(path: &Path, picture: &Picture<'_>) -> Result<(), Failure> {
-    let mut clouds: Vec<Cloud<'_>> = vec![];
-    for (name, time, error, word) in &picture.points {
-        let point = (*time, *error, word.clone());
-        match clouds.iter_mut().find(|cloud| cloud.name == *name) {
-            Some(cloud) => cloud.points.push(point),
-            None => clouds.push(Cloud { name, points: vec![point] }),
+/// One of them, with its cloud and a word beside it.
+struct Point {
+    cloud: String,
+    time: f64,
+    error: f64,
+    word: String,
+}
+
+fn scatter_of(path: &Path, picture: Picture) -> Result<(), Failure> {
+    let mut clouds: Vec<Cloud> = vec![];
+    let points: Vec<(f64, f64)> = picture.points.iter().map(|p| (p.time, p.error)).collect();
+    for Point { cloud: name, time, error, word } in picture.points {
+        match clouds.iter_mut().find(|cloud| cloud.name == name) {
+            Some(cloud) => cloud.points.push((time, error, word)),
+            None => clouds.push(Cloud { name, points: vec![(time, error, word)] }),
         }
     }
     let chart = Chart { title: picture.title, x: picture.x, y: picture.y, log_y: true };
     let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
-    scatter(path, &chart, &clouds, &front(&clouds)).map_err(failed)
-}
-
-/// Points are on the front if no faster one comes within this factor of their error: digits that differ behind the second
-/// figure are no reason to step slower.
-pub const BETTER: f64 = 0.99;
-
-/// The points no other point beats in both time and error, fastest first.
-fn front(clouds: &[Cloud<'_>]) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> =
-        clouds.iter().flat_map(|c| c.points.iter().map(|p| (p.0, p.1))).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut least = f64::INFINITY;
-    points.retain(|p| {
-        let better = p.1 < BETTER * least;
-        least = least.min(p.1);
-        better
-    });
-    points
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_front_falls() {
-        let points = [(3.0, 0.5), (1.0, 0.9), (2.0, 1.0), (4.0, 0.6), (5.0, 0.1), (6.0, 0.0999)];
-        let cloud = |p: &[(f64, f64)]| p.iter().map(|&(x, y)| (x, y, String::new())).collect();
-        let clouds = [
-            Cloud { name: "a", points: cloud(&points[..2]) },
-            Cloud { name: "b", points: cloud(&points[2..]) },
-        ];
-        assert_eq!(front(&clouds), [(1.0, 0.9), (3.0, 0.5), (5.0, 0.1)]);
-    }
+    scatter(path, &chart, &clouds, &front(points)).map_err(failed)
 }

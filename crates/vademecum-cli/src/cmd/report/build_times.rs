@@ -1,4 +1,5 @@
-//! What the build said about its own times, `build --json`: a file cannot hold them, or two builds would not be the same bytes.
+//! What the build said about its own times, `build --json`: a file cannot hold them, or two builds would not
+//! be the same bytes.
 
 use std::path::Path;
 

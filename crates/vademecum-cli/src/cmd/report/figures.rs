@@ -2,16 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use vademecum_build::dynamics::ModeRow;
 use vademecum_format::{AxisKind, SectionKind};
+use vademecum_study::FileError;
+use vademecum_study::contents::Geometry;
+use vademecum_study::verify::Verified;
 
 use super::build_times::Stage;
-use super::separation_figures::with_unit;
-use super::{Content, numbers};
-use crate::cmd::run::geometry;
-use crate::cmd::verify::Verified;
+use super::content::Content;
+use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
 use crate::pictures::{Chart, Outline, Series, bars, line_chart, outline};
-use crate::player::names;
 
 /// A drawn figure.
 pub struct Figure {
@@ -73,40 +74,39 @@ impl Figures {
     }
 
     fn body(&mut self, content: &Content<'_>) -> Result<(), Failure> {
-        let (nodes, triangles) = geometry(content.path, content.file)?;
-        let basis = numbers(content.path, content.file, SectionKind::SurfaceBasis)?;
-        let row = 3 * content.modes.len().max(1);
-        let held = basis.chunks_exact(row).enumerate().filter(|(_, row)| row.iter().all(|&x| x == 0.0));
-        let marks: Vec<(usize, [f64; 3])> = held.map(|(node, _)| (0, nodes[node])).collect();
+        let unread = |error: FileError| Failure::file(content.path, error);
+        let geometry = Geometry::of(content.file).map_err(unread)?;
+        let held = geometry.held(content.file).map_err(unread)?;
+        let marks: Vec<(usize, [f64; 3])> = held.into_iter().map(|node| (0, node)).collect();
         let caption = format!(
             "The surface of the body at rest. Dots: its {} held surface nodes, which no mode moves.",
             marks.len()
         );
         let title = if marks.is_empty() { "surface" } else { "surface and supports" };
         self.add("body", "mesh", caption, |path| {
-            outline(path, &Outline { title, marks: &marks }, &nodes, &triangles)
+            outline(path, &Outline { title, marks: &marks }, &geometry.nodes, &geometry.triangles)
         })
     }
 
     fn basis(&mut self, content: &Content<'_>) -> Result<(), Failure> {
-        let values = numbers(content.path, content.file, SectionKind::SingularValues)?;
+        let values = content.numbers(SectionKind::SingularValues)?;
         if let Some(&first) = values.first() {
             let points = values.iter().enumerate().map(|(i, s)| ((i + 1) as f64, s / first)).collect();
             let chart =
                 Chart {
                     title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true
                 };
-            let caption = "How fast the snapshots run out of new shapes: the steeper, the fewer modes say everything. \
-                 The rest after the last mode kept bounds what the basis cannot show of them.";
+            let caption = "How fast the snapshots run out of new shapes: the steeper, the fewer modes say \
+                everything. The rest after the last mode kept bounds what the basis cannot show of them.";
             self.add("basis", "singular-values", caption.into(), |path| {
                 line_chart(path, &chart, &[Series { name: "", points }])
             })?;
         }
-        let share = |(k, mode): (usize, &[f64; 6])| {
+        let share = |(k, mode): (usize, &ModeRow)| {
             (
-                format!("mode {}, {}", k + 1, hertz(mode[0])),
-                mode[2].max(0.0),
-                format!("{} %", rounded(100.0 * mode[2])),
+                format!("mode {}, {}", k + 1, hertz(mode.frequency_hz)),
+                mode.energy.max(0.0),
+                format!("{} %", rounded(100.0 * mode.energy)),
             )
         };
         let rows: Vec<_> = content.modes.iter().enumerate().map(share).take(32).collect();
@@ -121,9 +121,9 @@ impl Figures {
         let lines: Vec<Series<'_>> =
             pushed.into_iter().chain([run("bent in the lowest mode", &free.lowest)]).collect();
         let caption = format!(
-            "The body is let go and left alone for {:.0} periods of its lowest mode: after a push of half such a period, and bent in \
-             that mode alone. What the curves lose is the damping of the material and of the time scheme; a curve that keeps rising \
-             would be a defect.",
+            "The body is let go and left alone for {:.0} periods of its lowest mode: after a push of half \
+             such a period, and bent in that mode alone. What the curves lose is the damping of the material \
+             and of the time scheme; a curve that keeps rising would be a defect.",
             free.periods
         );
         let chart = Chart {
@@ -138,8 +138,8 @@ impl Figures {
     /// Factors of the first terms along each axis that has more than names.
     fn axes(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let metadata = content.file.metadata();
-        let points = numbers(content.path, content.file, SectionKind::AxisPoints)?;
-        let factors = numbers(content.path, content.file, SectionKind::Factors)?;
+        let points = content.numbers(SectionKind::AxisPoints)?;
+        let factors = content.numbers(SectionKind::Factors)?;
         let n_terms = metadata.n_terms as usize;
         let mut first = 0;
         for axis in metadata.active_axes() {
@@ -176,7 +176,7 @@ impl Figures {
 
     fn make_up(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let mut sections: Vec<(String, f64)> =
-            content.file.sections().map(|s| (format!("{:?}", s.kind()), s.stored().len() as f64)).collect();
+            content.file.sections().map(|s| (s.kind().to_string(), s.stored().len() as f64)).collect();
         let rest = content.bytes as f64 - sections.iter().map(|s| s.1).sum::<f64>();
         sections.push(("header, metadata, padding".into(), rest));
         sections.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -184,8 +184,8 @@ impl Figures {
             (name, bytes, format!("{} ({:.1} %)", size(bytes), 100.0 * bytes / content.bytes as f64))
         };
         let rows: Vec<_> = sections.into_iter().map(row).collect();
-        let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by those who ask for \
-             fields inside the body.";
+        let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by \
+            those who ask for fields inside the body.";
         self.add("file", "file", caption.into(), |path| bars(path, "bytes by section", &rows))
     }
 
@@ -196,7 +196,8 @@ impl Figures {
             (stage.stage.clone(), stage.seconds, format!("{:.2} s{memory}", stage.seconds))
         };
         let rows: Vec<_> = build.timings.iter().map(row).collect();
-        let caption = "Where the build spent its time, stage by stage in order, and the most memory the program had held until the end of each.";
+        let caption = "Where the build spent its time, stage by stage in order, and the most memory the \
+            program had held until the end of each.";
         self.add("timings", "build", caption.into(), |path| bars(path, "seconds of the build", &rows))
     }
 
@@ -215,7 +216,8 @@ impl Figures {
                 [over_time("full order", full, width, place), over_time("vademecum", file, width, place)];
             let title = format!("displacement of {probe}");
             let chart = Chart { title: &title, x: "time [s]", y: "displacement [m]", log_y: false };
-            let caption = "The same loads on the full-order model and on the file; the dashed line lies on the other where they agree.";
+            let caption = "The same loads on the full-order model and on the file; the dashed line lies on \
+                the other where they agree.";
             self.add("full order", &format!("probe-{}", file_name(probe)), caption.into(), |path| {
                 line_chart(path, &chart, &lines)
             })?;
@@ -240,43 +242,7 @@ impl Figures {
     }
 }
 
-/// Names of probes and patterns, for the page.
-pub fn listed(content: &Content<'_>, kind: SectionKind) -> Result<String, Failure> {
-    let names = names(content.path, content.file, kind)?;
-    Ok(if names.is_empty() { "none".into() } else { names.join(", ") })
-}
-
-/// A frequency with three figures.
-pub fn hertz(value: f64) -> String {
-    let digits = if value >= 100.0 {
-        0
-    } else if value >= 10.0 {
-        1
-    } else {
-        3
-    };
-    format!("{value:.digits$} Hz")
-}
-
 /// A share of 100 with three decimals; below that, two figures.
 fn rounded(percent: f64) -> String {
     if percent >= 1e-3 || percent == 0.0 { format!("{percent:.3}") } else { format!("{percent:.1e}") }
-}
-
-/// Bytes with a unit.
-pub fn size(bytes: f64) -> String {
-    let (scale, unit) = if bytes >= 1e6 {
-        (1e6, "MB")
-    } else if bytes >= 1e3 {
-        (1e3, "kB")
-    } else {
-        (1.0, "bytes")
-    };
-    let digits = usize::from(scale > 1.0);
-    format!("{:.digits$} {unit}", bytes / scale)
-}
-
-/// Letters and digits of a name; the rest becomes `-`.
-pub fn file_name(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }

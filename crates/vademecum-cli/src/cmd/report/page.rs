@@ -3,12 +3,14 @@
 use std::fmt::Write as _;
 
 use vademecum_build::certificate::StructureReport;
-use vademecum_eval::Structure;
+use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
+use vademecum_study::timings::machine;
 
-use super::figures::{Figures, hertz, listed, size};
-use super::{Content, measure};
-use crate::cmd::view::escaped;
+use super::content::Content;
+use super::figures::Figures;
+use super::words::{hertz, size};
+use crate::html::escaped;
 
 const STYLE: &str = include_str!("../../../assets/report.css");
 
@@ -29,8 +31,10 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
-         <link rel=\"icon\" href=\"data:,\">\n<title>{title}: report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <meta http-equiv=\"Content-Security-Policy\" \
+         content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title}: report</title>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n\
          <h1>{title}</h1>\n{}",
         summary(content)
     );
@@ -58,10 +62,11 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
 fn summary(content: &Content<'_>) -> String {
     let m = content.file.metadata();
     let step = content.timings.step[1][0];
-    let lowest = content.modes.iter().map(|mode| mode[0]).fold(f64::INFINITY, f64::min);
+    let lowest = content.modes.iter().map(|mode| mode.frequency_hz).fold(f64::INFINITY, f64::min);
     format!(
-        "<p class=\"lead\">This file steps a body of {} nodes ({} displacement components) with {} numbers of state. Its lowest \
-         mode swings at {}. A step of {} takes {} on this machine: {} times faster than real time.</p>\n",
+        "<p class=\"lead\">This file steps a body of {} nodes ({} displacement components) with {} numbers \
+         of state. Its lowest mode swings at {}. A step of {} takes {} on this machine: {} times faster than \
+         real time.</p>\n",
         m.n_nodes,
         3 * m.n_nodes,
         3 * m.n_modes,
@@ -74,7 +79,7 @@ fn summary(content: &Content<'_>) -> String {
 
 fn body(content: &Content<'_>) -> String {
     let m = content.file.metadata();
-    let listed = |kind| listed(content, kind).unwrap_or_else(|_| "not readable".into());
+    let listed = |kind| content.listed(kind).unwrap_or_else(|_| "not readable".into());
     let hash: String = m.mesh_hash.iter().map(|byte| format!("{byte:02x}")).collect();
     table(&[
         ("nodes", format!("{}, {} of them on the surface", m.n_nodes, m.n_surface_nodes)),
@@ -95,7 +100,9 @@ fn body(content: &Content<'_>) -> String {
 fn basis(content: &Content<'_>) -> String {
     let mut rows = String::new();
     for (k, mode) in content.modes.iter().enumerate() {
-        let [frequency, _, share, material, scheme, period] = mode.map(figure);
+        let ModeRow { frequency_hz, energy, physical_damping, numerical_damping, .. } = *mode;
+        let cells = [frequency_hz, energy, physical_damping, numerical_damping, mode.period_elongation];
+        let [frequency, share, material, scheme, period] = cells.map(figure);
         let _ = writeln!(
             rows,
             "<tr><td>{}</td><td>{frequency}</td><td>{share}</td><td>{material}</td><td>{scheme}</td><td>{period}</td></tr>",
@@ -103,10 +110,12 @@ fn basis(content: &Content<'_>) -> String {
         );
     }
     format!(
-        "<p>The body moves in {} shapes, its modes. The time scheme damps a mode by what stands under <i>scheme</i> and makes its \
-         period longer by the share in the last column; both grow with frequency times time step.</p>\n<div class=\"wide\"><table>\
+        "<p>The body moves in {} shapes, its modes. The time scheme damps a mode by what stands under \
+         <i>scheme</i> and makes its period longer by the share in the last column; both grow with frequency \
+         times time step.</p>\n<div class=\"wide\"><table>\
          <thead><tr><th>mode</th><th>frequency [Hz]</th><th>energy share</th><th>damping ratio, material</th>\
-         <th>damping ratio, scheme</th><th>period elongation</th></tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n",
+         <th>damping ratio, scheme</th><th>period elongation</th></tr></thead>\n\
+         <tbody>\n{rows}</tbody></table></div>\n",
         content.modes.len()
     )
 }
@@ -134,18 +143,20 @@ fn certificate(content: &Content<'_>) -> String {
     let repaired = |done: &String| format!("<p>Repaired by the build: {}.</p>\n", escaped(done));
     let repairs: String = content.repairs.iter().map(repaired).collect();
     format!(
-        "<p>Measured when the file was built, on loads that no snapshot had seen. Errors are relative, over all displacement \
-         components and all steps, in the norm of the mass. An error close to its floor says that more could be gained only with \
-         more modes. The scene takes the cheaper structure that keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
-         <table><thead><tr><th></th><th>diagonal structure</th><th>block structure</th></tr></thead>\n<tbody>\n{}</tbody></table></div>\n{repairs}",
-        if content.timings.structure == Structure::Diagonal { "diagonal" } else { "block" },
+        "<p>Measured when the file was built, on loads that no snapshot had seen. Errors are relative, over \
+         all displacement components and all steps, in the norm of the mass. An error close to its floor \
+         says that more could be gained only with more modes. The scene takes the cheaper structure that \
+         keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
+         <table><thead><tr><th></th><th>diagonal structure</th><th>block structure</th></tr></thead>\n\
+         <tbody>\n{}</tbody></table></div>\n{repairs}",
+        content.timings.structure,
         rows.concat()
     )
 }
 
 fn full_order(content: &Content<'_>) -> String {
     let Some(verified) = &content.verified else { return String::new() };
-    let r = &verified.report;
+    let r = &verified.figures;
     table(&[
         ("steps", r.steps.to_string()),
         ("free components", r.dofs.to_string()),
@@ -177,7 +188,8 @@ fn full_order(content: &Content<'_>) -> String {
 /// What can be changed while the body moves.
 fn parameters(content: &Content<'_>) -> String {
     let m = content.file.metadata();
-    let always = "The diagonal structure takes any stiffness and density of the whole body, any time step and any Rayleigh damping.";
+    let always = "The diagonal structure takes any stiffness and density of the whole body, any time step \
+        and any Rayleigh damping.";
     let always = if m.diagonal { format!("<p>{always}</p>\n") } else { String::new() };
     if m.active_parameters().is_empty() {
         return always;
@@ -194,8 +206,9 @@ fn parameters(content: &Content<'_>) -> String {
     };
     let rows: String = m.active_parameters().iter().map(row).collect();
     format!(
-        "{always}<p>The file was built for these ranges; a value outside is refused.</p>\n<div class=\"wide\"><table><thead><tr>\
-         <th>parameter</th><th>from</th><th>built around</th><th>to</th><th>unit</th></tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n"
+        "{always}<p>The file was built for these ranges; a value outside is refused.</p>\n\
+         <div class=\"wide\"><table><thead><tr><th>parameter</th><th>from</th><th>built around</th>\
+         <th>to</th><th>unit</th></tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n"
     )
 }
 
@@ -236,8 +249,9 @@ fn timings(content: &Content<'_>) -> String {
         format!("<p>The build took {total} on the machine it ran on, as it reported itself.</p>\n")
     });
     format!(
-        "<p>Measured when this report was written, in one thread of {}. A step is the median over bursts of 32.</p>\n{rows}{build}",
-        escaped(&measure::machine())
+        "<p>Measured when this report was written, in one thread of {}. A step is the median over bursts of \
+         32.</p>\n{rows}{build}",
+        escaped(&machine())
     )
 }
 

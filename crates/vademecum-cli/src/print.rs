@@ -1,0 +1,135 @@
+//! Results that several commands print.
+
+use vademecum_build::certificate::StructureReport;
+use vademecum_build::chapter::ChapterReport;
+use vademecum_build::report::BuildReport;
+use vademecum_study::verify::Verification;
+
+/// A value as JSON text.
+pub fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("what is printed has string keys and finite nesting")
+}
+
+/// Prints a value as JSON on standard output.
+pub fn print_json(value: &impl serde::Serialize) {
+    println!("{}", json(value));
+}
+
+/// A length for people.
+pub fn bytes(length: usize) -> String {
+    match length {
+        0..10_000 => format!("{length} bytes"),
+        10_000..10_000_000 => format!("{:.1} kB", length as f64 / 1e3),
+        _ => format!("{:.1} MB", length as f64 / 1e6),
+    }
+}
+
+/// Prints a build's report.
+pub fn print_report(report: &BuildReport) {
+    println!(
+        "{} nodes, {} elements, {} free dofs; {} snapshots; {} modes; {:.1} steps per first period",
+        report.nodes,
+        report.elements,
+        report.dofs,
+        report.snapshots,
+        report.modes,
+        report.steps_per_first_period
+    );
+    println!("\nmode  frequency [Hz]  energy     damping: material  scheme     period");
+    for (k, row) in report.mode_table.iter().enumerate() {
+        println!(
+            "{:>4}  {:>14.6}  {:>9.2e}  {:>17.3e}  {:>9.2e}  {:>+9.2e}",
+            k + 1,
+            row.frequency_hz,
+            row.energy,
+            row.physical_damping,
+            row.numerical_damping,
+            row.period_elongation
+        );
+    }
+    println!("\nstructure  trajectory error  floor      error/floor  spectral radius  energy ratio");
+    let certificate = &report.certificate;
+    for (name, structure) in [("diagonal", &certificate.diagonal), ("block", &certificate.block)] {
+        if let Some(s) = structure {
+            print_structure(name, s);
+        }
+    }
+    if let Some(c) = &certificate.chapter {
+        print_chapter(c);
+    }
+    if let Some(s) = &report.separation {
+        println!(
+            "\nseparated: {} terms on axes of {:?} points, from {} full-order solves ({} vectors); stopped \
+             by {}",
+            s.terms, s.axis_points, s.samples, s.reduced_size, s.stop
+        );
+        let block = report.certificate.block.as_ref();
+        if let Some(c) = block {
+            println!(
+                "map error over fresh points {:.2e} rms, {:.2e} worst",
+                c.map_error_rms, c.map_error_max
+            );
+        }
+        println!(
+            "worst trajectory at {}; largest spectral radius at {}",
+            s.place(&s.worst_trajectory_at),
+            s.place(&s.worst_radius_at)
+        );
+        s.repairs.iter().for_each(|done| println!("repaired: {done}"));
+    }
+    println!("\nstage                     seconds  peak memory");
+    for timing in &report.timings {
+        let memory = timing.peak_memory_bytes.map_or("?".into(), |b| bytes(b as usize));
+        println!("{:<24}  {:>7.2}  {:>11}", timing.stage, timing.seconds, memory);
+    }
+}
+
+/// Prints the certificate of the chapter's structure.
+pub fn print_chapter(c: &ChapterReport) {
+    print_structure("chapter", &c.structure);
+    if let Some(step) = c.left_at {
+        println!("a trajectory left its axes at step {step}; the errors are of the steps before");
+    }
+    for (i, s) in c.stages.iter().enumerate() {
+        println!(
+            "stage {}: {} terms, map error {:.2e} (state {:.2e}, load {:.2e})",
+            i + 1,
+            s.terms,
+            s.error,
+            s.state_error,
+            s.load_error
+        );
+    }
+}
+
+fn print_structure(name: &str, s: &StructureReport) {
+    println!(
+        "{name:<9}  {:>16.3e}  {:>9.3e}  {:>11.3}  1 {:>+13.1e}  {:>12.9}",
+        s.trajectory_error,
+        s.projection_floor,
+        s.floor_ratio,
+        s.spectral_radius - 1.0,
+        s.energy_ratio
+    );
+}
+
+/// Prints what a verification measured.
+pub fn print_verification(v: &Verification) {
+    println!("{} steps, {} free dofs, {} modes, {} structure", v.steps, v.dofs, v.modes, v.structure);
+    println!(
+        "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
+        v.trajectory_error
+    );
+    println!("projection floor       {:.3e}  (error ÷ floor {:.4})", v.projection_floor, v.floor_ratio);
+    println!("spectral radius        1 {:+.2e}", v.spectral_radius - 1.0);
+    println!(
+        "energy after release   {:+.3e}  (full order {:+.3e}); largest ÷ at release {:.9}",
+        v.energy_drift, v.energy_drift_full_order, v.energy_ratio
+    );
+    println!(
+        "seconds per step       {:.3e}  (full order {:.3e}, {:.0} times as long)",
+        v.vademecum_seconds_per_step,
+        v.full_order_seconds_per_step,
+        v.full_order_seconds_per_step / v.vademecum_seconds_per_step
+    );
+}

@@ -1,0 +1,131 @@
+//! The reduced coordinates of a body and their rates, `y = (ζ, Δt ζ̇, Δt² ζ̈)`, twice in lent memory: as they
+//! are, and where a step writes the new ones. The states of both kinds of scene are made of them.
+
+use crate::error::StepError;
+use crate::lend::{Lender, Short};
+use crate::options::Status;
+use crate::scalar::Scalar;
+
+/// Where the three parts of `y` lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Parts {
+    /// Length of each.
+    pub r: usize,
+    /// From the start of one to the start of the next; at least `r`.
+    pub stride: usize,
+    /// Length of all with the padding that a kernel wants; at least `3 stride`.
+    pub padded: usize,
+}
+
+/// Old and new `y`.
+#[derive(Debug)]
+pub(crate) struct Coordinates<'m, T> {
+    parts: Parts,
+    /// `Δt` \[s\] the velocity and acceleration are scaled by.
+    pub time_step: f64,
+    pub now: &'m mut [T],
+    pub next: &'m mut [T],
+    pub at_rest: bool,
+}
+
+impl<'m, T: Scalar> Coordinates<'m, T> {
+    /// A body at rest.
+    pub fn new(parts: Parts, time_step: f64, memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
+        let (now, next) = (memory.take(parts.padded)?, memory.take(parts.padded)?);
+        if parts.r > parts.stride || 3 * parts.stride > parts.padded {
+            return Err(Short { found: parts.padded, needed: 3 * parts.stride.max(parts.r) });
+        }
+        now.fill(T::ZERO);
+        next.fill(T::ZERO);
+        Ok(Self { parts, time_step, now, next, at_rest: true })
+    }
+
+    /// Puts the body at rest.
+    pub fn rest(&mut self) {
+        self.now.fill(T::ZERO);
+        self.at_rest = true;
+    }
+
+    /// Writes the state scaled by another `Δt` beside the current one.
+    pub fn scale_to(&mut self, time_step: f64) -> Result<(), StepError> {
+        let ratio = time_step / self.time_step;
+        self.next.iter_mut().zip(&*self.now).for_each(|(next, &now)| *next = now);
+        let stride = self.parts.stride;
+        let mut next = Lender::new(&mut *self.next);
+        next.take(stride)?;
+        for (part, factor) in [(next.take(stride)?, ratio), (next.take(stride)?, ratio * ratio)] {
+            part.iter_mut().for_each(|value| *value = T::from_f64(value.to_f64() * factor));
+        }
+        let finite = self.next.iter().all(|value| value.to_f64().is_finite());
+        if finite { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    /// Takes what was written beside the state, scaled by `time_step`.
+    pub fn accept(&mut self, time_step: f64) {
+        core::mem::swap(&mut self.now, &mut self.next);
+        self.time_step = time_step;
+    }
+
+    /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small
+    /// enough rests.
+    pub fn settle(&mut self, magnitude: T, loaded: bool, rest_below: T) -> Result<Status, StepError> {
+        if !magnitude.to_f64().is_finite() {
+            return Err(StepError::NotFinite);
+        }
+        core::mem::swap(&mut self.now, &mut self.next);
+        self.at_rest = false;
+        if !loaded && magnitude <= rest_below {
+            self.rest();
+            return Ok(Status::AtRest);
+        }
+        Ok(Status::Moving)
+    }
+
+    /// Part 0, 1 or 2 of `y`, length `r`.
+    pub fn part(&self, place: usize) -> &[T] {
+        let start = place * self.parts.stride;
+        // `new` has seen that all three fit.
+        self.now.get(start..start + self.parts.r).unwrap_or(&[])
+    }
+
+    /// [`Coordinates::part`] to be written.
+    pub fn part_mut(&mut self, place: usize) -> &mut [T] {
+        let start = place * self.parts.stride;
+        self.now.get_mut(start..start + self.parts.r).unwrap_or(&mut [])
+    }
+
+    /// Copies `y` to `out`, length `3r`.
+    pub fn save_into(&self, out: &mut [T]) -> Result<(), StepError> {
+        if out.len() != 3 * self.parts.r {
+            return Err(StepError::Mismatch);
+        }
+        for (place, out) in out.chunks_exact_mut(self.parts.r.max(1)).enumerate() {
+            out.iter_mut().zip(self.part(place)).for_each(|(out, &value)| *out = value);
+        }
+        Ok(())
+    }
+
+    /// Takes back what [`Coordinates::save_into`] wrote.
+    pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
+        let r = self.parts.r;
+        if saved.len() != 3 * r {
+            return Err(StepError::Mismatch);
+        }
+        if saved.iter().any(|value| !value.to_f64().is_finite()) {
+            return Err(StepError::NotFinite);
+        }
+        for (place, part) in saved.chunks_exact(r.max(1)).enumerate() {
+            self.part_mut(place).iter_mut().zip(part).for_each(|(out, &value)| *out = value);
+        }
+        self.at_rest = saved.iter().all(|&value| value == T::ZERO);
+        Ok(())
+    }
+
+    /// The three parts of the new `y`, each of length `r`.
+    pub fn next_parts(&mut self) -> Result<[&mut [T]; 3], Short> {
+        let Parts { r, stride, .. } = self.parts;
+        let mut next = Lender::new(&mut *self.next);
+        let mut part = || Lender::new(next.take(stride)?).take(r);
+        Ok([part()?, part()?, part()?])
+    }
+}

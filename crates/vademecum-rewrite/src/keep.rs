@@ -1,0 +1,51 @@
+//! What a stripped file can still do.
+
+use vademecum_format::SectionKind;
+
+/// What a stripped file can still do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Stepping under load patterns, probe values, energy, live parameters. No fields, no contacts, no
+    /// geometry.
+    Probes,
+    /// That, and the surface: geometry, contacts, surface fields. No fields inside the body.
+    Surface,
+    /// Everything that is there.
+    All,
+}
+
+impl Keep {
+    /// Whether a section stays.
+    #[must_use]
+    pub fn keeps(self, kind: SectionKind) -> bool {
+        use SectionKind as S;
+        let inside = kind == S::InteriorBasis;
+        let for_people = matches!(
+            kind,
+            S::SingularValues
+                | S::ModeTable
+                | S::EnrichmentHistory
+                | S::RadiusSamples
+                | S::Losses
+                | S::Repairs
+        );
+        let surface =
+            matches!(kind, S::NodeIds | S::NodeCoordinates | S::Triangles | S::SurfaceBasis | S::BlockLoad);
+        match self {
+            Self::Probes => !(inside || surface || for_people),
+            Self::Surface => !inside,
+            Self::All => true,
+        }
+    }
+
+    /// Sections without which the promise would be empty.
+    pub(crate) fn needs(self) -> &'static [SectionKind] {
+        match self {
+            Self::Probes => &[SectionKind::ProbeRows],
+            Self::Surface => {
+                &[SectionKind::SurfaceBasis, SectionKind::NodeCoordinates, SectionKind::Triangles]
+            }
+            Self::All => &[],
+        }
+    }
+}

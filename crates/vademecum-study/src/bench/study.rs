@@ -1,0 +1,336 @@
+//! A body and its snapshots, and the pieces of all methods made from them, each timed where it is made.
+
+use std::time::Instant;
+
+use faer::Mat;
+use vademecum_build::basis::{Basis, BasisError, Pod, Runs, basis_of_pod, modes_basis};
+use vademecum_build::dynamics::{FullOrder, TimedLoad, lowest_modes, mode_table, table_matrix};
+use vademecum_build::export::{Draft, NodeOrder, Parts, encode};
+use vademecum_build::fem::SymmetricMatrix;
+use vademecum_build::input::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
+use vademecum_build::parametric::{SeparationOptions, separate_responses};
+use vademecum_build::pipeline::BuildError;
+use vademecum_build::prepared::{ParameterSpace, Prepared, prepare};
+use vademecum_build::progress::{Listener, Stopwatch};
+use vademecum_build::response::{BlockTerms, StageResponse, stage_responses};
+use vademecum_format::Certificate;
+use vademecum_format::scheme::SchemeTable;
+
+use super::{DenseGalerkin, ExactModes, TwoStage, trajectory};
+use crate::error::StudyError;
+use crate::scenario::{ContactEntry, OutputPlan, Scenario};
+
+/// What a file holds of the step beside the diagonal structure.
+#[derive(Default)]
+pub(super) struct Form<'a> {
+    pub block: Option<BlockTerms<'a>>,
+    pub parameters: Option<&'a ParameterSpace>,
+    pub others: Vec<Draft>,
+}
+
+/// A value and the seconds it took.
+pub struct Timed<T> {
+    /// The value.
+    pub value: T,
+    /// Wall time \[s\].
+    pub seconds: f64,
+}
+
+impl<T> Timed<T> {
+    /// Does the work and times it.
+    fn new(work: impl FnOnce() -> T) -> Self {
+        let start = Instant::now();
+        let value = work();
+        Self { value, seconds: start.elapsed().as_secs_f64() }
+    }
+
+    /// Does work that may fail and times it.
+    pub(super) fn of<E>(work: impl FnOnce() -> Result<T, E>) -> Result<Self, E> {
+        let Timed { value, seconds } = Timed::new(work);
+        Ok(Self { value: value?, seconds })
+    }
+}
+
+/// A body with its snapshots decomposed: what all methods start from.
+pub struct Study {
+    problem: Problem,
+    prepared: Prepared,
+    runs: Runs,
+    pod: Pod,
+    first_period: f64,
+    prepare_seconds: f64,
+    snapshot_seconds: f64,
+}
+
+impl Study {
+    /// Assembles the model and takes the snapshots of the problem's plan, for bases of up to `max_modes`
+    /// modes.
+    ///
+    /// Live parameters of the problem are left out: everything is compared at the values of the problem file.
+    ///
+    /// # Errors
+    /// [`StudyError`], by cause.
+    pub fn new(problem: &Problem, max_modes: usize, listener: &dyn Listener) -> Result<Self, StudyError> {
+        let mut problem = problem.clone();
+        if !problem.parameters.is_empty() {
+            listener.note(
+                "live parameters are left out: everything is compared at the values of the problem file",
+            );
+            problem.parameters.clear();
+        }
+        (problem.basis.kind, problem.basis.modes, problem.basis.energy) =
+            (BasisKind::Ritz, Some(max_modes), None);
+        let prepared = Timed::of(|| prepare(&problem, &mut Stopwatch::new(listener), listener))?;
+        listener.stage("snapshots");
+        let pod = Timed::of(|| decompose(&problem, &prepared.value, listener))?;
+        let (runs, pod_value, first_period) = pod.value;
+        Ok(Self {
+            problem,
+            prepared: prepared.value,
+            runs,
+            pod: pod_value,
+            first_period,
+            prepare_seconds: prepared.seconds,
+            snapshot_seconds: pod.seconds,
+        })
+    }
+
+    /// The problem, for the most modes and without live parameters.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The plan of the snapshots.
+    pub fn runs(&self) -> &Runs {
+        &self.runs
+    }
+
+    /// The snapshots, decomposed.
+    pub fn pod(&self) -> &Pod {
+        &self.pod
+    }
+
+    /// The model.
+    pub fn prepared(&self) -> &Prepared {
+        &self.prepared
+    }
+
+    /// Its mass matrix, in whose norm errors are measured.
+    pub fn mass(&self) -> &SymmetricMatrix {
+        self.prepared.body.model.pencil().mass()
+    }
+
+    /// Time step \[s\].
+    pub fn time_step(&self) -> f64 {
+        self.problem.time.step
+    }
+
+    /// First natural period \[s\].
+    pub fn first_period(&self) -> f64 {
+        self.first_period
+    }
+
+    /// Dimension of the snapshots: no POD basis has more modes.
+    pub fn max_modes(&self) -> usize {
+        self.pod.singular_values.len()
+    }
+
+    /// Seconds of reading, assembling and analysing: in every method's offline time.
+    pub fn prepare_seconds(&self) -> f64 {
+        self.prepare_seconds
+    }
+
+    /// Seconds of the snapshots and their decomposition: in the offline time of every method but natural
+    /// modes.
+    pub fn snapshot_seconds(&self) -> f64 {
+        self.snapshot_seconds
+    }
+
+    /// A basis of a kind.
+    ///
+    /// # Errors
+    /// [`StudyError`]: more modes than [`Study::max_modes`], or a stiffness that does not factorise.
+    pub fn basis(&self, kind: BasisKind, modes: usize) -> Result<Timed<Basis>, StudyError> {
+        Timed::of(|| {
+            if kind == BasisKind::Modes {
+                let found = lowest_modes(self.prepared.body.model.pencil(), &self.prepared.symbolic, modes)?;
+                return Ok(modes_basis(found.vectors, found.eigenvalues));
+            }
+            if modes > self.max_modes() {
+                let path = self.problem.place("basis.modes");
+                return Err(BasisError::TooManyModes { path, asked: modes, found: self.max_modes() }.into());
+            }
+            let mut problem = self.problem.clone();
+            problem.basis.kind = kind;
+            Ok(basis_of_pod(&problem, &self.prepared, &self.pod, modes)?)
+        })
+    }
+
+    /// The full-order solves of the stages projected on a basis: what the block structure and [`TwoStage`]
+    /// are made of.
+    ///
+    /// # Errors
+    /// [`StudyError`]: a stage that does not factorise.
+    pub fn responses(&self, basis: &Basis) -> Result<Timed<Vec<StageResponse>>, StudyError> {
+        Timed::of(|| Ok(stage_responses(&self.prepared, basis)?))
+    }
+
+    /// The bytes of a file with this basis: with responses the block structure, without them the diagonal
+    /// structure alone. Its certificate is empty.
+    ///
+    /// # Errors
+    /// [`StudyError`]: numbers a file cannot hold.
+    pub fn file(
+        &self,
+        basis: &Basis,
+        responses: Option<&[StageResponse]>,
+    ) -> Result<Timed<Vec<u8>>, StudyError> {
+        Timed::of(|| self.encode(basis, Form { block: responses.map(BlockTerms::fixed), ..Form::default() }))
+    }
+
+    /// The bytes of a file with this basis in which one stiffness stays live, between half and twice the
+    /// problem's: that of the first region, of the whole body where there is one. With them the number of
+    /// terms.
+    ///
+    /// # Errors
+    /// [`StudyError`]: a separation that fails, numbers a file cannot hold.
+    pub fn separated_file(
+        &self,
+        basis: &Basis,
+        tolerance: f64,
+        listener: &dyn Listener,
+    ) -> Result<Timed<(Vec<u8>, usize)>, StudyError> {
+        const MOST_TERMS: usize = 100;
+        Timed::of(|| {
+            let Prepared { body, symbolic, scheme, .. } = &self.prepared;
+            let mut problem = self.problem.clone();
+            problem.parameters = vec![ParameterEntry {
+                name: "stiffness".into(),
+                kind: ParameterKind::Stiffness,
+                region: body.model.mesh().regions[0].name.clone(),
+                range: [0.5, 2.0],
+                scale: ParameterScale::Log,
+            }];
+            let space = ParameterSpace::new(&problem, body.model.mesh(), self.prepared.rayleigh())?;
+            let asked = SeparationOptions { tolerance, max_terms: MOST_TERMS };
+            let pencil = body.model.pencil();
+            let parametric = separate_responses(pencil, symbolic, basis, &space, scheme, &asked, listener)?;
+            let form = Form { block: Some(parametric.terms()?), parameters: Some(&space), others: vec![] };
+            Ok((self.encode(basis, form)?, parametric.n_terms()))
+        })
+    }
+
+    pub(super) fn encode(
+        &self,
+        basis: &Basis,
+        Form { block, parameters, others }: Form<'_>,
+    ) -> Result<Vec<u8>, StudyError> {
+        let Prepared { body, scheme, .. } = &self.prepared;
+        let rayleigh = self.prepared.rayleigh();
+        let table = mode_table(&basis.quotients(), &basis.energy, scheme, &rayleigh, self.time_step());
+        let parts = Parts {
+            problem: &self.problem,
+            body,
+            order: &NodeOrder::new(body),
+            basis,
+            scheme_name: &self.problem.time.scheme.to_string(),
+            scheme,
+            rayleigh,
+            block,
+            diagonal: others.is_empty(),
+            others,
+            parameters,
+            separation: None,
+            certificate: Certificate::default(),
+            mode_table: table_matrix(&table),
+        };
+        Ok(encode(&parts).map_err(BuildError::from)?)
+    }
+
+    /// The plain reduced solver in a basis.
+    pub fn galerkin(&self, basis: &Basis) -> Timed<DenseGalerkin> {
+        let rayleigh = self.prepared.rayleigh();
+        Timed::new(|| DenseGalerkin::new(basis, &self.prepared.scheme, self.time_step(), rayleigh))
+    }
+
+    /// The block vademecum stepped stage by stage.
+    ///
+    /// # Errors
+    /// [`StudyError`]: a parameter the scheme cannot take.
+    pub fn two_stage(
+        &self,
+        basis: &Basis,
+        responses: &[StageResponse],
+    ) -> Result<Timed<TwoStage>, StudyError> {
+        let Prepared { scheme, step, .. } = &self.prepared;
+        Timed::of(|| Ok(TwoStage::new(basis.vectors.as_ref(), responses, scheme, step)?))
+    }
+
+    /// Natural modes, each moved exactly.
+    ///
+    /// # Panics
+    /// If the basis has no eigenvalues.
+    pub fn exact(&self, basis: &Basis) -> Timed<ExactModes> {
+        Timed::new(|| ExactModes::new(basis, self.time_step(), self.prepared.rayleigh()))
+    }
+
+    /// The full-order solver with a scheme and a step \[s\], factorised.
+    ///
+    /// # Errors
+    /// [`StudyError`]: a stage that does not factorise.
+    pub fn full_order(
+        &self,
+        scheme: &SchemeTable,
+        time_step: f64,
+    ) -> Result<Timed<FullOrder<'_>>, StudyError> {
+        let (pencil, rayleigh) = (self.prepared.body.model.pencil(), self.prepared.rayleigh());
+        Timed::of(|| Ok(FullOrder::new(pencil, &self.prepared.symbolic, scheme, time_step, rayleigh)?))
+    }
+
+    /// Marches loads full order from rest and keeps the displacement \[m\] at `steps` instants and the start,
+    /// `split` steps of the solver apart; shape (n, steps + 1).
+    ///
+    /// # Errors
+    /// [`StudyError`]: a march that is stopped.
+    pub fn march(
+        &self,
+        full: &FullOrder<'_>,
+        split: usize,
+        loads: &[TimedLoad],
+        steps: usize,
+        listener: &dyn Listener,
+    ) -> Result<Mat<f64>, StudyError> {
+        Ok(trajectory::march(full, split, loads, steps, listener)?)
+    }
+
+    /// What a body is pushed with where no scenario is given: an oblique push on the middle one of the
+    /// loadable triangles, 200 steps long, and 1 800 steps free.
+    ///
+    /// # Errors
+    /// [`StudyError::NothingToPush`].
+    pub fn push(&self) -> Result<Scenario, StudyError> {
+        let body = &self.prepared.body;
+        let middle = body.loadable.get(body.loadable.len() / 2).ok_or(StudyError::NothingToPush)?;
+        let corners = middle.map(|node| body.model.mesh().nodes[node as usize]);
+        let point = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
+        let (force, end) = ([0.3, -0.5, -0.8], 200.0 * self.time_step());
+        let push = ContactEntry { point, force, start: 0.0, end, ramp: 0.0 };
+        let duration = 2000.0 * self.time_step();
+        Ok(Scenario { duration, contacts: vec![push], patterns: vec![], output: OutputPlan::default() })
+    }
+}
+
+/// The plan, its snapshots and the first natural period.
+fn decompose(
+    problem: &Problem,
+    prepared: &Prepared,
+    listener: &dyn Listener,
+) -> Result<(Runs, Pod, f64), StudyError> {
+    let (body, dt) = (&prepared.body, problem.time.step);
+    let pencil = body.model.pencil();
+    let first_period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1)?.frequencies_hz()[0];
+    let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh())?;
+    let runs = Runs::plan(&problem.snapshots, body, dt, first_period);
+    let pod = vademecum_build::basis::decompose(problem, body, &full, &runs, listener)?;
+    Ok((runs, pod.expect("a Ritz basis is made of snapshots"), first_period))
+}

@@ -1,0 +1,83 @@
+//! What people and other programs ask of a file without stepping it: names, numbers, the geometry.
+//!
+//! Sections may be compressed; each is decoded where it is asked for.
+
+use vademecum_build::dynamics::ModeRow;
+use vademecum_format::{File, Section, SectionKind};
+use vademecum_rewrite::{DECODED_LIMIT, decode};
+
+use crate::error::FileError;
+
+/// Lines of a text section, such as names; none if the file does not have it.
+///
+/// # Errors
+/// [`FileError::Rewrite`]: a section that cannot be decoded, or is no text.
+pub fn lines(file: &File<'_>, kind: SectionKind) -> Result<Vec<String>, FileError> {
+    let Some(section) = file.section(kind) else { return Ok(vec![]) };
+    let raw = decode(&section, DECODED_LIMIT)?;
+    Ok(vademecum_rewrite::lines(kind, &raw)?.into_iter().map(str::to_string).collect())
+}
+
+/// Real numbers of a section; none if the file does not have it.
+///
+/// # Errors
+/// [`FileError::Rewrite`]: a section that cannot be decoded.
+pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError> {
+    let Some(section) = file.section(kind) else { return Ok(vec![]) };
+    Ok(vademecum_rewrite::numbers(&section, &decode(&section, DECODED_LIMIT)?))
+}
+
+/// A section that a study cannot do without.
+pub(crate) fn section<'a>(file: &File<'a>, kind: SectionKind) -> Result<Section<'a>, FileError> {
+    file.section(kind).ok_or(FileError::Missing { kind })
+}
+
+/// Where the nodes are, and how the surface is made of them.
+pub struct Geometry {
+    /// Coordinates of all nodes \[m\], in the order of the file: those of the surface first.
+    pub nodes: Vec<[f64; 3]>,
+    /// Corners of the surface's triangles.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Geometry {
+    /// The geometry of a file.
+    ///
+    /// # Errors
+    /// [`FileError::Missing`]: a file stripped of it; [`FileError::Format`], [`FileError::Rewrite`].
+    pub fn of(file: &File<'_>) -> Result<Self, FileError> {
+        section(file, SectionKind::NodeCoordinates)?;
+        let nodes = numbers(file, SectionKind::NodeCoordinates)?.as_chunks().0.to_vec();
+        let corners = section(file, SectionKind::Triangles)?.u32s()?;
+        let triangles = corners.as_chunks::<3>().0.iter().map(|t| t.map(u32::from_le_bytes)).collect();
+        Ok(Self { nodes, triangles })
+    }
+
+    /// Positions of the surface's nodes that no mode moves.
+    ///
+    /// # Errors
+    /// As [`numbers`].
+    pub fn held(&self, file: &File<'_>) -> Result<Vec<[f64; 3]>, FileError> {
+        let basis = numbers(file, SectionKind::SurfaceBasis)?;
+        let rows = basis.chunks_exact(3 * file.metadata().n_modes as usize);
+        let held = rows.zip(&self.nodes).filter(|(row, _)| row.iter().all(|&x| x == 0.0));
+        Ok(held.map(|(_, &node)| node).collect())
+    }
+}
+
+/// The table of modes; empty if the file does not keep it.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn mode_table(file: &File<'_>) -> Result<Vec<ModeRow>, FileError> {
+    let row = |&[frequency_hz, rayleigh_quotient, energy, physical, numerical, period_elongation]: &[f64;
+                    6]| ModeRow {
+        frequency_hz,
+        rayleigh_quotient,
+        energy,
+        physical_damping: physical,
+        numerical_damping: numerical,
+        period_elongation,
+    };
+    Ok(numbers(file, SectionKind::ModeTable)?.as_chunks().0.iter().map(row).collect())
+}

@@ -1,0 +1,167 @@
+//! A model as other programs march it: matrices, loads, a reduced basis, and what a march needs to know
+//! beside them.
+
+use serde::Serialize;
+use vademecum_build::Matrix;
+use vademecum_build::dynamics::{Interval, SchemeKind};
+use vademecum_build::fem::SymmetricMatrix;
+use vademecum_build::field;
+use vademecum_build::input::{BasisKind, Problem};
+use vademecum_build::progress::Listener;
+
+use crate::bench::{Bound, Study};
+use crate::error::StudyError;
+use crate::scenario::Scenario;
+
+/// What the march needs to know: `model.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Model {
+    /// Version of this list.
+    pub version: u32,
+    /// Title of the problem.
+    pub title: String,
+    /// Units of the problem.
+    pub units: String,
+    /// Free dofs n.
+    pub dofs: usize,
+    /// Time scheme.
+    pub scheme: SchemeKind,
+    /// Δt \[s\].
+    pub time_step: f64,
+    /// Steps to march.
+    pub steps: usize,
+    /// Rayleigh `α` \[1/s\].
+    pub alpha: f64,
+    /// Rayleigh `β` \[s\].
+    pub beta: f64,
+    /// Kind of the basis.
+    pub basis: BasisKind,
+    /// Modes r.
+    pub modes: usize,
+    /// When each column of the loads acts.
+    pub loads: Vec<When>,
+}
+
+/// When a column of the loads acts.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct When {
+    /// First instant \[s\].
+    pub start: f64,
+    /// First instant without the load \[s\]; absent: to the end.
+    pub end: Option<f64>,
+    /// Time to full force \[s\].
+    pub ramp: f64,
+}
+
+impl From<Interval> for When {
+    fn from(when: Interval) -> Self {
+        Self { start: when.start, end: (when.end < f64::MAX).then_some(when.end), ramp: when.ramp }
+    }
+}
+
+/// One row of the matrices.
+#[derive(Clone, Copy, Debug)]
+pub struct FreeDof {
+    /// Id of its node in the mesh file.
+    pub node: u64,
+    /// Component of the displacement, 0 to 2.
+    pub component: usize,
+    /// Where the node is \[m\].
+    pub place: [f64; 3],
+}
+
+/// A model with loads and a basis.
+pub struct ExportedModel {
+    study: Study,
+    /// What the march needs to know.
+    pub model: Model,
+    /// The basis, shape (n, r).
+    pub basis: field::Matrix,
+    /// Forces \[N\], shape (n, loads).
+    pub loads: field::Matrix,
+}
+
+impl ExportedModel {
+    /// Makes a problem's matrices, a basis of so many modes, and the loads of a scenario; without one, of
+    /// [`Study::push`]. Of the scenario's steps at most `steps` are to be marched.
+    ///
+    /// # Errors
+    /// [`StudyError`]: as the build it starts as; a scenario that does not fit the problem.
+    pub fn new(
+        problem: &Problem,
+        scenario: Option<&Scenario>,
+        kind: BasisKind,
+        modes: usize,
+        steps: Option<usize>,
+        listener: &dyn Listener,
+    ) -> Result<Self, StudyError> {
+        let study = Study::new(problem, modes, listener)?;
+        let scenario = scenario.cloned().map_or_else(|| study.push(), Ok)?;
+        listener.stage("basis");
+        let basis = study.basis(kind, modes)?.value;
+        // Contacts find their triangle through a file, as they do when it is stepped.
+        let file = study.file(&study.basis(BasisKind::Modes, 1)?.value, None)?.value;
+        let prepared = study.prepared();
+        let loads = Bound::new(&file, &scenario, &prepared.body)?.loads;
+        let all = scenario.steps(study.time_step());
+        let model = Model {
+            version: 1,
+            title: problem.title.clone(),
+            units: problem.units.clone(),
+            dofs: prepared.body.n_dof(),
+            scheme: problem.time.scheme,
+            time_step: study.time_step(),
+            steps: steps.unwrap_or(all).clamp(1, all),
+            alpha: prepared.rayleigh().alpha,
+            beta: prepared.rayleigh().beta,
+            basis: kind,
+            modes: basis.n_modes(),
+            loads: loads.iter().map(|load| load.when.into()).collect(),
+        };
+        let data = loads.iter().flat_map(|load| load.force.iter().copied()).collect();
+        let loads = field::Matrix { rows: model.dofs, columns: loads.len(), data };
+        Ok(Self { model, basis: columns_of(&basis.vectors), loads, study })
+    }
+
+    /// The mass matrix \[kg\].
+    pub fn mass(&self) -> &SymmetricMatrix {
+        self.study.mass()
+    }
+
+    /// The stiffness matrix \[N/m\].
+    pub fn stiffness(&self) -> &SymmetricMatrix {
+        self.study.prepared().body.model.pencil().stiffness()
+    }
+
+    /// What each row of the matrices is.
+    pub fn free_dofs(&self) -> impl Iterator<Item = FreeDof> {
+        let model = &self.study.prepared().body.model;
+        let mesh = model.mesh();
+        model.dofs().dof_of_free().iter().map(|&dof| {
+            let (index, component) = (dof as usize / 3, dof as usize % 3);
+            FreeDof { node: self.node_id(index), component, place: mesh.nodes[index] }
+        })
+    }
+
+    /// Id and place \[m\] of every node, in the order of the mesh; those without a free dof are among them.
+    pub fn nodes(&self) -> impl Iterator<Item = (u64, [f64; 3])> {
+        let nodes = &self.study.prepared().body.model.mesh().nodes;
+        nodes.iter().enumerate().map(|(index, &place)| (self.node_id(index), place))
+    }
+
+    /// Triangles of the whole surface by node id, outward.
+    pub fn triangles(&self) -> impl Iterator<Item = [u64; 3]> {
+        let surface = &self.study.prepared().body.surface;
+        surface.iter().map(|triangle| triangle.map(|node| self.node_id(node as usize)))
+    }
+
+    /// The id a node has in the mesh file.
+    fn node_id(&self, index: usize) -> u64 {
+        self.study.prepared().body.model.mesh().node_ids.get(index).copied().unwrap_or(index as u64)
+    }
+}
+
+fn columns_of(matrix: &Matrix) -> field::Matrix {
+    let data = (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j).iter().copied()).collect();
+    field::Matrix { rows: matrix.nrows(), columns: matrix.ncols(), data }
+}

@@ -1,0 +1,160 @@
+//! What playing a scenario asks of a body.
+
+use vademecum_build::dynamics::INSTANTS;
+use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
+use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, State, Structure};
+
+use crate::error::FileError;
+
+/// Name of a structure on the command line and in reports.
+pub(crate) fn structure_name(structure: Structure) -> &'static str {
+    match structure {
+        Structure::Diagonal => "diagonal",
+        Structure::Block => "block",
+    }
+}
+
+/// A scene with a state and loads.
+pub struct Body<Scene, State, Loads> {
+    /// The bound file.
+    pub scene: Scene,
+    /// Where the body is.
+    pub state: State,
+    /// What acts on it.
+    pub loads: Loads,
+}
+
+/// What playing a scenario asks of a body, whatever its scene.
+pub trait Playable {
+    /// Precision of the march.
+    type Number: Scalar;
+
+    /// Name of the structure on the command line and in reports.
+    fn structure(&self) -> &'static str;
+    /// `Δt` \[s\].
+    fn time_step(&self) -> f64;
+    /// Instants of a step at which a load is asked for, as fractions of the step.
+    fn instants(&self) -> [f64; INSTANTS];
+    /// Takes all loads away.
+    fn clear_loads(&mut self);
+    /// Adds a contact with its amplitudes at the instants.
+    ///
+    /// # Errors
+    /// A contact that the evaluator refuses.
+    fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
+    /// Adds a load pattern with its amplitudes at the instants.
+    ///
+    /// # Errors
+    /// A pattern that the evaluator refuses.
+    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
+    /// Puts the body where it is undeformed and does not move yet; its acceleration follows from the loads.
+    ///
+    /// # Errors
+    /// As [`Playable::step`].
+    fn start(&mut self) -> Result<(), FileError>;
+    /// One step.
+    ///
+    /// # Errors
+    /// A step that the evaluator refuses.
+    fn step(&mut self) -> Result<(), FileError>;
+    /// Reduced coordinates.
+    fn zeta(&self) -> &[Self::Number];
+    /// Energy \[J\].
+    ///
+    /// # Errors
+    /// A file that cannot tell it.
+    fn energy(&self) -> Result<f64, FileError>;
+    /// Displacement of a probe \[m\].
+    ///
+    /// # Errors
+    /// A file without this probe.
+    fn probe(&self, index: usize) -> Result<f64, FileError>;
+    /// A field of the surface, shape (n_surface_nodes, 3).
+    ///
+    /// # Errors
+    /// A file without its surface.
+    fn surface_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
+    /// A field of the whole body, shape (n_nodes, 3).
+    ///
+    /// # Errors
+    /// A file without all of its nodes.
+    fn body_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
+}
+
+/// What both kinds of scene do by methods of the same names.
+macro_rules! alike {
+    () => {
+        type Number = T;
+
+        fn time_step(&self) -> f64 {
+            self.scene.parameters().time_step
+        }
+
+        fn instants(&self) -> [f64; INSTANTS] {
+            self.scene.instants()
+        }
+
+        fn clear_loads(&mut self) {
+            self.loads.clear();
+        }
+
+        fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+            Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
+        }
+
+        fn start(&mut self) -> Result<(), FileError> {
+            let zero = vec![0.0; self.scene.n_modes()];
+            Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
+        }
+
+        #[inline]
+        fn step(&mut self) -> Result<(), FileError> {
+            self.scene.step(self.state, self.loads)?;
+            Ok(())
+        }
+
+        fn zeta(&self) -> &[T] {
+            self.state.zeta()
+        }
+
+        fn energy(&self) -> Result<f64, FileError> {
+            Ok(self.scene.energy(self.state)?)
+        }
+
+        fn probe(&self, index: usize) -> Result<f64, FileError> {
+            Ok(self.scene.probe(self.state, index, Field::Displacement)?)
+        }
+
+        fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+            Ok(self.scene.surface_into(self.state, field, out)?)
+        }
+
+        fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+            Ok(self.scene.body_into(self.state, field, out)?)
+        }
+    };
+}
+
+impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
+    alike!();
+
+    fn structure(&self) -> &'static str {
+        structure_name(self.scene.structure())
+    }
+
+    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Ok(self.loads.add_pattern_staged(self.scene, index, amplitudes)?)
+    }
+}
+
+impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>, &mut ChapterLoads<'_, T>> {
+    alike!();
+
+    fn structure(&self) -> &'static str {
+        "canonical"
+    }
+
+    fn add_pattern(&mut self, _: usize, _: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Err(FileError::NoPatterns)
+    }
+}

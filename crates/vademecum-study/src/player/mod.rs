@@ -1,0 +1,299 @@
+//! Plays a scenario through the evaluator: the same for a run, a verification and a comparison of methods.
+//!
+//! A file has one of two kinds of scene: the ordinary one, and that of the chapter's structure. [`Playable`]
+//! is what both can do; all that knows of the second kind lies in the module `chapter`.
+
+mod body;
+pub(crate) mod chapter;
+
+use std::time::Instant;
+
+use vademecum_build::dynamics::{INSTANTS, Interval};
+use vademecum_build::progress::{Cancelled, Listener};
+use vademecum_eval::{
+    Contact, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
+};
+use vademecum_format::{Chapter, File, SectionKind};
+
+pub(crate) use body::structure_name;
+pub use body::{Body, Playable};
+use chapter::{nearest_position, with_chapter};
+
+use crate::contents::lines;
+use crate::error::{FileError, StudyError};
+use crate::scenario::{ContactEntry, PatternUse, Scenario};
+
+/// A contact of a scenario on the surface of a file.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedContact {
+    /// The force and where it acts, as the evaluator takes it.
+    pub contact: Contact,
+    /// Where that is on the surface.
+    pub point: SurfacePoint,
+    /// When it acts.
+    pub when: Interval,
+}
+
+/// A load pattern of a scenario in a file.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedPattern {
+    /// Its number in the file.
+    pub index: usize,
+    /// Factor on it.
+    pub amplitude: f64,
+    /// When it acts.
+    pub when: Interval,
+}
+
+/// A scenario bound to a file: contacts on its surface, patterns by number.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    /// The contacts.
+    pub contacts: Vec<PlacedContact>,
+    /// The load patterns.
+    pub patterns: Vec<PlacedPattern>,
+}
+
+impl Track {
+    /// Finds each contact's triangle and each pattern's number.
+    ///
+    /// # Errors
+    /// [`StudyError::NoPattern`]; [`StudyError::File`]: a file without a surface, or with one that cannot be
+    /// read.
+    pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
+        let chapter = Chapter::read(file)?;
+        let contact = |entry: &ContactEntry| -> Result<PlacedContact, StudyError> {
+            let point = match &chapter {
+                Some(chapter) => nearest_position(file, chapter, entry.point)?,
+                None => Surface::new(file)?.locate(entry.point).ok_or(FileError::NoSurface)?,
+            };
+            let contact = Contact { nodes: point.nodes, weights: point.weights, force: entry.force };
+            Ok(PlacedContact { contact, point, when: entry.when() })
+        };
+        let names = lines(file, SectionKind::PatternNames)?;
+        let pattern = |entry: &PatternUse| -> Result<PlacedPattern, StudyError> {
+            let index = names.iter().position(|name| *name == entry.name).ok_or_else(|| {
+                let known = if names.is_empty() { "none".into() } else { names.join(", ") };
+                StudyError::NoPattern { name: entry.name.clone(), known }
+            })?;
+            Ok(PlacedPattern { index, amplitude: entry.amplitude, when: entry.when() })
+        };
+        Ok(Self {
+            contacts: scenario.contacts.iter().map(contact).collect::<Result<_, _>>()?,
+            patterns: scenario.patterns.iter().map(pattern).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// When each load acts: contacts, then patterns.
+    fn intervals(&self) -> impl Iterator<Item = &Interval> {
+        self.contacts.iter().map(|c| &c.when).chain(self.patterns.iter().map(|p| &p.when))
+    }
+
+    /// When the last load ends \[s\]; 0 without loads.
+    pub fn release(&self) -> f64 {
+        self.intervals().map(|when| when.end).fold(0.0, f64::max)
+    }
+
+    /// Factors of all loads at the given instants of a step: contacts, then patterns.
+    pub fn factors(&self, instants: &[f64; INSTANTS], time_step: f64, step: usize) -> Vec<[f64; INSTANTS]> {
+        let at = |when: &Interval| instants.map(|c| when.factor((step as f64 + c) * time_step));
+        self.intervals().map(at).collect()
+    }
+
+    /// All loads at full height.
+    pub(crate) fn full_height(&self) -> Vec<[f64; INSTANTS]> {
+        vec![[1.0; INSTANTS]; self.contacts.len() + self.patterns.len()]
+    }
+
+    /// Loads a body with the loads of a step.
+    ///
+    /// # Errors
+    /// [`FileError`]: a load that the evaluator refuses.
+    pub fn apply(&self, factors: &[[f64; INSTANTS]], body: &mut impl Playable) -> Result<(), FileError> {
+        let acts = |factors: &[f64; INSTANTS]| factors.iter().any(|&f| f != 0.0);
+        body.clear_loads();
+        let (contacts, patterns) = factors.split_at(self.contacts.len());
+        for (placed, factors) in self.contacts.iter().zip(contacts).filter(|(_, factors)| acts(factors)) {
+            body.add_contact(&placed.contact, factors)?;
+        }
+        for (placed, factors) in self.patterns.iter().zip(patterns).filter(|(_, factors)| acts(factors)) {
+            body.add_pattern(placed.index, &factors.map(|f| f * placed.amplitude))?;
+        }
+        Ok(())
+    }
+}
+
+/// What a scenario is played through.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PlayOptions {
+    /// Whether the chapter's structure is asked for by name.
+    pub chapter: bool,
+    /// What the scene is bound to.
+    pub scene: SceneOptions,
+}
+
+impl PlayOptions {
+    /// Whether the chapter's scene is meant: it is asked for, or nothing is and the file has no other.
+    pub fn takes_chapter(&self, file: &File<'_>) -> bool {
+        let only = !file.metadata().diagonal && !file.metadata().block;
+        self.chapter || (only && self.scene.structure == StructureChoice::Auto)
+    }
+}
+
+/// Binds a scene in memory of its own and hands it over, at rest and unloaded.
+///
+/// # Errors
+/// [`StudyError::File`]: a file or options that the evaluator refuses; those of `work`.
+pub fn with_scene<T: Scalar, R>(
+    file: &File<'_>,
+    options: &SceneOptions,
+    work: impl FnOnce(&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>) -> Result<R, StudyError>,
+) -> Result<R, StudyError> {
+    let sizes = Scene::<T>::sizes(file, options)?;
+    let (mut memory, mut bind_work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
+    let (mut state_memory, mut load_memory) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
+    let scene = Scene::bind(file, options, &mut memory, &mut bind_work)?;
+    let mut state = State::new(&scene, &mut state_memory)?;
+    let mut loads = Loads::new(&scene, &mut load_memory)?;
+    work(&scene, &mut state, &mut loads)
+}
+
+/// Marches `steps` steps from rest and shows the body after each, the start included.
+///
+/// # Errors
+/// [`StudyError::File`]: a file, a load or a step that the evaluator refuses; [`StudyError::Cancelled`];
+/// those of `observe`.
+pub fn play(
+    file: &File<'_>,
+    options: &PlayOptions,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+    mut observe: impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError>,
+) -> Result<(), StudyError> {
+    if !options.takes_chapter(file) {
+        return play_in::<f64>(file, &options.scene, track, steps, listener, observe);
+    }
+    with_chapter::<f64, _>(file, &options.scene, |scene, state, loads| {
+        march(&mut Body { scene, state, loads }, track, steps, listener, |step, body| observe(step, body))
+    })
+}
+
+/// [`play`] through an ordinary scene, in the precision that `observe` takes.
+///
+/// # Errors
+/// As [`play`].
+pub fn play_in<T: Scalar>(
+    file: &File<'_>,
+    options: &SceneOptions,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+    mut observe: impl FnMut(usize, &dyn Playable<Number = T>) -> Result<(), StudyError>,
+) -> Result<(), StudyError> {
+    with_scene::<T, _>(file, options, |scene, state, loads| {
+        march(&mut Body { scene, state, loads }, track, steps, listener, |step, body| observe(step, body))
+    })
+}
+
+fn march<B: Playable>(
+    body: &mut B,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+    mut observe: impl FnMut(usize, &B) -> Result<(), StudyError>,
+) -> Result<(), StudyError> {
+    let (instants, time_step) = (body.instants(), body.time_step());
+    let mut factors = track.factors(&instants, time_step, 0);
+    track.apply(&factors, body)?;
+    body.start()?;
+    observe(0, body)?;
+    for step in 0..steps {
+        let next = track.factors(&instants, time_step, step);
+        if next != factors {
+            factors = next;
+            track.apply(&factors, body)?;
+        }
+        body.step()?;
+        observe(step + 1, body)?;
+        stop_if_asked(listener)?;
+    }
+    Ok(())
+}
+
+/// An error if the listener wants to stop.
+pub(crate) fn stop_if_asked(listener: &dyn Listener) -> Result<(), Cancelled> {
+    if listener.cancelled() { Err(Cancelled) } else { Ok(()) }
+}
+
+/// A long march under one held contact and then free: what stepping costs, and whether it stays bounded.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct LongRun {
+    /// Steps marched.
+    pub steps: usize,
+    /// Wall time of a step \[s\], the mean of all.
+    pub seconds_per_step: f64,
+    /// Largest energy after release over the energy at release.
+    pub energy_ratio: f64,
+    /// Energy at the end over the energy at release.
+    pub energy_left: f64,
+}
+
+/// Marches `steps` steps: the first hundredth under the track's first loads, the rest free.
+///
+/// # Errors
+/// As [`play`].
+pub fn long_run(
+    file: &File<'_>,
+    options: &PlayOptions,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+) -> Result<LongRun, StudyError> {
+    if options.takes_chapter(file) {
+        return with_chapter::<f64, _>(file, &options.scene, |scene, state, loads| {
+            long_march(&mut Body { scene, state, loads }, track, steps, listener)
+        });
+    }
+    with_scene::<f64, _>(file, &options.scene, |scene, state, loads| {
+        long_march(&mut Body { scene, state, loads }, track, steps, listener)
+    })
+}
+
+fn long_march(
+    body: &mut impl Playable,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+) -> Result<LongRun, StudyError> {
+    track.apply(&track.factors(&body.instants(), body.time_step(), 0), body)?;
+    let held = steps / 100;
+    for _ in 0..held {
+        body.step()?;
+    }
+    body.clear_loads();
+    // One free step first: the old acceleration still holds the force.
+    body.step()?;
+    let release = body.energy()?;
+    let (mut largest, mut seconds, mut done) = (release, 0.0, held);
+    // Energy is looked at between bursts, so that looking costs the timing nothing.
+    const BURST: usize = 1000;
+    while done < steps {
+        let burst = BURST.min(steps - done);
+        let start = Instant::now();
+        for _ in 0..burst {
+            body.step()?;
+        }
+        seconds += start.elapsed().as_secs_f64();
+        done += burst;
+        largest = largest.max(body.energy()?);
+        stop_if_asked(listener)?;
+    }
+    let left = body.energy()?;
+    Ok(LongRun {
+        steps,
+        seconds_per_step: seconds / (steps - held) as f64,
+        energy_ratio: largest / release,
+        energy_left: left / release,
+    })
+}

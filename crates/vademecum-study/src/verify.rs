@@ -1,0 +1,250 @@
+//! A scenario through a file beside the same scenario at full order.
+//!
+//! A file knows its nodes by their ids in the mesh, so the model of the problem it was built from can be
+//! asked for the same loads, the same probes and the norm that errors are measured in.
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+use vademecum_build::Matrix;
+use vademecum_build::dynamics::{FullOrder, TimedLoad};
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::{Body, Prepared, Probe};
+use vademecum_build::progress::Listener;
+use vademecum_format::{File, SectionKind};
+
+use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
+use crate::contents::{lines, section};
+use crate::error::{FileError, StudyError};
+use crate::player::chapter::step_radius;
+use crate::player::{PlacedContact, PlayOptions, Track, long_run, play};
+use crate::scenario::Scenario;
+
+/// Steps of the free run that times a step of the file.
+const TIMED_STEPS: usize = 100_000;
+
+/// What verification measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verification {
+    /// Steps marched.
+    pub steps: usize,
+    /// Free dofs.
+    pub dofs: usize,
+    /// Modes.
+    pub modes: usize,
+    /// Structure of the step.
+    pub structure: &'static str,
+    /// Relative L2 error over all dofs and steps, mass norm.
+    pub trajectory_error: f64,
+    /// The same of the projection of the full-order trajectory on the basis.
+    pub projection_floor: f64,
+    /// Error ÷ floor.
+    pub floor_ratio: f64,
+    /// Of the step as the evaluator marches it.
+    pub spectral_radius: f64,
+    /// Energy at the end over energy at release, less 1, through the file.
+    pub energy_drift: f64,
+    /// The same at full order: what the scheme itself takes.
+    pub energy_drift_full_order: f64,
+    /// Largest energy after release over the energy at release, through the file.
+    pub energy_ratio: f64,
+    /// Wall time of one full-order step \[s\].
+    pub full_order_seconds_per_step: f64,
+    /// Wall time of one step through the file \[s\].
+    pub vademecum_seconds_per_step: f64,
+}
+
+/// A verification and the series behind it.
+pub struct Verified {
+    /// The figures.
+    pub figures: Verification,
+    /// Step \[s\].
+    pub time_step: f64,
+    /// Names of the probes.
+    pub probes: Vec<String>,
+    /// Probe values, full order then file: shape (instants, probes), row-major.
+    pub probe_series: [Vec<f64>; 2],
+    /// Energies, full order then file.
+    pub energy_series: [Vec<f64>; 2],
+}
+
+/// What the file showed at every instant of the scenario, the start included.
+#[derive(Default)]
+struct Shown {
+    structure: &'static str,
+    /// Reduced coordinates, one instant after the other.
+    coordinates: Vec<f64>,
+    energy: Vec<f64>,
+    probes: Vec<f64>,
+}
+
+/// Marches the scenario through the file and at full order, and compares them.
+///
+/// # Errors
+/// [`StudyError::File`]: a file of another mesh, or one that the evaluator refuses;
+/// [`StudyError::NoPattern`], [`StudyError::ForeignPattern`]; a full-order march that fails or is stopped.
+pub fn verify(
+    file: &File<'_>,
+    options: &PlayOptions,
+    problem: &Problem,
+    prepared: &Prepared,
+    scenario: &Scenario,
+    listener: &dyn Listener,
+) -> Result<Verified, StudyError> {
+    let body = &prepared.body;
+    let metadata = file.metadata();
+    if metadata.mesh_hash != body.mesh_hash {
+        return Err(FileError::ForeignMesh { problem: problem.path.clone() }.into());
+    }
+    let file_nodes = file_nodes(file, body)?;
+    let track = Track::bind(file, scenario)?;
+    let steps = scenario.steps(metadata.time_step);
+
+    listener.stage("step the file");
+    let shown = show(file, options, &track, steps, listener)?;
+    let timing = long_run(file, options, &track, TIMED_STEPS, listener)?;
+    let spectral_radius = step_radius(file, options)?;
+
+    listener.stage("march full order");
+    let full = full_order(file, prepared, &track, &file_nodes, &shown, listener)?;
+    let release = ((track.release() / metadata.time_step).ceil() as usize).min(steps);
+    let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
+    let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
+    let figures = Verification {
+        steps,
+        dofs: body.n_dof(),
+        modes: metadata.n_modes as usize,
+        structure: shown.structure,
+        trajectory_error: full.error.error,
+        projection_floor: full.error.floor,
+        floor_ratio: full.error.error / full.error.floor,
+        spectral_radius,
+        energy_drift: drift(&shown.energy),
+        energy_drift_full_order: drift(&full.energy),
+        energy_ratio: largest / shown.energy[release],
+        full_order_seconds_per_step: full.seconds_per_step,
+        vademecum_seconds_per_step: timing.seconds_per_step,
+    };
+    Ok(Verified {
+        figures,
+        time_step: metadata.time_step,
+        probes: lines(file, SectionKind::ProbeNames)?,
+        probe_series: [full.probes, shown.probes],
+        energy_series: [full.energy, shown.energy],
+    })
+}
+
+fn show(
+    file: &File<'_>,
+    options: &PlayOptions,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+) -> Result<Shown, StudyError> {
+    let mut shown = Shown::default();
+    let n_probes = file.metadata().n_probes as usize;
+    play(file, options, track, steps, listener, |_, body| {
+        shown.structure = body.structure();
+        shown.coordinates.extend_from_slice(body.zeta());
+        shown.energy.push(body.energy()?);
+        for probe in 0..n_probes {
+            shown.probes.push(body.probe(probe)?);
+        }
+        Ok(())
+    })?;
+    Ok(shown)
+}
+
+fn full_order(
+    file: &File<'_>,
+    prepared: &Prepared,
+    track: &Track,
+    file_nodes: &[u32],
+    shown: &Shown,
+    listener: &dyn Listener,
+) -> Result<Comparison, StudyError> {
+    let Prepared { body, symbolic, scheme, .. } = prepared;
+    let metadata = file.metadata();
+    let basis = free_basis(file, body, file_nodes)?;
+    let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
+    let pencil = body.model.pencil();
+    let full = FullOrder::new(pencil, symbolic, scheme, metadata.time_step, prepared.rayleigh())?;
+    let loads = full_order_loads(file, track, body, file_nodes)?;
+    let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
+    let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
+    compare(body, &full, &loads, &reduced, listener)
+}
+
+/// Mesh node of each file node, by the ids in the file.
+///
+/// # Errors
+/// [`FileError`]: a file without ids, or with one that the mesh does not have.
+pub(crate) fn file_nodes(file: &File<'_>, body: &Body) -> Result<Vec<u32>, FileError> {
+    let mesh = body.model.mesh();
+    let by_id: HashMap<u64, u32> = mesh.node_ids.iter().enumerate().map(|(i, &id)| (id, i as u32)).collect();
+    let node = |id: &[u8; 8]| {
+        let id = u64::from_le_bytes(*id);
+        by_id.get(&id).copied().ok_or(FileError::ForeignNode { id })
+    };
+    section(file, SectionKind::NodeIds)?.u64s()?.iter().map(node).collect()
+}
+
+/// Rows of `B` over the free dofs of the model, from the file; shape (n, r).
+///
+/// # Errors
+/// [`FileError`]: a file without all of its basis.
+pub(crate) fn free_basis(file: &File<'_>, body: &Body, file_nodes: &[u32]) -> Result<Matrix, FileError> {
+    let r = file.metadata().n_modes as usize;
+    let mut rows = vec![];
+    for kind in [SectionKind::SurfaceBasis, SectionKind::InteriorBasis] {
+        if rows.len() < 3 * r * file_nodes.len() {
+            rows.extend(section(file, kind)?.numbers()?.iter());
+        }
+    }
+    let mut basis = Matrix::zeros(body.n_dof(), r);
+    for (place, &node) in file_nodes.iter().enumerate() {
+        for component in 0..3 {
+            if let Some(free) = body.model.dofs().free(3 * node as usize + component) {
+                (0..r).for_each(|k| basis[(free as usize, k)] = rows[(3 * place + component) * r + k]);
+            }
+        }
+    }
+    Ok(basis)
+}
+
+/// The loads of a track as forces over the free dofs.
+///
+/// # Errors
+/// [`StudyError::ForeignPattern`]; [`StudyError::File`]: names that cannot be read.
+pub(crate) fn full_order_loads(
+    file: &File<'_>,
+    track: &Track,
+    body: &Body,
+    file_nodes: &[u32],
+) -> Result<Vec<TimedLoad>, StudyError> {
+    let contact = |PlacedContact { contact, when, .. }: &PlacedContact| {
+        let mut force = vec![0.0; body.n_dof()];
+        let nodes = contact.nodes.map(|node| file_nodes[node as usize]);
+        body.model.add_point_force(&nodes, &contact.weights, contact.force, &mut force);
+        TimedLoad { column: 0, force, when: *when }
+    };
+    let mut loads: Vec<TimedLoad> = track.contacts.iter().map(contact).collect();
+    let known = lines(file, SectionKind::PatternNames)?;
+    for placed in &track.patterns {
+        let name = &known[placed.index];
+        let pattern = body.patterns.iter().find(|(pattern, _)| pattern == name);
+        let (_, force) = pattern.ok_or_else(|| StudyError::ForeignPattern { name: name.clone() })?;
+        let force = force.iter().map(|f| placed.amplitude * f).collect();
+        loads.push(TimedLoad { column: 0, force, when: placed.when });
+    }
+    Ok(loads)
+}
+
+/// A probe as weights on free dofs.
+fn probe_row(body: &Body, probe: &Probe) -> Vec<(u32, f64)> {
+    let component = |c: usize| {
+        let free = body.model.dofs().free(3 * probe.node as usize + c)?;
+        Some((free, probe.direction[c]))
+    };
+    (0..3).filter_map(component).collect()
+}
