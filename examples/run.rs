@@ -49,7 +49,7 @@ fn haptic_loop_pushes_what_pushes_back() {
 fn many_props_move_each_on_its_own() {
     let output = output("many_props");
     assert_eq!(line(&output, "512 props"), "512 props: 384 move, 128 rest, 0 refused");
-    let [_, ratio, _, _, still] = numbers(line(&output, "prop 301"))[1..] else { panic!("{output}") };
+    let [_, ratio, _, _, still] = numbers(line(&output, "prop 301"))[..] else { panic!("{output}") };
     // Single precision: 250 steps, each rounded to 6e-8.
     near(ratio, 301.0, 1e-4);
     assert_eq!(still, 0.0);
