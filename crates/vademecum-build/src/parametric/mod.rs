@@ -3,7 +3,8 @@
 //!
 //! Parameters that only move θ (docs/theory/5-vademecum.md: uniform stiffness and density, Δt, α, β, both
 //! stages) collapse into one axis; scales of single regions take an axis each. The user's parameters and the
-//! axes of the solution are therefore two things, and [`ParameterSpace`] is the map between them.
+//! axes of the solution are therefore two things, and
+//! [`ParameterSpace`](crate::prepared::ParameterSpace) is the map between them.
 
 mod axis_map;
 mod error;
