@@ -143,7 +143,9 @@ mod rows;
 mod scalar;
 mod scene;
 mod shape;
+mod short_rows;
 mod state;
+mod step;
 mod surface;
 
 pub use batch::{Batch, BatchStatus};

@@ -1,6 +1,7 @@
 //! What a scene is asked for, and how much memory it wants for it.
 
 use crate::error::ParameterError;
+use crate::scalar::Scalar;
 use vademecum_format::{MAX_REGIONS, Metadata, ParameterRole};
 
 /// The ways a step can be held.
@@ -120,6 +121,12 @@ impl SceneOptions {
             _ => return Err(unknown),
         }
         Ok(())
+    }
+
+    /// The threshold below which a body rests, rounded.
+    pub(crate) fn rest_threshold<T: Scalar>(&self) -> T {
+        let asked = T::from_f64(self.rest_below);
+        if asked < T::REST { T::REST } else { asked }
     }
 
     /// Whether the scale of a region is not 1.

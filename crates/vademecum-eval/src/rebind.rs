@@ -7,7 +7,6 @@
 use crate::bind::{Asked, fuse, lay_out};
 use crate::error::BindError;
 use crate::options::{SceneOptions, Structure, StructureChoice};
-use crate::rest;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::shape;
@@ -92,7 +91,7 @@ impl<T: Scalar> Scene<'_, T> {
         lay_out(&fused, self.shape, self.map, self.load_maps, self.weights)?;
         self.options = *options;
         self.parameters = asked.step;
-        self.rest_below = rest::threshold(options);
+        self.rest_below = options.rest_threshold();
         self.generation = self.generation.wrapping_add(1);
         Ok(())
     }

@@ -10,15 +10,8 @@
 //! without a threshold it moved for ever at some hundred times the floor.
 
 use crate::equation::{Equation, larger};
-use crate::options::SceneOptions;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
-
-/// The threshold of a scene of these options, rounded.
-pub(crate) fn threshold<T: Scalar>(options: &SceneOptions) -> T {
-    let asked = T::from_f64(options.rest_below);
-    if asked < T::REST { T::REST } else { asked }
-}
 
 impl<T: Scalar> Scene<'_, T> {
     /// The largest energy \[J\] that a body of this scene can have when it is put at rest; every later

@@ -4,7 +4,7 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Mul, Sub};
 
 mod sealed {
-    use crate::reconstruct::{QUAD, binary32, short_rows, short_rows_f32};
+    use crate::short_rows::{QUAD, short_rows, short_rows_f32};
 
     /// Closed to others, with the kernel that differs.
     pub trait Sealed: Sized {
@@ -35,7 +35,7 @@ mod sealed {
             scale: Self,
             out: &mut [Self],
         ) {
-            short_rows(rows, x, scale, out, binary32);
+            short_rows(rows, x, scale, out, |bytes| Self::from(f32::from_le_bytes(bytes)));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Binding a file to parameters and memory, and the step.
+//! Binding a file to parameters and memory.
 //!
 //! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product.
 //! The diagonal structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping
@@ -6,15 +6,11 @@
 //! to other parameters where they are ([`Scene::set_parameter`]).
 
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
-use crate::error::{BindError, StepError};
-use crate::kernel::{step_dense, step_diagonal};
+use crate::error::BindError;
 use crate::lend::Lender;
-use crate::loads::Loads;
-use crate::options::{SceneOptions, Sizes, Status, Structure};
-use crate::rest;
+use crate::options::{SceneOptions, Sizes, Structure};
 use crate::scalar::Scalar;
 use crate::shape::{Shape, shape};
-use crate::state::State;
 use vademecum_format::scheme::{MAX_STAGES, StepParameters};
 use vademecum_format::{File, Metadata};
 
@@ -110,7 +106,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
             parameters: asked.step,
             sections,
             generation: 0,
-            rest_below: rest::threshold(options),
+            rest_below: options.rest_threshold(),
             map,
             load_maps,
             weights,
@@ -152,53 +148,5 @@ impl<'m, T: Scalar> Scene<'m, T> {
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         self.metadata.scheme.instants()
-    }
-
-    /// Advances `state` by `Δt` under `loads`.
-    ///
-    /// ```
-    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
-    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
-    /// assert_eq!(scene.step(&mut state, &loads)?, Status::AtRest); // nothing acts, nothing moves
-    /// loads.add_pattern(&scene, 0, 1.0)?;
-    /// for _ in 0..100 {
-    ///     assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
-    /// }
-    /// loads.clear();
-    /// let released = scene.energy(&state)?;
-    /// for _ in 0..1000 {
-    ///     scene.step(&mut state, &loads)?;
-    /// }
-    /// assert!(scene.energy(&state)? < released); // the body is damped
-    /// # Ok(())
-    /// # }
-    /// ```
-    ///
-    /// # Errors
-    /// [`StepError`]; the state is then unchanged.
-    pub fn step(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
-        if state.shape != self.shape || loads.shape != self.shape {
-            return Err(StepError::Mismatch);
-        }
-        self.check_carried(state)?;
-        if state.y.at_rest && !loads.active {
-            return Ok(Status::AtRest);
-        }
-        self.check_fresh(loads)?;
-        let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
-        let magnitude = match self.shape.structure {
-            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new)?,
-            Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
-        };
-        state.y.settle(magnitude, loads.active, self.rest_below)
-    }
-
-    pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
-        if state.y.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
-    }
-
-    pub(crate) fn check_fresh(&self, loads: &Loads<'_, T>) -> Result<(), StepError> {
-        if loads.active && loads.generation != self.generation { Err(StepError::StaleLoads) } else { Ok(()) }
     }
 }

@@ -20,8 +20,10 @@
 
 mod error;
 mod loads;
+mod output;
 mod scene;
 mod state;
+mod step;
 mod terms;
 
 pub use error::{ChapterBindError, ChapterLoadError, ChapterStepError};

@@ -1,22 +1,17 @@
-//! Binding a file with the chapter's structure, the step, and what can be read of a state.
+//! Binding a file with the chapter's structure.
 
-use super::error::{ChapterBindError, ChapterStepError};
-use super::loads::ChapterLoads;
-use super::state::ChapterState;
-use super::terms::{Unknown, pieces};
+use super::error::ChapterBindError;
 use crate::bind::{Asked, matrices, needed};
 use crate::coordinates::Parts;
 use crate::equation::{Equation, Matrices, Stiffness};
-use crate::error::{BindError, OutputError, StepError};
-use crate::kernel::flushed;
-use crate::lend::{Lender, Short};
-use crate::options::{SceneOptions, Sizes, Status, StructureChoice};
-use crate::rows::{Factors, Field, Rows, factors};
+use crate::error::BindError;
+use crate::lend::Lender;
+use crate::options::{SceneOptions, Sizes, StructureChoice};
+use crate::rows::Rows;
 use crate::scalar::Scalar;
-use crate::surface::SurfacePoint;
 use crate::{rest, shape};
 use vademecum_format::scheme::{MAX_STAGES, StepParameters};
-use vademecum_format::{Chapter, ChapterAxis, ChapterRole, File, MAX_REGIONS, Metadata, SectionKind};
+use vademecum_format::{Chapter, File, MAX_REGIONS, Metadata, SectionKind};
 
 /// The scales of the regions: the structure knows the body as it was built.
 const AS_BUILT: [f64; MAX_REGIONS] = [1.0; MAX_REGIONS];
@@ -71,7 +66,7 @@ pub struct ChapterScene<'m, T> {
     pub(super) rows: Rows<'m>,
     matrices: Matrices<'m>,
     parameters: StepParameters,
-    rest_below: T,
+    pub(super) rest_below: T,
     /// Factors of all parts in the order of the file, rounded.
     pub(super) factors: &'m [T],
     /// Terms of all parts in the order of the file, rounded.
@@ -129,7 +124,7 @@ impl<'m, T: Scalar> ChapterScene<'m, T> {
             rows: Rows::of(file),
             matrices: matrices(file, Stiffness::Dense(needed(file, SectionKind::ReducedStiffness)?)),
             parameters: asked.step,
-            rest_below: rest::threshold(options),
+            rest_below: options.rest_threshold(),
             factors: numbers.take(shape.n_factors)?,
             terms: numbers.rest(),
         })
@@ -160,178 +155,13 @@ impl<'m, T: Scalar> ChapterScene<'m, T> {
         self.metadata.scheme.instants()
     }
 
-    /// Sets displacement and velocity in reduced coordinates and computes the acceleration that goes with
-    /// them under `loads`, as [`Scene::set`](crate::Scene::set) does.
-    ///
-    /// # Errors
-    /// [`StepError`]; the state is then unchanged.
-    pub fn set(
-        &self,
-        state: &mut ChapterState<'_, T>,
-        zeta: &[f64],
-        zeta_dot: &[f64],
-        loads: &ChapterLoads<'_, T>,
-    ) -> Result<(), StepError> {
-        if state.shape != self.shape || loads.shape != self.shape {
-            return Err(StepError::Mismatch);
-        }
-        self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)
-    }
-
-    /// Advances `state` by `Δt` under `loads`.
-    ///
-    /// # Errors
-    /// [`ChapterStepError`]; the state is then unchanged.
-    pub fn step(
-        &self,
-        state: &mut ChapterState<'_, T>,
-        loads: &ChapterLoads<'_, T>,
-    ) -> Result<Status, ChapterStepError> {
-        if state.shape != self.shape || loads.shape != self.shape {
-            return Err(StepError::Mismatch.into());
-        }
-        if state.y.at_rest && !loads.active {
-            return Ok(Status::AtRest);
-        }
-        self.stages(state, loads)?;
-        let magnitude = self.finish(state)?;
-        Ok(state.y.settle(magnitude, loads.active, self.rest_below)?)
-    }
-
-    /// The stages in order, from the state and the loads.
-    fn stages(
-        &self,
-        state: &mut ChapterState<'_, T>,
-        loads: &ChapterLoads<'_, T>,
-    ) -> Result<(), ChapterStepError> {
-        let (r, now) = (self.shape.r, &*state.y.now);
-        state.stages.iter_mut().zip(&*loads.increment).for_each(|(stage, &load)| *stage = load);
-        for piece in pieces(&self.chapter, self.factors, self.terms) {
-            let piece = piece?;
-            if !piece.part.has_state() {
-                continue;
-            }
-            let stage = piece.part.stage;
-            let mut stages = Lender::new(&mut *state.stages);
-            let (earlier, out) = (stages.take(stage.saturating_mul(r))?, stages.take(r)?);
-            let value = |role: ChapterRole| match role {
-                ChapterRole::State { family, mode } => entry(now, earlier, r, family, mode),
-                other => loads.held.value(other, stage),
-            };
-            piece.add(value, state.weights, out).map_err(|unknown| match unknown {
-                Unknown::Outside(ChapterAxis { role, lower, upper, .. }, value) => {
-                    ChapterStepError::OutsideAxis { stage, role, value, lower, upper }
-                }
-                Unknown::Short(short) => short.into(),
-            })?;
-        }
-        Ok(())
-    }
-
-    /// The scheme's finish, beside the state. Gives `Σ|y|` of the new one.
-    fn finish(&self, state: &mut ChapterState<'_, T>) -> Result<T, Short> {
-        let (r, now) = (self.shape.r, &*state.y.now);
-        let mut sum = T::ZERO;
-        let rows = self.metadata.scheme.finish.iter();
-        for (row, new) in rows.zip(state.y.next.chunks_exact_mut(r.max(1))) {
-            for (mode, new) in new.iter_mut().enumerate() {
-                let terms = row.iter().take(3 + self.shape.n_stages).enumerate();
-                let weighted = terms.map(|(family, w)| Ok(w * entry(now, state.stages, r, family, mode)?));
-                *new = flushed(T::from_f64(weighted.sum::<Result<f64, Short>>()?), &mut sum);
-            }
-        }
-        Ok(sum)
-    }
-
-    /// Value of probe `index`. `O(r)`.
-    ///
-    /// # Errors
-    /// [`OutputError`].
-    pub fn probe(&self, state: &ChapterState<'_, T>, index: usize, field: Field) -> Result<f64, OutputError> {
-        self.rows.probe(index, self.multipliers(state, field)?)
-    }
-
-    /// Displacement or velocity of `node` (file order), three components. `O(r)`.
-    ///
-    /// # Errors
-    /// [`OutputError`].
-    pub fn node(
-        &self,
-        state: &ChapterState<'_, T>,
-        node: usize,
-        field: Field,
-    ) -> Result<[f64; 3], OutputError> {
-        self.rows.node(node, self.multipliers(state, field)?)
-    }
-
-    /// Displacement or velocity of a point of the surface, three components. `O(r)`.
-    ///
-    /// # Errors
-    /// [`OutputError`].
-    pub fn point(
-        &self,
-        state: &ChapterState<'_, T>,
-        point: &SurfacePoint,
-        field: Field,
-    ) -> Result<[f64; 3], OutputError> {
-        self.rows.point(point, self.multipliers(state, field)?)
-    }
-
-    /// The surface, `out` of shape `(n_surface_nodes, 3)`. Bound by reading the basis once.
-    ///
-    /// # Errors
-    /// [`OutputError`].
-    pub fn surface_into(
-        &self,
-        state: &ChapterState<'_, T>,
-        field: Field,
-        out: &mut [T],
-    ) -> Result<(), OutputError> {
-        self.rows.surface_into(self.multipliers(state, field)?, out)
-    }
-
-    /// The whole body, `out` of shape `(n_nodes, 3)`. Bound by reading the basis once.
-    ///
-    /// # Errors
-    /// [`OutputError`].
-    pub fn body_into(
-        &self,
-        state: &ChapterState<'_, T>,
-        field: Field,
-        out: &mut [T],
-    ) -> Result<(), OutputError> {
-        self.rows.body_into(self.multipliers(state, field)?, out)
-    }
-
-    /// Kinetic plus elastic energy \[J\]. `O(r²)`.
-    ///
-    /// # Errors
-    /// [`OutputError::Mismatch`].
-    pub fn energy(&self, state: &ChapterState<'_, T>) -> Result<f64, OutputError> {
-        self.check(state)?;
-        self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
-    }
-
     /// The largest energy \[J\] that a body of this scene can have when it is put at rest.
     #[must_use]
     pub fn energy_at_rest(&self) -> f64 {
         rest::energy(self.rest_below, &self.equation(), self.shape.r)
     }
 
-    fn multipliers<'s>(
-        &self,
-        state: &'s ChapterState<'_, T>,
-        field: Field,
-    ) -> Result<Factors<'s, T>, OutputError> {
-        self.check(state)?;
-        Ok(factors(&state.y, field))
-    }
-
-    fn check(&self, state: &ChapterState<'_, T>) -> Result<(), OutputError> {
-        if state.shape == self.shape { Ok(()) } else { Err(OutputError::Mismatch) }
-    }
-
-    const fn equation(&self) -> Equation<'_, '_> {
+    pub(super) const fn equation(&self) -> Equation<'_, '_> {
         Equation {
             matrices: &self.matrices,
             parameters: &self.parameters,
@@ -352,11 +182,4 @@ fn round<T: Scalar>(chapter: &Chapter<'_>, out: &mut [T]) -> Result<(), BindErro
         }
     }
     Ok(())
-}
-
-/// An entry of the history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`.
-fn entry<T: Scalar>(now: &[T], stages: &[T], r: usize, family: usize, mode: usize) -> Result<f64, Short> {
-    let (from, family) = if family < 3 { (now, family) } else { (stages, family - 3) };
-    let at = family * r + mode;
-    from.get(at).map(|x| x.to_f64()).ok_or(Short { found: from.len(), needed: at.saturating_add(1) })
 }

@@ -1,0 +1,59 @@
+//! The step of a scene, and what a state and loads must agree on with it.
+
+use crate::error::StepError;
+use crate::kernel::{step_dense, step_diagonal};
+use crate::loads::Loads;
+use crate::options::{Status, Structure};
+use crate::scalar::Scalar;
+use crate::scene::Scene;
+use crate::state::State;
+
+impl<T: Scalar> Scene<'_, T> {
+    /// Advances `state` by `Δt` under `loads`.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// assert_eq!(scene.step(&mut state, &loads)?, Status::AtRest); // nothing acts, nothing moves
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// for _ in 0..100 {
+    ///     assert_eq!(scene.step(&mut state, &loads)?, Status::Moving);
+    /// }
+    /// loads.clear();
+    /// let released = scene.energy(&state)?;
+    /// for _ in 0..1000 {
+    ///     scene.step(&mut state, &loads)?;
+    /// }
+    /// assert!(scene.energy(&state)? < released); // the body is damped
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then unchanged.
+    pub fn step(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
+        if state.shape != self.shape || loads.shape != self.shape {
+            return Err(StepError::Mismatch);
+        }
+        self.check_carried(state)?;
+        if state.y.at_rest && !loads.active {
+            return Ok(Status::AtRest);
+        }
+        self.check_fresh(loads)?;
+        let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
+        let magnitude = match self.shape.structure {
+            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new)?,
+            Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
+        };
+        state.y.settle(magnitude, loads.active, self.rest_below)
+    }
+
+    pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {
+        if state.y.time_step == self.parameters.time_step { Ok(()) } else { Err(StepError::NotCarried) }
+    }
+
+    pub(crate) fn check_fresh(&self, loads: &Loads<'_, T>) -> Result<(), StepError> {
+        if loads.active && loads.generation != self.generation { Err(StepError::StaleLoads) } else { Ok(()) }
+    }
+}
