@@ -16,7 +16,7 @@ use crate::scene::Scene;
 impl<T: Scalar> Scene<'_, T> {
     /// The largest energy \[J\] that a body of this scene can have when it is put at rest; every later
     /// displacement it is spared is at most that of this energy. Goes with the square of
-    /// [`SceneOptions::rest_below`]. `O(r)`.
+    /// [`SceneOptions::rest_below`](crate::SceneOptions::rest_below). `O(r)`.
     #[must_use]
     pub fn energy_at_rest(&self) -> f64 {
         energy(self.rest_below, &self.equation(), self.shape.r)
