@@ -43,7 +43,7 @@ fn row(count: usize) {
     problem.parameters.push(density);
     problem.parameters.truncate(count);
     // The maps are what is compared; few steps keep the marches at up to 64 corners short.
-    problem.tolerance.steps = 20;
+    problem.tolerance.steps = Some(20);
     let built = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
     let report = &built.report;
     let separation = report.separation.as_ref().expect("parameters");

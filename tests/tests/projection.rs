@@ -8,7 +8,7 @@
 
 use proptest::prelude::*;
 use vademecum_build::Matrix;
-use vademecum_build::certificate::StructureReport;
+use vademecum_build::certificate::{Figures, StructureReport};
 use vademecum_build::dynamics::SchemeKind;
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::report::CertificateReport;
@@ -269,7 +269,7 @@ fn the_certificate_refuses_the_counterexample_and_other_schemes_take_it() {
             map_error_max: 0.0,
             steps: 500.0,
         };
-        let block = Some(StructureReport::new(&measured));
+        let block = Some(StructureReport::new(&measured, &Figures::default()));
         CertificateReport {
             diagonal: None,
             block,

@@ -61,6 +61,11 @@ impl Outcome {
     }
 }
 
+/// First periods that a certificate covers.
+const PERIODS: f64 = 3.0;
+/// Steps that it marches at least.
+const LEAST_STEPS: f64 = 500.0;
+
 /// What every stage of one build reads.
 struct Stages<'a> {
     prepared: &'a Prepared,
@@ -91,7 +96,9 @@ pub fn build(
     prepared.note_numerical_damping(first_period, listener);
     let full = &watch.stage("factorise stages", || prepared.full_order())?;
     let runs = &Runs::plan(&problem.snapshots, body, time_step, first_period);
-    let unseen = &UnseenLoads::draw(body, runs, problem.tolerance.steps);
+    let steps = certificate_steps(problem, first_period / time_step, listener);
+    let open = problem.tolerance.steps.is_none();
+    let unseen = &UnseenLoads { open, ..UnseenLoads::draw(body, runs, steps) };
     let (order, kept) = (&NodeOrder::new(body), &Kept::new(options.store, prepared, listener));
     let repair = options.repair;
     let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, repair };
@@ -140,4 +147,18 @@ fn basis_sizes(problem: &Problem, space: &ParameterSpace) -> Vec<Option<usize>> 
     let asked = problem.basis.modes.is_some() || problem.basis.kind == BasisKind::Modes;
     let fixed = asked || !space.has_region_parameters();
     if fixed { vec![problem.basis.modes] } else { [8, 16, 32, 64].map(Some).to_vec() }
+}
+
+/// Steps of the certificate's runs: whole first periods, unless the problem says otherwise.
+fn certificate_steps(problem: &Problem, steps_per_period: f64, listener: &dyn Listener) -> usize {
+    let whole = (PERIODS * steps_per_period).ceil().max(LEAST_STEPS) as usize;
+    let asked = problem.tolerance.steps.unwrap_or(whole);
+    if (asked as f64) < steps_per_period {
+        listener.note(&format!(
+            "`tolerance.steps` = {asked} covers {:.1} % of the first period ({steps_per_period:.0} steps): the \
+             certificate says nothing of the rest; leave the key out, or ask for {whole}",
+            100.0 * asked as f64 / steps_per_period
+        ));
+    }
+    asked
 }

@@ -53,6 +53,8 @@ pub struct CertificateReport {
     pub floor_ratio: f64,
     /// See `floor_ratio`.
     pub absolute: f64,
+    /// Largest trajectory error allowed, however close to its floor it is.
+    pub error: f64,
     /// Allowed error of the stage maps over live parameters, root mean square; ten times that at the worst
     /// point.
     pub map: f64,
@@ -61,7 +63,9 @@ pub struct CertificateReport {
 impl CertificateReport {
     /// Whether one of the structures keeps the tolerance.
     pub fn holds(&self) -> bool {
-        let keeps = |s: &StructureReport| s.keeps(self.floor_ratio, self.absolute);
+        let keeps = |s: &StructureReport| {
+            s.near_floor(self.floor_ratio, self.absolute) && s.trajectory_error <= self.error && s.stable()
+        };
         // The diagonal structure is closed form in its parameters: it has no separated maps to measure.
         let diagonal = self.diagonal.as_ref().is_some_and(keeps);
         let chapter = self.chapter.as_ref().is_some_and(|c| c.left_at.is_none() && keeps(&c.structure));
@@ -107,8 +111,9 @@ impl BuildReport {
         };
         let places = self.separation.as_ref().map_or(String::new(), place);
         format!(
-            "no structure keeps the tolerance (error ≤ {} × floor + {:e}, spectral radius ≤ 1 + 1e-12, map error ≤ {:e}):{diagonal}{block}{chapter}{places}",
-            c.floor_ratio, c.absolute, c.map
+            "no structure keeps the tolerance (error ≤ {:e}, and ≤ {} × floor + {:e} in each run; spectral radius ≤ 1 + \
+             1e-12; map error ≤ {:e}):{diagonal}{block}{chapter}{places}",
+            c.error, c.floor_ratio, c.absolute, c.map
         )
     }
 }
@@ -121,10 +126,11 @@ pub struct ToleranceMissed(pub Box<BuildReport>);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::certificate::Figures;
     use vademecum_format::StructureCertificate;
 
     fn structure(map_error: f64) -> StructureReport {
-        StructureReport::new(&StructureCertificate {
+        let certificate = StructureCertificate {
             trajectory_error: 1.0e-3,
             projection_floor: 1.0e-3,
             spectral_radius: 1.0,
@@ -132,12 +138,21 @@ mod tests {
             map_error_rms: map_error,
             map_error_max: map_error,
             steps: 100.0,
-        })
+        };
+        StructureReport::new(&certificate, &Figures::default())
     }
 
     fn holds(diagonal: Option<StructureReport>, block: Option<StructureReport>) -> bool {
-        CertificateReport { diagonal, block, chapter: None, floor_ratio: 1.1, absolute: 1e-6, map: 1e-6 }
-            .holds()
+        let (floor_ratio, absolute, error, map) = (1.1, 1e-6, 5e-2, 1e-6);
+        CertificateReport { diagonal, block, chapter: None, floor_ratio, absolute, error, map }.holds()
+    }
+
+    #[test]
+    fn an_error_at_its_floor_is_refused_all_the_same_where_it_is_large() {
+        let at_its_floor =
+            |error| StructureReport { trajectory_error: error, projection_floor: error, ..structure(1e-7) };
+        assert!(holds(Some(at_its_floor(4.9e-2)), None));
+        assert!(!holds(Some(at_its_floor(0.93)), None));
     }
 
     #[test]

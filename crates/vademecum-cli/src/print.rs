@@ -47,7 +47,9 @@ pub fn print_report(report: &BuildReport) {
             row.period_elongation
         );
     }
-    println!("\nstructure  trajectory error  floor      error/floor  spectral radius  energy ratio");
+    println!(
+        "\nstructure  trajectory error  floor      error/floor  spectral radius  energy ratio  energy growth  reciprocity"
+    );
     let certificate = &report.certificate;
     for (name, structure) in [("diagonal", &certificate.diagonal), ("block", &certificate.block)] {
         if let Some(s) = structure {
@@ -104,13 +106,27 @@ pub fn print_chapter(c: &ChapterReport) {
 
 fn print_structure(name: &str, s: &StructureReport) {
     println!(
-        "{name:<9}  {:>16.3e}  {:>9.3e}  {:>11.3}  1 {:>+13.1e}  {:>12.9}",
+        "{name:<9}  {:>16.3e}  {:>9.3e}  {:>11.3}  1 {:>+13.1e}  {:>12.9}  {:>13.9}  {:>11.1e}",
         s.trajectory_error,
         s.projection_floor,
         s.floor_ratio,
         s.spectral_radius - 1.0,
-        s.energy_ratio
+        s.energy_ratio,
+        s.energy_growth,
+        s.reciprocity
     );
+}
+
+/// Whether a structure is reciprocal, and how much energy a free motion can gain; empty where a file does not
+/// say.
+pub fn symmetry(s: &StructureReport) -> String {
+    if s.reciprocity.is_nan() {
+        return String::new();
+    }
+    format!(
+        "; defect of reciprocity {:.1e}; the energy of a free motion grows to at most {:.4} of its start",
+        s.reciprocity, s.energy_growth
+    )
 }
 
 /// Prints what a verification measured.

@@ -42,6 +42,7 @@ impl fmt::Display for SectionKind {
             Self::CanonicalCertificate => "CanonicalCertificate",
             Self::Losses => "Losses",
             Self::Repairs => "Repairs",
+            Self::StructureFigures => "StructureFigures",
         })
     }
 }

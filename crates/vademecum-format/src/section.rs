@@ -92,11 +92,15 @@ pub enum SectionKind {
     /// What a build did to make an unstable step stable, for people: UTF-8, one repair a line. Since
     /// version 1.1.
     Repairs = 31,
+    /// What a build measured of its structures beside the certificate, for people: largest error ÷ floor of any
+    /// run, defect of reciprocity, growth of energy; `f64 (3, 3)`, a row for the diagonal, the block and the
+    /// canonical structure, NaN where it was not measured. Since version 1.2.
+    StructureFigures = 32,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 32] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -128,6 +132,7 @@ impl SectionKind {
         Self::CanonicalCertificate,
         Self::Losses,
         Self::Repairs,
+        Self::StructureFigures,
     ];
 
     /// The kind with this number.
@@ -154,6 +159,7 @@ impl SectionKind {
     pub const fn since(self) -> u16 {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
+            Self::StructureFigures => 2,
             kind if kind.is_chapter() => 1,
             _ => 0,
         }
@@ -191,6 +197,7 @@ impl SectionKind {
             Self::Losses => [None, Some(4), Some(1)],
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
             Self::EnrichmentHistory => [None, Some(2), Some(1)],
+            Self::StructureFigures => two(3, 3),
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
             Self::CanonicalAxes => [None, Some(CHAPTER_AXIS as u64), Some(1)],

@@ -52,7 +52,7 @@ pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
 /// The numbers of a section of reals, how many; 0 for the other elements.
 fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError> {
     let numbers = numbers(section, raw);
-    if section.kind() == SectionKind::CanonicalCertificate {
+    if matches!(section.kind(), SectionKind::CanonicalCertificate | SectionKind::StructureFigures) {
         // What was not measured is NaN, as in the metadata.
         return Ok(numbers.iter().filter(|x| x.is_finite()).count() as u64);
     }

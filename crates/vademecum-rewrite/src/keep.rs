@@ -28,6 +28,7 @@ impl Keep {
                 | S::RadiusSamples
                 | S::Losses
                 | S::Repairs
+                | S::StructureFigures
         );
         let surface =
             matches!(kind, S::NodeIds | S::NodeCoordinates | S::Triangles | S::SurfaceBasis | S::BlockLoad);

@@ -187,7 +187,8 @@ fn without(file: &File<'_>, dropped: &Dropped) -> Result<Vec<u8>, RewriteError> 
         *figure = f64::NAN;
     }
     let mut parts = vec![];
-    for section in file.sections() {
+    // What was measured of all terms is not of these.
+    for section in file.sections().filter(|section| section.kind() != SectionKind::StructureFigures) {
         let changed = selected(file.metadata(), &section, dropped.left)?;
         parts.push((section, changed));
     }

@@ -2,6 +2,7 @@
 //!
 //! Sections may be compressed; each is decoded where it is asked for.
 
+use vademecum_build::certificate::FileFigures;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_format::{File, Section, SectionKind};
 use vademecum_rewrite::{DECODED_LIMIT, decode};
@@ -25,6 +26,14 @@ pub fn lines(file: &File<'_>, kind: SectionKind) -> Result<Vec<String>, FileErro
 pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError> {
     let Some(section) = file.section(kind) else { return Ok(vec![]) };
     Ok(vademecum_rewrite::numbers(&section, &decode(&section, DECODED_LIMIT)?))
+}
+
+/// What the build measured of each structure beside its certificate; nothing if the file does not keep it.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn figures(file: &File<'_>) -> Result<FileFigures, FileError> {
+    Ok(FileFigures::from_numbers(&numbers(file, SectionKind::StructureFigures)?))
 }
 
 /// A section that a study cannot do without.

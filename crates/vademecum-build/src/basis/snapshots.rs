@@ -94,27 +94,44 @@ impl Runs {
     }
 }
 
+/// Squared distances closer than this are alike, relative to the larger: what rounding makes of a body that is
+/// turned, and far less than what tells two places apart.
+const ALIKE: f64 = 1e-9;
+
 /// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all
-/// before.
+/// before. Of places that are alike in that, the one with the larger sum of distances to all before is taken,
+/// then the first: the choice follows the body when it is turned.
 pub(crate) fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
     let mut candidates = body.load_nodes.clone();
     let free = |node: &u32| (0..3).any(|c| body.model.dofs().free(3 * *node as usize + c).is_some());
     candidates.retain(free);
-    let position = |node: u32| body.model.mesh().nodes[node as usize];
-    let centroid: [f64; 3] = std::array::from_fn(|c| {
-        candidates.iter().map(|&node| position(node)[c]).sum::<f64>() / candidates.len() as f64
-    });
-    let squared = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
-    let mut distance: Vec<f64> = candidates.iter().map(|&node| squared(position(node), centroid)).collect();
+    let position = |&node: &u32| body.model.mesh().nodes[node as usize];
+    let positions: Vec<[f64; 3]> = candidates.iter().map(position).collect();
+    spread(&positions, count).into_iter().map(|place| candidates[place]).collect()
+}
+
+/// Places of points far from each other, at most `count`.
+fn spread(points: &[[f64; 3]], count: usize) -> Vec<usize> {
+    let centroid: [f64; 3] =
+        std::array::from_fn(|c| points.iter().map(|point| point[c]).sum::<f64>() / points.len() as f64);
+    let squared = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
+    let mut nearest: Vec<f64> = points.iter().map(|point| squared(point, &centroid)).collect();
+    let mut sum = vec![0.0; points.len()];
     let mut chosen = vec![];
-    while chosen.len() < count.min(candidates.len()) {
-        let farthest = (0..candidates.len()).reduce(|a, b| if distance[b] > distance[a] { b } else { a });
-        let node = candidates[farthest.expect("a loadable surface has free nodes")];
-        for (i, &other) in candidates.iter().enumerate() {
-            let to_new = squared(position(other), position(node));
-            distance[i] = if chosen.is_empty() { to_new } else { distance[i].min(to_new) };
+    let larger = |a: f64, b: f64| a > b + ALIKE * b.abs();
+    while chosen.len() < count.min(points.len()) {
+        let farther = |a: usize, b: usize| {
+            let alike = !larger(nearest[b], nearest[a]) && !larger(nearest[a], nearest[b]);
+            let b_first = if alike { larger(sum[b], sum[a]) } else { nearest[b] > nearest[a] };
+            if b_first { b } else { a }
+        };
+        let farthest = (0..points.len()).reduce(farther).expect("there are points left");
+        for (i, point) in points.iter().enumerate() {
+            let to_new = squared(point, &points[farthest]);
+            nearest[i] = if chosen.is_empty() { to_new } else { nearest[i].min(to_new) };
+            sum[i] += to_new.sqrt();
         }
-        chosen.push(node);
+        chosen.push(farthest);
     }
     chosen
 }
@@ -232,4 +249,32 @@ fn restrict(body: &Body, full: &[f64]) -> Mat<f64> {
 fn finish(pod: StreamingPod<'_>) -> Result<Pod, SnapshotError> {
     let pod = pod.finish();
     if pod.singular_values.is_empty() { Err(SnapshotError::Zero) } else { Ok(pod) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The surface of a box of 5 × 3 × 3 points, in lengths that binary numbers do not hold.
+    fn points() -> Vec<[f64; 3]> {
+        let grid = (0..45).map(|i| [i / 9, i / 3 % 3, i % 3]);
+        grid.map(|[x, y, z]| [0.3 * x as f64, 0.1 * y as f64 + 0.7, 0.1 * z as f64]).collect()
+    }
+
+    #[test]
+    fn the_chosen_places_follow_a_body_that_is_turned_or_moved() {
+        let points = points();
+        let chosen = spread(&points, 12);
+        let (sine, cosine) = 0.7_f64.sin_cos();
+        let turned: [fn([f64; 3], f64, f64) -> [f64; 3]; 4] = [
+            |[x, y, z], _, _| [-y, x, z],
+            |[x, y, z], _, _| [z, x, y],
+            |[x, y, z], _, _| [x + 0.1, y - 3.3, z + 1e-3],
+            |[x, y, z], s, c| [c * x - s * y, s * x + c * y, z],
+        ];
+        for turn in turned {
+            let image: Vec<[f64; 3]> = points.iter().map(|&p| turn(p, sine, cosine)).collect();
+            assert_eq!(spread(&image, 12), chosen);
+        }
+    }
 }

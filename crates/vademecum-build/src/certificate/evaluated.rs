@@ -2,16 +2,18 @@
 
 use faer::{Mat, MatRef};
 use vademecum_eval::{Contact, Loads, Scene, SceneOptions, Sizes, State};
+use vademecum_format::File;
 use vademecum_format::scheme::MAX_STAGES;
-use vademecum_format::{File, StructureCertificate};
 
 use super::error::CertificateError;
+use super::growth::energy_growth;
 use super::unseen::{UnseenLoad, UnseenLoads};
-use super::verdict::worst;
+use super::verdict::StructureMeasured;
 use crate::basis::Basis;
 use crate::dynamics::{ErrorMeter, FullOrder, TrajectoryError, march_full_order};
 use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
+use crate::linalg::project;
 use crate::progress::{Cancelled, Listener};
 
 /// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`]
@@ -54,6 +56,7 @@ struct March<'m> {
     scene: Scene<'m, f64>,
     trajectories: Vec<Trajectory<'m>>,
     meter: ErrorMeter<'m>,
+    reciprocity: Reciprocity,
 }
 
 /// A file beside the full-order march: its bytes, the basis it holds, and what it is bound to.
@@ -76,21 +79,21 @@ pub struct Measured {
     pub spectral_radius: f64,
     /// Largest energy of a long free run over the energy at its start.
     pub energy_ratio: f64,
+    /// Defect of reciprocity between the loads.
+    pub reciprocity: f64,
+    /// Largest energy of any free motion over the energy at its start.
+    pub energy_growth: f64,
 }
 
 impl Measured {
-    /// As a file keeps it, after so many steps. Map errors are not measured here; they are NaN.
-    fn certificate(&self, steps: usize) -> StructureCertificate {
-        let worst = worst(&self.errors);
-        StructureCertificate {
-            trajectory_error: worst.error,
-            projection_floor: worst.floor,
-            spectral_radius: self.spectral_radius,
-            energy_ratio: self.energy_ratio,
-            map_error_rms: f64::NAN,
-            map_error_max: f64::NAN,
-            steps: steps as f64,
-        }
+    /// As a build judges it, after so many steps. Map errors are not measured here; they are NaN.
+    fn structure(self, steps: usize) -> StructureMeasured {
+        let mut measured = StructureMeasured::of_runs(self.errors, steps);
+        measured.certificate.spectral_radius = self.spectral_radius;
+        measured.certificate.energy_ratio = self.energy_ratio;
+        measured.figures.reciprocity = self.reciprocity;
+        measured.figures.energy_growth = self.energy_growth;
+        measured
     }
 }
 
@@ -107,9 +110,9 @@ pub fn certify(
     full: &FullOrder<'_>,
     unseen: &UnseenLoads,
     listener: &dyn Listener,
-) -> Result<Vec<StructureCertificate>, CertificateError> {
+) -> Result<Vec<StructureMeasured>, CertificateError> {
     let measured = measure(candidates, order, mass, full, unseen, listener)?;
-    Ok(measured.iter().map(|measured| measured.certificate(unseen.steps)).collect())
+    Ok(measured.into_iter().map(|measured| measured.structure(unseen.steps)).collect())
 }
 
 /// Marches the unseen loads once full order, and through each candidate beside it.
@@ -143,7 +146,7 @@ pub fn measure(
                 continue;
             }
             match march.step(step - 1) {
-                Ok(()) => march.meter.add(state.displacement.as_ref(), march.coordinates().as_ref()),
+                Ok(()) => march.observe(state.displacement.as_ref()),
                 Err(error) => refused = Some(error),
             }
         }
@@ -178,15 +181,28 @@ impl<'m> March<'m> {
         });
         let trajectories = trajectories.collect::<Result<_, CertificateError>>()?;
         let meter = ErrorMeter::new(mass, candidate.basis.vectors.as_ref(), unseen.loads.len());
-        Ok(Self { scene, trajectories, meter })
+        let forces = unseen.loads.iter().map(|load| &load.timed.force[..]);
+        let reciprocity = Reciprocity::new(candidate.basis, forces);
+        Ok(Self { scene, trajectories, meter, reciprocity })
     }
 
     fn measured(&mut self, listener: &dyn Listener) -> Result<Measured, CertificateError> {
+        let energy_ratio = self.free_run_energy(listener)?;
+        let Trajectory { state, loads, .. } = &mut self.trajectories[0];
         Ok(Measured {
             errors: self.meter.errors(),
             spectral_radius: radius_of_increment(increment(&self.scene)?.as_ref())?,
-            energy_ratio: self.free_run_energy(listener)?,
+            energy_ratio,
+            reciprocity: self.reciprocity.defect(),
+            energy_growth: energy_growth(&self.scene, state, loads)?,
         })
+    }
+
+    /// Takes in the instant that every trajectory has reached.
+    fn observe(&mut self, displacement: MatRef<'_, f64>) {
+        let coordinates = self.coordinates();
+        self.meter.add(displacement, coordinates.as_ref());
+        self.reciprocity.add(coordinates.as_ref());
     }
 
     fn step(&mut self, step: usize) -> Result<(), CertificateError> {
@@ -239,6 +255,39 @@ impl Trajectory<'_> {
     }
 }
 
+/// How far the displacement along load `a` under load `b` is from the reverse. All loads act at the same times.
+struct Reciprocity {
+    /// `BᵀF` of every load, shape (r, loads).
+    rows: Mat<f64>,
+    defect: f64,
+    norm: f64,
+}
+
+impl Reciprocity {
+    fn new<'f>(basis: &Basis, forces: impl Iterator<Item = &'f [f64]>) -> Self {
+        let rows: Vec<f64> = forces.flat_map(|force| project(basis.vectors.as_ref(), force)).collect();
+        let r = basis.n_modes();
+        let rows = MatRef::from_column_major_slice(&rows, r, rows.len() / r).to_owned();
+        Self { rows, defect: 0.0, norm: 0.0 }
+    }
+
+    /// Adds one instant of all trajectories, ζ of shape (r, loads).
+    fn add(&mut self, coordinates: MatRef<'_, f64>) {
+        let seen = self.rows.transpose() * coordinates;
+        for a in 0..seen.nrows() {
+            for b in 0..a {
+                self.defect += (seen[(a, b)] - seen[(b, a)]).powi(2);
+                self.norm += 0.5 * (seen[(a, b)].powi(2) + seen[(b, a)].powi(2));
+            }
+        }
+    }
+
+    /// NaN where no load moves the place of another.
+    fn defect(&self) -> f64 {
+        (self.defect / self.norm).sqrt()
+    }
+}
+
 /// Spectral radius of the step of a file bound to `options`.
 ///
 /// # Errors
@@ -251,7 +300,7 @@ pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, C
 }
 
 /// The increment map `D` of `y ← y + D y` as the scene holds it, shape (3r, 3r).
-fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateError> {
+pub(super) fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateError> {
     let n = 3 * scene.n_modes();
     let mut map = vec![0.0; n * n];
     scene.increment_into(&mut map)?;

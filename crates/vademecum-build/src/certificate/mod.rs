@@ -9,18 +9,18 @@
 pub mod endurance;
 mod error;
 mod evaluated;
+mod figures;
+mod growth;
 mod over_box;
 mod unseen;
 mod verdict;
 
 pub use error::CertificateError;
 pub use evaluated::{Candidate, Measured, certify, measure, spectral_radius};
+pub use figures::{FIGURES, Figures, FileFigures};
 pub use over_box::{BoxCertificate, certify_box};
 pub use unseen::{UnseenLoad, UnseenLoads};
-pub(crate) use verdict::worst;
-pub use verdict::{BOUNDED, StructureReport};
-
-use vademecum_format::StructureCertificate;
+pub use verdict::{BOUNDED, StructureMeasured, StructureReport};
 
 use crate::store::{Inputs, Kept};
 
@@ -29,9 +29,9 @@ pub(crate) fn kept_certificate<E>(
     kept: &Kept<'_>,
     name: &str,
     inputs: impl FnOnce(Inputs) -> Inputs,
-    march: impl FnOnce() -> Result<Vec<StructureCertificate>, E>,
-) -> Result<Vec<StructureCertificate>, E> {
-    let rows = kept
-        .stage(name, inputs, || Ok(march()?.iter().map(StructureCertificate::numbers).collect::<Vec<_>>()))?;
-    Ok(rows.into_iter().map(StructureCertificate::from_numbers).collect())
+    march: impl FnOnce() -> Result<Vec<StructureMeasured>, E>,
+) -> Result<Vec<StructureMeasured>, E> {
+    let rows: Vec<Vec<f64>> =
+        kept.stage(name, inputs, || Ok(march()?.iter().map(StructureMeasured::row).collect()))?;
+    Ok(rows.iter().map(|row| StructureMeasured::from_row(row)).collect())
 }

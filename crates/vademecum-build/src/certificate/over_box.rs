@@ -6,17 +6,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use vademecum_eval::{SceneOptions, StructureChoice};
-use vademecum_format::{File, StructureCertificate};
+use vademecum_format::File;
 
 use super::error::CertificateError;
 use super::evaluated::{Candidate, certify, spectral_radius};
 use super::kept_certificate;
 use super::unseen::UnseenLoads;
+use super::verdict::StructureMeasured;
 use crate::basis::Basis;
-use crate::dynamics::FullOrder;
+use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::NodeOrder;
+use crate::fem::Pencil;
 use crate::parametric::{Parametric, RadiusSample};
-use crate::prepared::{ParameterSpace, Prepared};
+use crate::prepared::{ParameterSpace, Prepared, Setting};
 use crate::progress::Quiet;
 use crate::store::{Inputs, Kept};
 
@@ -28,9 +30,9 @@ const SEED: u64 = 9;
 /// The certificate of a box and where its worst values lie.
 #[derive(Clone, Debug)]
 pub struct BoxCertificate {
-    /// Worst values over the box, as the file keeps them.
-    pub worst: StructureCertificate,
-    /// Parameter values at the corner of the worst trajectory.
+    /// Worst values over the box, and the runs at every corner.
+    pub worst: StructureMeasured,
+    /// Parameter values at the corner of the largest trajectory error.
     pub worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
@@ -59,38 +61,37 @@ pub fn certify_box(
     let file = File::parse(bytes)?;
     let corners = space.corners();
     let done = AtomicUsize::new(0);
-    let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureCertificate, CertificateError> {
+    let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureMeasured, CertificateError> {
         let options = block_at(&file, values)?;
         let setting = space.setting(values);
         let responses = parametric.responses(&prepared.scheme, &setting)?;
+        // Uniform factors are folded into θ by the evaluator and into the pencil for the full-order march.
+        let pencil = setting.pencil(prepared.body.model.pencil());
+        let first = lowest_modes(&pencil, &prepared.symbolic, 1)?;
+        let unseen = &unseen.over(1.0 / (first.frequencies_hz()[0] * setting.step.time_step));
         let inputs = |inputs: Inputs| {
-            inputs.value(&(&prepared.scheme, setting)).with(basis).with(&responses[..]).with(unseen)
+            inputs.value(&(&prepared.scheme, &setting)).with(basis).with(&responses[..]).with(unseen)
         };
-        let march = || certify_corner(bytes, order, prepared, basis, (values, &options), unseen, kept);
-        let certificate = kept_certificate(kept, &format!("certificate-{}", corner + 1), inputs, march)?[0];
+        let march =
+            || certify_corner(bytes, order, prepared, basis, (&setting, &pencil, &options), unseen, kept);
+        let measured = kept_certificate(kept, &format!("certificate-{}", corner + 1), inputs, march)?;
         kept.listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), corners.len())?;
-        Ok(certificate)
+        Ok(measured.into_iter().next().expect("one candidate was measured"))
     };
     let measured = corners.par_iter().enumerate().map(at_corner).collect::<Result<Vec<_>, _>>()?;
     let radius_samples = sample_radius(&file, space, &corners)?;
     let by_radius = |a: &&RadiusSample, b: &&RadiusSample| a.spectral_radius.total_cmp(&b.spectral_radius);
     let least_stable = radius_samples.iter().max_by(by_radius).expect("a box has corners").clone();
-    let excess = |c: &StructureCertificate| c.trajectory_error / c.projection_floor.max(f64::MIN_POSITIVE);
-    let worst = (0..corners.len()).max_by(|&a, &b| excess(&measured[a]).total_cmp(&excess(&measured[b])));
-    let worst = worst.expect("a box has corners");
-    let energy_ratio = measured.iter().map(|c| c.energy_ratio).fold(0.0, f64::max);
-    Ok(BoxCertificate {
-        worst: StructureCertificate {
-            spectral_radius: least_stable.spectral_radius,
-            energy_ratio,
-            map_error_rms: parametric.map_error.0,
-            map_error_max: parametric.map_error.1,
-            ..measured[worst]
-        },
-        worst_trajectory_at: corners[worst].clone(),
-        worst_radius_at: least_stable.values,
-        radius_samples,
-    })
+    let by_error = |a: &&StructureMeasured, b: &&StructureMeasured| {
+        a.certificate.trajectory_error.total_cmp(&b.certificate.trajectory_error)
+    };
+    let largest = measured.iter().max_by(by_error).expect("a box has corners");
+    let at = measured.iter().position(|m| std::ptr::eq(m, largest)).expect("it is one of them");
+    let worst_trajectory_at = corners[at].clone();
+    let mut worst = measured.into_iter().reduce(StructureMeasured::worse).expect("a box has corners");
+    worst.certificate.spectral_radius = least_stable.spectral_radius;
+    (worst.certificate.map_error_rms, worst.certificate.map_error_max) = parametric.map_error;
+    Ok(BoxCertificate { worst, worst_trajectory_at, worst_radius_at: least_stable.values, radius_samples })
 }
 
 /// The block structure of a file at values of its live parameters.
@@ -108,15 +109,12 @@ fn certify_corner(
     order: &NodeOrder,
     prepared: &Prepared,
     basis: &Basis,
-    (values, options): (&[f64], &SceneOptions),
+    (setting, pencil, options): (&Setting, &Pencil, &SceneOptions),
     unseen: &UnseenLoads,
     kept: &Kept<'_>,
-) -> Result<Vec<StructureCertificate>, CertificateError> {
-    let Prepared { body, symbolic, scheme, space, .. } = prepared;
-    let setting = space.setting(values);
-    // Uniform factors are folded into θ by the evaluator and into the pencil for the full-order march.
-    let pencil = setting.pencil(body.model.pencil());
-    let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
+) -> Result<Vec<StructureMeasured>, CertificateError> {
+    let Prepared { body, symbolic, scheme, .. } = prepared;
+    let full = FullOrder::new(pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
     let mass = body.model.pencil().mass();
     let candidate = Candidate { bytes, basis, options };
     certify(&[candidate], order, mass, &full, unseen, &Quiet(kept.listener))

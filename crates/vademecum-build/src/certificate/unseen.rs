@@ -30,6 +30,8 @@ pub struct UnseenLoads {
     pub loads: Vec<UnseenLoad>,
     /// Steps of the march.
     pub steps: usize,
+    /// Whether the problem left the steps open, so that a march elsewhere in a box may take more.
+    pub open: bool,
 }
 
 impl UnseenLoads {
@@ -51,7 +53,13 @@ impl UnseenLoads {
             body.model.add_point_force(&nodes, &weights, force, &mut full);
             UnseenLoad { nodes, weights, force, timed: TimedLoad { column, force: full, when } }
         };
-        Self { loads: (0..TRAJECTORIES).map(load).collect(), steps }
+        Self { loads: (0..TRAJECTORIES).map(load).collect(), steps, open: false }
+    }
+
+    /// The same loads, marched for a first period of so many steps at least if the problem left the steps open.
+    pub(super) fn over(&self, period: f64) -> Self {
+        let steps = if self.open { self.steps.max(period.ceil() as usize) } else { self.steps };
+        Self { loads: self.loads.clone(), steps, open: self.open }
     }
 
     /// As the full-order solver takes them.

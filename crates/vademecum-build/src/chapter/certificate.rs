@@ -10,7 +10,7 @@ use vademecum_format::{ChapterRole, File, StructureCertificate};
 use super::separation::StageError;
 use super::{ChapterError, ChapterMap, StageMap};
 use crate::basis::{Basis, Runs};
-use crate::certificate::worst;
+use crate::certificate::StructureMeasured;
 use crate::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
 use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
@@ -31,7 +31,7 @@ pub struct ChapterCertificate {
     /// As of the other structures, over the steps that were on the axes. The map errors are those of the
     /// worst stage, root mean square and the larger of its state and load parts; the spectral radius is that
     /// of the step linearised at rest.
-    pub structure: StructureCertificate,
+    pub structure: StructureMeasured,
     /// The step at which a trajectory left an axis, and which; errors are of the steps before it.
     pub left: Option<(usize, ChapterStepError)>,
     /// Error of each stage's map over random points.
@@ -45,11 +45,12 @@ impl ChapterCertificate {
     pub fn of_maps(map: &ChapterMap) -> Self {
         let stages: Vec<StageError> = map.stages.iter().map(|stage| stage.error).collect();
         let largest = |part: fn(&StageError) -> f64| stages.iter().map(part).fold(0.0, f64::max);
-        let structure = StructureCertificate {
+        let certificate = StructureCertificate {
             map_error_rms: largest(|e| e.total),
             map_error_max: largest(|e| e.state.max(e.load)),
             ..StructureCertificate::default()
         };
+        let structure = StructureMeasured { certificate, ..StructureMeasured::default() };
         let terms = map.stages.iter().map(StageMap::n_terms).collect();
         Self { structure, left: None, stages, terms }
     }
@@ -174,16 +175,14 @@ impl<'m> March<'m> {
     fn certificate(&mut self, map: &ChapterMap, steps: usize) -> Result<ChapterCertificate, ChapterError> {
         let left = self.left;
         let maps = ChapterCertificate::of_maps(map);
-        let measured = worst(&self.meter.errors());
         let energy_ratio = if left.is_some() { f64::NAN } else { self.free_run(map)? };
-        let structure = StructureCertificate {
-            trajectory_error: measured.error,
-            projection_floor: measured.floor,
-            spectral_radius: self.spectral_radius(map)?,
-            energy_ratio,
-            steps: left.map_or(steps, |(step, _)| step - 1) as f64,
-            ..maps.structure
-        };
+        let steps = left.map_or(steps, |(step, _)| step - 1);
+        let mut structure = StructureMeasured::of_runs(self.meter.errors(), steps);
+        let certificate = &mut structure.certificate;
+        certificate.spectral_radius = self.spectral_radius(map)?;
+        certificate.energy_ratio = energy_ratio;
+        certificate.map_error_rms = maps.structure.certificate.map_error_rms;
+        certificate.map_error_max = maps.structure.certificate.map_error_max;
         Ok(ChapterCertificate { structure, left, ..maps })
     }
 

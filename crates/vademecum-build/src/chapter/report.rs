@@ -4,7 +4,7 @@ use vademecum_format::{Chapter, File, FormatError, SectionKind, StructureCertifi
 
 use super::certificate::ChapterCertificate;
 use super::separation::StageError;
-use crate::certificate::StructureReport;
+use crate::certificate::{FileFigures, StructureReport};
 
 /// The canonical structure's certificate as a report shows it.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -41,7 +41,7 @@ impl ChapterReport {
             load_error: e.load,
         };
         Self {
-            structure: StructureReport::new(&c.structure),
+            structure: StructureReport::measured(&c.structure),
             left_at: c.left.map(|(step, _)| step),
             stages: c.stages.iter().zip(&c.terms).map(stage).collect(),
         }
@@ -61,6 +61,7 @@ impl ChapterReport {
         let (structure, rest) = numbers.split_first_chunk().expect("the shape was checked on opening");
         let (left, stages) = rest.split_first().expect("the shape was checked on opening");
         let structure = StructureCertificate::from_numbers(*structure);
+        let figures = FileFigures::of_file(file)?.chapter;
         let terms =
             |stage| canonical.parts().filter(|part| part.stage == stage).map(|part| part.n_terms).sum();
         let stage = |(stage, e): (usize, &[f64; 3])| StageReport {
@@ -70,7 +71,7 @@ impl ChapterReport {
             load_error: e[2],
         };
         Ok(Some(Self {
-            structure: StructureReport::new(&structure),
+            structure: StructureReport::new(&structure, &figures),
             left_at: (*left >= 1.0).then_some(*left as usize),
             stages: stages.as_chunks().0.iter().enumerate().map(stage).collect(),
         }))

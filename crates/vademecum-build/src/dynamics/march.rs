@@ -176,6 +176,14 @@ pub struct TrajectoryError {
     pub floor: f64,
 }
 
+impl TrajectoryError {
+    /// Error ÷ floor; infinite above a floor of 0.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.error / self.floor.max(f64::MIN_POSITIVE)
+    }
+}
+
 impl<'a> ErrorMeter<'a> {
     /// Nothing measured yet; `basis` is M-orthonormal.
     pub fn new(mass: &'a crate::fem::SymmetricMatrix, basis: MatRef<'a, f64>, columns: usize) -> Self {

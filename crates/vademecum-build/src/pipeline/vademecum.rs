@@ -2,16 +2,19 @@
 
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::policy::STABLE_RADIUS;
-use vademecum_format::{Certificate, StructureCertificate};
+use vademecum_format::{Certificate, SectionKind};
 
 use super::{BuildError, Stages};
 use crate::basis::Basis;
-use crate::certificate::{Candidate, StructureReport, certify, certify_box, kept_certificate};
+use crate::certificate::{
+    Candidate, FIGURES, Figures, FileFigures, StructureMeasured, StructureReport, certify, certify_box,
+    kept_certificate,
+};
 use crate::chapter::{
     self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
 };
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
-use crate::export::{Parts, encode};
+use crate::export::{Draft, Parts, encode};
 use crate::input::{ChapterEntry, Problem};
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
 use crate::prepared::Prepared;
@@ -48,10 +51,24 @@ impl Vademecum {
     }
 }
 
+/// What was measured, per structure; nothing where a file does not have it.
+#[derive(Default)]
+struct Measured {
+    diagonal: StructureMeasured,
+    block: StructureMeasured,
+}
+
+impl Measured {
+    /// As the metadata of the file keep it.
+    fn certificate(&self) -> Certificate {
+        Certificate { diagonal: self.diagonal.certificate, block: self.block.certificate }
+    }
+}
+
 /// A vademecum and what was measured of it.
 pub(super) struct Certified {
     vademecum: Vademecum,
-    certificate: Certificate,
+    measured: Measured,
     separation: Option<SeparationRecord>,
 }
 
@@ -84,12 +101,11 @@ impl Stages<'_> {
         let mut structures = vec![StructureChoice::Block];
         structures.extend(basis.eigenvalues.is_some().then_some(StructureChoice::Diagonal));
         let march = || self.march("certificate", problem, basis, Step::Fixed(&responses), &structures);
-        let measured = watch.stage("certificate", march)?;
-        let certificate = Certificate {
-            block: StructureCertificate { map_error_rms: residual, map_error_max: residual, ..measured[0] },
-            diagonal: measured.get(1).copied().unwrap_or_default(),
-        };
-        Ok(Certified { vademecum: Vademecum::Fixed(responses), certificate, separation: None })
+        let mut found = watch.stage("certificate", march)?.into_iter();
+        let mut block = found.next().expect("the block structure was marched");
+        (block.certificate.map_error_rms, block.certificate.map_error_max) = (residual, residual);
+        let measured = Measured { block, diagonal: found.next().unwrap_or_default() };
+        Ok(Certified { vademecum: Vademecum::Fixed(responses), measured, separation: None })
     }
 
     /// The separated solution and its certificate; with `repair`, as often as it takes to make the step
@@ -112,12 +128,12 @@ impl Stages<'_> {
             let separate = || self.separate(basis, &asked);
             let parametric = watch.stage("separate over the parameters", separate)?;
             let certify = || self.over_box(problem, basis, &parametric);
-            let (certificate, mut record) = watch.stage("certificate", certify)?;
-            let radius = certificate.block.spectral_radius;
+            let (measured, mut record) = watch.stage("certificate", certify)?;
+            let radius = measured.block.certificate.spectral_radius;
             if !self.repair || radius <= STABLE_RADIUS || repairs.len() == MOST_REPAIRS {
                 record.repairs = repairs;
                 let vademecum = Vademecum::Parametric(Box::new(parametric));
-                return Ok(Certified { vademecum, certificate, separation: Some(record) });
+                return Ok(Certified { vademecum, measured, separation: Some(record) });
             }
             let terms = record.terms;
             asked = SeparationOptions {
@@ -154,24 +170,25 @@ impl Stages<'_> {
         problem: &Problem,
         basis: &Basis,
         parametric: &Parametric,
-    ) -> Result<(Certificate, SeparationRecord), BuildError> {
+    ) -> Result<(Measured, SeparationRecord), BuildError> {
         let step = Step::Parametric(parametric);
-        let bytes = self.encode(problem, basis, step, Certificate::default(), None)?;
+        let bytes = self.encode(problem, basis, step, &Measured::default(), None)?;
         let Self { prepared, order, unseen, kept, .. } = *self;
         let found = certify_box(&bytes, order, prepared, parametric, basis, unseen, kept)?;
         let diagonal = match basis.eigenvalues {
             Some(_) => {
                 let structures = [StructureChoice::Diagonal];
-                self.march("certificate-diagonal", problem, basis, step, &structures)?[0]
+                let found = self.march("certificate-diagonal", problem, basis, step, &structures)?;
+                found.into_iter().next().expect("one structure was marched")
             }
-            None => StructureCertificate::default(),
+            None => StructureMeasured::default(),
         };
         let mut record = parametric.record();
         record.parameters = prepared.space.parameters.iter().map(|p| p.name.clone()).collect();
         record.worst_trajectory_at = found.worst_trajectory_at;
         record.worst_radius_at = found.worst_radius_at;
         record.radius_samples = found.radius_samples;
-        Ok((Certificate { diagonal, block: found.worst }, record))
+        Ok((Measured { diagonal, block: found.worst }, record))
     }
 
     /// The unseen loads at the values of the problem file, full order beside structures of the encoded file.
@@ -182,14 +199,14 @@ impl Stages<'_> {
         basis: &Basis,
         vademecum: Step<'_>,
         structures: &[StructureChoice],
-    ) -> Result<Vec<StructureCertificate>, BuildError> {
+    ) -> Result<Vec<StructureMeasured>, BuildError> {
         let Self { prepared, full, unseen, order, kept, .. } = *self;
         let inputs = |inputs: Inputs| {
             let step = (&prepared.scheme, &prepared.step, problem.output.precision);
             inputs.value(&step).with(basis).with(unseen)
         };
         kept_certificate(kept, name, inputs, || {
-            let bytes = self.encode(problem, basis, vademecum, Certificate::default(), None)?;
+            let bytes = self.encode(problem, basis, vademecum, &Measured::default(), None)?;
             let options = |&structure| SceneOptions { structure, ..SceneOptions::default() };
             let options: Vec<SceneOptions> = structures.iter().map(options).collect();
             let candidate = |options| Candidate { bytes: &bytes, basis, options };
@@ -216,8 +233,8 @@ impl Stages<'_> {
         let certify = || -> Result<ChapterCertificate, BuildError> {
             let maps = ChapterCertificate::of_maps(&map);
             let bytes =
-                self.encode(problem, basis, Step::Chapter(&map, &maps), Certificate::default(), None)?;
-            let (body, steps) = (&prepared.body, problem.tolerance.steps);
+                self.encode(problem, basis, Step::Chapter(&map, &maps), &Measured::default(), None)?;
+            let (body, steps) = (&prepared.body, self.unseen.steps);
             let unseen = ChapterUnseen::draw(&map, body, order, runs, steps);
             let mass = body.model.pencil().mass();
             Ok(certify_chapter(&[(&map, &bytes)], &unseen, mass, full, basis, listener)?.remove(0))
@@ -227,7 +244,7 @@ impl Stages<'_> {
             listener.note(&format!("step {step} of the certificate left its axes: {outside}"));
         }
         let vademecum = Vademecum::Chapter(Box::new(map), certificate);
-        Ok(Certified { vademecum, certificate: Certificate::default(), separation: None })
+        Ok(Certified { vademecum, measured: Measured::default(), separation: None })
     }
 
     /// The bytes of the file.
@@ -237,8 +254,8 @@ impl Stages<'_> {
         basis: &Basis,
         built: &Certified,
     ) -> Result<Vec<u8>, BuildError> {
-        let Certified { vademecum, certificate, separation } = built;
-        self.encode(problem, basis, vademecum.step(), *certificate, separation.as_ref())
+        let Certified { vademecum, measured, separation } = built;
+        self.encode(problem, basis, vademecum.step(), measured, separation.as_ref())
     }
 
     fn encode(
@@ -246,15 +263,26 @@ impl Stages<'_> {
         problem: &Problem,
         basis: &Basis,
         vademecum: Step<'_>,
-        certificate: Certificate,
+        measured: &Measured,
         separation: Option<&SeparationRecord>,
     ) -> Result<Vec<u8>, BuildError> {
         let Self { prepared, order, .. } = *self;
-        let (block, others) = match vademecum {
+        let (block, mut others) = match vademecum {
             Step::Fixed(responses) => (Some(BlockTerms::fixed(responses)), vec![]),
             Step::Parametric(parametric) => (Some(parametric.terms()?), vec![]),
             Step::Chapter(map, certificate) => (None, chapter::sections(map, certificate, order)),
         };
+        let chapter = match vademecum {
+            Step::Chapter(_, certificate) => certificate.structure.figures,
+            _ => Figures::default(),
+        };
+        let [diagonal, of_block] = [&measured.diagonal, &measured.block].map(|m| m.figures);
+        let figures = FileFigures { diagonal, block: of_block, chapter };
+        others.push(Draft::f64s(
+            SectionKind::StructureFigures,
+            [3, FIGURES, 1],
+            figures.numbers().into_iter(),
+        ));
         let parts = Parts {
             problem,
             body: &prepared.body,
@@ -268,7 +296,7 @@ impl Stages<'_> {
             others,
             parameters: Some(&prepared.space),
             separation,
-            certificate,
+            certificate: measured.certificate(),
             mode_table: table_matrix(&self.modes(basis)),
         };
         Ok(encode(&parts)?)
@@ -315,8 +343,8 @@ fn certificate_report(problem: &Problem, basis: &Basis, built: &Certified) -> Ce
         Vademecum::Chapter(_, certificate) => (None, None, Some(ChapterReport::new(certificate))),
         _ => {
             let diagonal = basis.eigenvalues.is_some();
-            let diagonal = diagonal.then(|| StructureReport::new(&built.certificate.diagonal));
-            (diagonal, Some(StructureReport::new(&built.certificate.block)), None)
+            let diagonal = diagonal.then(|| StructureReport::measured(&built.measured.diagonal));
+            (diagonal, Some(StructureReport::measured(&built.measured.block)), None)
         }
     };
     CertificateReport {
@@ -325,6 +353,7 @@ fn certificate_report(problem: &Problem, basis: &Basis, built: &Certified) -> Ce
         chapter,
         floor_ratio: problem.tolerance.floor_ratio,
         absolute: problem.tolerance.absolute,
+        error: problem.tolerance.error,
         map: problem.tolerance.map,
     }
 }

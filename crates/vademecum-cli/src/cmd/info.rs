@@ -10,12 +10,12 @@ use vademecum_build::parametric::RadiusSample;
 use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, fewest_terms, read_losses};
 use vademecum_study::FileError;
-use vademecum_study::contents::lines;
+use vademecum_study::contents::{figures, lines};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::failure::Failure;
 use crate::files::{open, whole_file};
-use crate::print::{print_chapter, print_json};
+use crate::print::{print_chapter, print_json, symmetry};
 
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
@@ -155,9 +155,11 @@ impl Info {
         let canonical_report = ChapterReport::of_file(file)?;
         let worst = if m.block { &certificate.block } else { &certificate.diagonal };
         let left_its_axes = canonical_report.as_ref().is_some_and(|report| report.left_at.is_some());
+        let figures = figures(file)?;
+        let of_worst = if m.block { &figures.block } else { &figures.diagonal };
         let worst = match &canonical_report {
-            Some(report) => report.structure,
-            None => StructureReport::new(worst),
+            Some(report) => report.structure.clone(),
+            None => StructureReport::new(worst, of_worst),
         };
         let axis = |a: &vademecum_format::Axis<'_>| AxisReport {
             name: a.name.into(),
@@ -223,8 +225,8 @@ impl Info {
                 energy_ratio_max: worst.energy_ratio,
                 good_for_steps: if left_its_axes { Some(0.0) } else { good_for_steps(m.problem, &worst) },
                 repairs: repairs(file)?,
-                diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal)),
-                block: m.block.then(|| StructureReport::new(&certificate.block)),
+                diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal, &figures.diagonal)),
+                block: m.block.then(|| StructureReport::new(&certificate.block, &figures.block)),
                 canonical: canonical_report,
             },
             enrichment_history: enrichment_history(file)?,
@@ -278,14 +280,15 @@ impl Contents {
         {
             if let Some(c) = certificate {
                 println!(
-                    "certificate, {name}: error {:.3e}, floor {:.3e} (ratio {:.3}) over {} steps; spectral \
-                     radius 1 {:+.1e}; energy ratio {:.9}",
+                    "certificate, {name}: largest error {:.3e}, largest floor {:.3e}, largest ratio {:.3} over \
+                     {} steps; spectral radius 1 {:+.1e}; energy ratio {:.9}{}",
                     c.trajectory_error,
                     c.projection_floor,
                     c.floor_ratio,
                     c.steps,
                     c.spectral_radius - 1.0,
-                    c.energy_ratio
+                    c.energy_ratio,
+                    symmetry(c)
                 );
             }
         }

@@ -15,7 +15,7 @@ use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::write_atomic;
 use vademecum_format::{File, FormatError};
-use vademecum_study::contents::mode_table;
+use vademecum_study::contents::{figures, mode_table};
 use vademecum_study::free_run::free_run;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
@@ -83,6 +83,7 @@ impl Report {
             verified,
             history: enrichment_history(&file).map_err(unread)?,
             radii: radius_samples(&file).map_err(unread)?,
+            figures: figures(&file).map_err(unread)?,
             repairs: repairs(&file).map_err(unread)?,
             build,
         };

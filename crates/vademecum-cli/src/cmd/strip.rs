@@ -84,7 +84,7 @@ impl Strip {
 }
 
 /// What nobody can do any more without a section.
-const LOST: [(SectionKind, &str); 10] = [
+const LOST: [(SectionKind, &str); 11] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),
     (SectionKind::Triangles, "no surface to show"),
@@ -95,4 +95,5 @@ const LOST: [(SectionKind, &str); 10] = [
     (SectionKind::EnrichmentHistory, "no history of the enrichment to report"),
     (SectionKind::RadiusSamples, "no spectral radius over the parameters to report"),
     (SectionKind::Repairs, "no word of what the build repaired"),
+    (SectionKind::StructureFigures, "no word of how reciprocal the structures are"),
 ];

@@ -192,7 +192,10 @@ impl Problem {
             t.absolute,
             "at least 1e-13, what f64 gives",
         )?;
-        self.require(t.steps >= 10, "tolerance.steps", t.steps, "at least 10")?;
+        self.require(positive(t.error), "tolerance.error", t.error, "a positive number")?;
+        if let Some(steps) = t.steps {
+            self.require(steps >= 10, "tolerance.steps", steps, "at least 10")?;
+        }
         self.require(
             t.map >= 1e-11,
             "tolerance.map",

@@ -141,9 +141,11 @@ pub struct Tolerances {
     /// Added to the allowed error: what separation and rounding may cost.
     #[serde(default = "default_absolute")]
     pub absolute: f64,
-    /// Steps of the certificate's unseen runs.
-    #[serde(default = "default_steps")]
-    pub steps: usize,
+    /// Largest trajectory error, whatever its floor.
+    #[serde(default = "default_error")]
+    pub error: f64,
+    /// Steps of the certificate's unseen runs; absent: three first periods, and at least 500 steps.
+    pub steps: Option<usize>,
     /// Largest relative error of a stage map over the parameters, root mean square; ten times that at the
     /// worst point.
     #[serde(default = "default_map")]
@@ -169,8 +171,8 @@ fn default_absolute() -> f64 {
     policy::ABSOLUTE_ERROR
 }
 
-fn default_steps() -> usize {
-    500
+fn default_error() -> f64 {
+    5e-2
 }
 
 impl Default for Tolerances {
@@ -178,7 +180,8 @@ impl Default for Tolerances {
         Self {
             floor_ratio: default_ratio(),
             absolute: default_absolute(),
-            steps: default_steps(),
+            error: default_error(),
+            steps: None,
             map: default_map(),
             max_terms: default_max_terms(),
         }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use vademecum_build::certificate::FileFigures;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_format::{File, SectionKind};
@@ -37,6 +38,8 @@ pub struct Content<'a> {
     pub history: Vec<Enrichment>,
     /// The spectral radius over the box of the parameters.
     pub radii: Vec<RadiusSample>,
+    /// What was measured of each structure beside its certificate.
+    pub figures: FileFigures,
     /// What was repaired.
     pub repairs: Vec<String>,
     /// What the build took, if that is known.

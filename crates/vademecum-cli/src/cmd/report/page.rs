@@ -122,8 +122,13 @@ fn basis(content: &Content<'_>) -> String {
 
 fn certificate(content: &Content<'_>) -> String {
     let m = content.file.metadata();
-    let of = |present: bool, certificate| present.then(|| StructureReport::new(certificate));
-    let columns = [of(m.diagonal, &m.certificate.diagonal), of(m.block, &m.certificate.block)];
+    let of =
+        |present: bool, certificate, figures| present.then(|| StructureReport::new(certificate, figures));
+    let figures = &content.figures;
+    let columns = [
+        of(m.diagonal, &m.certificate.diagonal, &figures.diagonal),
+        of(m.block, &m.certificate.block, &figures.block),
+    ];
     let row = |name: &str, value: &dyn Fn(&StructureReport) -> f64| {
         let cell = |column: &Option<StructureReport>| {
             column.as_ref().map_or("not in the file".into(), |c| figure(value(c)))
@@ -131,11 +136,13 @@ fn certificate(content: &Content<'_>) -> String {
         format!("<tr><td>{name}</td><td>{}</td><td>{}</td></tr>\n", cell(&columns[0]), cell(&columns[1]))
     };
     let rows = [
-        row("error over a march with unseen loads", &|c| c.trajectory_error),
-        row("floor: what the basis cannot show of it", &|c| c.projection_floor),
-        row("error ÷ floor", &|c| c.floor_ratio),
+        row("largest error over marches with unseen loads", &|c| c.trajectory_error),
+        row("largest floor: what the basis cannot show of one", &|c| c.projection_floor),
+        row("largest error ÷ floor", &|c| c.floor_ratio),
         row("spectral radius − 1 (must not be positive)", &|c| c.spectral_radius - 1.0),
         row("largest energy after release ÷ that at release − 1", &|c| c.energy_ratio - 1.0),
+        row("largest energy of any free motion ÷ that at its start − 1", &|c| c.energy_growth - 1.0),
+        row("defect of reciprocity (response at A to a force at B, and the reverse)", &|c| c.reciprocity),
         row("error of the stage maps at fresh parameters, mean", &|c| c.map_error_rms),
         row("error of the stage maps at fresh parameters, worst", &|c| c.map_error_max),
         row("steps marched", &|c| c.steps),
