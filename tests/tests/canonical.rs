@@ -379,7 +379,7 @@ fn the_program_builds_runs_verifies_and_describes_it() {
     let built = run(&["build", "p.toml", "-o", "c.vdm", "--json"]).json();
     assert!(built["certificate"]["canonical"]["floor_ratio"].as_f64().is_some_and(|ratio| ratio <= 1.1));
     let info = run(&["info", "c.vdm", "--json"]).json();
-    assert_eq!(info["format"], "1.1");
+    assert_eq!(info["format"], "1.2");
     assert_eq!(info["structures"], serde_json::json!(["canonical"]));
     assert_eq!(info["canonical"]["axes"], serde_json::json!([14, 14]));
     let verified = run(&["verify", "c.vdm", "--problem", "p.toml", "--scenario", "s.toml", "--json"]).json();

@@ -258,7 +258,8 @@ fn a_march_as_long_as_the_certificate_promises_keeps_the_tolerance_and_a_much_lo
     };
     let number = |certificate: &Value, key: &str| certificate[key].as_f64().expect("a number");
     let keeps = |certificate: &Value| {
-        number(certificate, "trajectory_error_max") <= 3.0 * number(certificate, "trajectory_floor_max")
+        // Of the run farthest above its floor.
+        number(&certificate["block"], "floor_ratio") <= 3.0
     };
     let promised = number(&certificate(200), "good_for_steps");
     assert!(promised > 2.0 * 200.0, "no promise beyond the march, nothing to check: {promised}");

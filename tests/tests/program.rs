@@ -62,9 +62,9 @@ fn info_tells_what_a_file_holds() {
 }
 
 #[test]
-fn a_file_without_parameters_is_of_version_1_0_and_has_no_box_to_sample() {
+fn a_file_without_parameters_has_no_box_to_sample() {
     let info = run([&"info", &built(), &"--json"]).json();
-    assert_eq!(info["format"], "1.0");
+    assert_eq!(info["format"], "1.2", "the first version that keeps the figures of its structures");
     assert_eq!(info["enrichment_history"].as_array().map(Vec::len), Some(0));
     assert_eq!(info["radius_samples"].as_array().map(Vec::len), Some(0));
 }

@@ -276,6 +276,7 @@ fn the_certificate_refuses_the_counterexample_and_other_schemes_take_it() {
             chapter: None,
             floor_ratio: 1.1,
             absolute: 1e-6,
+            error: 5e-2,
             map: 1e-6,
         }
     };

@@ -1,7 +1,7 @@
 //! What was measured of a structure, and whether it keeps a tolerance.
 
 use vademecum_format::StructureCertificate;
-use vademecum_format::policy::STABLE_RADIUS;
+use vademecum_format::policy::{ABSOLUTE_ERROR, STABLE_RADIUS};
 
 use super::endurance::Measured;
 use super::figures::{FIGURES, Figures, larger};
@@ -33,7 +33,13 @@ impl StructureMeasured {
             steps: steps as f64,
             ..StructureCertificate::default()
         };
-        let figures = Figures { floor_ratio: largest(TrajectoryError::ratio), ..Figures::default() };
+        // A run so exact that rounding is its error has no ratio worth telling, unless all are.
+        let told = runs
+            .iter()
+            .filter(|run| run.error.is_nan() || run.error > ABSOLUTE_ERROR)
+            .map(TrajectoryError::ratio);
+        let floor_ratio = told.reduce(larger).unwrap_or_else(|| largest(TrajectoryError::ratio));
+        let figures = Figures { floor_ratio, ..Figures::default() };
         Self { certificate, figures, runs }
     }
 
@@ -121,8 +127,12 @@ impl StructureReport {
 
     /// Steps for which the trajectory keeps a tolerance, estimated from this one march, which is why it is no
     /// condition of a build: 0 where the march missed it, infinite where nothing was seen beyond the floor.
+    ///
+    /// The run farthest above its floor is judged, as if its floor were the largest: without the absolute part
+    /// of the tolerance the estimate depends on the ratio alone, and with it a smaller floor keeps it longer.
     pub fn good_for_steps(&self, floor_ratio: f64, absolute: f64) -> f64 {
-        let Self { steps, trajectory_error: error, projection_floor: floor, .. } = *self;
+        let Self { steps, projection_floor: floor, .. } = *self;
+        let error = self.trajectory_error.max(self.floor_ratio * floor);
         Measured { steps, error, floor, floor_ratio, absolute }.good_for_steps()
     }
 
