@@ -377,6 +377,7 @@ enums:
     29: canonical_certificate
     30: losses
     31: repairs
+    32: structure_figures
   element:
     0: u8
     1: u32
