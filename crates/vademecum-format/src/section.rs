@@ -92,9 +92,9 @@ pub enum SectionKind {
     /// What a build did to make an unstable step stable, for people: UTF-8, one repair a line. Since
     /// version 1.1.
     Repairs = 31,
-    /// What a build measured of its structures beside the certificate, for people: largest error ÷ floor of any
-    /// run, defect of reciprocity, growth of energy; `f64 (3, 3)`, a row for the diagonal, the block and the
-    /// canonical structure, NaN where it was not measured. Since version 1.2.
+    /// What a build measured of its structures beside the certificate, for people: largest error ÷ floor of
+    /// any run, defect of reciprocity, growth of energy; `f64 (3, 3)`, a row for the diagonal, the block and
+    /// the canonical structure, NaN where it was not measured. Since version 1.2.
     StructureFigures = 32,
 }
 

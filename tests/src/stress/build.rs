@@ -14,8 +14,8 @@ use vademecum_eval::StructureChoice;
 use super::{Form, Measured, Outcome};
 use crate::long_march::precision;
 
-/// Builds; or how the build was refused. A cell is judged by its floor and its stability: few modes on a small
-/// body err by more than a file may by default, which is not what the matrix asks.
+/// Builds; or how the build was refused. A cell is judged by its floor and its stability: few modes on a
+/// small body err by more than a file may by default, which is not what the matrix asks.
 ///
 /// # Errors
 /// [`Outcome::Refused`] with what was measured, [`Outcome::Wrong`].

@@ -94,8 +94,8 @@ impl Runs {
     }
 }
 
-/// Squared distances closer than this are alike, relative to the larger: what rounding makes of a body that is
-/// turned, and far less than what tells two places apart.
+/// Squared distances closer than this are alike, relative to the larger: what rounding makes of a body that
+/// is turned, and far less than what tells two places apart.
 const ALIKE: f64 = 1e-9;
 
 /// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all

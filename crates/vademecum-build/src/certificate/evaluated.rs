@@ -255,7 +255,8 @@ impl Trajectory<'_> {
     }
 }
 
-/// How far the displacement along load `a` under load `b` is from the reverse. All loads act at the same times.
+/// How far the displacement along load `a` under load `b` is from the reverse. All loads act at the same
+/// times.
 struct Reciprocity {
     /// `BᵀF` of every load, shape (r, loads).
     rows: Mat<f64>,

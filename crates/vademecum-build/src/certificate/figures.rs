@@ -2,10 +2,10 @@
 //! reciprocal the structure is, and how much energy a free motion can gain.
 //!
 //! The block structure projects the full-order step, `BᵀM (M + θK)⁻¹`. A force enters through the rows of
-//! `BᵀM (M + θK)⁻¹` and a displacement leaves through those of `B`, which are another matrix unless the basis is
-//! invariant (natural modes). So the displacement at one place under a force at another is not quite the reverse
-//! (Maxwell and Betti), and the energy of `Bζ` is not quite the work done. The diagonal structure is a Galerkin
-//! projection: it has neither fault.
+//! `BᵀM (M + θK)⁻¹` and a displacement leaves through those of `B`, which are another matrix unless the basis
+//! is invariant (natural modes). So the displacement at one place under a force at another is not quite the
+//! reverse (Maxwell and Betti), and the energy of `Bζ` is not quite the work done. The diagonal structure is
+//! a Galerkin projection: it has neither fault.
 
 use vademecum_format::{File, FormatError, SectionKind};
 
@@ -17,8 +17,8 @@ pub const FIGURES: usize = 3;
 pub struct Figures {
     /// Largest error ÷ floor of any run; the largest error may be another run's.
     pub floor_ratio: f64,
-    /// Defect of reciprocity: `‖h_ab − h_ba‖ ÷ ‖h_ab‖` over pairs of unseen loads and all steps, with `h_ab` the
-    /// displacement along load `a` under load `b`.
+    /// Defect of reciprocity: `‖h_ab − h_ba‖ ÷ ‖h_ab‖` over pairs of unseen loads and all steps, with `h_ab`
+    /// the displacement along load `a` under load `b`.
     pub reciprocity: f64,
     /// Largest energy that any free motion reaches, over the energy at its start, seen at 1, 2, 4, … steps.
     pub energy_growth: f64,

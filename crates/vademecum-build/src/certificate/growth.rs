@@ -1,12 +1,13 @@
 //! How much energy a free motion can gain, whatever its start.
 //!
-//! A step whose eigenvalues lie in the unit circle may let the energy swing all the same, where its eigenvectors
-//! are not orthogonal in the energy. With `W` a factor of the energy, `E(y) = ‖W y‖²`, and `y_0` a start with the
-//! acceleration that its displacement demands, the largest `E(Aⁿ y_0) ÷ E(y_0)` is the square of the largest
-//! singular value of `W Aⁿ P W⁻¹`; `P` fills in the acceleration. `A^(2ᵏ)` takes k products.
+//! A step whose eigenvalues lie in the unit circle may let the energy swing all the same, where its
+//! eigenvectors are not orthogonal in the energy. With `W` a factor of the energy, `E(y) = ‖W y‖²`, and `y_0`
+//! a start with the acceleration that its displacement demands, the largest `E(Aⁿ y_0) ÷ E(y_0)` is the
+//! square of the largest singular value of `W Aⁿ P W⁻¹`; `P` fills in the acceleration. `A^(2ᵏ)` takes k
+//! products.
 //!
-//! The odd thing: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1 keep
-//! their digits.
+//! The odd thing: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1
+//! keep their digits.
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
@@ -18,8 +19,9 @@ use super::evaluated::increment;
 /// Products of the map: steps up to 2 to this power.
 const DOUBLINGS: usize = 20;
 
-/// Largest energy of any free motion at 1, 2, 4, …, 2²⁰ steps over the energy at its start; NaN where the energy
-/// is not positive definite, infinite where a power overflows. The state and the loads are left changed.
+/// Largest energy of any free motion at 1, 2, 4, …, 2²⁰ steps over the energy at its start; NaN where the
+/// energy is not positive definite, infinite where a power overflows. The state and the loads are left
+/// changed.
 ///
 /// # Errors
 /// [`CertificateError`]: a scene that refuses, singular values that do not converge.
@@ -53,8 +55,8 @@ pub(super) fn energy_growth(
     Ok(largest)
 }
 
-/// Free starts `(ζ, Δt ζ̇, Δt² ζ̈)`, shape (3r, 2r): one unit of each displacement, then of each velocity times
-/// Δt, with the acceleration that equilibrium demands.
+/// Free starts `(ζ, Δt ζ̇, Δt² ζ̈)`, shape (3r, 2r): one unit of each displacement, then of each velocity
+/// times Δt, with the acceleration that equilibrium demands.
 fn starts(
     scene: &Scene<'_, f64>,
     state: &mut State<'_, f64>,

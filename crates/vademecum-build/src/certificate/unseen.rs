@@ -56,7 +56,8 @@ impl UnseenLoads {
         Self { loads: (0..TRAJECTORIES).map(load).collect(), steps, open: false }
     }
 
-    /// The same loads, marched for a first period of so many steps at least if the problem left the steps open.
+    /// The same loads, marched for a first period of so many steps at least if the problem left the steps
+    /// open.
     pub(super) fn over(&self, period: f64) -> Self {
         let steps = if self.open { self.steps.max(period.ceil() as usize) } else { self.steps };
         Self { loads: self.loads.clone(), steps, open: self.open }

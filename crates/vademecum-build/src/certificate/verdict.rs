@@ -128,8 +128,9 @@ impl StructureReport {
     /// Steps for which the trajectory keeps a tolerance, estimated from this one march, which is why it is no
     /// condition of a build: 0 where the march missed it, infinite where nothing was seen beyond the floor.
     ///
-    /// The run farthest above its floor is judged, as if its floor were the largest: without the absolute part
-    /// of the tolerance the estimate depends on the ratio alone, and with it a smaller floor keeps it longer.
+    /// The run farthest above its floor is judged, as if its floor were the largest: without the absolute
+    /// part of the tolerance the estimate depends on the ratio alone, and with it a smaller floor keeps it
+    /// longer.
     pub fn good_for_steps(&self, floor_ratio: f64, absolute: f64) -> f64 {
         let Self { steps, projection_floor: floor, .. } = *self;
         let error = self.trajectory_error.max(self.floor_ratio * floor);
