@@ -1,0 +1,104 @@
+"""Compares the reader with the evaluator: `agree.py TRAJECTORIES`, lines of JSON by `trajectory.rs`.
+
+Prints the largest difference per file and structure, relative to the largest number of each kind over the
+march, and fails above the bound.
+"""
+
+import json
+import sys
+
+import numpy as np
+
+import step
+import vademecum
+
+# Both sides compute in binary64 (2^-53 = 1.1e-16) but in another order; a march of 240 steps adds that up.
+BOUND = 1e-12
+
+
+def scene_of(case, file):
+    setting = case["setting"]
+    scene = step.STRUCTURES[case["structure"]](file, setting.get("parameters"), setting.get("scales"))
+    need(scene.instants == case["instants"][: len(scene.instants)], "instants of the scheme")
+    return scene
+
+
+def need(condition, what):
+    if not condition:
+        raise SystemExit(f"the reader disagrees about the {what}")
+
+
+def reduced(scene, load):
+    """What the step takes of a load, and `BᵀF`."""
+    if "pattern" in load:
+        return scene.load_of_pattern(load["pattern"]), scene.pattern(load["pattern"])
+    push = load["nodes"], load["weights"], load["force"]
+    return scene.load_of_contact(*push), scene.contact(*push)
+
+
+def march(case, scene):
+    loads = [(*reduced(scene, load), load["amplitudes"]) for load in case["loads"]]
+    first = [amplitudes[0][0] * plain for _, plain, amplitudes in loads if amplitudes[0]]
+    zeta, velocity = (np.array(part) for part in case["start"])
+    y = scene.start(zeta, velocity, sum(first, np.zeros(scene.r)))
+    for index in range(len(case["rows"])):
+        y = scene.step(y, [(load, amplitudes[index]) for load, _, amplitudes in loads if amplitudes[index]])
+        yield {
+            "zeta": y[0],
+            "velocity": y[1],
+            "acceleration": y[2],
+            "probes": scene.probes(y[0]),
+            "probe velocity": scene.probes(y[1] / scene.v.dt),
+            "nodes": [scene.displacement(y, node) for node in case["nodes"]],
+            "energy": [scene.energy(y)],
+        }
+
+
+def theirs(row):
+    state, probes = row["state"], row["probes"]
+    return {
+        "zeta": state[0],
+        "velocity": state[1],
+        "acceleration": state[2],
+        "probes": probes[0],
+        "probe velocity": probes[1],
+        "nodes": row["nodes"],
+        "energy": [row["energy"]],
+    }
+
+
+def differences(case, file):
+    """The largest difference of each kind, relative to the largest number of the kind."""
+    ours = list(march(case, scene_of(case, file)))
+    rows = [theirs(row) for row in case["rows"]]
+    found = {}
+    for kind in ours[0]:
+        a, b = (np.array([np.ravel(row[kind]) for row in side]) for side in (ours, rows))
+        need(a.shape == b.shape, f"number of {kind}")
+        if b.size:
+            need(np.abs(b).max() > 0, f"{kind}: all are zero")
+            found[kind] = np.abs(a - b).max() / np.abs(b).max()
+    return found
+
+
+def main(path, bound=BOUND):
+    worst, marches = {}, {}
+    with open(path, encoding="utf-8") as lines:
+        for line in lines:
+            case = json.loads(line)
+            key = case["file"], case["structure"]
+            found = differences(case, vademecum.read(case["file"]))
+            marches[key] = marches.get(key, 0) + 1
+            # A number that is none is the worst of all.
+            largest = max(found.items(), key=lambda item: np.inf if np.isnan(item[1]) else item[1])
+            if not largest[1] <= worst.get(key, ("", -1.0))[1]:
+                worst[key] = largest
+    need(worst, "files: there are none")
+    for (file, structure), (kind, difference) in worst.items():
+        name = file.rsplit("/", 1)[-1]
+        print(f"{name:34} {structure:10} {marches[file, structure]:3} marches  {difference:.1e}  {kind}")
+    return all(difference <= bound for _, difference in worst.values())
+
+
+if __name__ == "__main__":
+    sys.exit(0 if main(sys.argv[1]) else 1)
