@@ -19,6 +19,8 @@ BOUND = 1e-12
 def scene_of(case, file):
     setting = case["setting"]
     scene = step.STRUCTURES[case["structure"]](file, setting.get("parameters"), setting.get("scales"))
+    if "refused" in case["rows"]:
+        return None
     need(scene.instants == case["instants"][: len(scene.instants)], "instants of the scheme")
     return scene
 
@@ -69,6 +71,14 @@ def theirs(row):
 
 def differences(case, file):
     """The largest difference of each kind, relative to the largest number of the kind."""
+    if "refused" in case["rows"]:
+        name = file.meta["axes"][case["rows"]["refused"]]["name"]
+        try:
+            scene_of(case, file)
+        except vademecum.Refused as refused:
+            need(str(refused) == f"outside the axis {name}", f"refusal of {case['setting']}: {refused}")
+            return {"refusals": 0.0}
+        need(False, f"refusal of {case['setting']}, outside the axis {name}")
     ours = list(march(case, scene_of(case, file)))
     rows = [theirs(row) for row in case["rows"]]
     found = {}

@@ -8,7 +8,9 @@ use std::io::Write;
 
 use serde_json::{Value, json};
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Structure, StructureChoice};
+use vademecum_eval::{
+    BindError, Contact, Field, Loads, Scene, SceneOptions, State, Structure, StructureChoice,
+};
 use vademecum_format::{Chapter, File, Metadata, SectionKind};
 use vademecum_rewrite::unpack;
 use vademecum_tests::stage::{with_chapter, with_scene};
@@ -142,8 +144,13 @@ march!(march_chapter, ChapterScene<'_, f64>, ChapterState<'_, f64>, ChapterLoads
 /// Where a file is stepped: values of its parameters, and what the diagonal structure may set beside them.
 fn settings(metadata: &Metadata<'_>, structure: Structure) -> Vec<(Value, SceneOptions)> {
     let parameters = metadata.active_parameters();
-    let shares: [fn(usize) -> f64; 4] =
-        [|_| 0.0, |_| 1.0, |i| if i % 2 == 0 { 0.3 } else { 0.8 }, |i| if i % 2 == 0 { 1.0 } else { 0.0 }];
+    let shares: [fn(usize) -> f64; 5] = [
+        |_| 0.0,
+        |_| 1.0,
+        |_| 0.5,
+        |i| if i % 2 == 0 { 0.3 } else { 0.8 },
+        |i| if i % 2 == 0 { 1.0 } else { 0.0 },
+    ];
     let mut found = vec![(json!({}), SceneOptions::default())];
     for share in shares.iter().filter(|_| !parameters.is_empty()) {
         let (mut options, mut named) = (SceneOptions::default(), serde_json::Map::new());
@@ -171,10 +178,11 @@ fn settings(metadata: &Metadata<'_>, structure: Structure) -> Vec<(Value, SceneO
     found
 }
 
-/// From rest, and from a state that moves.
-fn starts(r: usize) -> [[Vec<f64>; 2]; 2] {
+/// From rest, and from a state that moves with coordinates up to `size`.
+fn starts(metadata: &Metadata<'_>, size: f64) -> [[Vec<f64>; 2]; 2] {
+    let r = metadata.n_modes as usize;
     let moving = |size: f64| (0..r).map(|k| size * (1.0 - 0.4 * k as f64) / (1 + k * k) as f64).collect();
-    [[vec![0.0; r], vec![0.0; r]], [moving(1e-6), moving(-2e-4)]]
+    [[vec![0.0; r], vec![0.0; r]], [moving(size), moving(-0.02 * size / metadata.time_step)]]
 }
 
 fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
@@ -198,9 +206,9 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
             "instants": instants, "loads": loads, "nodes": nodes, "rows": rows });
             writeln!(out, "{line}").expect("written");
         };
-    let r = metadata.n_modes as usize;
     if chapter.is_some() {
-        for start in starts(r) {
+        // A state that fills its axes, as far as it goes: what is small beside them is rounded like them.
+        for start in starts(&metadata, 0.02) {
             with_chapter::<f64, _>(&raw, |scene, state, loads| {
                 let rows = march_chapter(scene, state, loads, &metadata, &pushes, &start, &nodes);
                 write("canonical", &json!({}), &start, scene.instants(), rows);
@@ -213,17 +221,29 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
     ];
     for (choice, structure, word, _) in present.into_iter().filter(|s| s.3) {
         for (setting, options) in settings(&metadata, structure) {
-            for start in starts(r) {
-                with_scene::<f64, _>(
-                    &raw,
-                    &SceneOptions { structure: choice, ..options },
-                    |scene, state, loads| {
-                        let rows = march(scene, state, loads, &metadata, &pushes, &start, &nodes);
-                        write(word, &setting, &start, scene.instants(), rows);
-                    },
-                );
+            let options = SceneOptions { structure: choice, ..options };
+            if let Some(refusal) = refusal(&file, &options) {
+                write(word, &setting, &starts(&metadata, 0.0)[0], [0.0; 4], json!({ "refused": refusal }));
+                continue;
+            }
+            for start in starts(&metadata, 1e-6) {
+                with_scene::<f64, _>(&raw, &options, |scene, state, loads| {
+                    let rows = march(scene, state, loads, &metadata, &pushes, &start, &nodes);
+                    write(word, &setting, &start, scene.instants(), rows);
+                });
             }
         }
+    }
+}
+
+/// The axis that a scene leaves, counted from 0.
+fn refusal(file: &File<'_>, options: &SceneOptions) -> Option<usize> {
+    let sizes = Scene::<f64>::sizes(file, options).expect("options");
+    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    match Scene::bind(file, options, &mut memory, &mut work) {
+        Ok(_) => None,
+        Err(BindError::OutsideAxis { axis, .. }) => Some(axis),
+        Err(other) => panic!("{other}"),
     }
 }
 

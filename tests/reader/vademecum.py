@@ -194,7 +194,7 @@ class File:
     """
 
     def __init__(self, data):
-        self.data = data
+        self.data, self.decoded = data, {}
         self.read_header()
         self.read_directory()
         start, length = self.metadata_at
@@ -257,6 +257,11 @@ class File:
 
     def section(self, name):
         """The numbers of a section in its shape of three; reals and quantised numbers as binary64."""
+        if name not in self.decoded:
+            self.decoded[name] = self.decode(name)
+        return self.decoded[name]
+
+    def decode(self, name):
         need(name in self.entries, "Missing")
         entry = self.entries[name]
         stored = self.data[entry["offset"] : entry["offset"] + entry["stored_length"]]
