@@ -253,6 +253,11 @@ class Canonical(Scene):
             part["state"], part["load"] = min(roles) <= 5, max(roles) >= 6
             self.parts.append(part)
 
+    def reach(self, place):
+        """The farthest end of all axes of one place of the state."""
+        axes = [axis for part in self.parts for axis in part["axes"] if axis["role"] == place]
+        return max(max(abs(axis["lower"]), abs(axis["upper"])) / axis["factor"] for axis in axes)
+
     def load_of_contact(self, nodes, weights, force):
         """One node with all the weight. Magnitude and direction come from the force."""
         held = [(n, w) for n, w in zip(nodes, weights) if w != 0.0]

@@ -11,7 +11,7 @@ use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
     BindError, Contact, Field, Loads, Scene, SceneOptions, State, Structure, StructureChoice,
 };
-use vademecum_format::{Chapter, File, Metadata, SectionKind};
+use vademecum_format::{Chapter, ChapterAxis, ChapterRole, File, Metadata, SectionKind};
 use vademecum_rewrite::unpack;
 use vademecum_tests::stage::{with_chapter, with_scene};
 
@@ -62,8 +62,9 @@ fn swelling(t: f64) -> f64 {
 fn loads_of(metadata: &Metadata<'_>, chapter: Option<&Chapter<'_>>, surface: bool) -> Vec<Load> {
     let mut loads = Vec::new();
     if let Some(chapter) = chapter {
+        let positions = chapter.positions().filter(|_| surface);
         for ((node, during), amplitude) in
-            chapter.positions().zip([[0, 60], [90, 150]]).zip([held as fn(f64) -> f64, |t| 1.0 - 0.004 * t])
+            positions.zip([[0, 60], [90, 150]]).zip([held as fn(f64) -> f64, |t| 1.0 - 0.004 * t])
         {
             let force = chapter.direction().unwrap_or([0.36, -0.48, 0.8]).map(|x| 2.5 * x);
             let push = Push::Contact(Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force });
@@ -114,7 +115,10 @@ macro_rules! march {
                 if step == 0 {
                     $s.set(state, &start[0], &start[1], $l).expect("a state");
                 }
-                $s.step(state, $l).expect("a step");
+                // The chapter's structure ends a march that leaves an axis; the rows then end before.
+                if $s.step(state, $l).is_err() {
+                    break;
+                }
                 let fields = [Field::Displacement, Field::Velocity];
                 let probes = fields.map(|field| {
                     let probe = |i| $s.probe(state, i, field).expect("a probe");
@@ -199,16 +203,22 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
     if has(SectionKind::InteriorBasis) && metadata.n_nodes > metadata.n_surface_nodes {
         nodes.push(metadata.n_nodes as usize - 1);
     }
-    let mut write =
-        |structure: &str, setting: &Value, start: &[Vec<f64>; 2], instants: [f64; 4], rows: Value| {
-            let loads: Vec<_> = pushes.iter().map(|load| load.describe(&instants)).collect();
-            let line = json!({ "file": name, "structure": structure, "setting": setting, "start": start,
+    let mut write = |structure: &str,
+                     setting: &Value,
+                     start: &[Vec<f64>; 2],
+                     instants: [f64; 4],
+                     rows: Value| {
+        let loads: Vec<_> = pushes.iter().map(|load| load.describe(&instants)).collect();
+        let line = json!({ "file": name, "structure": structure, "setting": setting, "start": start, "steps": STEPS,
             "instants": instants, "loads": loads, "nodes": nodes, "rows": rows });
-            writeln!(out, "{line}").expect("written");
-        };
-    if chapter.is_some() {
+        writeln!(out, "{line}").expect("written");
+    };
+    if let Some(chapter) = &chapter {
         // A state that fills its axes, as far as it goes: what is small beside them is rounded like them.
-        for start in starts(&metadata, 0.02) {
+        let reach = |axis: ChapterAxis| axis.lower.abs().min(axis.upper.abs()) / axis.factor;
+        let zeta = |axis: &ChapterAxis| matches!(axis.role, ChapterRole::State { family: 0, .. });
+        let reaches = chapter.parts().flat_map(|part| part.axes().filter(zeta).map(reach));
+        for start in starts(&metadata, 0.2 * reaches.fold(f64::INFINITY, f64::min)) {
             with_chapter::<f64, _>(&raw, |scene, state, loads| {
                 let rows = march_chapter(scene, state, loads, &metadata, &pushes, &start, &nodes);
                 write("canonical", &json!({}), &start, scene.instants(), rows);
