@@ -117,12 +117,13 @@ class Scene:
         self.reduced_matrices()
 
     def reduced_matrices(self):
-        file, r = self.file, self.r
+        """`M_r` and `K_r`; their sums over regions are taken only where a region's scale is not 1."""
+        file, r, v = self.file, self.r, self.v
         self.mass = np.eye(r)
-        if "RegionMass" in file:
-            self.mass = np.tensordot(self.v.rho, file.section("RegionMass"), 1)
-        if "RegionStiffness" in file:
-            self.stiffness = np.tensordot(self.v.kappa, file.section("RegionStiffness"), 1)
+        if any(v.rho != 1.0):
+            self.mass = np.tensordot(v.rho, file.section("RegionMass"), 1)
+        if any(v.kappa != 1.0):
+            self.stiffness = np.tensordot(v.kappa, file.section("RegionStiffness"), 1)
         elif "ReducedStiffness" in file:
             self.stiffness = file.section("ReducedStiffness").reshape(r, r)
         else:
