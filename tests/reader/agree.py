@@ -28,13 +28,11 @@ class Disagreement(Exception):
     """Not a number that is off, but another answer."""
 
 
-def scene_of(case, file):
-    setting = case["setting"]
-    scene = step.STRUCTURES[case["structure"]](file, setting.get("parameters"), setting.get("scales"))
-    if "refused" in case["rows"]:
-        return None
-    need(scene.instants == case["instants"][: len(scene.instants)], "instants of the scheme")
-    return scene
+def scenes_of(case, file):
+    """The scene of the first half of the march, and that of the second half."""
+    structure = step.STRUCTURES[case["structure"]]
+    settings = [(setting.get("parameters"), setting.get("scales")) for setting in case["settings"]]
+    return [structure(file, *setting) for setting in (settings[0], settings[-1])]
 
 
 def need(condition, what):
@@ -50,15 +48,21 @@ def reduced(scene, load):
     return scene.load_of_contact(*push), scene.contact(*push)
 
 
-def march(case, scene):
+def march(case, scenes):
     """The states of the reader's own march."""
-    loads = [(*reduced(scene, load), load["amplitudes"]) for load in case["loads"]]
-    first = [amplitudes[0][0] * plain for _, plain, amplitudes in loads if amplitudes[0]]
-    zeta, velocity = (np.array(part) for part in case["start"])
-    y = scene.start(zeta, velocity, sum(first, np.zeros(scene.r)))
+    half = case["steps"] // 2
+    scene, loads = scenes[0], [reduced(scenes[0], load) for load in case["loads"]]
+    need(scene.instants == case["instants"][: len(scene.instants)], "instants of the scheme")
+    amplitudes = [load["amplitudes"] for load in case["loads"]]
+    force = sum((p[0][0] * plain for (_, plain), p in zip(loads, amplitudes) if p[0]), np.zeros(scene.r))
+    y = scene.start(*(np.array(part) for part in case["start"]), force)
     for index in range(case["steps"]):
+        if index == half:
+            y, scene = scenes[1].carry(scene, y), scenes[1]
+            loads = [reduced(scene, load) for load in case["loads"]]
+        acting = [(load, p[index]) for (load, _), p in zip(loads, amplitudes) if p[index]]
         try:
-            y = scene.step(y, [(load, amplitudes[index]) for load, _, amplitudes in loads if amplitudes[index]])
+            y = scene.step(y, acting)
         except vademecum.Refused as refused:
             need(index == len(case["rows"]), f"step that is refused: {index}, {refused}")
             return
@@ -87,20 +91,20 @@ def differences(case, file):
     if "refused" in case["rows"]:
         name = file.meta["axes"][case["rows"]["refused"]]["name"]
         try:
-            scene_of(case, file)
+            scenes_of(case, file)
         except vademecum.Refused as refused:
-            need(str(refused) == f"outside the axis {name}", f"refusal of {case['setting']}: {refused}")
+            need(str(refused) == f"outside the axis {name}", f"refusal of {case['settings']}: {refused}")
             return {"refusals": 0.0}
-        need(False, f"refusal of {case['setting']}, outside the axis {name}")
-    scene, rows = scene_of(case, file), case["rows"]
+        need(False, f"refusal of {case['settings']}, outside the axis {name}")
+    scenes, rows, half = scenes_of(case, file), case["rows"], case["steps"] // 2
     need(len(rows) > 0, "march: it has no step")
-    states, given = np.array(list(march(case, scene))), np.array([row["state"] for row in rows])
+    states, given = np.array(list(march(case, scenes))), np.array([row["state"] for row in rows])
     found = {}
     for place, kind in enumerate(("zeta", "velocity", "acceleration")):
-        scale = scene.reach(place) if case["structure"] == "canonical" else None
+        scale = scenes[0].reach(place) if case["structure"] == "canonical" else None
         found[kind] = relative(states[:, place], given[:, place], scale)
     # Of the evaluator's own states, so that this is about the outputs alone.
-    read = [outputs(case, scene, y) for y in given]
+    read = [outputs(case, scenes[index >= half], y) for index, y in enumerate(given)]
     told = [{"probes": row["probes"][0], "probe velocity": row["probes"][1], "nodes": row["nodes"],
              "energy": [row["energy"]]} for row in rows]
     for kind in read[0]:

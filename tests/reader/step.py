@@ -158,6 +158,11 @@ class Scene:
         acceleration = np.linalg.solve(v.density * mass, force - pull - damping)
         return np.array([zeta, v.dt * velocity, v.dt**2 * acceleration])
 
+    def carry(self, before, y):
+        """The state of the scene `before` at the parameters of this one."""
+        ratio = self.v.dt / before.v.dt
+        return y * np.array([[1.0], [ratio], [ratio**2]])
+
     def contact(self, nodes, weights, force):
         """`BᵀF` of a contact."""
         rows = [w * f * self.row(n, c) for n, w in zip(nodes, weights) for c, f in enumerate(force)]
@@ -260,16 +265,16 @@ class Canonical(Scene):
         return max(max(abs(axis["lower"]), abs(axis["upper"])) / axis["factor"] for axis in axes)
 
     def load_of_contact(self, nodes, weights, force):
-        """One node with all the weight. Magnitude and direction come from the force."""
-        held = [(n, w) for n, w in zip(nodes, weights) if w != 0.0]
-        need(len(held) == 1 and held[0][1] == 1.0, "a load stands at one node")
-        need(held[0][0] in self.positions, "no load position")
-        position = self.positions.index(held[0][0])
+        """Position and magnitude of each node that has a share, and the direction."""
         force = np.asarray(force, dtype=np.float64)
         if self.direction is not None:
-            return position, float(force @ self.direction), self.direction
-        magnitude = float(np.linalg.norm(force))
-        return position, magnitude, force / magnitude
+            magnitude, direction = float(force @ self.direction), self.direction
+        else:
+            magnitude = float(np.linalg.norm(force))
+            direction = force / magnitude
+        shares = [(n, w) for n, w in zip(nodes, weights) if w != 0.0]
+        need(all(n in self.positions for n, _ in shares), "a node that is no load position")
+        return [(self.positions.index(n), w * magnitude, direction) for n, w in shares]
 
     def value(self, part, z, load):
         position, magnitude, direction = load
@@ -294,10 +299,9 @@ class Canonical(Scene):
         none = (0, 0.0, np.zeros(3))
         for i, stage in enumerate(self.stages):
             seen = []
-            for (position, magnitude, direction), amplitudes in loads:
+            for shares, amplitudes in loads:
                 p = sum(f * q for f, q in zip(stage["f"], amplitudes))
-                if p * magnitude != 0.0:
-                    seen.append((position, p * magnitude, direction))
+                seen += [(position, p * magnitude, direction) for position, magnitude, direction in shares]
             zeta = np.zeros(self.r)
             for part in (part for part in self.parts if part["stage"] == i):
                 if part["state"]:

@@ -13,7 +13,7 @@ use vademecum_eval::{
 };
 use vademecum_format::{Chapter, ChapterAxis, ChapterRole, File, Metadata, SectionKind};
 use vademecum_rewrite::unpack;
-use vademecum_tests::stage::{with_chapter, with_scene};
+use vademecum_tests::stage::with_chapter;
 
 const STEPS: usize = 240;
 const LIMIT: u64 = 1 << 24;
@@ -62,14 +62,18 @@ fn swelling(t: f64) -> f64 {
 fn loads_of(metadata: &Metadata<'_>, chapter: Option<&Chapter<'_>>, surface: bool) -> Vec<Load> {
     let mut loads = Vec::new();
     if let Some(chapter) = chapter {
-        let positions = chapter.positions().filter(|_| surface);
-        for ((node, during), amplitude) in
-            positions.zip([[0, 60], [90, 150]]).zip([held as fn(f64) -> f64, |t| 1.0 - 0.004 * t])
-        {
-            let force = chapter.direction().unwrap_or([0.36, -0.48, 0.8]).map(|x| 2.5 * x);
-            let push = Push::Contact(Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force });
-            loads.push(Load { push, amplitude, during });
-        }
+        let positions: Vec<u32> = chapter.positions().filter(|_| surface).collect();
+        let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else { return loads };
+        let force = chapter.direction().unwrap_or([0.36, -0.48, 0.8]).map(|x| 2.5 * x);
+        // Terms over state and load know one load at one node.
+        let joint = chapter.parts().any(|part| part.has_state() && part.has_load());
+        let weights = if joint { [1.0, 0.0, 0.0] } else { [0.25, 0.75, 0.0] };
+        let late = Contact { nodes: [last, first, first], weights, force };
+        let early = Contact { nodes: [first; 3], weights: [1.0, 0.0, 0.0], force };
+        // It is there for ten steps before it pushes.
+        let growing: fn(f64) -> f64 = |t| (0.05 * (t - 10.0)).clamp(0.0, 1.0);
+        loads.push(Load { push: Push::Contact(early), amplitude: growing, during: [0, 60] });
+        loads.push(Load { push: Push::Contact(late), amplitude: |t| 1.0 - 0.004 * t, during: [90, 150] });
         return loads;
     }
     if surface && metadata.n_load_nodes > 0 {
@@ -87,63 +91,169 @@ fn loads_of(metadata: &Metadata<'_>, chapter: Option<&Chapter<'_>>, surface: boo
     loads
 }
 
-/// The march of a scene of either crate path: their types differ, their methods do not.
-macro_rules! march {
-    ($name:ident, $scene:ty, $state:ty, $loads:ty, |$s:ident, $l:ident, $index:ident, $p:ident| $pattern:expr) => {
-        fn $name(
-            $s: &$scene,
-            state: &mut $state,
-            $l: &mut $loads,
-            metadata: &Metadata<'_>,
-            pushes: &[Load],
-            start: &[Vec<f64>; 2],
-            nodes: &[usize],
-        ) -> Value {
-            let instants = $s.instants();
-            let mut rows = Vec::new();
-            for step in 0..STEPS {
-                $l.clear();
-                for load in pushes {
-                    let Some($p) = load.amplitudes(step, &instants) else { continue };
-                    match &load.push {
-                        Push::Contact(contact) => {
-                            $l.add_contact_staged($s, contact, &$p).expect("a contact");
-                        }
-                        &Push::Pattern($index) => $pattern,
-                    }
-                }
-                if step == 0 {
-                    $s.set(state, &start[0], &start[1], $l).expect("a state");
-                }
-                // The chapter's structure ends a march that leaves an axis; the rows then end before.
-                if $s.step(state, $l).is_err() {
-                    break;
-                }
-                let fields = [Field::Displacement, Field::Velocity];
-                let probes = fields.map(|field| {
-                    let probe = |i| $s.probe(state, i, field).expect("a probe");
-                    (0..metadata.n_probes as usize).map(probe).collect::<Vec<f64>>()
-                });
-                let moved = |&node: &usize| $s.node(state, node, Field::Displacement).expect("a node");
-                rows.push(json!({
-                    "state": [state.zeta(), state.scaled_velocity(), state.scaled_acceleration()],
-                    "probes": probes,
-                    "nodes": nodes.iter().map(moved).collect::<Vec<_>>(),
-                    "energy": $s.energy(state).expect("an energy"),
-                }));
-            }
-            Value::Array(rows)
-        }
-    };
+/// A scene with its state and its loads: the two kinds of scene have types of their own.
+trait Body {
+    fn instants(&self) -> [f64; 4];
+    fn clear(&mut self);
+    fn push(&mut self, push: &Push, amplitudes: &[f64; 4]);
+    fn set(&mut self, zeta: &[f64], rate: &[f64]);
+    /// Whether the step was taken.
+    fn step(&mut self) -> bool;
+    fn state(&self) -> [&[f64]; 3];
+    fn probe(&self, index: usize, field: Field) -> f64;
+    fn node(&self, node: usize) -> [f64; 3];
+    fn energy(&self) -> f64;
+    /// Moves to the parameters of the second half.
+    fn change(&mut self);
 }
 
-march!(march, Scene<'_, f64>, State<'_, f64>, Loads<'_, f64>, |scene, loads, index, p| {
-    loads.add_pattern_staged(scene, index, &p).expect("a pattern");
-});
-march!(march_chapter, ChapterScene<'_, f64>, ChapterState<'_, f64>, ChapterLoads<'_, f64>, |s, l, i, p| {
-    let _ = (i, p);
-    unreachable!("the chapter's structure takes contacts only")
-});
+struct Ours<'a, 'm> {
+    scene: &'a mut Scene<'m, f64>,
+    state: State<'a, f64>,
+    loads: Loads<'a, f64>,
+    work: &'a mut [f64],
+    then: Option<SceneOptions>,
+}
+
+struct Chapters<'a, 'm, 's, 'l> {
+    scene: &'a ChapterScene<'m, f64>,
+    state: &'a mut ChapterState<'s, f64>,
+    loads: &'a mut ChapterLoads<'l, f64>,
+}
+
+impl Body for Ours<'_, '_> {
+    fn instants(&self) -> [f64; 4] {
+        self.scene.instants()
+    }
+
+    fn clear(&mut self) {
+        self.loads.clear();
+    }
+
+    fn push(&mut self, push: &Push, amplitudes: &[f64; 4]) {
+        match push {
+            Push::Contact(contact) => self.loads.add_contact_staged(self.scene, contact, amplitudes),
+            Push::Pattern(index) => self.loads.add_pattern_staged(self.scene, *index, amplitudes),
+        }
+        .expect("a load");
+    }
+
+    fn set(&mut self, zeta: &[f64], rate: &[f64]) {
+        self.scene.set(&mut self.state, zeta, rate, &self.loads).expect("a state");
+    }
+
+    fn step(&mut self) -> bool {
+        self.scene.step(&mut self.state, &self.loads).expect("a step");
+        true
+    }
+
+    fn state(&self) -> [&[f64]; 3] {
+        [self.state.zeta(), self.state.scaled_velocity(), self.state.scaled_acceleration()]
+    }
+
+    fn probe(&self, index: usize, field: Field) -> f64 {
+        self.scene.probe(&self.state, index, field).expect("a probe")
+    }
+
+    fn node(&self, node: usize) -> [f64; 3] {
+        self.scene.node(&self.state, node, Field::Displacement).expect("a node")
+    }
+
+    fn energy(&self) -> f64 {
+        self.scene.energy(&self.state).expect("an energy")
+    }
+
+    fn change(&mut self) {
+        if let Some(then) = &self.then {
+            self.scene.rebind(then, self.work).expect("bound anew");
+            self.state.carry(self.scene).expect("carried");
+        }
+    }
+}
+
+impl Body for Chapters<'_, '_, '_, '_> {
+    fn instants(&self) -> [f64; 4] {
+        self.scene.instants()
+    }
+
+    fn clear(&mut self) {
+        self.loads.clear();
+    }
+
+    fn push(&mut self, push: &Push, amplitudes: &[f64; 4]) {
+        let Push::Contact(contact) = push else { panic!("the chapter's structure takes no pattern") };
+        self.loads.add_contact_staged(self.scene, contact, amplitudes).expect("a contact");
+    }
+
+    fn set(&mut self, zeta: &[f64], rate: &[f64]) {
+        self.scene.set(self.state, zeta, rate, self.loads).expect("a state");
+    }
+
+    fn step(&mut self) -> bool {
+        self.scene.step(self.state, self.loads).is_ok()
+    }
+
+    fn state(&self) -> [&[f64]; 3] {
+        [self.state.zeta(), self.state.scaled_velocity(), self.state.scaled_acceleration()]
+    }
+
+    fn probe(&self, index: usize, field: Field) -> f64 {
+        self.scene.probe(self.state, index, field).expect("a probe")
+    }
+
+    fn node(&self, node: usize) -> [f64; 3] {
+        self.scene.node(self.state, node, Field::Displacement).expect("a node")
+    }
+
+    fn energy(&self) -> f64 {
+        self.scene.energy(self.state).expect("an energy")
+    }
+
+    fn change(&mut self) {}
+}
+
+/// What every march has in common.
+struct March<'a> {
+    metadata: &'a Metadata<'a>,
+    pushes: &'a [Load],
+    nodes: &'a [usize],
+}
+
+impl March<'_> {
+    fn rows(&self, body: &mut dyn Body, start: &[Vec<f64>; 2]) -> Value {
+        let instants = body.instants();
+        let mut rows = Vec::new();
+        for step in 0..STEPS {
+            if step == STEPS / 2 {
+                body.change();
+            }
+            body.clear();
+            for load in self.pushes {
+                if let Some(amplitudes) = load.amplitudes(step, &instants) {
+                    body.push(&load.push, &amplitudes);
+                }
+            }
+            if step == 0 {
+                body.set(&start[0], &start[1]);
+            }
+            // The chapter's structure ends a march that leaves an axis; the rows then end before.
+            if !body.step() {
+                break;
+            }
+            let probes = [Field::Displacement, Field::Velocity].map(|field| {
+                let count = self.metadata.n_probes as usize;
+                (0..count).map(|index| body.probe(index, field)).collect::<Vec<f64>>()
+            });
+            rows.push(json!({
+                "state": body.state(),
+                "probes": probes,
+                "nodes": self.nodes.iter().map(|&node| body.node(node)).collect::<Vec<_>>(),
+                "energy": body.energy(),
+            }));
+        }
+        Value::Array(rows)
+    }
+}
 
 /// Where a file is stepped: values of its parameters, and what the diagonal structure may set beside them.
 fn settings(metadata: &Metadata<'_>, structure: Structure) -> Vec<(Value, SceneOptions)> {
@@ -204,15 +314,16 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
         nodes.push(metadata.n_nodes as usize - 1);
     }
     let mut write = |structure: &str,
-                     setting: &Value,
+                     settings: &Value,
                      start: &[Vec<f64>; 2],
                      instants: [f64; 4],
                      rows: Value| {
         let loads: Vec<_> = pushes.iter().map(|load| load.describe(&instants)).collect();
-        let line = json!({ "file": name, "structure": structure, "setting": setting, "start": start, "steps": STEPS,
+        let line = json!({ "file": name, "structure": structure, "settings": settings, "start": start, "steps": STEPS,
             "instants": instants, "loads": loads, "nodes": nodes, "rows": rows });
         writeln!(out, "{line}").expect("written");
     };
+    let march = March { metadata: &metadata, pushes: &pushes, nodes: &nodes };
     if let Some(chapter) = &chapter {
         // A state that fills its axes, as far as it goes: what is small beside them is rounded like them.
         let reach = |axis: ChapterAxis| axis.lower.abs().min(axis.upper.abs()) / axis.factor;
@@ -220,8 +331,9 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
         let reaches = chapter.parts().flat_map(|part| part.axes().filter(zeta).map(reach));
         for start in starts(&metadata, 0.2 * reaches.fold(f64::INFINITY, f64::min)) {
             with_chapter::<f64, _>(&raw, |scene, state, loads| {
-                let rows = march_chapter(scene, state, loads, &metadata, &pushes, &start, &nodes);
-                write("canonical", &json!({}), &start, scene.instants(), rows);
+                let instants = scene.instants();
+                let rows = march.rows(&mut Chapters { scene, state, loads }, &start);
+                write("canonical", &json!([{}]), &start, instants, rows);
             });
         }
     }
@@ -230,20 +342,47 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
         (StructureChoice::Block, Structure::Block, "block", metadata.block),
     ];
     for (choice, structure, word, _) in present.into_iter().filter(|s| s.3) {
+        let mut bound = vec![];
         for (setting, options) in settings(&metadata, structure) {
             let options = SceneOptions { structure: choice, ..options };
-            if let Some(refusal) = refusal(&file, &options) {
-                write(word, &setting, &starts(&metadata, 0.0)[0], [0.0; 4], json!({ "refused": refusal }));
-                continue;
-            }
-            for start in starts(&metadata, 1e-6) {
-                with_scene::<f64, _>(&raw, &options, |scene, state, loads| {
-                    let rows = march(scene, state, loads, &metadata, &pushes, &start, &nodes);
-                    write(word, &setting, &start, scene.instants(), rows);
-                });
+            match refusal(&file, &options) {
+                Some(axis) => {
+                    let rest = &starts(&metadata, 0.0)[0];
+                    write(word, &json!([setting]), rest, [0.0; 4], json!({ "refused": axis }));
+                }
+                None => bound.push((setting, options)),
             }
         }
+        // Every setting from beginning to end, and each with the next one in the second half.
+        for (index, (setting, options)) in bound.iter().enumerate() {
+            for start in starts(&metadata, 1e-6) {
+                let (rows, instants) = march_scene(&file, &march, options, None, &start);
+                write(word, &json!([setting]), &start, instants, rows);
+            }
+            let (next, then) = &bound[(index + 1) % bound.len()];
+            let start = &starts(&metadata, 1e-6)[1];
+            let (rows, instants) = march_scene(&file, &march, options, Some(*then), start);
+            write(word, &json!([setting, next]), start, instants, rows);
+        }
     }
+}
+
+fn march_scene(
+    file: &File<'_>,
+    march: &March<'_>,
+    options: &SceneOptions,
+    then: Option<SceneOptions>,
+    start: &[Vec<f64>; 2],
+) -> (Value, [f64; 4]) {
+    let sizes = Scene::<f64>::sizes(file, options).expect("options");
+    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    let (mut state, mut loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
+    let mut scene = Scene::bind(file, options, &mut memory, &mut work).expect("bound");
+    let state = State::new(&scene, &mut state).expect("state memory");
+    let loads = Loads::new(&scene, &mut loads).expect("load memory");
+    let instants = scene.instants();
+    let mut body = Ours { scene: &mut scene, state, loads, work: &mut work, then };
+    (march.rows(&mut body, start), instants)
 }
 
 /// The axis that a scene leaves, counted from 0.
