@@ -261,17 +261,23 @@ class File:
             self.decoded[name] = self.decode(name)
         return self.decoded[name]
 
-    def decode(self, name):
-        need(name in self.entries, "Missing")
+    def stored(self, name):
         entry = self.entries[name]
-        stored = self.data[entry["offset"] : entry["offset"] + entry["stored_length"]]
+        return self.data[entry["offset"] : entry["offset"] + entry["stored_length"]]
+
+    def unpacked(self, name):
+        """The decoded bytes of a section."""
+        need(name in self.entries, "Missing")
+        entry, stored = self.entries[name], self.stored(name)
         if entry["codec"] == 0:
-            decoded = stored
-        elif entry["codec"] == 1:
-            decoded = unpack_frame(stored, entry["decoded_length"])
-        else:
-            decoded = unpack_blocks(stored, entry)
-        return numbers_of(decoded, entry)
+            return stored
+        if entry["codec"] == 1:
+            return unpack_frame(stored, entry["decoded_length"])
+        return unpack_blocks(stored, entry)
+
+    def decode(self, name):
+        decoded = self.unpacked(name)
+        return numbers_of(decoded, self.entries[name])
 
     def lines(self, name):
         """The lines of a section of text; none where the section is missing."""
