@@ -12,11 +12,12 @@ import numpy as np
 import step
 import vademecum
 
-# Both sides compute in binary64 (2^-53 = 1.1e-16) but in another order, and a march of 240 steps adds that up.
+# Both sides compute in binary64 (2^-53 = 1.1e-16) but in another order, and a march of 240 steps adds that
+# up.
 BOUND = 1e-12
-# The state of the canonical structure is measured by the reach of its axes: a coordinate's place on its axis is
-# rounded by a share of that, however small the coordinate is. Each step so receives a kick of velocity, and
-# what n kicks move grows with n².
+# The state of the canonical structure is measured by the reach of its axes: a coordinate's place on its axis
+# is rounded by a share of that, however small the coordinate is. Each step so receives a kick of velocity,
+# and what n kicks move grows with n².
 KICK = 2.0**-53
 
 

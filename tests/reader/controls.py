@@ -50,7 +50,8 @@ def main(path):
                 refusal = str(refused)
             silent = unnoticed(own, vademecum.File(mended))
             if silent or refusal != "SectionChecksum":
-                print(f"{name}, a byte of {section}: refusal {refusal}, and mended {'un' if silent else ''}noticed")
+                how = "not noticed" if silent else "noticed"
+                print(f"{name}, a byte of {section}: refusal {refusal}, and {how} with a mended checksum")
                 failed += 1
     print(f"controls: {sum(map(len, MAPS.values()))} changed bytes, {failed} not noticed")
     return failed == 0

@@ -57,7 +57,7 @@ def locate(file, point):
 
 
 def place(scene, point):
-    """Nodes and weights of a contact: the canonical structure takes the load position nearest to the point."""
+    """Nodes and weights of a contact; the canonical structure takes the nearest load position."""
     if not isinstance(scene, step.Canonical):
         return locate(scene.file, point)
     coordinates = scene.file.section("NodeCoordinates")[:, :, 0]

@@ -244,7 +244,8 @@ class Canonical(Scene):
         self.positions = [int(n) for n in file.section("CanonicalPositions").ravel()]
         self.direction = file.section("CanonicalDirection").ravel() if "CanonicalDirection" in file else None
         axes = iter(file.section("CanonicalAxes").reshape(-1, 6))
-        factors, terms = file.section("CanonicalFactors").ravel(), file.section("CanonicalTerms").reshape(-1, self.r)
+        factors = file.section("CanonicalFactors").ravel()
+        terms = file.section("CanonicalTerms").reshape(-1, self.r)
         self.parts = []
         for stage, n_axes, n_terms in file.section("CanonicalParts").reshape(-1, 3):
             part = {"stage": int(stage), "axes": [], "terms": terms[:n_terms]}
@@ -286,13 +287,19 @@ class Canonical(Scene):
             else:
                 x = (magnitude, direction[index] if role == 7 else 0.0, float(position))[role - 6]
             need(axis["lower"] <= x <= axis["upper"], f"outside axis {role} {index}")
-            values = axis["values"]
-            spot = (x - axis["lower"]) / (axis["upper"] - axis["lower"]) * (len(values) - 1) if len(values) > 1 else 0.0
-            cell = min(int(spot), max(len(values) - 2, 0))
-            share = spot - cell
-            row = values[cell] if len(values) == 1 else (1 - share) * values[cell] + share * values[cell + 1]
-            product = product * row
+            product = product * self.factor(axis, x)
         return product @ part["terms"]
+
+    @staticmethod
+    def factor(axis, x):
+        """The factors of all terms at `x`: piecewise linear over equidistant points, of which one may be all."""
+        values = axis["values"]
+        if len(values) == 1:
+            return values[0]
+        spot = (x - axis["lower"]) / (axis["upper"] - axis["lower"]) * (len(values) - 1)
+        cell = min(int(spot), len(values) - 2)
+        share = spot - cell
+        return (1 - share) * values[cell] + share * values[cell + 1]
 
     def step(self, y, loads):
         z = list(y)

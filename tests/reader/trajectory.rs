@@ -1,5 +1,6 @@
-//! What the evaluator makes of vademecum files, in full precision: for each file and each structure it has, at
-//! several values of its parameters, a march of 240 steps under loads that begin and end, as a line of JSON.
+//! What the evaluator makes of vademecum files, in full precision: for each file and each structure it has,
+//! at several values of its parameters, a march of 240 steps under loads that begin and end, as a line of
+//! JSON.
 //! `tests/reader/check` compares them with a reader made from `formats/vademecum-1.md` alone.
 //!
 //! `cargo run --release -p vademecum-tests --example trajectory -- FILE... > trajectories`
@@ -319,8 +320,8 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
                      instants: [f64; 4],
                      rows: Value| {
         let loads: Vec<_> = pushes.iter().map(|load| load.describe(&instants)).collect();
-        let line = json!({ "file": name, "structure": structure, "settings": settings, "start": start, "steps": STEPS,
-            "instants": instants, "loads": loads, "nodes": nodes, "rows": rows });
+        let line = json!({ "file": name, "structure": structure, "settings": settings,
+            "start": start, "steps": STEPS, "instants": instants, "loads": loads, "nodes": nodes, "rows": rows });
         writeln!(out, "{line}").expect("written");
     };
     let march = March { metadata: &metadata, pushes: &pushes, nodes: &nodes };

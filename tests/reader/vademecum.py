@@ -15,9 +15,9 @@ ELEMENTS = {0: "<u1", 1: "<u4", 2: "<u8", 3: "<f4", 4: "<f8", 5: "<i2"}
 REQUIRED = 1
 GROUP = 128  # numbers that share a scale
 
-NAMES = """NodeIds NodeCoordinates Triangles ReducedStiffness Eigenvalues SurfaceBasis InteriorBasis BlockState
-BlockLoad PatternBasis PatternBlock PatternNames ProbeNames ProbeRows SingularValues ModeTable AxisPoints Factors
-RegionStiffness RegionMass EnrichmentHistory RadiusSamples CanonicalParts CanonicalAxes CanonicalFactors
+NAMES = """NodeIds NodeCoordinates Triangles ReducedStiffness Eigenvalues SurfaceBasis InteriorBasis
+BlockState BlockLoad PatternBasis PatternBlock PatternNames ProbeNames ProbeRows SingularValues ModeTable
+AxisPoints Factors RegionStiffness RegionMass EnrichmentHistory RadiusSamples CanonicalParts CanonicalAxes CanonicalFactors
 CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses Repairs""".split()
 KINDS = {kind: name for kind, name in enumerate(NAMES, start=1)}
 

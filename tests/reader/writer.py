@@ -1,7 +1,7 @@
 """Writes vademecum files again with other stored bytes, from `formats/vademecum-1.md` alone.
 
-`writer.py codecs FILE OUT` writes the file with every codec of the text: each section in the next one that its
-element may have. `damaged` is for the negative control of `controls.py`.
+`writer.py codecs FILE OUT` writes the file with every codec of the text: each section in the next one that
+its element may have. `damaged` is for the negative control of `controls.py`.
 """
 
 import struct
@@ -26,8 +26,10 @@ def encode(file, stored, codecs):
         section = stored.get(name) or file.stored(name)
         body += b"\0" * padding + section
         flags = struct.unpack_from("<H", file.data, 64 * (1 + len(entries) // 64) + 6)[0]
-        entries += struct.pack("<IBBH", entry["kind"], entry["element"], codecs.get(name, entry["codec"]), flags)
-        entries += struct.pack("<QQQQQQ", *entry["shape"], at + padding, len(section), entry["decoded_length"])
+        codec = codecs.get(name, entry["codec"])
+        lengths = len(section), entry["decoded_length"]
+        entries += struct.pack("<IBBH", entry["kind"], entry["element"], codec, flags)
+        entries += struct.pack("<QQQQQQ", *entry["shape"], at + padding, *lengths)
         entries += struct.pack("<II", zlib.crc32(section), 0)
         at += padding + len(section)
     minor = 1 if any(codec >= 2 for codec in codecs.values()) else file.minor
