@@ -152,8 +152,9 @@ types:
     seq:
       - id: block_length
         type: u8
+        doc: A multiple of 8.
         valid:
-          min: 1
+          min: 8
           max: 1048576
       - id: ends
         type: u8

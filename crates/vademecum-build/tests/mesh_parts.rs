@@ -251,6 +251,64 @@ fn unsound_meshes_are_refused_by_name() {
     assert_eq!(mixed, Flaw::MixedOrders { linear: 1, quadratic: 1 });
 }
 
+/// The corners of each edge in the order of a connectivity table, as `formats/problem-1.md` prints it.
+fn edges_of_the_text() -> Vec<[usize; 2]> {
+    let text = include_str!("../../../formats/problem-1.md");
+    let row =
+        text.lines().find(|line| line.starts_with("| node | corner 0 |")).expect("the row of the order");
+    let cells: Vec<&str> = row.split('|').map(str::trim).filter(|cell| !cell.is_empty()).collect();
+    assert_eq!(cells[..5], ["node", "corner 0", "corner 1", "corner 2", "corner 3"]);
+    let corners = |cell: &str| {
+        let digits: Vec<usize> = cell.chars().filter_map(|c| c.to_digit(10)).map(|d| d as usize).collect();
+        [digits[0], digits[1]]
+    };
+    cells[5..].iter().map(|cell| corners(cell.strip_prefix("edge ").expect("an edge"))).collect()
+}
+
+/// The unit tetrahedron with the middle of the edge `bent` moved by `bend`, as tables whose
+/// line names the edges in the order given.
+fn curved(order: &[[usize; 2]], bent: [usize; 2], bend: [f64; 3]) -> Result<Mesh, MeshError> {
+    const CORNERS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let same = |a: [usize; 2], b: [usize; 2]| a == b || a == [b[1], b[0]];
+    let middle = |edge: [usize; 2]| -> [f64; 3] {
+        let moved = if same(edge, bent) { 1.0 } else { 0.0 };
+        std::array::from_fn(|k| 0.5 * (CORNERS[edge[0]][k] + CORNERS[edge[1]][k]) + moved * bend[k])
+    };
+    let nodes = CORNERS.into_iter().chain(order.iter().map(|&edge| middle(edge)));
+    let points: String = nodes.map(|p| format!("{} {} {}\n", p[0], p[1], p[2])).collect();
+    tables(&points, "1 2 3 4 5 6 7 8 9 10\n")
+}
+
+#[test]
+fn ten_nodes_follow_the_order_of_the_text() {
+    const SLOPES: [[f64; 3]; 4] = [[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let bend = [0.09, -0.05, 0.02];
+    let order = edges_of_the_text();
+    assert_eq!(order.len(), 6);
+    // One node moved by d changes the volume form to 1 + d·∇N, linear in d; N = 4 L_a L_b on the edge ab, and
+    // the mean of ∇N is ∇L_a + ∇L_b. So six bent edges have six volumes.
+    let volume = |[a, b]: [usize; 2]| {
+        let slope = |k: usize| SLOPES[a][k] + SLOPES[b][k];
+        (1.0 + (0..3).map(|k| bend[k] * slope(k)).sum::<f64>()) / 6.0
+    };
+    for &edge in &order {
+        let mesh = curved(&order, edge, bend).expect("a sound element");
+        let expected = volume(edge);
+        assert!((mesh.volume() - expected).abs() <= 16.0 * f64::EPSILON, "{edge:?}: {}", mesh.volume());
+        assert!(order.iter().all(|&other| other == edge || (volume(other) - expected).abs() > 1e-3));
+    }
+    // Any two edges exchanged, as other programs have them: refused, or another body.
+    for (i, j) in (0..6).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        let mut other = order.clone();
+        other.swap(i, j);
+        for &edge in &order {
+            if let Ok(mesh) = curved(&other, edge, bend) {
+                assert!((mesh.volume() - volume(edge)).abs() > 1e-3, "{i} and {j} exchanged, {edge:?} bent");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_turned_quadratic_element_keeps_its_edges() {
     let mesh = block([1.0; 3], [1; 3], Order::Quadratic);

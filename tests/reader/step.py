@@ -1,0 +1,324 @@
+"""Steps a vademecum file, from the part "The step" of `formats/vademecum-1.md`. Arithmetic is binary64."""
+
+import math
+
+import numpy as np
+
+from vademecum import Refused, need
+
+EDGE = 16 * 2.0**-52
+STAGE, INDEX, HAT = 0, 0, 1
+
+
+class Values:
+    """What the parameters may set: scales of body and regions, damping and step; else as built."""
+
+    def __init__(self, meta, settings, scales):
+        self.dt, self.alpha, self.beta = meta["time_step"], meta["alpha"], meta["beta"]
+        self.stiffness, self.density = 1.0, 1.0
+        self.kappa, self.rho = np.ones(meta["n_regions"]), np.ones(meta["n_regions"])
+        for parameter in meta["parameters"]:
+            value = settings.get(parameter["name"], parameter["nominal"])
+            need(parameter["lower"] <= value <= parameter["upper"], "a parameter outside its range")
+            self.set(parameter["role"], parameter["region"], value)
+        unknown = set(settings) - {parameter["name"] for parameter in meta["parameters"]}
+        need(not unknown, f"no such parameter: {unknown}")
+        # The diagonal structure needs no parameter of the file for these.
+        for name, value in scales.items():
+            need(name in ("dt", "alpha", "beta", "stiffness", "density"), f"no such scale: {name}")
+            setattr(self, name, value)
+
+    def set(self, role, region, value):
+        if role == 0:
+            self.stiffness = value
+        elif role == 1:
+            self.kappa[region] = value
+        elif role == 2:
+            self.density = value
+        elif role == 3:
+            self.rho[region] = value
+        elif role == 4:
+            self.alpha = value
+        elif role == 5:
+            self.beta = value
+        else:
+            self.dt = value
+
+
+def stage_numbers(stage, v):
+    """`m̃`, `k̃` and `θ` of a stage, and the weights `a_j`, `b_j` of its history."""
+    m = v.density * (stage["m"] + stage["d"] * v.dt * v.alpha)
+    k = v.stiffness * (stage["k"] * v.dt**2 + stage["d"] * v.dt * v.beta)
+    mass, damping, stiffness = stage["h"]
+    a = v.density * (mass + v.dt * v.alpha * damping)
+    b = v.stiffness * (v.dt**2 * stiffness + v.dt * v.beta * damping)
+    return m, k, k / m, a, b
+
+
+# --- The separated solution
+
+
+def coordinate(axis, stage, theta, v):
+    if axis["role"] == STAGE:
+        return float(stage)
+    powers = axis["exponents"]
+    n = len(v.kappa)
+    x = theta ** powers[0] * np.prod(v.kappa ** powers[1 : 1 + n]) * np.prod(v.rho ** powers[9 : 9 + n])
+    for end, past in ((axis["lower"], x < axis["lower"]), (axis["upper"], x > axis["upper"])):
+        if past:
+            need(abs(x - end) <= EDGE * abs(end), f"outside the axis {axis['name']}")
+            x = end
+    return x
+
+
+def factors_at(axis, points, factors, x):
+    """The factor of every term at `x`; `factors` has a row per term."""
+    if axis["kind"] == INDEX:
+        return factors[:, int(x)]
+    if axis["log"]:
+        points, x = np.log(points), math.log(x)
+    if axis["kind"] == HAT:
+        return np.array([np.interp(x, points, row) for row in factors])
+    weights = np.array([np.prod(points[i] - np.delete(points, i)) ** -1 for i in range(len(points))])
+    if x in points:
+        return factors[:, list(points).index(x)]
+    shares = weights / (x - points)
+    return factors @ shares / shares.sum()
+
+
+def weights_of_terms(file, stage, theta, v):
+    """`g_t`, the product over the axes."""
+    n_terms = file.meta["n_terms"]
+    points = file.section("AxisPoints").ravel()
+    factors = file.section("Factors").ravel()
+    g, at = np.ones(n_terms), 0
+    for axis in file.meta["axes"]:
+        n = axis["n_points"]
+        table = factors[at * n_terms : (at + n) * n_terms].reshape(n_terms, n)
+        g = g * factors_at(axis, points[at : at + n], table, coordinate(axis, stage, theta, v))
+        at += n
+    return g
+
+
+# --- Scenes
+
+
+class Scene:
+    """What every structure has in common: outputs, energy, the acceleration at the start."""
+
+    def __init__(self, file, settings=None, scales=None):
+        self.file, self.meta = file, file.meta
+        self.v = Values(file.meta, settings or {}, scales or {})
+        self.r = file.meta["n_modes"]
+        self.stages = file.meta["scheme"]["stages"]
+        self.finish = file.meta["scheme"]["finish"]
+        self.instants = [0.0] + [stage["c"] for stage in self.stages]
+        self.numbers = [stage_numbers(stage, self.v) for stage in self.stages]
+        self.reduced_matrices()
+
+    def reduced_matrices(self):
+        """`M_r` and `K_r`; their sums over regions are taken only where a region's scale is not 1."""
+        file, r, v = self.file, self.r, self.v
+        self.mass = np.eye(r)
+        if any(v.rho != 1.0):
+            self.mass = np.tensordot(v.rho, file.section("RegionMass"), 1)
+        if any(v.kappa != 1.0):
+            self.stiffness = np.tensordot(v.kappa, file.section("RegionStiffness"), 1)
+        elif "ReducedStiffness" in file:
+            self.stiffness = file.section("ReducedStiffness").reshape(r, r)
+        else:
+            self.stiffness = np.diag(file.section("Eigenvalues").ravel())
+
+    def row(self, node, component):
+        """The row of `B` of a dof."""
+        surface = self.meta["n_surface_nodes"]
+        if node < surface:
+            return self.file.section("SurfaceBasis")[node, component]
+        return self.file.section("InteriorBasis")[node - surface, component]
+
+    def displacement(self, y, node):
+        return np.array([self.row(node, c) @ y[0] for c in range(3)])
+
+    def probes(self, zeta):
+        if "ProbeRows" not in self.file:
+            return np.zeros(0)
+        return self.file.section("ProbeRows").reshape(-1, self.r) @ zeta
+
+    def energy(self, y):
+        """`½ s_ρ ζ̇ᵀM_rζ̇ + ½ s_K ζᵀK_rζ` in joules."""
+        velocity = y[1] / self.v.dt
+        kinetic = self.v.density * velocity @ self.mass @ velocity
+        return 0.5 * (kinetic + self.v.stiffness * y[0] @ self.stiffness @ y[0])
+
+    def start(self, zeta, velocity, force):
+        """The state of displacement and velocity, with the acceleration that belongs to the force `BᵀF`."""
+        v, mass, stiffness = self.v, self.mass, self.stiffness
+        pull = v.stiffness * stiffness @ zeta
+        damping = v.alpha * v.density * mass @ velocity + v.beta * v.stiffness * stiffness @ velocity
+        acceleration = np.linalg.solve(v.density * mass, force - pull - damping)
+        return np.array([zeta, v.dt * velocity, v.dt**2 * acceleration])
+
+    def carry(self, before, y):
+        """The state of the scene `before` at the parameters of this one."""
+        ratio = self.v.dt / before.v.dt
+        return y * np.array([[1.0], [ratio], [ratio**2]])
+
+    def contact(self, nodes, weights, force):
+        """`BᵀF` of a contact."""
+        rows = [w * f * self.row(n, c) for n, w in zip(nodes, weights) for c, f in enumerate(force)]
+        return np.sum(rows, axis=0)
+
+    def pattern(self, index):
+        return self.file.section("PatternBasis").reshape(-1, self.r)[index]
+
+
+class Linear(Scene):
+    """The diagonal or the block structure. A load is a list with `HᵢᵀF` for every stage."""
+
+    def step(self, y, loads):
+        """One step. `loads` holds pairs of a reduced load and its amplitudes at `instants`."""
+        increments = []
+        for i, (stage, (m, k, _, a, b)) in enumerate(zip(self.stages, self.numbers)):
+            x = self.v.stiffness * self.v.dt**2 / k * self.times_e(i, y[0])
+            history = [(1, y[1]), (2, y[2])] + [(3 + l, x_l) for l, x_l in enumerate(increments)]
+            for j, z in history:
+                x = x + a[j] / m * (z + self.times_e(i, z)) - b[j] / k * self.times_e(i, z)
+            for reduced, amplitudes in loads:
+                seen = sum(f * p for f, p in zip(stage["f"], amplitudes))
+                x = x + self.v.dt**2 / m * seen * reduced[i]
+            increments.append(x)
+        z = np.array([y[1], y[2], *increments])
+        new = self.finish[:, 1 : 1 + len(z)] @ z
+        new[0] += y[0]
+        return new
+
+
+class Diagonal(Linear):
+    def __init__(self, file, settings=None, scales=None):
+        super().__init__(file, settings, scales)
+        need(file.meta["diagonal"], "NoStructure")
+        self.lam = file.section("Eigenvalues").ravel()
+        self.e = [-theta * self.lam / (1 + theta * self.lam) for _, _, theta, _, _ in self.numbers]
+
+    def times_e(self, i, z):
+        return self.e[i] * z
+
+    def load_of_contact(self, nodes, weights, force):
+        return [self.contact(nodes, weights, force) * (1 + e) for e in self.e]
+
+    def load_of_pattern(self, index):
+        return [self.pattern(index) * (1 + e) for e in self.e]
+
+
+class Block(Linear):
+    def __init__(self, file, settings=None, scales=None):
+        super().__init__(file, settings, scales)
+        need(file.meta["block"], "NoStructure")
+        self.g = [weights_of_terms(file, i, n[2], self.v) for i, n in enumerate(self.numbers)]
+        terms = file.section("BlockState")
+        self.e = [np.tensordot(g, terms, 1) for g in self.g]
+
+    def times_e(self, i, z):
+        return self.e[i] @ z
+
+    def load_of_contact(self, nodes, weights, force):
+        plain = self.contact(nodes, weights, force)
+        blocks = self.file.section("BlockLoad")
+        reduced = []
+        for g in self.g:
+            rows = sum(w * g @ blocks[n] for n, w in zip(nodes, weights)).reshape(3, self.r)
+            reduced.append(plain + np.asarray(force) @ rows)
+        return reduced
+
+    def load_of_pattern(self, index):
+        blocks = self.file.section("PatternBlock")[index]
+        return [self.pattern(index) + g @ blocks for g in self.g]
+
+
+class Canonical(Scene):
+    """The chapter's structure. A load is a position, a magnitude and a direction."""
+
+    def __init__(self, file, settings=None, scales=None):
+        super().__init__(file, settings, scales)
+        need("CanonicalParts" in file, "NoStructure")
+        self.positions = [int(n) for n in file.section("CanonicalPositions").ravel()]
+        self.direction = file.section("CanonicalDirection").ravel() if "CanonicalDirection" in file else None
+        axes = iter(file.section("CanonicalAxes").reshape(-1, 6))
+        factors = file.section("CanonicalFactors").ravel()
+        terms = file.section("CanonicalTerms").reshape(-1, self.r)
+        self.parts = []
+        for stage, n_axes, n_terms in file.section("CanonicalParts").reshape(-1, 3):
+            part = {"stage": int(stage), "axes": [], "terms": terms[:n_terms]}
+            terms = terms[n_terms:]
+            for _ in range(n_axes):
+                role, index, lower, upper, points, factor = next(axes)
+                length = int(points) * int(n_terms)
+                part["axes"].append({"role": int(role), "index": int(index), "lower": lower, "upper": upper,
+                                     "factor": factor, "values": factors[:length].reshape(int(points), -1)})
+                factors = factors[length:]
+            roles = {axis["role"] for axis in part["axes"]}
+            part["state"], part["load"] = min(roles) <= 5, max(roles) >= 6
+            self.parts.append(part)
+
+    def reach(self, place):
+        """The farthest end of all axes of one place of the state."""
+        axes = [axis for part in self.parts for axis in part["axes"] if axis["role"] == place]
+        return max(max(abs(axis["lower"]), abs(axis["upper"])) / axis["factor"] for axis in axes)
+
+    def load_of_contact(self, nodes, weights, force):
+        """Position and magnitude of each node that has a share, and the direction."""
+        force = np.asarray(force, dtype=np.float64)
+        if self.direction is not None:
+            magnitude, direction = float(force @ self.direction), self.direction
+        else:
+            magnitude = float(np.linalg.norm(force))
+            direction = force / magnitude
+        shares = [(n, w) for n, w in zip(nodes, weights) if w != 0.0]
+        need(all(n in self.positions for n, _ in shares), "a node that is no load position")
+        return [(self.positions.index(n), w * magnitude, direction) for n, w in shares]
+
+    def value(self, part, z, load):
+        position, magnitude, direction = load
+        product = np.ones(len(part["terms"]))
+        for axis in part["axes"]:
+            role, index = axis["role"], axis["index"]
+            if role <= 5:
+                x = axis["factor"] * z[role][index]
+            else:
+                x = (magnitude, direction[index] if role == 7 else 0.0, float(position))[role - 6]
+            need(axis["lower"] <= x <= axis["upper"], f"outside axis {role} {index}")
+            product = product * self.factor(axis, x)
+        return product @ part["terms"]
+
+    @staticmethod
+    def factor(axis, x):
+        """The factors of all terms at `x`: piecewise linear over equidistant points, of which one may be all."""
+        values = axis["values"]
+        if len(values) == 1:
+            return values[0]
+        spot = (x - axis["lower"]) / (axis["upper"] - axis["lower"]) * (len(values) - 1)
+        cell = min(int(spot), len(values) - 2)
+        share = spot - cell
+        return (1 - share) * values[cell] + share * values[cell + 1]
+
+    def step(self, y, loads):
+        z = list(y)
+        none = (0, 0.0, np.zeros(3))
+        for i, stage in enumerate(self.stages):
+            seen = []
+            for shares, amplitudes in loads:
+                p = sum(f * q for f, q in zip(stage["f"], amplitudes))
+                seen += [(position, p * magnitude, direction) for position, magnitude, direction in shares]
+            zeta = np.zeros(self.r)
+            for part in (part for part in self.parts if part["stage"] == i):
+                if part["state"]:
+                    need(not part["load"] or len(seen) <= 1, "one load at a time")
+                    zeta = zeta + self.value(part, z, seen[0] if part["load"] and seen else none)
+                else:
+                    zeta = zeta + sum((self.value(part, z, load) for load in seen), np.zeros(self.r))
+            z.append(zeta)
+        return self.finish[:, : len(z)] @ np.array(z)
+
+
+STRUCTURES = {"diagonal": Diagonal, "block": Block, "canonical": Canonical}
+__all__ = ["Block", "Canonical", "Diagonal", "Refused", "STRUCTURES"]
