@@ -18,7 +18,8 @@ fn mfem(end: &str) -> String {
 
 #[test]
 fn a_curved_mfem_mesh_is_not_supported_by_name() {
-    let space = "nodes\nFiniteElementSpace\nFiniteElementCollection: H1_3D_P2\nVDim: 3\nOrdering: 1\n\n0 0 0\n";
+    let space =
+        "nodes\nFiniteElementSpace\nFiniteElementCollection: H1_3D_P2\nVDim: 3\nOrdering: 1\n\n0 0 0\n";
     let straight = "3\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n\n";
     for end in [space.to_string(), format!("\n{space}"), format!("{straight}{space}")] {
         let error = parse("curved.mesh", mfem(&end).as_bytes()).unwrap_err();

@@ -128,7 +128,8 @@ pub fn damaged(place: &Place<'_>, dice: &mut Dice) -> Done {
             continue;
         }
         place.write("damaged.vdm", cut);
-        let lines = ["verify damaged.vdm --file-only", "info damaged.vdm", "run damaged.vdm --scenario s.toml"];
+        let lines =
+            ["verify damaged.vdm --file-only", "info damaged.vdm", "run damaged.vdm --scenario s.toml"];
         for line in lines.into_iter().chain(["unpack damaged.vdm -o u.vdm", "pack damaged.vdm -o q.vdm"]) {
             refused_by_name(&place.run(line), &[7], "damaged.vdm")?;
         }
@@ -188,7 +189,8 @@ impl Disk {
     fn mount(path: &Path, kib: usize) -> Option<Self> {
         std::fs::create_dir_all(path).ok()?;
         let size = format!("size={kib}k");
-        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(path).output().ok()?;
+        let mounted =
+            Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(path).output().ok()?;
         mounted.status.success().then(|| Self(path.into()))
     }
 }
@@ -260,7 +262,7 @@ pub fn little_memory(place: &Place<'_>, dice: &mut Dice) -> Done {
         return Ok("refused");
     }
     place.write("out.vdm", b"an old file");
-    let kib = dice.log(192.0 * 1024.0, 1024.0 * 1024.0) as u64;
+    let kib = dice.log(96.0 * 1024.0, 1024.0 * 1024.0) as u64;
     let ended = limited(writer.launch("out.vdm", place.limit), kib);
     ended_well_in(&ended, &CODES, kib << 10)?;
     old_or_new(place.read("out.vdm").as_deref(), Some(b"an old file"), &writer.new)?;
@@ -338,7 +340,9 @@ pub fn odd_inputs(place: &Place<'_>, dice: &mut Dice) -> Done {
                  [[support]]\non = { group = \"x_min\" }\n";
     let problems = [
         format!("[mesh]\nfile = \"{odd}\"\n{material}{table}"),
-        format!("[mesh]\ntables = {{ coordinates = \"{odd}\", connectivity = \"{odd}\" }}\n{material}{table}"),
+        format!(
+            "[mesh]\ntables = {{ coordinates = \"{odd}\", connectivity = \"{odd}\" }}\n{material}{table}"
+        ),
         format!("[mesh.matrices]\nmass = \"{odd}\"\nstiffness = \"{odd}\"\ndofs = \"{odd}\"\n{table}"),
         format!("{block}{material}{table}[snapshots]\nnpy = \"{odd}\"\n"),
         format!("{block}{material}{table}[snapshots]\nvtu = [\"{odd}\"]\n"),
@@ -358,7 +362,8 @@ pub fn odd_inputs(place: &Place<'_>, dice: &mut Dice) -> Done {
 }
 
 fn named(place: &Place<'_>, line: &str, odd: &str) -> Held {
-    let mut launch = Launch::new(&line.split(' ').collect::<Vec<_>>(), place.limit.min(Duration::from_secs(10)));
+    let mut launch =
+        Launch::new(&line.split(' ').collect::<Vec<_>>(), place.limit.min(Duration::from_secs(10)));
     launch.memory_kib = Some(2 << 20);
     refused_by_name(&place.launch(&launch), &[3, 4, 7], odd)
 }

@@ -70,8 +70,17 @@ pub fn ended_well_in(ended: &Ended, allowed: &[i32], limit_bytes: u64) -> Held {
 /// # Errors
 /// [`Breach`].
 pub fn plain_words(text: &str) -> Held {
-    const WORDS: [&str; 9] =
-        ["panicked", "RUST_BACKTRACE", ".rs:", "Some(", "Err(", "unwrap()", "overflow at", "Error {", "stack backtrace"];
+    const WORDS: [&str; 9] = [
+        "panicked",
+        "RUST_BACKTRACE",
+        ".rs:",
+        "Some(",
+        "Err(",
+        "unwrap()",
+        "overflow at",
+        "Error {",
+        "stack backtrace",
+    ];
     if let Some(word) = WORDS.iter().find(|word| text.contains(**word)) {
         return breach("plain words", format!("`{word}` in: {text}"));
     }
@@ -121,7 +130,10 @@ pub fn same_bytes(what: &'static str, one: &[u8], other: &[u8]) -> Held {
         return Ok(());
     }
     let first = one.iter().zip(other).position(|(a, b)| a != b);
-    breach("same bytes", format!("{what}: {} and {} bytes, first difference at {first:?}", one.len(), other.len()))
+    breach(
+        "same bytes",
+        format!("{what}: {} and {} bytes, first difference at {first:?}", one.len(), other.len()),
+    )
 }
 
 /// No temporary file of a killed program is left in a folder or below it.
@@ -192,7 +204,10 @@ pub fn no_growth(energies: &[f64], bound: f64) -> Held {
     if largest <= bound * first {
         return Ok(());
     }
-    breach("no growth", format!("{largest:e} J after {first:e} J, {} times; at most {bound}", largest / first))
+    breach(
+        "no growth",
+        format!("{largest:e} J after {first:e} J, {} times; at most {bound}", largest / first),
+    )
 }
 
 /// Two series agree to `tolerance` of `size`.
@@ -220,4 +235,3 @@ pub fn bounded_memory(short_kib: u64, long_kib: u64) -> Held {
     }
     breach("bounded memory", format!("{long_kib} KiB in a long run, {short_kib} KiB in a short one"))
 }
-

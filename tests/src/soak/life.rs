@@ -20,7 +20,11 @@ pub fn built(place: &Place<'_>, dice: &mut Dice) -> Done {
     let mut launch = Launch::new(&line.split(' ').collect::<Vec<_>>(), place.limit);
     launch.threads = 1;
     super::invariant::ended_well(&place.launch(&launch), &[0])?;
-    same_bytes("a build with one thread and with two", &place.read("one.vdm").unwrap_or_default(), &built.bytes)?;
+    same_bytes(
+        "a build with one thread and with two",
+        &place.read("one.vdm").unwrap_or_default(),
+        &built.bytes,
+    )?;
     place.ends("info a.vdm --json", &[0])?;
     played(place, dice, &built)
 }
@@ -126,7 +130,7 @@ pub fn long_run(place: &Place<'_>, dice: &mut Dice) -> Done {
     if built.problem.canonical {
         return Ok("refused");
     }
-    let mut peak = |steps: usize| -> Result<u64, Breach> {
+    let peak = |steps: usize| -> Result<u64, Breach> {
         place.write("s.toml", format!("duration = {:?}\n", steps as f64 * built.problem.step));
         let ended = place.ends("run a.vdm --scenario s.toml -o out", &[0])?;
         table(place, "out", steps + 1)?;

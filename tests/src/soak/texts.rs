@@ -159,10 +159,8 @@ fn loads(dice: &mut Dice, made: &mut Problem, young: f64) {
     }
     if dice.once_in(2) {
         let [x, y, z] = dice.vector().map(|v| 10.0 * v);
-        let _ = writeln!(
-            made.text,
-            "[[load.pattern]]\nname = \"gravity\"\nacceleration = [{x:?}, {y:?}, {z:?}]"
-        );
+        let _ =
+            writeln!(made.text, "[[load.pattern]]\nname = \"gravity\"\nacceleration = [{x:?}, {y:?}, {z:?}]");
         made.patterns.push("gravity");
     }
     if dice.once_in(2) {
@@ -197,7 +195,12 @@ fn basis(dice: &mut Dice, made: &mut Problem, period: f64) {
     let positions = dice.whole(2, 4);
     let _ = writeln!(made.text, "[snapshots]\npositions = {positions}");
     if dice.once_in(2) {
-        let _ = writeln!(made.text, "duration = {:?}\nhold = {:?}", 1.5 * period, dice.between(0.2, 0.8) * period);
+        let _ = writeln!(
+            made.text,
+            "duration = {:?}\nhold = {:?}",
+            1.5 * period,
+            dice.between(0.2, 0.8) * period
+        );
     }
     let _ = writeln!(made.text, "[basis]\nkind = \"{kind}\"\nmodes = {modes}");
     if dice.once_in(3) {
@@ -205,7 +208,10 @@ fn basis(dice: &mut Dice, made: &mut Problem, period: f64) {
         let _ = writeln!(made.text, "inner_product = \"{product}\"");
     }
     let steps = dice.whole(20, 100);
-    let _ = writeln!(made.text, "[tolerance]\nfloor_ratio = 3.0\nabsolute = 1e-3\nsteps = {steps}\nmap = 1e-4\nmax_terms = 30");
+    let _ = writeln!(
+        made.text,
+        "[tolerance]\nfloor_ratio = 3.0\nabsolute = 1e-3\nsteps = {steps}\nmap = 1e-4\nmax_terms = 30"
+    );
 }
 
 fn output(dice: &mut Dice, made: &mut Problem) {
@@ -250,7 +256,7 @@ fn parameters(dice: &mut Dice, made: &mut Problem, [alpha, beta]: [f64; 2], cut:
 pub fn scenario(dice: &mut Dice, problem: &Problem, steps: usize) -> (String, usize) {
     let duration = steps as f64 * problem.step;
     let mut text = format!("duration = {duration:?}\n");
-    let mut when = |dice: &mut Dice, text: &mut String| {
+    let when = |dice: &mut Dice, text: &mut String| {
         if dice.once_in(2) {
             let _ = writeln!(text, "ramp = {:?}", dice.between(0.0, 0.5) * duration);
         }
@@ -280,8 +286,24 @@ pub fn scenario(dice: &mut Dice, problem: &Problem, steps: usize) -> (String, us
 
 /// Numbers that no honest file has.
 const EXTREMES: [&str; 18] = [
-    "0", "-1", "1", "1e-300", "1e300", "-1e300", "1e-30", "1e30", "nan", "inf", "-inf", "9223372036854775807",
-    "1000000", "400", "\"\"", "[]", "true", "{}",
+    "0",
+    "-1",
+    "1",
+    "1e-300",
+    "1e300",
+    "-1e300",
+    "1e-30",
+    "1e30",
+    "nan",
+    "inf",
+    "-inf",
+    "9223372036854775807",
+    "1000000",
+    "400",
+    "\"\"",
+    "[]",
+    "true",
+    "{}",
 ];
 
 /// A text with one to three things wrong, or not so wrong.
@@ -303,7 +325,10 @@ pub fn mutated(dice: &mut Dice, text: &[u8]) -> Vec<u8> {
 fn other_number(dice: &mut Dice, bytes: &[u8]) -> Vec<u8> {
     let part_of_number = |b: u8| b.is_ascii_digit() || matches!(b, b'.' | b'e' | b'-' | b'+');
     let starts: Vec<usize> = (0..bytes.len())
-        .filter(|&i| bytes[i].is_ascii_digit() && (i == 0 || !(part_of_number(bytes[i - 1]) || bytes[i - 1].is_ascii_alphabetic())))
+        .filter(|&i| {
+            bytes[i].is_ascii_digit()
+                && (i == 0 || !(part_of_number(bytes[i - 1]) || bytes[i - 1].is_ascii_alphabetic()))
+        })
         .collect();
     if starts.is_empty() {
         return bytes.to_vec();

@@ -44,8 +44,7 @@ pub enum TomlError {
 
 /// The text of a file.
 pub fn read(path: &Path) -> Result<String, TomlError> {
-    read_text(path)
-        .map_err(|source| TomlError::Unreadable { path: path.display().to_string(), source })
+    read_text(path).map_err(|source| TomlError::Unreadable { path: path.display().to_string(), source })
 }
 
 /// What a text says; messages name `path`.
