@@ -123,3 +123,22 @@ fn the_curved_mesh_of_mfem_is_not_supported_by_name() {
     let said = mesh::parse(&path).unwrap_err().to_string();
     assert!(said.starts_with("not supported") && said.contains("curved elements"), "{said}");
 }
+
+#[test]
+fn a_selection_that_chooses_nothing_is_shown_in_the_words_of_the_problem_file() {
+    #[derive(serde::Deserialize)]
+    struct Holder {
+        on: mesh::select::Selection,
+    }
+    let body = mesh::block([1.0; 3], [1, 1, 1], mesh::Order::Linear);
+    let cases = [
+        ("{ plane = { at = 7.0, axis = \"x\" } }", "plane"),
+        ("{ sphere = { center = [9.0, 9.0, 9.0], radius = 0.5 } }", "sphere"),
+        ("{ all = [{ group = \"x_min\" }, { group = \"x_max\" }] }", "all"),
+    ];
+    for (text, kind) in cases {
+        let holder: Holder = toml::from_str(&format!("on = {text}")).unwrap();
+        let said = holder.on.nodes(&body).unwrap_err().to_string();
+        assert!(said.contains(&format!("no node lies in {text}")), "{kind}: {said}");
+    }
+}
