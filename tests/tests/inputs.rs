@@ -48,7 +48,7 @@ fn arguments_that_are_no_regular_files_are_refused_by_what_they_are() {
         ("modes ODD", 3),
         ("bench ODD --quick -o o", 3),
         ("run a.vdm --scenario ODD -o o", 3),
-        ("strip a.vdm --for ODD -o o.vdm", 3),
+        ("strip a.vdm --keep probes --for ODD -o o.vdm", 3),
         ("mesh ODD", 4),
         ("info ODD", 7),
         ("run ODD --scenario s.toml -o o", 7),

@@ -186,14 +186,18 @@ fn the_same_seed_makes_the_same_choices() {
     assert_eq!(first, commands());
 }
 
-/// One iteration of each kind by the real program.
+/// One iteration of each kind by the real program, from its start to its end; whether the invariants hold is
+/// asked for a minute by the gate.
 #[test]
-fn every_kind_holds_once() {
+fn every_kind_runs_the_program_and_ends() {
     let folder = tempfile::tempdir().expect("a folder");
     for (kind, ..) in KINDS {
         let program = vademecum_tests::program::program();
         let settings = Settings { only: kind.into(), seed: 5, ..settings(folder.path(), program) };
         let tally = soak(&settings, &mut |line| eprintln!("{line}"));
-        assert_eq!((tally.iterations(), tally.findings.len()), (1, 0), "{kind}");
+        assert_eq!(tally.iterations(), 1, "{kind}");
+        assert!(tally.commands() > 0, "{kind}");
+        // What the soak itself gets wrong is a panic in this process.
+        assert!(tally.findings.iter().all(|finding| finding.breach.invariant != "no panic"), "{kind}");
     }
 }

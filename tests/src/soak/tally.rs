@@ -85,6 +85,12 @@ impl Tally {
         self.rows.iter().map(|(_, row)| row.iterations).sum()
     }
 
+    /// Runs of the program in all kinds.
+    #[must_use]
+    pub fn commands(&self) -> usize {
+        self.rows.iter().map(|(_, row)| row.commands).sum()
+    }
+
     /// Iterations of all kinds that ended with this word.
     #[must_use]
     pub fn ended(&self, word: &str) -> usize {
@@ -119,8 +125,7 @@ impl fmt::Display for Tally {
                 words.join(", ")
             )?;
         }
-        let commands: usize = self.rows.iter().map(|(_, row)| row.commands).sum();
-        let (iterations, findings) = (self.iterations(), self.findings.len());
+        let (iterations, commands, findings) = (self.iterations(), self.commands(), self.findings.len());
         writeln!(f, "| **all** | {iterations} | {commands} | {:.0} | | {findings} |", self.seconds)?;
         let mut kinds: BTreeMap<(&str, &str), (usize, u64)> = BTreeMap::new();
         for finding in &self.findings {
