@@ -17,6 +17,8 @@ pub mod program;
 pub mod random_terms;
 pub mod regions;
 pub mod shared;
+#[cfg(unix)]
+pub mod soak;
 pub mod stage;
 pub mod stress;
 pub mod synthetic;

@@ -1,6 +1,6 @@
 //! The built program, as a user runs it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
@@ -21,9 +21,10 @@ fn build() -> PathBuf {
         cargo.arg("--release");
     }
     assert!(cargo.status().expect("cargo").success(), "the program does not build");
-    // This test lies in <target>/<profile>/deps, the program one folder up.
-    let test = std::env::current_exe().expect("the test's own path");
-    let profile = test.ancestors().nth(2).expect("a profile folder");
+    // A test lies in <target>/<profile>/deps, a record in …/examples or beside the program.
+    let running = std::env::current_exe().expect("the test's own path");
+    let inner = |folder: &Path| folder.ends_with("deps") || folder.ends_with("examples");
+    let profile = running.ancestors().skip(1).find(|folder| !inner(folder)).expect("a profile folder");
     profile.join(format!("vademecum{}", std::env::consts::EXE_SUFFIX))
 }
 

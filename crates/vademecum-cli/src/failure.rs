@@ -17,8 +17,11 @@ use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
 use vademecum_study::{FileError, StudyError};
 
-/// What to do about a mesh that cannot be used.
+/// What to do about a mesh that was read and cannot be used.
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
+
+/// What to do about a file that cannot be read.
+const UNREAD: &str = "name a file that exists and that you may read";
 
 /// Where the keys of a problem file are described.
 const PROBLEM_KEYS: &str = "see formats/problem-1.md for every key and its range";
@@ -128,7 +131,8 @@ impl From<ScenarioError> for Failure {
 
 impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
-        Self::new(Cause::Mesh, error).remedy(MESH)
+        let remedy = remedy_of_mesh(&error);
+        Self::new(Cause::Mesh, error).remedy(remedy)
     }
 }
 
@@ -138,7 +142,9 @@ impl From<BuildError> for Failure {
             return Self::new(Cause::Stopped, "stopped on request; nothing was written");
         }
         let (cause, remedy) = match &error {
-            BuildError::Prepare(PrepareError::Body(BodyError::Mesh(_))) => (Cause::Mesh, MESH),
+            BuildError::Prepare(PrepareError::Body(BodyError::Mesh(error))) => {
+                (Cause::Mesh, remedy_of_mesh(error))
+            }
             BuildError::Prepare(PrepareError::Body(BodyError::Model(_))) => (
                 Cause::Numerics,
                 "check `[[support]]` (all six rigid motions must be held) and `[[material]]`",
@@ -200,6 +206,19 @@ impl From<FileError> for Failure {
             _ => "",
         };
         Self::new(Cause::File, error).remedy(remedy)
+    }
+}
+
+/// What to do about a mesh. A file that breaks its format's rules says so itself, and `vademecum mesh` would
+/// say the same.
+fn remedy_of_mesh(error: &MeshError) -> &'static str {
+    match error {
+        MeshError::Unsound { .. } => MESH,
+        MeshError::Io { .. } => UNREAD,
+        MeshError::UnknownFormat { .. } => {
+            "save the mesh in one of these formats; `.inp`, `.mesh`, `.node` and `.ele` go by their names"
+        }
+        _ => "",
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use vademecum_build::store::write_atomic;
+use vademecum_build::store::{open_regular, read_regular, write_atomic};
 use vademecum_eval::Mapped;
 use vademecum_format::{Codec, File, FormatError, SectionKind};
 use vademecum_rewrite::DECODED_LIMIT;
@@ -22,6 +22,8 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
 /// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk
 /// matters.
 pub fn open(path: &Path, copy: bool) -> Result<Mapped, Failure> {
+    // A link to what is no file is told apart before it is mapped: mapping a FIFO would wait for ever.
+    open_regular(path).map_err(|error| unread(path, error))?;
     let opened = if copy { Mapped::copy(path) } else { Mapped::open(path) };
     opened.map_err(|error| Failure::file(path, error))
 }
@@ -54,7 +56,13 @@ pub fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), 
 
 /// All bytes of a vademecum file, copied: the file itself may then be replaced.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path).map_err(|error| Failure::io(path, error))
+    read_regular(path).map_err(|error| unread(path, error))
+}
+
+/// A vademecum file that cannot be read.
+fn unread(path: &Path, error: std::io::Error) -> Failure {
+    let text = format!("{}: cannot be read: {error}", path.display());
+    Failure::new(Cause::File, text).remedy("name a vademecum file that exists and that you may read")
 }
 
 /// Writes a vademecum file whole or not at all, and says how large it has become.

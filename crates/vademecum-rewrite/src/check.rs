@@ -52,8 +52,11 @@ pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
 /// The numbers of a section of reals, how many; 0 for the other elements.
 fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError> {
     let numbers = numbers(section, raw);
-    if matches!(section.kind(), SectionKind::CanonicalCertificate | SectionKind::StructureFigures) {
-        // What was not measured is NaN, as in the metadata.
+    let unknown = section.kind() == SectionKind::ModeTable && !numbers.iter().any(|x| x.is_infinite());
+    let figures = matches!(section.kind(), SectionKind::CanonicalCertificate | SectionKind::StructureFigures);
+    if figures || unknown {
+        // What was not measured is NaN, as in the metadata: natural modes have no share of snapshots, and a
+        // scheme may damp a mode so much that it has no period.
         return Ok(numbers.iter().filter(|x| x.is_finite()).count() as u64);
     }
     let bad = numbers.iter().position(|x| !x.is_finite());

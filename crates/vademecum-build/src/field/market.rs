@@ -11,6 +11,7 @@ use super::{FieldError, io_error, write_whole};
 use crate::fem::SymmetricMatrix;
 use crate::mesh::text::{Number, Text, tokens};
 use crate::mesh::{Place, shown};
+use crate::store::read_regular;
 
 /// Mirrored entries of a general matrix may differ by this, relative to `√(a_ii a_jj)`, the largest that an
 /// entry of a positive definite matrix can be. Programs add some thousand contributions to an entry at most,
@@ -75,7 +76,7 @@ struct Header {
 /// one that is not square or not symmetric, a count beyond the file, an entry that is malformed, outside the
 /// matrix or given twice.
 pub fn read_matrix_market(path: &Path) -> Result<MarketMatrix, FieldError> {
-    let bytes = std::fs::read(path).map_err(io_error(path))?;
+    let bytes = read_regular(path).map_err(io_error(path))?;
     let mut text = Text::new(path, &bytes);
     text.section = "the header".into();
     let header = header(&mut text)?;

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{FieldError, Matrix, io_error, write_whole};
+use crate::store::read_regular;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -14,7 +15,7 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 /// [`FieldError::Io`], or [`FieldError::Malformed`] if it is no such file, too short, or holds values that
 /// are not finite.
 pub fn read_npy(path: &Path) -> Result<Matrix, FieldError> {
-    let bytes = std::fs::read(path).map_err(io_error(path))?;
+    let bytes = read_regular(path).map_err(io_error(path))?;
     parse(&bytes).map_err(|(found, expected)| FieldError::Malformed {
         file: path.to_path_buf(),
         found,

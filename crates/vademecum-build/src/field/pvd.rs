@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::{FieldError, io_error, write_whole};
+use crate::store::read_text;
 
 /// Writes a collection: times in seconds and files, relative to the folder of the collection.
 ///
@@ -32,7 +33,7 @@ pub(super) fn escaped(text: &str) -> String {
 /// # Errors
 /// [`FieldError::Io`], [`FieldError::Malformed`].
 pub fn read_pvd(path: &Path) -> Result<Vec<(f64, PathBuf)>, FieldError> {
-    let text = std::fs::read_to_string(path).map_err(io_error(path))?;
+    let text = read_text(path).map_err(io_error(path))?;
     let fault = |found: String, expected: &str| FieldError::Malformed {
         file: path.to_path_buf(),
         found,

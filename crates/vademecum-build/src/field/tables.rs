@@ -10,6 +10,7 @@ use std::path::Path;
 use super::{FieldError, io_error};
 use crate::mesh::shown;
 use crate::mesh::text::{Number, Text};
+use crate::store::read_regular;
 
 /// What one row of the matrices is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +123,7 @@ fn read<T>(
     header: Header,
     row: impl Fn(usize, &[&[u8]]) -> Result<T, &'static str>,
 ) -> Result<Vec<T>, FieldError> {
-    let bytes = std::fs::read(path).map_err(io_error(path))?;
+    let bytes = read_regular(path).map_err(io_error(path))?;
     let mut text = Text::new(path, &bytes);
     text.section = "the table".into();
     let (mut rows, mut first, mut cells) = (vec![], true, vec![]);

@@ -6,6 +6,7 @@ use super::{FieldError, Matrix, io_error};
 use crate::mesh::vtk::array::decode;
 use crate::mesh::vtk::xml::{Shell, arrays};
 use crate::mesh::{Mesh, bounding_box, quality::norm, quality::sub};
+use crate::store::read_regular;
 
 /// One array of point data.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +33,7 @@ pub struct VtuFile {
 /// # Errors
 /// [`FieldError::Io`], [`FieldError::Vtk`] with place if the file is faulty.
 pub fn read_vtu(path: &Path) -> Result<VtuFile, FieldError> {
-    let bytes = std::fs::read(path).map_err(io_error(path))?;
+    let bytes = read_regular(path).map_err(io_error(path))?;
     let shell = Shell::new(path, &bytes)?;
     let document = shell.document()?;
     let storage = shell.storage(&document, "UnstructuredGrid")?;

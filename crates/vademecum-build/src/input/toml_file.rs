@@ -6,6 +6,8 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
+use crate::store::read_text;
+
 /// A file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum TomlError {
@@ -42,8 +44,7 @@ pub enum TomlError {
 
 /// The text of a file.
 pub fn read(path: &Path) -> Result<String, TomlError> {
-    std::fs::read_to_string(path)
-        .map_err(|source| TomlError::Unreadable { path: path.display().to_string(), source })
+    read_text(path).map_err(|source| TomlError::Unreadable { path: path.display().to_string(), source })
 }
 
 /// What a text says; messages name `path`.

@@ -64,8 +64,33 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
         inp::parse(path, bytes)
     } else if extension == "mesh" {
         medit::parse(path, bytes)
+    } else if let Some(found) = geometry(bytes, head, &extension) {
+        Err(MeshError::Geometry { file: path.to_path_buf(), found })
     } else {
         let first = head.split(|&b| b == b'\n').next().unwrap_or(b"");
         Err(MeshError::UnknownFormat { file: path.to_path_buf(), found: shown(first) })
     }
+}
+
+/// The kind of a file that describes a surface or a shape, by its first words, else by its extension.
+fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<&'static str> {
+    const KINDS: [(&str, &[&str], &[&str]); 9] = [
+        ("an STL file", &["solid "], &["stl"]),
+        ("a STEP file", &["ISO-10303-21"], &["step", "stp"]),
+        ("an OBJ file", &[], &["obj"]),
+        ("an IGES file", &[], &["iges", "igs"]),
+        ("a PLY file", &["ply\n", "ply\r"], &["ply"]),
+        ("an OFF file", &["OFF\n", "OFF\r", "COFF\n", "NOFF\n"], &["off"]),
+        ("a BREP file", &["DBRep_DrawableShape", "CASCADE Topology"], &["brep"]),
+        ("a 3MF file", &[], &["3mf"]),
+        ("a geometry script of Gmsh", &[], &["geo", "geo_unrolled"]),
+    ];
+    // A binary STL file: 80 bytes of anything, the number of triangles, 50 bytes for each.
+    let triangles = bytes.get(80..84).and_then(|count| Some(u32::from_le_bytes(count.try_into().ok()?)));
+    if triangles.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count)) {
+        return Some("an STL file");
+    }
+    let by_words = KINDS.iter().find(|(_, words, _)| words.iter().any(|w| head.starts_with(w.as_bytes())));
+    let by_name = || KINDS.iter().find(|(_, _, extensions)| extensions.contains(&extension));
+    by_words.or_else(by_name).map(|(found, ..)| *found)
 }

@@ -49,6 +49,14 @@ pub enum MeshError {
         /// Its first characters.
         found: String,
     },
+    /// The file describes a surface or a shape, which no mesh of the volume has been made of yet.
+    #[error("{}: {found}, which is a surface or CAD file and no mesh of the volume; mesh its volume first, for example with Gmsh: gmsh -3 -order 2", .file.display())]
+    Geometry {
+        /// The file.
+        file: PathBuf,
+        /// What kind of file it is, with its article.
+        found: &'static str,
+    },
     /// The file breaks the rules of its own format.
     #[error("{0}")]
     Malformed(Box<Fault>),

@@ -27,10 +27,7 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
                 vertices(&mut text, &mut raw)?;
                 has_nodes = true;
             }
-            b"nodes" => {
-                let remedy = "save the mesh without `nodes` (straight elements)";
-                return Err(text.at().unsupported("curved elements", "a list of vertices", remedy));
-            }
+            b"nodes" => return Err(curved(&text)),
             other => return Err(text.malformed(other, "dimension, elements, boundary or vertices")),
         }
     }
@@ -111,12 +108,23 @@ fn read_cells(text: &mut Text<'_>, cells: &mut Vec<Cell>) -> Result<(), MeshErro
     Ok(())
 }
 
+/// The refusal of a mesh whose coordinates are a grid function.
+fn curved(text: &Text<'_>) -> MeshError {
+    let remedy = "save the mesh without `nodes`, with straight elements";
+    text.at().unsupported("curved elements (`nodes`)", "straight elements with a list of vertices", remedy)
+}
+
 fn vertices(text: &mut Text<'_>, raw: &mut RawMesh) -> Result<(), MeshError> {
     if !raw.nodes.is_empty() {
         return Err(text.at().malformed("a second section vertices", "one"));
     }
     let count = count(text)?;
     let line = row(text, "the number of coordinates")?;
+    // A curved mesh has its coordinates in a grid function, and only the number of its vertices here.
+    if line == b"nodes" {
+        text.section = "nodes".into();
+        return Err(curved(text));
+    }
     if text.exactly::<u64, 1>(line, "the number of coordinates")? != [3] {
         return Err(text.malformed(line, "3 coordinates per vertex"));
     }

@@ -158,7 +158,9 @@ impl Selection {
         let nodes = self.matching(mesh)?;
         if nodes.is_empty() {
             let (low, high) = bounding_box(&mesh.nodes);
-            let selection = format!("{self:?}");
+            // In the words of the problem file.
+            let written = toml::Value::try_from(self).map(|value| value.to_string());
+            let selection = written.unwrap_or_else(|_| "the selection".into());
             return Err(SelectError::Empty { selection, low, high, known: known_groups(mesh) });
         }
         Ok(nodes)

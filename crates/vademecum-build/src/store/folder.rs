@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::disk::{is_temporary, write_atomic};
+use super::read::read_regular;
 
 /// Ending of a stage's file.
 const ENDING: &str = ".stage";
@@ -79,7 +80,7 @@ impl Store {
             return Found::Nothing;
         }
         let path = self.path(stage, address);
-        match std::fs::read(&path) {
+        match read_regular(&path) {
             Ok(bytes) => decode(address, &bytes).map_or(Found::Damaged(path), Found::Whole),
             Err(error) if error.kind() != io::ErrorKind::NotFound => Found::Damaged(path),
             Err(_) if self.names().iter().any(|name| stage_of(name) == Some(stage)) => Found::Other,

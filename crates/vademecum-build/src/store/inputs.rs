@@ -1,13 +1,14 @@
 //! The address of a stage's result: a hash of everything the stage reads, the program included.
 
 use std::fmt::Debug;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::sync::OnceLock;
 
 use faer::MatRef;
 use xxhash_rust::xxh3::Xxh3;
+
+use super::read::open_regular;
 
 /// A value that says itself what of it a stage depends on.
 pub trait Hashed {
@@ -89,7 +90,7 @@ impl Inputs {
 
 /// A file piece by piece, and its length.
 fn read_into(state: &mut Xxh3, path: &Path) -> io::Result<u64> {
-    let mut reader = BufReader::with_capacity(1 << 16, File::open(path)?);
+    let mut reader = BufReader::with_capacity(1 << 16, open_regular(path)?);
     let mut length = 0;
     loop {
         let piece = reader.fill_buf()?;

@@ -13,10 +13,12 @@
 mod disk;
 mod folder;
 mod inputs;
+mod read;
 
 pub use disk::{check_writable, write_atomic};
 pub use folder::Store;
 pub use inputs::{Hashed, Inputs};
+pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

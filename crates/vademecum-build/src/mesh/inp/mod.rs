@@ -212,7 +212,7 @@ impl Deck {
         let kind = card.parameter("TYPE").unwrap_or("ELEMENT").to_ascii_uppercase();
         let name = card.parameter("NAME").unwrap_or("").to_string();
         match kind.as_str() {
-            "ELEMENT" => self.surfaces.push((name, card.data, card.place)),
+            "ELEMENT" => self.surfaces.push((name, card.data)),
             "NODE" => {
                 let members = self.node_members(&card.data, "*SURFACE")?;
                 self.node_sets.add(&name, members, Family::Explicit, self.in_assembly);
@@ -283,12 +283,12 @@ fn element_kind(name: &str) -> Option<CellKind> {
     Some(match &solid[..digits] {
         "4" => CellKind::Tetrahedron4,
         "10" => CellKind::Tetrahedron10,
-        "5" => CellKind::OtherVolume("5-node pyramid", 5),
-        "6" => CellKind::OtherVolume("6-node wedge", 6),
-        "8" => CellKind::OtherVolume("8-node hexahedron", 8),
-        "15" => CellKind::OtherVolume("15-node wedge", 15),
-        "20" => CellKind::OtherVolume("20-node hexahedron", 20),
-        "27" => CellKind::OtherVolume("27-node hexahedron", 27),
+        "5" => CellKind::OtherVolume("5-node pyramid (C3D5)", 5),
+        "6" => CellKind::OtherVolume("6-node wedge (C3D6)", 6),
+        "8" => CellKind::OtherVolume("8-node hexahedron (C3D8)", 8),
+        "15" => CellKind::OtherVolume("15-node wedge (C3D15)", 15),
+        "20" => CellKind::OtherVolume("20-node hexahedron (C3D20)", 20),
+        "27" => CellKind::OtherVolume("27-node hexahedron (C3D27)", 27),
         _ => return None,
     })
 }

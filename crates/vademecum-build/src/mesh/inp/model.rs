@@ -23,7 +23,7 @@ pub(crate) struct Deck {
     pub element_sets: Sets,
     /// Element sets that *SOLID SECTION names.
     pub sections: Vec<(String, LinePlace)>,
-    pub surfaces: Vec<(String, Vec<DataLine>, LinePlace)>,
+    pub surfaces: Vec<(String, Vec<DataLine>)>,
     pub instances: Vec<String>,
     /// Outside an instance but inside the assembly, where sets have their own name space.
     pub in_assembly: bool,

@@ -20,13 +20,17 @@ impl Deck {
             return Ok(());
         }
         let free = self.free_faces();
-        for (name, data, place) in &surfaces {
+        for (name, data) in &surfaces {
             let (mut facets, mut nodes) = (Vec::new(), Vec::new());
             for line in data {
                 self.surface_line(line, &free, &mut facets, &mut nodes)?;
             }
+            // A program may write a surface that it does not use, or one of elements that are refused anyway.
             if facets.is_empty() {
-                return Err(place.at("*SURFACE").malformed("no face", "at least one face of a tetrahedron"));
+                self.raw
+                    .notes
+                    .push(format!("surface `{name}` names no face of a tetrahedron and is left out"));
+                continue;
             }
             self.raw.facet_groups.insert(name.clone(), facets);
             self.raw.node_groups.insert(name.clone(), nodes);
@@ -46,14 +50,10 @@ impl Deck {
         let label = fields.get(1).map_or(String::new(), |l| l.to_ascii_uppercase());
         let face = ["S1", "S2", "S3", "S4"].iter().position(|l| *l == label);
         let whole_surface = matches!(label.as_str(), "" | "SPOS" | "SNEG");
-        if face.is_none() && !whole_surface {
-            return Err(at.unsupported(
-                format!("face `{label}`"),
-                "S1 to S4 or no label",
-                "name faces of tetrahedra",
-            ));
-        }
-        for e in self.members_of_field(line, fields[0])? {
+        let Some(first) = fields.first() else {
+            return Err(at.malformed("a line without values", "an element or an element set, and a face"));
+        };
+        for e in self.members_of_field(line, first)? {
             let element = &self.elements[e];
             if matches!(element.kind, CellKind::Triangle3 | CellKind::Triangle6) && whole_surface {
                 facets.push([element.nodes[0], element.nodes[1], element.nodes[2]]);
@@ -62,6 +62,14 @@ impl Deck {
             }
             if !matches!(element.kind, CellKind::Tetrahedron4 | CellKind::Tetrahedron10) {
                 continue;
+            }
+            // Other elements have other faces; they are refused by their type.
+            if face.is_none() && !whole_surface {
+                return Err(at.unsupported(
+                    format!("face `{label}` of a tetrahedron"),
+                    "S1 to S4 or no label",
+                    "name faces that a tetrahedron has",
+                ));
             }
             for (f, corners) in ABAQUS_FACES.iter().enumerate() {
                 let key = sorted_with_parity(corners.map(|i| element.nodes[i])).0;

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use serde::Deserialize;
+use vademecum_build::store::read_text;
 
 use crate::failure::{Cause, Failure};
 
@@ -29,7 +30,7 @@ pub struct Stage {
 impl BuildTimes {
     /// Reads what `build --json` printed when it wrote a file of this length.
     pub fn read(path: &Path, file_bytes: usize) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(|error| Failure::io(path, error))?;
+        let text = read_text(path).map_err(|error| Failure::io(path, error))?;
         let failed = |what: String| {
             Failure::new(Cause::Input, format!("{}: {what}", path.display()))
                 .remedy("give what `vademecum build PROBLEM -o FILE --json` printed for this very file")

@@ -1,0 +1,144 @@
+//! What a reader says about a file that is sound and yet cannot be used names what it is and what to do.
+
+use std::path::{Path, PathBuf};
+
+use vademecum_build::mesh::{self, MeshError, RawMesh, inspect};
+
+fn parse(name: &str, content: &[u8]) -> Result<RawMesh, MeshError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, content).unwrap();
+    mesh::parse(&path)
+}
+
+/// A tetrahedron as MFEM writes it: curved meshes give no coordinates in `vertices`.
+fn mfem(end: &str) -> String {
+    format!("MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 4 0 1 2 3\n\nboundary\n0\n\nvertices\n4\n{end}")
+}
+
+#[test]
+fn a_curved_mfem_mesh_is_not_supported_by_name() {
+    let space =
+        "nodes\nFiniteElementSpace\nFiniteElementCollection: H1_3D_P2\nVDim: 3\nOrdering: 1\n\n0 0 0\n";
+    let straight = "3\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n\n";
+    for end in [space.to_string(), format!("\n{space}"), format!("{straight}{space}")] {
+        let error = parse("curved.mesh", mfem(&end).as_bytes()).unwrap_err();
+        let said = error.to_string();
+        assert!(matches!(error, MeshError::Unsupported(_)), "{said}");
+        for part in ["not supported", "curved elements (`nodes`)", "straight elements", "in nodes"] {
+            assert!(said.contains(part), "`{part}` is not in: {said}");
+        }
+        assert!(!said.contains("correct the file"), "{said}");
+    }
+    assert_eq!(parse("straight.mesh", mfem(straight).as_bytes()).unwrap().nodes.len(), 4);
+    let cut = parse("cut.mesh", mfem("").as_bytes()).unwrap_err();
+    assert!(matches!(cut, MeshError::Malformed(_)), "{cut}");
+}
+
+const TETRAHEDRON: &str = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n\
+                           *ELEMENT, TYPE=C3D4, ELSET=E\n1, 1, 2, 3, 4\n";
+
+#[test]
+fn a_surface_without_faces_is_left_out_with_a_note() {
+    // No line at all, an empty set, a set of a shell whose face a tetrahedron does not have.
+    let surfaces = [
+        "*SURFACE, NAME=S, TYPE=ELEMENT\n",
+        "*ELSET, ELSET=EMPTY\n*SURFACE, NAME=S\nEMPTY, S1\n",
+        "*ELEMENT, TYPE=S3, ELSET=SHELL\n2, 1, 2, 3\n*SURFACE, NAME=S\nSHELL, S1\n",
+    ];
+    for surface in surfaces {
+        let raw = parse("deck.inp", format!("{TETRAHEDRON}{surface}*STEP\n*STATIC\n").as_bytes()).unwrap();
+        let note = "surface `S` names no face of a tetrahedron and is left out";
+        assert!(raw.notes.iter().any(|n| n == note), "{surface}: {:?}", raw.notes);
+        assert!(!raw.facet_groups.contains_key("S") && !raw.node_groups.contains_key("S"));
+        assert_eq!(inspect(&raw).problems.len(), 0, "{surface}");
+    }
+    let whole = format!("{TETRAHEDRON}*SURFACE, NAME=EMPTY\n*SURFACE, NAME=S\nE, S2\n");
+    assert_eq!(parse("deck.inp", whole.as_bytes()).unwrap().facet_groups["S"].len(), 1);
+}
+
+#[test]
+fn a_face_that_no_tetrahedron_has_and_a_line_without_values_are_refused_by_line() {
+    for (line, found) in [("E, S6", "face `S6` of a tetrahedron"), (",", "a line without values")] {
+        let error = parse("deck.inp", format!("{TETRAHEDRON}*SURFACE, NAME=S\n{line}\n").as_bytes());
+        let said = error.unwrap_err().to_string();
+        assert!(said.contains("line 9, in *SURFACE") && said.contains(found), "{said}");
+    }
+}
+
+#[test]
+fn a_deck_of_other_elements_is_refused_by_their_type_and_not_by_their_faces() {
+    for (kind, nodes, faces) in [("C3D20", 20, 6), ("C3D20R", 20, 6), ("C3D8", 8, 6), ("C3D15", 15, 5)] {
+        let mut deck = String::from("*NODE\n");
+        (1..=nodes).for_each(|i| deck += &format!("{i}, {}, {}, {}\n", i, i * i % 7, i * i % 5));
+        let numbers: Vec<String> = (1..=nodes).map(|i| i.to_string()).collect();
+        let (first, rest) = numbers.split_at(nodes.min(10));
+        deck += &format!("*ELEMENT, TYPE={kind}, ELSET=E\n1, {},\n{}\n", first.join(", "), rest.join(", "));
+        (1..=faces).for_each(|f| deck += &format!("*SURFACE, NAME=F{f}, TYPE=ELEMENT\nE, S{f}\n"));
+        let said = inspect(&parse("deck.inp", deck.as_bytes()).unwrap()).problems.join("; ");
+        let plain = kind.trim_end_matches('R');
+        assert!(said.contains(&format!("({plain})")) && said.contains("are supported"), "{said}");
+        assert!(!said.contains("face"), "{said}");
+    }
+}
+
+#[test]
+fn surfaces_and_shapes_are_told_to_be_meshed_first() {
+    let mut binary = vec![b'b'; 80];
+    binary.extend(2u32.to_le_bytes());
+    binary.extend([0; 100]);
+    let cases: [(&str, &[u8], &str); 10] = [
+        ("a.stl", b"solid cube\nfacet normal 0 0 1\n", "an STL file"),
+        ("renamed.dat", b"solid cube\n facet normal 0 0 1\n", "an STL file"),
+        ("binary.stl", &binary, "an STL file"),
+        ("renamed.bin", &binary, "an STL file"),
+        ("a.step", b"ISO-10303-21;\nHEADER;\n", "a STEP file"),
+        ("a.STP", b"ISO-10303-21;\nHEADER;\n", "a STEP file"),
+        ("a.obj", b"# Blender\nv 0 0 0\nf 1 2 3\n", "an OBJ file"),
+        ("a.igs", b"      S      1\n", "an IGES file"),
+        ("a.ply", b"ply\nformat ascii 1.0\n", "a PLY file"),
+        ("a.geo", b"SetFactory(\"OpenCASCADE\");\n", "a geometry script of Gmsh"),
+    ];
+    for (name, content, found) in cases {
+        let error = parse(name, content).unwrap_err();
+        let said = error.to_string();
+        assert!(matches!(error, MeshError::Geometry { .. }), "{said}");
+        for part in [name, found, "surface or CAD file", "mesh its volume first", "gmsh -3 -order 2"] {
+            assert!(said.contains(part), "`{part}` is not in: {said}");
+        }
+    }
+    let error = parse("a.txt", b"hello\n").unwrap_err();
+    assert!(matches!(error, MeshError::UnknownFormat { .. }), "{error}");
+}
+
+/// The valid curved mesh that a user brought, where the folder of real meshes lies beside the repository.
+#[test]
+fn the_curved_mesh_of_mfem_is_not_supported_by_name() {
+    let path: PathBuf =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/mfem/escher-p2.mesh");
+    if !path.exists() {
+        eprintln!("skipped: {} is not there", path.display());
+        return;
+    }
+    let said = mesh::parse(&path).unwrap_err().to_string();
+    assert!(said.starts_with("not supported") && said.contains("curved elements"), "{said}");
+}
+
+#[test]
+fn a_selection_that_chooses_nothing_is_shown_in_the_words_of_the_problem_file() {
+    #[derive(serde::Deserialize)]
+    struct Holder {
+        on: mesh::select::Selection,
+    }
+    let body = mesh::block([1.0; 3], [1, 1, 1], mesh::Order::Linear);
+    let cases = [
+        ("{ plane = { at = 7.0, axis = \"x\" } }", "plane"),
+        ("{ sphere = { center = [9.0, 9.0, 9.0], radius = 0.5 } }", "sphere"),
+        ("{ all = [{ group = \"x_min\" }, { group = \"x_max\" }] }", "all"),
+    ];
+    for (text, kind) in cases {
+        let holder: Holder = toml::from_str(&format!("on = {text}")).unwrap();
+        let said = holder.on.nodes(&body).unwrap_err().to_string();
+        assert!(said.contains(&format!("no node lies in {text}")), "{kind}: {said}");
+    }
+}
