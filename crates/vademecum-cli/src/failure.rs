@@ -13,12 +13,16 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::ToleranceMissed;
+use vademecum_build::store::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
 use vademecum_study::{FileError, StudyError};
 
 /// What to do about a mesh that cannot be used.
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
+
+/// What to do about a disk that refuses.
+const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
 
 /// Where the keys of a problem file are described.
 const PROBLEM_KEYS: &str = "see formats/problem-1.md for every key and its range";
@@ -30,6 +34,8 @@ pub struct Failure {
     /// The vademecum file it is about.
     file: Option<PathBuf>,
     error: Box<dyn Error>,
+    /// What was kept all the same; empty if nothing was.
+    kept: String,
     /// What to do; empty where the error says it.
     remedy: &'static str,
 }
@@ -39,6 +45,8 @@ pub struct Failure {
 pub enum Cause {
     /// The machine: disk, memory, permissions.
     Machine = 1,
+    /// The arguments.
+    Usage = 2,
     /// The problem or scenario file.
     Input = 3,
     /// The mesh.
@@ -56,7 +64,7 @@ pub enum Cause {
 impl Failure {
     /// A failure with its cause.
     pub fn new(cause: Cause, error: impl Into<Box<dyn Error>>) -> Self {
-        Self { cause, file: None, error: error.into(), remedy: "" }
+        Self { cause, file: None, error: error.into(), kept: String::new(), remedy: "" }
     }
 
     /// Says what to do.
@@ -73,10 +81,15 @@ impl Failure {
         self
     }
 
+    /// Says what was kept all the same.
+    pub fn kept(mut self, text: String) -> Self {
+        self.kept = text;
+        self
+    }
+
     /// A file that cannot be read or written.
     pub fn io(path: &Path, error: std::io::Error) -> Self {
-        Self::new(Cause::Machine, format!("{}: {error}", path.display()))
-            .remedy("check that the folder exists, that you may write there, and that the disk has room")
+        Self::new(Cause::Machine, format!("{}: {error}", path.display())).remedy(DISK)
     }
 
     /// A vademecum file that cannot be used.
@@ -110,7 +123,26 @@ impl fmt::Display for Failure {
             said = text;
             source = error.source();
         }
+        if !self.kept.is_empty() {
+            write!(f, "\n  kept: {}", self.kept)?;
+        }
         if self.remedy.is_empty() { Ok(()) } else { write!(f, "\n  try: {}", self.remedy) }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        let (cause, remedy) = match &error {
+            OutputError::Io { .. } | OutputError::NoFolder { .. } => (Cause::Machine, DISK),
+            OutputError::OtherKind { .. } => {
+                (Cause::Usage, "write to another path, or add `--force` to replace it")
+            }
+            OutputError::NotAFile { .. }
+            | OutputError::NotAFolder { .. }
+            | OutputError::Input { .. }
+            | OutputError::Twice { .. } => (Cause::Usage, "write to another path"),
+        };
+        Self::new(cause, error).remedy(remedy)
     }
 }
 
