@@ -134,8 +134,8 @@ impl Problem {
         self.folder.join(path)
     }
 
-    /// Every file that the problem names and a build of it reads, from where the program stands; of a mesh also
-    /// the files that it is made of.
+    /// Every file that the problem names and a build of it reads, from where the program stands; of a mesh
+    /// also the files that it is made of.
     pub fn files(&self) -> Vec<PathBuf> {
         let mesh = self.mesh.file.iter().flat_map(|file| mesh::sources(&self.resolve(file)));
         let tables = self.mesh.tables.iter().flat_map(|t| [&t.coordinates, &t.connectivity]);

@@ -115,6 +115,10 @@ impl Looks {
         }
         match text(head) {
             Some(text) => Self::like_text(text),
+            // Fields follow the text of a VTU file as they are.
+            None if head.trim_ascii_start().starts_with(b"<") => {
+                Self::like_text(&String::from_utf8_lossy(head))
+            }
             None => Self::Other("binary data"),
         }
     }
@@ -196,13 +200,14 @@ mod tests {
 
     #[test]
     fn the_first_bytes_tell_what_a_file_is() {
-        let kinds: [(&[u8], &str); 22] = [
+        let kinds: [(&[u8], &str); 23] = [
             (&vademecum_format::MAGIC, "a vademecum file"),
             (b"<!DOCTYPE html>\n<html>", "an HTML page"),
             (b"\xef\xbb\xbf <HTML lang=\"en\">", "an HTML page"),
             (b"<svg width=\"900\">", "an SVG picture"),
             (b"<?xml version=\"1.0\"?>\n<!-- made by hand -->\n<svg>", "an SVG picture"),
             (b"<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\">", "a VTU file"),
+            (b"<VTKFile type=\"UnstructuredGrid\">\n_\x00\xff", "a VTU file"),
             (b"<VTKFile type=\"Collection\" version=\"0.1\">", "a PVD file"),
             (b"<note>", "an XML file"),
             (b"{\n  \"title\": 1", "a JSON object"),
