@@ -136,6 +136,8 @@ impl Looks {
             Self::Other("an Abaqus or CalculiX deck")
         } else if is_toml(text) {
             Self::Other("a TOML file")
+        } else if text.starts_with('[') {
+            Self::Other("a JSON array")
         } else if is_table(text) {
             Self::Of(Kind::Csv)
         } else {
@@ -146,9 +148,9 @@ impl Looks {
     fn like_xml(lower: &str) -> Self {
         if lower.contains("<svg") {
             Self::Of(Kind::Svg)
-        } else if lower.contains("<vtkfile type=\"unstructuredgrid\"") {
+        } else if lower.contains("<vtkfile") && lower.contains("unstructuredgrid") {
             Self::Of(Kind::Vtu)
-        } else if lower.contains("<vtkfile type=\"collection\"") {
+        } else if lower.contains("<vtkfile") && lower.contains("collection") {
             Self::Of(Kind::Pvd)
         } else {
             Self::Other("an XML file")
@@ -174,7 +176,7 @@ fn is_toml(text: &str) -> bool {
     let line = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
     let is_key = |key: &str| {
         let inside = |c: char| c.is_ascii_alphanumeric() || "_-.\"' []".contains(c);
-        !key.trim().is_empty() && key.chars().all(inside)
+        key.contains(|c: char| c.is_ascii_alphanumeric()) && key.chars().all(inside)
     };
     match line.split_once('=') {
         Some((key, _)) => is_key(key),
@@ -200,7 +202,7 @@ mod tests {
 
     #[test]
     fn the_first_bytes_tell_what_a_file_is() {
-        let kinds: [(&[u8], &str); 23] = [
+        let kinds: [(&[u8], &str); 25] = [
             (&vademecum_format::MAGIC, "a vademecum file"),
             (b"<!DOCTYPE html>\n<html>", "an HTML page"),
             (b"\xef\xbb\xbf <HTML lang=\"en\">", "an HTML page"),
@@ -217,6 +219,8 @@ mod tests {
             (b"# beam\n[mesh]\nfile = \"a.msh\"", "a TOML file"),
             (b"[[material]]\nyoung = 1.0", "a TOML file"),
             (b"title = \"a, b\"\n", "a TOML file"),
+            (b"[1, 2]\n", "a JSON array"),
+            (b"[\n  {\"a\": 1},\n", "a JSON array"),
             (b"$MeshFormat\n4.1 0 8", "a Gmsh mesh"),
             (b"*NODE\n1, 0., 0., 0.\n", "an Abaqus or CalculiX deck"),
             (b"\x7fELF\x02", "a program"),

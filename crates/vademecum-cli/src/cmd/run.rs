@@ -19,6 +19,7 @@ use crate::files::{open, outputs, whole_file};
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum run body.vdm --scenario push.toml -o out/
+Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: formats/scenario-1.md")]
 pub struct Run {
     /// The vademecum file.
