@@ -17,6 +17,9 @@ use vademecum_tests::program::{command, program, repository, vademecum};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, Random, bathe};
 
+/// What stands where a result goes: a vademecum file by its first bytes.
+const OLD: &[u8] = b"\x89VDM\r\n\x1a\nold";
+
 /// The demo's problem on a coarser mesh: the same text, modes, patterns and probes, so the same probes-only
 /// file but for numbers.
 fn built() -> &'static [u8] {
@@ -391,7 +394,7 @@ fn a_file_is_not_stripped_of_what_its_target_needs() {
     std::fs::write(&file, built()).expect("written");
     let strip = |keep: &str, text: &str| {
         std::fs::write(&scenario, format!("duration = 0.1\n{text}")).expect("written");
-        std::fs::write(&out, b"old").expect("written");
+        std::fs::write(&out, OLD).expect("written");
         let arguments =
             ["strip".as_ref(), file.as_os_str(), "--keep".as_ref(), keep.as_ref(), "--for".as_ref()];
         let rest = [scenario.as_os_str(), "-o".as_ref(), out.as_os_str()];
@@ -414,7 +417,7 @@ fn a_file_is_not_stripped_of_what_its_target_needs() {
     for (keep, text, named) in refused {
         let (ran, new) = strip(keep, text);
         ran.fails(7, &[named]);
-        assert_eq!(new, b"old");
+        assert_eq!(new, OLD);
     }
 }
 
@@ -422,7 +425,7 @@ fn a_file_is_not_stripped_of_what_its_target_needs() {
 fn on_disk(folder: &Path, bytes: &[u8]) -> (PathBuf, PathBuf) {
     let (source, target) = (folder.join("packed.vdm"), folder.join("target.vdm"));
     std::fs::write(&source, pack(bytes, 3).expect("packed")).expect("written");
-    std::fs::write(&target, b"old").expect("written");
+    std::fs::write(&target, OLD).expect("written");
     (source, target)
 }
 
@@ -443,15 +446,17 @@ fn killed_at_any_moment_the_file_is_the_old_one_or_the_new_one() {
     let mut random = Random::new(1);
     let mut killed = 0;
     for _ in 0..50 {
-        std::fs::write(&target, b"old").expect("written");
+        std::fs::write(&target, OLD).expect("written");
         let mut running = unpacking().spawn().expect("the program starts");
         std::thread::sleep(whole.mul_f64((random.number() + 1.0) * 0.5));
         let _ = running.kill();
         killed += usize::from(!running.wait().expect("it ends").success());
         let found = std::fs::read(&target).expect("there is a file");
-        assert!(found == b"old" || found == new, "{} bytes are neither file", found.len());
+        assert!(found == OLD || found == new, "{} bytes are neither file", found.len());
     }
     assert!(killed > 0, "every run ended before it was killed");
+    assert!(unpacking().status().expect("the program").success());
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 2, "parts are left behind");
 }
 
 #[test]
@@ -474,6 +479,6 @@ fn where_nothing_can_be_written_the_old_file_stays() {
         assert_eq!(full.status.code(), Some(1));
         assert!(String::from_utf8_lossy(&full.stderr).contains("target.vdm"));
     }
-    assert_eq!(std::fs::read(&target).expect("the old file"), b"old");
+    assert_eq!(std::fs::read(&target).expect("the old file"), OLD);
     assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 2, "a temporary file is left");
 }

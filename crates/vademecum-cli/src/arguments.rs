@@ -9,6 +9,14 @@ use vademecum_study::scenario::Scenario;
 
 use crate::failure::Failure;
 
+/// What every command takes that writes files.
+#[derive(clap::Args)]
+pub struct OutputArguments {
+    /// Replace files of another kind too; without it, a file is replaced only by one of its own kind.
+    #[arg(long)]
+    pub force: bool,
+}
+
 /// The problem and scenario of the demo, inside the program.
 pub const PROBLEM: &str = include_str!("../../../fixtures/problems/cantilever.toml");
 /// See [`PROBLEM`].

@@ -1,6 +1,7 @@
 //! What the user sees while work runs: progress on standard error, results on standard output.
 
 use std::io::IsTerminal;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -9,6 +10,26 @@ use vademecum_build::progress::Listener;
 
 /// Set by Ctrl-C; long work polls it and ends without leaving half a file.
 static CANCELLED: AtomicBool = AtomicBool::new(false);
+
+/// Set while a file goes to standard output: lines go to standard error.
+static ASIDE: AtomicBool = AtomicBool::new(false);
+
+/// Keeps lines out of an output that goes to the pipe or file that standard output is.
+#[cfg(unix)]
+pub fn make_way_for(output: &Path) {
+    use std::os::fd::AsFd;
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+    let standard = std::io::stdout().as_fd().try_clone_to_owned().map(std::fs::File::from);
+    let standard = standard.and_then(|file| file.metadata());
+    let found = standard.and_then(|standard| Ok((standard, std::fs::metadata(output)?)));
+    let is_same = found.is_ok_and(|(a, b)| {
+        (a.dev(), a.ino()) == (b.dev(), b.ino()) && (a.is_file() || a.file_type().is_fifo())
+    });
+    ASIDE.store(is_same, Ordering::Relaxed);
+}
+
+#[cfg(not(unix))]
+pub fn make_way_for(_: &Path) {}
 
 /// Turns Ctrl-C and termination into a polite stop; a second one kills.
 pub fn listen_for_ctrl_c() {
@@ -26,7 +47,9 @@ pub fn listen_for_ctrl_c() {
 /// peace; any other failure ends it too, since results that are not shown are not done.
 pub fn show(line: std::fmt::Arguments<'_>) {
     use std::io::Write;
-    if let Err(error) = writeln!(std::io::stdout(), "{line}") {
+    if ASIDE.load(Ordering::Relaxed) {
+        eprintln!("{line}");
+    } else if let Err(error) = writeln!(std::io::stdout(), "{line}") {
         if error.kind() == std::io::ErrorKind::BrokenPipe {
             std::process::exit(0);
         }

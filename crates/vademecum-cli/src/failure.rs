@@ -13,6 +13,7 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::ToleranceMissed;
+use vademecum_build::store::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
 use vademecum_study::{FileError, StudyError};
@@ -22,6 +23,8 @@ const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every pr
 
 /// What to do about a file that cannot be read.
 const UNREAD: &str = "name a file that exists and that you may read";
+/// What to do about a disk that refuses.
+const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
 
 /// Where the keys of a problem file are described.
 const PROBLEM_KEYS: &str = "see formats/problem-1.md for every key and its range";
@@ -33,6 +36,8 @@ pub struct Failure {
     /// The vademecum file it is about.
     file: Option<PathBuf>,
     error: Box<dyn Error>,
+    /// What was kept all the same; empty if nothing was.
+    kept: String,
     /// What to do; empty where the error says it.
     remedy: &'static str,
 }
@@ -42,6 +47,8 @@ pub struct Failure {
 pub enum Cause {
     /// The machine: disk, memory, permissions.
     Machine = 1,
+    /// The arguments.
+    Usage = 2,
     /// The problem or scenario file.
     Input = 3,
     /// The mesh.
@@ -59,7 +66,7 @@ pub enum Cause {
 impl Failure {
     /// A failure with its cause.
     pub fn new(cause: Cause, error: impl Into<Box<dyn Error>>) -> Self {
-        Self { cause, file: None, error: error.into(), remedy: "" }
+        Self { cause, file: None, error: error.into(), kept: String::new(), remedy: "" }
     }
 
     /// Says what to do.
@@ -76,10 +83,15 @@ impl Failure {
         self
     }
 
+    /// Says what was kept all the same.
+    pub fn kept(mut self, text: String) -> Self {
+        self.kept = text;
+        self
+    }
+
     /// A file that cannot be read or written.
     pub fn io(path: &Path, error: std::io::Error) -> Self {
-        Self::new(Cause::Machine, format!("{}: {error}", path.display()))
-            .remedy("check that the folder exists, that you may write there, and that the disk has room")
+        Self::new(Cause::Machine, format!("{}: {error}", path.display())).remedy(DISK)
     }
 
     /// A vademecum file that cannot be used.
@@ -113,7 +125,26 @@ impl fmt::Display for Failure {
             said = text;
             source = error.source();
         }
+        if !self.kept.is_empty() {
+            write!(f, "\n  kept: {}", self.kept)?;
+        }
         if self.remedy.is_empty() { Ok(()) } else { write!(f, "\n  try: {}", self.remedy) }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        let (cause, remedy) = match &error {
+            OutputError::Io { .. } | OutputError::NoFolder { .. } => (Cause::Machine, DISK),
+            OutputError::OtherKind { .. } => {
+                (Cause::Usage, "write to another path, or add `--force` to replace it")
+            }
+            OutputError::NotAFile { .. }
+            | OutputError::NotAFolder { .. }
+            | OutputError::Input { .. }
+            | OutputError::Twice { .. } => (Cause::Usage, "write to another path"),
+        };
+        Self::new(cause, error).remedy(remedy)
     }
 }
 

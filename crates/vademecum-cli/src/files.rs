@@ -2,21 +2,60 @@
 
 use std::path::Path;
 
-use vademecum_build::store::{open_regular, read_regular, write_atomic};
+use vademecum_build::input::Problem;
+use vademecum_build::store::{Kind, Outputs, open_regular, read_regular};
 use vademecum_eval::Mapped;
 use vademecum_format::{Codec, File, FormatError, SectionKind};
 use vademecum_rewrite::DECODED_LIMIT;
 
+use crate::arguments::OutputArguments;
+use crate::console;
 use crate::failure::{Cause, Failure};
+use crate::pictures::DrawResult;
 
-/// Writes a text file.
-pub fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text).map_err(|error| Failure::io(path, error))
+/// What a command writes, which reads `inputs` and what `problem` names. Everything that the program writes
+/// goes through this.
+pub fn outputs(arguments: &OutputArguments, inputs: &[Option<&Path>], problem: Option<&Problem>) -> Outputs {
+    let given = inputs.iter().flatten().map(|path| path.to_path_buf());
+    Outputs::new(given.chain(problem.map(Problem::files).unwrap_or_default()), arguments.force)
 }
 
-/// Makes an output folder.
-pub fn make_folder(path: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(path).map_err(|error| Failure::io(path, error))
+/// Refuses, before any work begins, what a command could not write. If it writes where standard output goes,
+/// what it has to say goes to standard error.
+pub fn check_output(outputs: &Outputs, path: &Path, kind: Kind) -> Result<(), Failure> {
+    outputs.check(&[(path.to_path_buf(), kind)])?;
+    console::make_way_for(path);
+    Ok(())
+}
+
+/// Writes bytes whole or not at all.
+pub fn write_bytes(outputs: &Outputs, path: &Path, kind: Kind, bytes: &[u8]) -> Result<(), Failure> {
+    Ok(outputs.write(path, kind, |out| out.write_all(bytes))?)
+}
+
+/// Writes a text that belongs to the program: a file that holds it already stays, and no other of its name is
+/// replaced.
+pub fn write_own(outputs: &Outputs, path: &Path, text: &str) -> Result<(), Failure> {
+    if holds(path, text) { Ok(()) } else { write_bytes(outputs, path, Kind::Own, text.as_bytes()) }
+}
+
+/// Refuses what [`write_own`] could not write.
+pub fn check_own(outputs: &Outputs, path: &Path, text: &str) -> Result<(), Failure> {
+    if holds(path, text) { Ok(()) } else { Ok(outputs.check(&[(path.to_path_buf(), Kind::Own)])?) }
+}
+
+fn holds(path: &Path, text: &str) -> bool {
+    let is_file =
+        std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() == text.len() as u64);
+    is_file && std::fs::read(path).is_ok_and(|found| found == text.as_bytes())
+}
+
+/// Writes a picture.
+pub fn write_picture(outputs: &Outputs, path: &Path, drawn: DrawResult) -> Result<String, Failure> {
+    let svg = drawn
+        .map_err(|error| Failure::new(Cause::Numerics, format!("{}: not drawn: {error}", path.display())))?;
+    write_bytes(outputs, path, Kind::Svg, svg.as_bytes())?;
+    Ok(svg)
 }
 
 /// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk
@@ -54,7 +93,7 @@ pub fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), 
     Err(Failure::new(Cause::File, text).about(path).remedy(remedy))
 }
 
-/// All bytes of a vademecum file, copied: the file itself may then be replaced.
+/// All bytes of a vademecum file, copied.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
     read_regular(path).map_err(|error| unread(path, error))
 }
@@ -66,8 +105,8 @@ fn unread(path: &Path, error: std::io::Error) -> Failure {
 }
 
 /// Writes a vademecum file whole or not at all, and says how large it has become.
-pub fn write_file(path: &Path, bytes: &[u8], before: usize) -> Result<(), Failure> {
-    write_atomic(path, bytes).map_err(|error| Failure::io(path, error))?;
+pub fn write_file(outputs: &Outputs, path: &Path, bytes: &[u8], before: usize) -> Result<(), Failure> {
+    write_bytes(outputs, path, Kind::Vademecum, bytes)?;
     println!("{}: {} bytes, {before} before", path.display(), bytes.len());
     Ok(())
 }

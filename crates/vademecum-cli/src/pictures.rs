@@ -1,8 +1,7 @@
-//! Pictures as SVG: line charts and the outline of a body.
+//! Pictures as SVG texts: line charts and the outline of a body. Nothing is written to a file here.
 
 use std::error::Error;
 use std::fmt::Write as _;
-use std::path::Path;
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
@@ -52,12 +51,13 @@ const DASHES: [(u32, u32); 4] = [(1, 0), (7, 7), (2, 5), (12, 4)];
 /// Size of every picture \[px\].
 const SIZE: (u32, u32) = (900, 480);
 
-type DrawResult = Result<(), Box<dyn Error>>;
+/// The SVG, or why nothing could be drawn.
+pub type DrawResult = Result<String, Box<dyn Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
-/// Writes a line chart.
-pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> DrawResult {
+/// Draws a line chart.
+pub fn line_chart(chart: &Chart<'_>, series: &[Series<'_>]) -> DrawResult {
     let usable = |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0);
     let points: Vec<(f64, f64)> =
         series.iter().flat_map(|s| s.points.iter().filter(usable)).copied().collect();
@@ -75,16 +75,16 @@ pub fn line_chart(path: &Path, chart: &Chart<'_>, series: &[Series<'_>]) -> Draw
     };
     let ((x0, x1), (y0, y1)) = (bounds(|p| p.0), bounds(|p| p.1));
     if chart.log_y {
-        draw(path, chart, series, Mark::Line, x0..x1, (y0 / 2.0..y1 * 2.0).log_scale())
+        draw(chart, series, Mark::Line, x0..x1, (y0 / 2.0..y1 * 2.0).log_scale())
     } else {
         let margin = 0.05 * (y1 - y0);
-        draw(path, chart, series, Mark::Line, x0..x1, y0 - margin..y1 + margin)
+        draw(chart, series, Mark::Line, x0..x1, y0 - margin..y1 + margin)
     }
 }
 
-/// Writes the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis;
+/// Draws the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis;
 /// all are positive.
-pub fn dot_chart(path: &Path, chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
+pub fn dot_chart(chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
     let all = || series.iter().flat_map(|s| &s.points);
     let range = |value: fn(&(f64, f64)) -> f64| {
         all().map(value).fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
@@ -99,16 +99,16 @@ pub fn dot_chart(path: &Path, chart: &Chart<'_>, log_x: bool, series: &[Series<'
         let margin = (x1 / x0).powf(0.03);
         let (low, high) = (x0 / margin, x1 * margin);
         let x = (low..high).log_scale().with_key_points(round_numbers(low, high));
-        draw(path, chart, series, Mark::Dots, x, y)
+        draw(chart, series, Mark::Dots, x, y)
     } else {
         let margin = 0.03 * (x1 - x0);
-        draw(path, chart, series, Mark::Dots, x0 - margin..x1 + margin, y)
+        draw(chart, series, Mark::Dots, x0 - margin..x1 + margin, y)
     }
 }
 
-/// Writes points on two logarithmic axes, those of one cloud joined by a thin line, and `front` as a wide
+/// Draws points on two logarithmic axes, those of one cloud joined by a thin line, and `front` as a wide
 /// pale line behind them. Points that are not positive are left out.
-pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> DrawResult {
+pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> DrawResult {
     let usable = |p: &&(f64, f64, String)| p.0.is_finite() && p.1.is_finite() && p.0 > 0.0 && p.1 > 0.0;
     let all: Vec<&(f64, f64, String)> = clouds.iter().flat_map(|c| c.points.iter().filter(usable)).collect();
     if all.is_empty() {
@@ -120,7 +120,8 @@ pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, 
             all.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(value(p)), b.max(value(p))));
         10f64.powf((low / 1.2).log10().floor())..10f64.powf((high * 1.6).log10().ceil())
     };
-    let root = SVGBackend::new(path, (SIZE.0, SIZE.1 + 120)).into_drawing_area();
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (SIZE.0, SIZE.1 + 120)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut context = axes(&root, chart, range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
     let pale = RGBColor(215, 215, 215);
@@ -142,7 +143,8 @@ pub fn scatter(path: &Path, chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, 
     }
     legend(&mut context)?;
     root.present()?;
-    Ok(())
+    drop((context, root));
+    Ok(svg)
 }
 
 /// A label of at most four figures: whole numbers without a point, very small and very large ones with a
@@ -209,7 +211,7 @@ where
 }
 
 /// The names of all series, each beside its mark.
-fn legend<X, Y>(context: &mut Axes<'_, X, Y>) -> DrawResult
+fn legend<X, Y>(context: &mut Axes<'_, X, Y>) -> Result<(), Box<dyn Error>>
 where
     X: Ranged<ValueType = f64>,
     Y: Ranged<ValueType = f64>,
@@ -223,14 +225,15 @@ where
     Ok(())
 }
 
-fn draw<X, Y>(path: &Path, chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
+fn draw<X, Y>(chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
 where
     X: AsRangedCoord<Value = f64>,
     X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
     Y: AsRangedCoord<Value = f64>,
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
-    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let mut context = axes(&root, chart, x, y)?;
     for (i, line) in series.iter().enumerate() {
@@ -261,7 +264,8 @@ where
         legend(&mut context)?;
     }
     root.present()?;
-    Ok(())
+    drop((context, root));
+    Ok(svg)
 }
 
 /// What an outline shows beside the body.
@@ -272,11 +276,11 @@ pub struct Outline<'a> {
     pub marks: &'a [(usize, [f64; 3])],
 }
 
-/// Writes the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.
+/// Draws the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.
 ///
 /// Written by hand and not by plotters, which makes two elements of each triangle: neighbours of one shade
 /// share a path, which keeps the picture of some thousand triangles small enough for a page.
-pub fn outline(path: &Path, view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
+pub fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
     let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
     let mut facing: Vec<[[f64; 3]; 3]> = triangles.iter().map(corners).filter(faces_viewer).collect();
     let distance = |t: &[[f64; 3]; 3]| t.iter().flatten().sum::<f64>();
@@ -307,8 +311,7 @@ pub fn outline(path: &Path, view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &
         writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>")?;
     }
     svg.push_str("</svg>\n");
-    std::fs::write(path, svg)?;
-    Ok(())
+    Ok(svg)
 }
 
 /// An isometric view: x to the lower right, y to the lower left, z up; the viewer stands at (1, 1, 1).
@@ -363,14 +366,15 @@ fn light(triangle: &[[f64; 3]; 3]) -> u8 {
     (170.0 + 70.0 * cosine).clamp(90.0, 240.0) as u8
 }
 
-/// Writes horizontal bars: label, length, what stands at its end. Lengths are shares of the longest.
-pub fn bars(path: &Path, title: &str, rows: &[(String, f64, String)]) -> DrawResult {
+/// Draws horizontal bars: label, length, what stands at its end. Lengths are shares of the longest.
+pub fn bars(title: &str, rows: &[(String, f64, String)]) -> DrawResult {
     const ROW: i32 = 26;
     const LEFT: i32 = 214;
     let longest = rows.iter().map(|row| row.1).fold(f64::MIN_POSITIVE, f64::max);
     let height = 60 + ROW * rows.len() as i32;
     let room = f64::from(SIZE.0 as i32 - LEFT - 170);
-    let root = SVGBackend::new(path, (SIZE.0, height as u32)).into_drawing_area();
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (SIZE.0, height as u32)).into_drawing_area();
     root.fill(&WHITE)?;
     root.draw(&Text::new(title, (20, 14), ("sans-serif", 20)))?;
     for (i, (label, length, value)) in rows.iter().enumerate() {
@@ -381,7 +385,8 @@ pub fn bars(path: &Path, title: &str, rows: &[(String, f64, String)]) -> DrawRes
         root.draw(&Text::new(value.as_str(), (end + 8, y + 4), ("sans-serif", 14)))?;
     }
     root.present()?;
-    Ok(())
+    drop(root);
+    Ok(svg)
 }
 
 #[cfg(test)]

@@ -353,3 +353,45 @@ fn no_debug_text_is_data() {
     }
     none("fields that are texts of `Debug`", &found);
 }
+
+/// What opens, moves or makes a file, in words of a source.
+const OPENERS: [&[&str]; 16] = [
+    &["fs", ":", ":", "write"],
+    &["fs", ":", ":", "rename"],
+    &["fs", ":", ":", "copy"],
+    &["fs", ":", ":", "hard_link"],
+    &["File", ":", ":", "create"],
+    &["File", ":", ":", "create_new"],
+    &["File", ":", ":", "options"],
+    &["OpenOptions"],
+    &["NamedTempFile"],
+    &["tempfile"],
+    &["SVGBackend", ":", ":", "new"],
+    &["BitMapBackend"],
+    &["set_len"],
+    &["set_permissions"],
+    &["MmapMut"],
+    &["mkfifo"],
+];
+
+/// Files that open outputs: everything else asks them to, so that no command replaces what it must not.
+const OPENING: [&str; 3] = ["disk.rs", "growing.rs", "part.rs"];
+
+#[test]
+fn outputs_are_opened_in_one_place() {
+    let mut found = vec![];
+    let mut in_place = 0;
+    for source in product() {
+        let text = source.text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let words = words(&source.path, text);
+        let lines = OPENERS.iter().flat_map(|opener| lines_of(&words, opener));
+        let name = source.path.strip_prefix("crates/vademecum-build/src/store/");
+        if name.is_some_and(|name| OPENING.contains(&name)) {
+            in_place += lines.count();
+        } else {
+            found.extend(lines.map(|line| format!("{}:{line}", source.path)));
+        }
+    }
+    assert!(in_place > 4, "the reading of sources is broken");
+    none("outputs that `vademecum_build::store::Outputs` does not open", &found);
+}

@@ -11,7 +11,7 @@ use super::{FieldError, io_error, write_whole};
 use crate::fem::SymmetricMatrix;
 use crate::mesh::text::{Number, Text, tokens};
 use crate::mesh::{Place, shown};
-use crate::store::read_regular;
+use crate::store::{Kind, read_regular};
 
 /// Mirrored entries of a general matrix may differ by this, relative to `√(a_ii a_jj)`, the largest that an
 /// entry of a positive definite matrix can be. Programs add some thousand contributions to an entry at most,
@@ -262,21 +262,27 @@ fn symmetrised(text: &Text<'_>, n: usize, entries: &[Entry]) -> Result<Vec<(u32,
 /// # Errors
 /// [`FieldError::Io`].
 pub fn write_matrix_market(path: &Path, matrix: &SymmetricMatrix) -> Result<(), FieldError> {
+    write_whole(path, Kind::Market, |out| matrix_market_into(out, matrix))
+}
+
+/// [`write_matrix_market`] to an open output.
+///
+/// # Errors
+/// Of the output.
+pub fn matrix_market_into(out: &mut dyn Write, matrix: &SymmetricMatrix) -> std::io::Result<()> {
     let (n, pattern) = (matrix.n(), matrix.pattern());
     let lower = |j: usize| {
         let entries = pattern.rows_of(j).iter().zip(&matrix.values()[pattern.range(j)]);
         entries.filter(move |(i, _)| **i as usize >= j)
     };
     let count: usize = (0..n).map(|j| lower(j).count()).sum();
-    write_whole(path, |out| {
-        writeln!(out, "%%MatrixMarket matrix coordinate real symmetric\n{n} {n} {count}")?;
-        for j in 0..n {
-            for (i, value) in lower(j) {
-                writeln!(out, "{} {} {value:e}", i + 1, j + 1)?;
-            }
+    writeln!(out, "%%MatrixMarket matrix coordinate real symmetric\n{n} {n} {count}")?;
+    for j in 0..n {
+        for (i, value) in lower(j) {
+            writeln!(out, "{} {} {value:e}", i + 1, j + 1)?;
         }
-        Ok(())
-    })
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -13,18 +13,18 @@ mod tables;
 mod vtu_read;
 mod vtu_write;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-pub use market::{MarketMatrix, read_matrix_market, write_matrix_market};
-pub use npy::{read_npy, write_npy};
-pub use pvd::{read_pvd, write_pvd};
+pub use market::{MarketMatrix, matrix_market_into, read_matrix_market, write_matrix_market};
+pub use npy::{npy_into, read_npy, write_npy};
+pub use pvd::{PVD_HEAD, PVD_TAIL, pvd_line, read_pvd, write_pvd};
 pub use tables::{DofRow, PointRow, TriangleRow, read_dofs, read_points, read_triangles};
 pub use vtu_read::{PointArray, VtuFile, read_displacements, read_vtu};
-pub use vtu_write::{Cells, write_vtu};
+pub use vtu_write::{Cells, vtu_into, write_vtu};
 
 use crate::mesh::{Fault, MeshError};
+use crate::store::{Kind, Outputs};
 
 /// A dense matrix, columns one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,24 +110,11 @@ fn io_error(file: &Path) -> impl Fn(std::io::Error) -> FieldError + '_ {
     |source| FieldError::Io { file: file.to_path_buf(), source }
 }
 
-/// Writes a file under another name and gives it its own when it is whole, so that no half-written file is
-/// ever seen.
+/// Writes a file whole or not at all, whatever file stands there.
 fn write_whole(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+    kind: Kind,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), FieldError> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    let attempt = || -> std::io::Result<()> {
-        let mut out = BufWriter::new(File::create(&part)?);
-        write(&mut out)?;
-        out.flush()?;
-        std::fs::rename(&part, path)
-    };
-    attempt().map_err(|source| {
-        // The first error is the one to tell; the leftover may not even exist.
-        let _ = std::fs::remove_file(&part);
-        FieldError::Io { file: path.to_path_buf(), source }
-    })
+    Outputs::unasked().write(path, kind, write).map_err(|error| io_error(path)(error.into()))
 }

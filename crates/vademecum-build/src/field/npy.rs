@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{FieldError, Matrix, io_error, write_whole};
-use crate::store::read_regular;
+use crate::store::{Kind, read_regular};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -134,24 +134,37 @@ fn column_major(values: &[f64], rows: usize, columns: usize) -> Vec<f64> {
 /// # Errors
 /// [`FieldError::WrongLength`] if the data are not `rows × columns`, [`FieldError::Io`].
 pub fn write_npy(path: &Path, matrix: &Matrix) -> Result<(), FieldError> {
+    check(matrix)?;
+    write_whole(path, Kind::Npy, |out| npy_into(out, matrix))
+}
+
+fn check(matrix: &Matrix) -> Result<(), FieldError> {
     let Matrix { rows, columns, data } = matrix;
     if rows.checked_mul(*columns) != Some(data.len()) {
         let expected = rows.saturating_mul(*columns);
         return Err(FieldError::WrongLength { what: "the matrix".into(), found: data.len(), expected });
     }
+    Ok(())
+}
+
+/// [`write_npy`] to an open output.
+///
+/// # Errors
+/// Of the output; [`FieldError::WrongLength`] inside.
+pub fn npy_into(out: &mut dyn Write, matrix: &Matrix) -> std::io::Result<()> {
+    check(matrix).map_err(std::io::Error::other)?;
+    let Matrix { rows, columns, data } = matrix;
     let mut header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({rows}, {columns}), }}");
     // Data start at a multiple of 64 bytes; the header ends with a line break.
     let start = (MAGIC.len() + 4 + header.len() + 1).next_multiple_of(64);
     let padding = start - (MAGIC.len() + 4 + header.len() + 1);
     header.push_str(&" ".repeat(padding));
     header.push('\n');
-    write_whole(path, |out| {
-        out.write_all(MAGIC)?;
-        out.write_all(&[1, 0])?;
-        out.write_all(&(header.len() as u16).to_le_bytes())?;
-        out.write_all(header.as_bytes())?;
-        data.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
-    })
+    out.write_all(MAGIC)?;
+    out.write_all(&[1, 0])?;
+    out.write_all(&(header.len() as u16).to_le_bytes())?;
+    out.write_all(header.as_bytes())?;
+    data.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
 }
 
 #[cfg(test)]

@@ -1,25 +1,30 @@
 //! PVD files: which VTU file shows which time.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::{FieldError, io_error, write_whole};
-use crate::store::read_text;
+use crate::store::{Kind, read_text};
+
+/// What a collection begins with.
+pub const PVD_HEAD: &str =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+/// What a collection ends with.
+pub const PVD_TAIL: &str = "</Collection>\n</VTKFile>\n";
+
+/// A line of a collection: the time in seconds, and the file, relative to the folder of the collection.
+pub fn pvd_line(time: f64, file: &str) -> String {
+    format!("<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>\n", escaped(file))
+}
 
 /// Writes a collection: times in seconds and files, relative to the folder of the collection.
 ///
 /// # Errors
 /// [`FieldError::Io`].
 pub fn write_pvd(path: &Path, entries: &[(f64, String)]) -> Result<(), FieldError> {
-    write_whole(path, |out| {
-        writeln!(
-            out,
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>"
-        )?;
-        for (time, file) in entries {
-            writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escaped(file))?;
-        }
-        writeln!(out, "</Collection>\n</VTKFile>")
+    write_whole(path, Kind::Pvd, |out| {
+        out.write_all(PVD_HEAD.as_bytes())?;
+        entries.iter().try_for_each(|(time, file)| out.write_all(pvd_line(*time, file).as_bytes()))?;
+        out.write_all(PVD_TAIL.as_bytes())
     })
 }
 

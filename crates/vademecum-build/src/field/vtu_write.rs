@@ -6,6 +6,7 @@ use std::path::Path;
 use super::pvd::escaped;
 use super::{FieldError, write_whole};
 use crate::mesh::Order;
+use crate::store::Kind;
 
 /// The cells of a VTU file, on indices into its points.
 #[derive(Clone, Copy, Debug)]
@@ -52,48 +53,57 @@ pub fn write_vtu(
     cells: Cells<'_>,
     data: &[(&str, &[f64], usize)],
 ) -> Result<(), FieldError> {
-    let count = cells.connectivity().len() / cells.per_cell();
-    check(points, cells, count, data)?;
-    write_whole(path, |out| {
-        let mut layout = Layout { offset: 0 };
-        writeln!(out, "<?xml version=\"1.0\"?>")?;
-        writeln!(
-            out,
-            "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
-        )?;
-        let piece = format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{count}\">", points.len());
-        writeln!(out, "<UnstructuredGrid>\n{piece}\n<PointData>")?;
-        for (name, values, components) in data {
-            layout.array(out, "Float64", name, *components, 8 * values.len())?;
-        }
-        writeln!(out, "</PointData>\n<Points>")?;
-        layout.array(out, "Float64", "Points", 3, 24 * points.len())?;
-        writeln!(out, "</Points>\n<Cells>")?;
-        layout.array(out, "Int64", "connectivity", 1, 8 * cells.connectivity().len())?;
-        layout.array(out, "Int64", "offsets", 1, 8 * count)?;
-        layout.array(out, "UInt8", "types", 1, count)?;
-        writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>")?;
-        write!(out, "<AppendedData encoding=\"raw\">\n_")?;
-        for (_, values, _) in data {
-            reals(out, values)?;
-        }
-        reals(out, points.as_flattened())?;
-        integers(out, cells.connectivity().iter().map(|&n| i64::from(n)), cells.connectivity().len())?;
-        integers(out, (1..=count).map(|i| (i * cells.per_cell()) as i64), count)?;
-        size(out, count)?;
-        out.write_all(&vec![cells.vtk_type(); count])?;
-        writeln!(out, "\n</AppendedData>\n</VTKFile>")
-    })
+    check(points, cells, data)?;
+    write_whole(path, Kind::Vtu, |out| vtu_into(out, points, cells, data))
 }
 
-fn check(
+/// [`write_vtu`] to an open output.
+///
+/// # Errors
+/// Of the output; [`FieldError::WrongLength`] inside.
+pub fn vtu_into(
+    mut out: &mut dyn Write,
     points: &[[f64; 3]],
     cells: Cells<'_>,
-    count: usize,
     data: &[(&str, &[f64], usize)],
-) -> Result<(), FieldError> {
+) -> std::io::Result<()> {
+    let count = check(points, cells, data).map_err(std::io::Error::other)?;
+    let out = &mut out;
+    let mut layout = Layout { offset: 0 };
+    writeln!(out, "<?xml version=\"1.0\"?>")?;
+    writeln!(
+        out,
+        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
+    )?;
+    let piece = format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{count}\">", points.len());
+    writeln!(out, "<UnstructuredGrid>\n{piece}\n<PointData>")?;
+    for (name, values, components) in data {
+        layout.array(out, "Float64", name, *components, 8 * values.len())?;
+    }
+    writeln!(out, "</PointData>\n<Points>")?;
+    layout.array(out, "Float64", "Points", 3, 24 * points.len())?;
+    writeln!(out, "</Points>\n<Cells>")?;
+    layout.array(out, "Int64", "connectivity", 1, 8 * cells.connectivity().len())?;
+    layout.array(out, "Int64", "offsets", 1, 8 * count)?;
+    layout.array(out, "UInt8", "types", 1, count)?;
+    writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>")?;
+    write!(out, "<AppendedData encoding=\"raw\">\n_")?;
+    for (_, values, _) in data {
+        reals(out, values)?;
+    }
+    reals(out, points.as_flattened())?;
+    integers(out, cells.connectivity().iter().map(|&n| i64::from(n)), cells.connectivity().len())?;
+    integers(out, (1..=count).map(|i| (i * cells.per_cell()) as i64), count)?;
+    size(out, count)?;
+    out.write_all(&vec![cells.vtk_type(); count])?;
+    writeln!(out, "\n</AppendedData>\n</VTKFile>")
+}
+
+/// The number of cells, if everything fits together.
+fn check(points: &[[f64; 3]], cells: Cells<'_>, data: &[(&str, &[f64], usize)]) -> Result<usize, FieldError> {
     let wrong = |what: String, found, expected| FieldError::WrongLength { what, found, expected };
     let length = cells.connectivity().len();
+    let count = length / cells.per_cell();
     if length != count * cells.per_cell() {
         return Err(wrong("the connectivity".into(), length, count * cells.per_cell()));
     }
@@ -102,7 +112,7 @@ fn check(
             return Err(wrong(format!("point data `{name}`"), values.len(), components * points.len()));
         }
     }
-    Ok(())
+    Ok(count)
 }
 
 /// Keeps track of where the next array starts in the appended data.

@@ -25,6 +25,7 @@ use serde::Deserialize;
 
 use crate::dynamics::{DampingError, SchemeError};
 use crate::input::toml_file::{self, TomlError};
+use crate::mesh;
 
 /// A problem file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -131,6 +132,20 @@ impl Problem {
     /// A path of the problem file, from where the program stands.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.folder.join(path)
+    }
+
+    /// Every file that the problem names and a build of it reads, from where the program stands; of a mesh
+    /// also the files that it is made of.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mesh = self.mesh.file.iter().flat_map(|file| mesh::sources(&self.resolve(file)));
+        let tables = self.mesh.tables.iter().flat_map(|t| [&t.coordinates, &t.connectivity]);
+        let matrices =
+            self.mesh.matrices.iter().flat_map(|m| {
+                [&m.mass, &m.stiffness, &m.dofs].into_iter().chain(&m.nodes).chain(&m.triangles)
+            });
+        let snapshots = self.snapshots.npy.iter().chain(self.snapshots.vtu.iter().flatten());
+        let named = tables.chain(matrices).chain(snapshots).map(|file| self.resolve(file));
+        mesh.chain(named).collect()
     }
 
     /// `file:line` of a key, for messages.

@@ -22,6 +22,7 @@ mod raw;
 mod report;
 mod rows;
 pub mod select;
+mod sources;
 pub mod surface;
 mod tables;
 mod tetgen;
@@ -40,6 +41,7 @@ pub use place::Place;
 pub use quality::{corner_volume, jacobian_10, quality};
 pub use raw::{RawMesh, Tetrahedra};
 pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};
+pub use sources::sources;
 pub use tables::{parse_tables, read_tables};
 
 /// Polynomial order of the displacement in an element.

@@ -1,48 +1,435 @@
-//! A file on disk is the old one or the new one, never half of either.
+//! The one place where files are opened for writing.
+//!
+//! A file on disk is the old one or the new one, never half of either: it is written beside its place and
+//! renamed. What is no file is left what it is: a link is followed, a pipe or a character device is written
+//! through, everything else is refused. What a command reads it cannot write, and what it would replace must
+//! be of the kind that it writes, unless the caller forces it.
 
-use std::ffi::OsStr;
-use std::io::{self, Write};
-use std::path::Path;
-use std::time::Duration;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::fs::{File, Metadata, OpenOptions};
+use std::io::{self, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use super::growing::Growing;
+use super::kind::{HEAD, Kind, Looks};
+use super::part::{Part, remove_left_behind};
 
-/// A temporary file that nobody has written to for so long was left by a program that was killed. Writing
-/// takes seconds; age is used and not a lock, which network folders may lack.
-const ABANDONED: Duration = Duration::from_secs(3600);
+/// Longest chain of links that is followed.
+const LINKS: usize = 40;
 
-/// Writes `bytes` to `path`: temporary file beside it, flushed to the disk, renamed over it, folder flushed.
-/// Temporary files of programs that were killed more than an hour ago are removed from the folder.
-///
-/// # Errors
-/// What the system says (full disk, read-only folder); the old file is then as it was and the temporary one
-/// gone.
-pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let folder = folder(path);
-    remove_abandoned(folder);
-    let mut file = temporary(folder)?;
-    file.write_all(bytes)?;
-    share_like_new_file(file.as_file())?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
-    // The rename itself lasts only once the folder is on the disk; some systems cannot open a folder, which
-    // is no loss.
-    if let Ok(folder) = std::fs::File::open(folder) {
-        let _ = folder.sync_all();
-    }
-    Ok(())
+/// Why a file is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The system refuses.
+    #[error("{}: {source}", .file.display())]
+    Io {
+        /// The file, as the caller named it.
+        file: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// There is no such folder.
+    #[error("{}: there is no folder {}", .file.display(), .folder.display())]
+    NoFolder {
+        /// The file.
+        file: PathBuf,
+        /// Where it should be.
+        folder: PathBuf,
+    },
+    /// No file can stand there.
+    #[error("{}: this is {what}; expected a file, a new name, a pipe or a character device", .file.display())]
+    NotAFile {
+        /// The path.
+        file: PathBuf,
+        /// What it is.
+        what: &'static str,
+    },
+    /// Something else stands where a folder is needed.
+    #[error("{}: this is no folder", .folder.display())]
+    NotAFolder {
+        /// The path.
+        folder: PathBuf,
+    },
+    /// The command reads this very file.
+    #[error("{}: the command reads this file{}, so it cannot write it", .file.display(), also(.file, .input))]
+    Input {
+        /// The output.
+        file: PathBuf,
+        /// The input, by the name it was given with.
+        input: PathBuf,
+    },
+    /// The command writes this very file under another name.
+    #[error("{}: the command writes this file{} too", .file.display(), also(.file, .other))]
+    Twice {
+        /// The output.
+        file: PathBuf,
+        /// The other output.
+        other: PathBuf,
+    },
+    /// A file of another kind stands there.
+    #[error("{}: the file that stands there seems to be {found}, not {expected}; it was left as it is",
+        .file.display())]
+    OtherKind {
+        /// The file.
+        file: PathBuf,
+        /// What it seems to be.
+        found: String,
+        /// What was to be written.
+        expected: Kind,
+    },
 }
 
-/// Whether [`write_atomic`] could begin: a temporary file beside `path` is made and removed. To be asked
-/// before long work.
-///
-/// # Errors
-/// What the system says (missing or read-only folder), or that `path` is a folder.
-pub fn check_writable(path: &Path) -> io::Result<()> {
-    if path.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
+/// Another name of a file, for messages.
+fn also(file: &Path, other: &Path) -> String {
+    if file == other { String::new() } else { format!(" ({})", other.display()) }
+}
+
+impl From<OutputError> for io::Error {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Io { source, .. } => source,
+            OutputError::NoFolder { .. } => Self::new(io::ErrorKind::NotFound, error),
+            error => Self::other(error),
+        }
     }
-    temporary(folder(path))?.close()
+}
+
+fn io_error(file: &Path) -> impl Fn(io::Error) -> OutputError + '_ {
+    |source| OutputError::Io { file: file.to_path_buf(), source }
+}
+
+/// What tells two files apart, whatever their names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Identity {
+    /// Device and number on it; hard links share them.
+    #[cfg(unix)]
+    node: Option<(u64, u64)>,
+    /// The path without links.
+    path: PathBuf,
+}
+
+impl Identity {
+    /// Of what is there, or of what will be there once it is written.
+    fn of(path: &Path) -> Option<Self> {
+        let found = std::fs::metadata(path).ok();
+        let real = match &found {
+            Some(_) => std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()),
+            None => {
+                let target = follow(path).ok()?;
+                std::fs::canonicalize(folder(&target)).ok()?.join(target.file_name()?)
+            }
+        };
+        Some(Self {
+            #[cfg(unix)]
+            node: found.as_ref().map(node),
+            path: real,
+        })
+    }
+
+    #[cfg(unix)]
+    fn is(&self, other: &Self) -> bool {
+        self.path == other.path || (self.node.is_some() && self.node == other.node)
+    }
+
+    #[cfg(not(unix))]
+    fn is(&self, other: &Self) -> bool {
+        self.path == other.path
+    }
+}
+
+#[cfg(unix)]
+fn node(found: &Metadata) -> (u64, u64) {
+    use std::os::unix::fs::MetadataExt;
+    (found.dev(), found.ino())
+}
+
+/// Whether two paths lead to the same file or folder, be it there or not.
+pub fn is_same_place(a: &Path, b: &Path) -> bool {
+    let (a, b) = (Identity::of(a), Identity::of(b));
+    a.zip(b).is_some_and(|(a, b)| a.is(&b))
+}
+
+/// Whether bytes for this path go to a pipe or a device, beside which nothing can be kept.
+pub fn goes_through(path: &Path) -> bool {
+    let found = std::fs::metadata(path);
+    found.is_ok_and(|found| !found.is_file() && neither_file_nor_through(&found).is_none())
+}
+
+/// What a command may write: not what it reads, and nothing of another kind unless it is forced.
+#[derive(Debug, Default)]
+pub struct Outputs {
+    inputs: Vec<(PathBuf, Identity)>,
+    force: bool,
+    /// Whether what killed programs left is let be.
+    lets_be: bool,
+    /// Folders that were rid of it.
+    cleaned: RefCell<BTreeSet<PathBuf>>,
+}
+
+/// Where the bytes of an output go.
+enum Place {
+    /// To a new file that replaces what is at `target`.
+    File { target: PathBuf, old: Option<Metadata> },
+    /// To a pipe or a device, which stays.
+    Through,
+}
+
+impl Outputs {
+    /// For a command that reads `inputs`; `force` lets it replace files of any kind. Those that are not there
+    /// are no concern of this.
+    pub fn new(inputs: impl IntoIterator<Item = PathBuf>, force: bool) -> Self {
+        let known = |path: PathBuf| Identity::of(&path).map(|identity| (path, identity));
+        Self { inputs: inputs.into_iter().filter_map(known).collect(), force, ..Self::default() }
+    }
+
+    /// For a program that writes many files and knows itself what stands where: every file is replaced, and
+    /// folders are not searched for what killed programs left.
+    pub(crate) fn unasked() -> Self {
+        Self { force: true, lets_be: true, ..Self::default() }
+    }
+
+    /// Whether all of `outputs` could be written, before long work: what stands there may be replaced, no two
+    /// are one file, and where the folder is there already, a file can be made in it.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn check(&self, outputs: &[(PathBuf, Kind)]) -> Result<(), OutputError> {
+        let mut seen: Vec<(&Path, Identity)> = vec![];
+        for (path, kind) in outputs {
+            if let Place::File { target, .. } = self.place(path, *kind)? {
+                self.clean(folder(&target));
+                Part::new(folder(&target), None).map_err(refused(path, &target))?;
+            } else {
+                continue;
+            }
+            let Some(identity) = Identity::of(path) else { continue };
+            if let Some((other, _)) = seen.iter().find(|(_, known)| known.is(&identity)) {
+                return Err(OutputError::Twice { file: path.clone(), other: other.to_path_buf() });
+            }
+            seen.push((path, identity));
+        }
+        Ok(())
+    }
+
+    /// [`Self::check`] for files of a folder that need not be there yet.
+    ///
+    /// # Errors
+    /// As [`Self::check`]; [`OutputError::NotAFolder`] if the folder is something else.
+    pub fn check_in(&self, folder: &Path, outputs: &[(&str, Kind)]) -> Result<(), OutputError> {
+        match std::fs::metadata(folder) {
+            Ok(found) if found.is_dir() => {
+                let outputs: Vec<_> = outputs.iter().map(|(name, kind)| (folder.join(name), *kind)).collect();
+                self.check(&outputs)
+            }
+            Ok(_) => Err(not_a_folder(folder)),
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// Makes a folder for outputs, and those above it.
+    ///
+    /// # Errors
+    /// What the system says; that there is something else.
+    pub fn make_folder(&self, folder: &Path) -> Result<(), OutputError> {
+        match std::fs::metadata(folder) {
+            Ok(found) if !found.is_dir() => Err(not_a_folder(folder)),
+            Ok(_) => Ok(()),
+            Err(_) => std::fs::create_dir_all(folder).map_err(io_error(folder)),
+        }
+    }
+
+    /// Writes a file whole or not at all: beside its place, renamed over what is there, with its mode; files
+    /// of the kinds that take long to make are flushed to the disk. Bytes for a pipe or a device go there.
+    ///
+    /// # Errors
+    /// [`OutputError`]; the old file is then as it was.
+    pub fn write(
+        &self,
+        path: &Path,
+        kind: Kind,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let fill = |file: &File| {
+            let mut out = BufWriter::new(file);
+            write(&mut out)?;
+            out.flush()
+        };
+        match self.place(path, kind)? {
+            Place::Through => open_through(path).and_then(|file| fill(&file)).map_err(io_error(path)),
+            Place::File { target, old } => {
+                let mut part = self.part(path, &target, old.as_ref())?;
+                let finish = || -> io::Result<()> {
+                    fill(&part.file)?;
+                    if kind.is_flushed() { part.file.sync_all() } else { Ok(()) }
+                };
+                finish().and_then(|()| part.name(&target)).map_err(io_error(path))?;
+                if kind.is_flushed() {
+                    flush_folder(folder(&target));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Begins a text that grows line by line where it stands, between a head and a tail. What stood there
+    /// before is replaced at once.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn grow(
+        &self,
+        path: &Path,
+        kind: Kind,
+        head: &str,
+        tail: &'static str,
+    ) -> Result<Growing, OutputError> {
+        match self.place(path, kind)? {
+            Place::Through => open_through(path).and_then(|file| Growing::begin(file, false, head, tail)),
+            Place::File { target, old } => {
+                let mut part = self.part(path, &target, old.as_ref())?;
+                let begun = part.file.try_clone().and_then(|file| Growing::begin(file, true, head, tail));
+                begun.and_then(|begun| part.name(&target).map(|()| begun))
+            }
+        }
+        .map_err(io_error(path))
+    }
+
+    fn part(&self, path: &Path, target: &Path, old: Option<&Metadata>) -> Result<Part, OutputError> {
+        self.clean(folder(target));
+        Part::new(folder(target), old).map_err(refused(path, target))
+    }
+
+    /// Rids a folder, once, of what killed programs left.
+    fn clean(&self, folder: &Path) {
+        if !self.lets_be && self.cleaned.borrow_mut().insert(folder.to_path_buf()) {
+            remove_left_behind(folder);
+        }
+    }
+
+    /// Where an output goes, if it may.
+    fn place(&self, path: &Path, kind: Kind) -> Result<Place, OutputError> {
+        if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            return Err(not_a_file(path, "the name of a folder"));
+        }
+        let found = match std::fs::metadata(path) {
+            Ok(found) => found,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let target = follow(path).map_err(io_error(path))?;
+                return Ok(Place::File { target, old: None });
+            }
+            Err(error) => return Err(io_error(path)(error)),
+        };
+        if let Some(what) = neither_file_nor_through(&found) {
+            return Err(not_a_file(path, what));
+        }
+        if is_character_device(&found) {
+            return Ok(Place::Through);
+        }
+        self.refuse_input(path)?;
+        if !found.is_file() {
+            return Ok(Place::Through);
+        }
+        self.refuse_other_kind(path, kind)?;
+        let is_link = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
+        let target = if is_link { std::fs::canonicalize(path) } else { Ok(path.to_path_buf()) };
+        Ok(Place::File { target: target.map_err(io_error(path))?, old: Some(found) })
+    }
+
+    fn refuse_input(&self, path: &Path) -> Result<(), OutputError> {
+        let output = Identity::of(path);
+        let is_output = |identity: &Identity| output.as_ref().is_some_and(|output| output.is(identity));
+        match self.inputs.iter().find(|(_, identity)| is_output(identity)) {
+            Some((input, _)) => Err(OutputError::Input { file: path.into(), input: input.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    fn refuse_other_kind(&self, path: &Path, kind: Kind) -> Result<(), OutputError> {
+        if self.force || kind == Kind::Any {
+            return Ok(());
+        }
+        let other = |found: String| OutputError::OtherKind { file: path.into(), found, expected: kind };
+        let head = head(path).map_err(|error| other(format!("one that cannot be read ({error})")))?;
+        if kind.replaces(&head) { Ok(()) } else { Err(other(Looks::like(&head).to_string())) }
+    }
+}
+
+/// The first bytes of a file.
+fn head(path: &Path) -> io::Result<Vec<u8>> {
+    let mut head = vec![];
+    File::open(path)?.take(HEAD as u64).read_to_end(&mut head)?;
+    Ok(head)
+}
+
+/// A pipe waits here for its reader.
+fn open_through(path: &Path) -> io::Result<File> {
+    OpenOptions::new().write(true).open(path)
+}
+
+fn not_a_file(path: &Path, what: &'static str) -> OutputError {
+    OutputError::NotAFile { file: path.into(), what }
+}
+
+fn not_a_folder(path: &Path) -> OutputError {
+    OutputError::NotAFolder { folder: path.into() }
+}
+
+/// Why no file can be made beside `target`, in terms of the path that the caller knows.
+fn refused<'a>(path: &'a Path, target: &'a Path) -> impl Fn(io::Error) -> OutputError + 'a {
+    |source| {
+        let folder = folder(target);
+        if folder.is_dir() {
+            return OutputError::Io { file: path.into(), source };
+        }
+        OutputError::NoFolder { file: path.into(), folder: folder.into() }
+    }
+}
+
+/// What is neither written beside its place nor through.
+#[cfg(unix)]
+fn neither_file_nor_through(found: &Metadata) -> Option<&'static str> {
+    use std::os::unix::fs::FileTypeExt;
+    let kind = found.file_type();
+    let through = kind.is_char_device() || kind.is_fifo();
+    if kind.is_dir() {
+        Some("a folder")
+    } else if kind.is_block_device() {
+        Some("a block device")
+    } else if kind.is_socket() {
+        Some("a socket")
+    } else {
+        (!kind.is_file() && !through).then_some("neither a file nor a device")
+    }
+}
+
+#[cfg(not(unix))]
+fn neither_file_nor_through(found: &Metadata) -> Option<&'static str> {
+    if found.is_dir() { Some("a folder") } else { (!found.is_file()).then_some("no file") }
+}
+
+/// A character device may be read and written by the same command: nothing is lost.
+#[cfg(unix)]
+fn is_character_device(found: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    found.file_type().is_char_device()
+}
+
+#[cfg(not(unix))]
+fn is_character_device(_: &Metadata) -> bool {
+    false
+}
+
+/// Where a path leads through links whose end is not there.
+fn follow(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_path_buf();
+    for _ in 0..LINKS {
+        match std::fs::symlink_metadata(&path) {
+            Ok(found) if found.is_symlink() => path = folder(&path).join(std::fs::read_link(&path)?),
+            _ => return Ok(path),
+        }
+    }
+    Err(io::Error::other("links that lead in a circle"))
 }
 
 fn folder(path: &Path) -> &Path {
@@ -52,42 +439,19 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-const PREFIX: &str = ".vademecum-";
-const SUFFIX: &str = ".part";
-
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    tempfile::Builder::new().prefix(PREFIX).suffix(SUFFIX).tempfile_in(folder)
-}
-
-/// Whether a file of this name is a temporary one of ours.
-pub(crate) fn is_temporary(name: &str) -> bool {
-    name.starts_with(PREFIX) && name.ends_with(SUFFIX)
-}
-
-/// What cannot be looked at or removed stays: it is in nobody's way.
-fn remove_abandoned(folder: &Path) {
-    let old = |entry: &std::fs::DirEntry| -> io::Result<bool> {
-        let written = entry.metadata()?.modified()?;
-        Ok(written.elapsed().is_ok_and(|age| age > ABANDONED))
-    };
-    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        if OsStr::to_str(&name).is_some_and(is_temporary) && old(&entry).unwrap_or(false) {
-            let _ = std::fs::remove_file(entry.path());
-        }
+/// A rename lasts only once the folder is on the disk; some systems cannot open a folder, which is no loss.
+fn flush_folder(folder: &Path) {
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
     }
 }
 
-/// Temporary files are private; a result is not.
-#[cfg(unix)]
-fn share_like_new_file(file: &std::fs::File) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn share_like_new_file(_: &std::fs::File) -> io::Result<()> {
-    Ok(())
+/// Writes `bytes` to `path` as [`Outputs::write`] does, whatever file stands there.
+///
+/// # Errors
+/// What the system says (full disk, read-only folder); the old file is then as it was.
+pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    Ok(Outputs::default().write(path, Kind::Any, |out| out.write_all(bytes))?)
 }
 
 #[cfg(test)]
@@ -99,34 +463,32 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.vdm");
         write_atomic(&path, b"old").unwrap();
-        check_writable(&path).unwrap();
+        Outputs::default().check(&[(path.clone(), Kind::Any)]).unwrap();
         write_atomic(&path, b"newer").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"newer");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]
-    fn a_missing_folder_is_an_error() {
+    fn a_missing_folder_is_an_error_that_names_it() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(write_atomic(&folder.path().join("none/a.vdm"), b"x").is_err());
-        assert!(check_writable(&folder.path().join("none/a.vdm")).is_err());
-        assert!(check_writable(folder.path()).is_err());
+        let path = folder.path().join("none/a.vdm");
+        assert_eq!(write_atomic(&path, b"x").unwrap_err().kind(), io::ErrorKind::NotFound);
+        let refused = Outputs::default().check(&[(path, Kind::Any)]).unwrap_err();
+        assert!(matches!(&refused, OutputError::NoFolder { folder, .. } if folder.ends_with("none")));
+        for wrong in [folder.path().to_path_buf(), folder.path().join("b/"), "..".into(), "".into()] {
+            let refused = Outputs::default().check(&[(wrong, Kind::Any)]).unwrap_err();
+            assert!(matches!(refused, OutputError::NotAFile { .. }), "{refused}");
+        }
     }
 
     #[test]
-    fn what_a_killed_program_left_goes_after_an_hour_and_nothing_else_does() {
+    fn two_names_of_one_file_are_one_output() {
         let folder = tempfile::tempdir().unwrap();
-        let aged = |name: &str, seconds: u64| {
-            let path = folder.path().join(name);
-            let file = std::fs::File::create(&path).unwrap();
-            file.set_modified(std::time::SystemTime::now() - Duration::from_secs(seconds)).unwrap();
-            path
-        };
-        let abandoned = aged(".vademecum-abc.part", 3700);
-        let others =
-            [aged(".vademecum-def.part", 3500), aged(".vademecum-notes", 9000), aged("a.part", 9000)];
-        write_atomic(&folder.path().join("a.vdm"), b"x").unwrap();
-        assert!(!abandoned.exists());
-        assert!(others.iter().all(|path| path.exists()));
+        let [a, b] = ["a", "./b/../a"].map(|name| folder.path().join(name));
+        std::fs::create_dir(folder.path().join("b")).unwrap();
+        assert!(is_same_place(&a, &b));
+        let twice = Outputs::default().check(&[(a, Kind::Any), (b, Kind::Any)]).unwrap_err();
+        assert!(matches!(twice, OutputError::Twice { .. }), "{twice}");
     }
 }

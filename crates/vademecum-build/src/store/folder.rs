@@ -12,7 +12,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::Xxh3;
 
-use super::disk::{is_temporary, write_atomic};
+use super::disk::write_atomic;
+use super::part::remove_left_behind;
 use super::read::read_regular;
 
 /// Ending of a stage's file.
@@ -61,8 +62,8 @@ impl Store {
     /// # Errors
     /// What the system says.
     pub fn remove(&self) -> io::Result<()> {
-        let names = self.names();
-        for name in names.iter().filter(|name| name.ends_with(ENDING) || is_temporary(name)) {
+        remove_left_behind(&self.folder);
+        for name in self.names().iter().filter(|name| name.ends_with(ENDING)) {
             std::fs::remove_file(self.folder.join(name))?;
         }
         match std::fs::remove_dir(&self.folder) {

@@ -7,18 +7,25 @@
 //! and without what is kept. The odd thing: addresses go by content and not by history, so a change that
 //! leaves a basis as it was leaves all that follows from it too.
 //!
+//! Here too is the one place where files are opened for writing ([`Outputs`]), for stages and for results.
+//!
 //! The store knows no stage: each value says itself what it contributes to an address ([`Hashed`]). Cheap
 //! stages (mesh, matrices, factorisations, stage responses) are not kept.
 
 mod disk;
 mod folder;
+mod growing;
 mod inputs;
 mod read;
+mod kind;
+mod part;
 
-pub use disk::{check_writable, write_atomic};
+pub use disk::{OutputError, Outputs, goes_through, is_same_place, write_atomic};
 pub use folder::Store;
+pub use growing::Growing;
 pub use inputs::{Hashed, Inputs};
 pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
+pub use kind::Kind;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 
 use vademecum_study::bench::{BenchOptions, compare_methods};
 
-use crate::arguments::{problem_or_demo, scenario_or_demo};
+use crate::arguments::{OutputArguments, problem_or_demo, scenario_or_demo};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::make_folder;
+use crate::files::outputs;
 use crate::print::print_json;
 
 /// Compares every way to get the answer: seconds offline, time per step, and error, on the same scenario.
@@ -51,6 +51,8 @@ pub struct Bench {
     /// Print JSON instead of a table.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
 
 /// Steps with `--quick`.
@@ -58,12 +60,15 @@ const QUICK_STEPS: usize = 400;
 
 impl Bench {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        make_folder(&self.output)?;
         let problem = problem_or_demo(self.problem.as_deref())?;
         let scenario = scenario_or_demo(self.scenario.as_deref(), self.problem.as_deref())?;
+        let inputs = [self.problem.as_deref(), self.scenario.as_deref()];
+        let outputs = outputs(&self.outputs, &inputs, Some(&problem));
+        outputs.check_in(&self.output, &output::FILES)?;
+        outputs.make_folder(&self.output)?;
         let table = compare_methods(&problem, scenario.as_ref(), &self.options(), console)?;
         console.clear();
-        output::write(&self.output, &table)?;
+        output::write(&outputs, &self.output, &table)?;
         if self.json {
             print_json(&table);
         } else {

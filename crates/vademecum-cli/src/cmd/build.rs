@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::progress::Listener;
-use vademecum_build::store::{Store, check_writable, write_atomic};
+use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place};
 
+use crate::arguments::OutputArguments;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
+use crate::files::{check_output, outputs, write_bytes};
 use crate::print::{bytes, print_json, print_report};
 
 /// Computes a vademecum from a problem file.
@@ -24,7 +26,7 @@ Keys of the problem file: formats/problem-1.md")]
 pub struct Build {
     /// The problem file (TOML).
     problem: PathBuf,
-    /// The file to write; an existing one is replaced in one step.
+    /// The file to write; an older vademecum file is replaced in one step.
     #[arg(short, long, default_value = "body.vdm")]
     output: PathBuf,
     /// Print the report as JSON.
@@ -44,21 +46,25 @@ pub struct Build {
     /// what was done.
     #[arg(long)]
     repair: bool,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
 
 impl Build {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
-        check_writable(&self.output).map_err(|error| Failure::io(&self.output, error))?;
-        let store = Store::new(&self.work_folder(), self.fresh);
-        let built = self.build(&problem, &store, console).inspect_err(|_| {
-            if store.holds_stages() {
+        let outputs = outputs(&self.outputs, &[Some(&self.problem)], Some(&problem));
+        check_output(&outputs, &self.output, Kind::Vademecum)?;
+        let store = self.work_folder()?.map(|folder| Store::new(&folder, self.fresh));
+        let built = self.build(&problem, store.as_ref(), &outputs, console).inspect_err(|_| {
+            if let Some(store) = store.as_ref().filter(|store| store.holds_stages()) {
                 let kept = store.folder().display();
                 console
                     .note(&format!("finished stages are kept in {kept}: the next build goes on from there"));
             }
         })?;
         if self.work.is_none()
+            && let Some(store) = &store
             && let Err(error) = store.remove()
         {
             console.note(&format!("{} cannot be removed: {error}", store.folder().display()));
@@ -75,24 +81,37 @@ impl Build {
 }
 
 impl Build {
-    fn build(&self, problem: &Problem, store: &Store, console: &Console) -> Result<Built, Failure> {
-        let options = BuildOptions { repair: self.repair, store: Some(store) };
+    fn build(
+        &self,
+        problem: &Problem,
+        store: Option<&Store>,
+        outputs: &Outputs,
+        console: &Console,
+    ) -> Result<Built, Failure> {
+        let options = BuildOptions { repair: self.repair, store };
         let outcome = build(problem, &options, console)?;
         let built = if self.keep_missed { outcome.either() } else { outcome.kept()? };
         if console.cancelled() {
             return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
         }
-        write_atomic(&self.output, &built.bytes).map_err(|error| Failure::io(&self.output, error))?;
+        write_bytes(outputs, &self.output, Kind::Vademecum, &built.bytes)?;
         Ok(built)
     }
 
     /// Beside the file, under its name: found again without being told, by the build it belongs to alone.
-    fn work_folder(&self) -> PathBuf {
-        let beside = || {
+    /// None beside a pipe or a device.
+    fn work_folder(&self) -> Result<Option<PathBuf>, Failure> {
+        let Some(work) = &self.work else {
             let mut name = self.output.clone().into_os_string();
             name.push(".work");
-            name.into()
+            return Ok((!goes_through(&self.output)).then_some(name.into()));
         };
-        self.work.clone().unwrap_or_else(beside)
+        if is_same_place(work, &self.output) {
+            return Err(OutputError::Twice { file: self.output.clone(), other: work.clone() }.into());
+        }
+        match std::fs::metadata(work) {
+            Ok(found) if !found.is_dir() => Err(OutputError::NotAFolder { folder: work.clone() }.into()),
+            _ => Ok(Some(work.clone())),
+        }
     }
 }

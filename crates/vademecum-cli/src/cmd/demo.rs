@@ -7,17 +7,17 @@ use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Silent, Stopwatch};
 use vademecum_build::report::BuildReport;
-use vademecum_build::store::write_atomic;
+use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::FormatError;
 use vademecum_study::contents::Geometry;
 use vademecum_study::player::{LongRun, PlayOptions, Track, long_run};
 use vademecum_study::verify::{Verification, Verified, verify};
 use vademecum_study::{FileError, StudyError};
 
-use crate::arguments::{PROBLEM, SCENARIO, demo_problem, demo_scenario};
+use crate::arguments::{OutputArguments, PROBLEM, SCENARIO, demo_problem, demo_scenario};
 use crate::console::Console;
-use crate::failure::{Cause, Failure};
-use crate::files::{make_folder, open, write_text};
+use crate::failure::Failure;
+use crate::files::{check_own, open, outputs, write_bytes, write_own, write_picture};
 use crate::pictures::{Chart, Outline, Series, line_chart, outline};
 use crate::print::{json, print_report, print_verification};
 
@@ -33,7 +33,19 @@ pub struct Demo {
     /// Folder for the file, the pictures and demo.json; made if missing.
     #[arg(short, long, default_value = "demo")]
     output: PathBuf,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
+
+/// What is written, beside problem and scenario.
+const FILES: [(&str, Kind); 6] = [
+    ("demo.vdm", Kind::Vademecum),
+    ("demo.json", Kind::Json),
+    ("mesh.svg", Kind::Svg),
+    ("singular-values.svg", Kind::Svg),
+    ("tip.svg", Kind::Svg),
+    ("energy.svg", Kind::Svg),
+];
 
 #[derive(Serialize)]
 struct DemoReport<'a> {
@@ -45,14 +57,17 @@ struct DemoReport<'a> {
 
 impl Demo {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        make_folder(&self.output)?;
+        let outputs = outputs(&self.outputs, &[], None);
+        outputs.check_in(&self.output, &FILES)?;
+        outputs.make_folder(&self.output)?;
+        let own = [("problem.toml", PROBLEM), ("scenario.toml", SCENARIO)];
+        own.iter().try_for_each(|(name, text)| check_own(&outputs, &self.output.join(name), text))?;
+        own.iter().try_for_each(|(name, text)| write_own(&outputs, &self.output.join(name), text))?;
         let (problem, scenario) = (demo_problem()?, demo_scenario()?);
-        write_text(&self.output.join("problem.toml"), PROBLEM)?;
-        write_text(&self.output.join("scenario.toml"), SCENARIO)?;
         let path = self.output.join("demo.vdm");
 
         let built = build(&problem, &BuildOptions::default(), console)?.kept()?;
-        write_atomic(&path, &built.bytes).map_err(|error| Failure::io(&path, error))?;
+        write_bytes(&outputs, &path, Kind::Vademecum, &built.bytes)?;
         let mapped = open(&path, false)?;
         let about = |error: StudyError| Failure::from(error).about(&path);
         let file = mapped.file().map_err(|error: FormatError| Failure::file(&path, error))?;
@@ -68,25 +83,26 @@ impl Demo {
         let geometry = Geometry::of(&file).map_err(unread)?;
         let held = geometry.held(&file).map_err(unread)?.into_iter().map(|place| (0, place));
         let pushed = track.contacts.iter().map(|contact| (1, contact.point.position));
-        self.draw(&built.report, &verified, &geometry, &held.chain(pushed).collect::<Vec<_>>())?;
+        let marks: Vec<_> = held.chain(pushed).collect();
+        self.draw(&outputs, &built.report, &verified, &geometry, &marks)?;
         let report = DemoReport { verify: &verified.figures, long_run: &long, build: &built.report };
-        write_text(&self.output.join("demo.json"), &json(&report))?;
+        write_bytes(&outputs, &self.output.join("demo.json"), Kind::Json, json(&report).as_bytes())?;
         self.print(&built.report, &verified, &long);
         Ok(())
     }
 
     fn draw(
         &self,
+        outputs: &Outputs,
         report: &BuildReport,
         verified: &Verified,
         geometry: &Geometry,
         marks: &[(usize, [f64; 3])],
     ) -> Result<(), Failure> {
-        let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
+        let write = |name: &str, drawn| write_picture(outputs, &self.output.join(name), drawn).map(|_| ());
         let title = "mesh (blue: held nodes, red: contacts)";
         let Geometry { nodes, triangles } = geometry;
-        outline(&self.output.join("mesh.svg"), &Outline { title, marks }, nodes, triangles)
-            .map_err(failed)?;
+        write("mesh.svg", outline(&Outline { title, marks }, nodes, triangles))?;
 
         let values = report.singular_values.iter().enumerate();
         let first = report.singular_values.first().copied().unwrap_or(1.0);
@@ -94,19 +110,19 @@ impl Demo {
             Series { name: "", points: values.map(|(i, s)| ((i + 1) as f64, s / first)).collect() };
         let chart =
             Chart { title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true };
-        line_chart(&self.output.join("singular-values.svg"), &chart, &[singular]).map_err(failed)?;
+        write("singular-values.svg", line_chart(&chart, &[singular]))?;
 
         let [full, file] = &verified.probe_series;
         let tip = Chart { title: "tip displacement", x: "time [s]", y: "displacement [m]", log_y: false };
         let probes = verified.probes.len();
         let lines =
             [over_time("full order", full, probes, verified), over_time("vademecum", file, probes, verified)];
-        line_chart(&self.output.join("tip.svg"), &tip, &lines).map_err(failed)?;
+        write("tip.svg", line_chart(&tip, &lines))?;
 
         let [full, file] = &verified.energy_series;
         let energy = Chart { title: "energy", x: "time [s]", y: "energy [J]", log_y: false };
         let lines = [over_time("full order", full, 1, verified), over_time("vademecum", file, 1, verified)];
-        line_chart(&self.output.join("energy.svg"), &energy, &lines).map_err(failed)
+        write("energy.svg", line_chart(&energy, &lines))
     }
 
     fn print(&self, report: &BuildReport, verified: &Verified, long: &LongRun) {

@@ -3,15 +3,16 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use vademecum_build::field::{FieldError, write_matrix_market, write_npy};
+use vademecum_build::field::{matrix_market_into, npy_into};
 use vademecum_build::input::BasisKind;
 use vademecum_build::progress::Listener;
+use vademecum_build::store::Kind;
 use vademecum_study::export::{ExportedModel, FreeDof};
 
-use crate::arguments::{problem_or_demo, scenario_or_demo};
+use crate::arguments::{OutputArguments, problem_or_demo, scenario_or_demo};
 use crate::console::Console;
-use crate::failure::{Cause, Failure};
-use crate::files::{make_folder, write_text};
+use crate::failure::Failure;
+use crate::files::{outputs, write_bytes};
 use crate::print::json;
 
 /// Hands a model to other programs.
@@ -51,7 +52,21 @@ struct Matrices {
     /// Steps of the scenario [default: all].
     #[arg(long)]
     steps: Option<usize>,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
+
+/// What is written.
+const FILES: [(&str, Kind); 8] = [
+    ("mass.mtx", Kind::Market),
+    ("stiffness.mtx", Kind::Market),
+    ("basis.npy", Kind::Npy),
+    ("loads.npy", Kind::Npy),
+    ("dofs.csv", Kind::Csv),
+    ("nodes.csv", Kind::Csv),
+    ("triangles.csv", Kind::Csv),
+    ("model.json", Kind::Json),
+];
 
 fn kind(text: &str) -> Result<BasisKind, String> {
     match text {
@@ -71,25 +86,29 @@ impl Export {
 
 impl Matrices {
     fn run(&self, console: &Console) -> Result<(), Failure> {
-        make_folder(&self.output)?;
         let problem = problem_or_demo(self.problem.as_deref())?;
         let scenario = scenario_or_demo(self.scenario.as_deref(), self.problem.as_deref())?;
+        let inputs = [self.problem.as_deref(), self.scenario.as_deref()];
+        let outputs = outputs(&self.outputs, &inputs, Some(&problem));
+        outputs.check_in(&self.output, &FILES)?;
+        outputs.make_folder(&self.output)?;
         let modes = usize::from(self.modes);
         let export = ExportedModel::new(&problem, scenario.as_ref(), self.basis, modes, self.steps, console)?;
         console.stage("write");
         let at = |name: &str| self.output.join(name);
-        let failed = |error: FieldError| Failure::new(Cause::Machine, error);
-        write_matrix_market(&at("mass.mtx"), export.mass()).map_err(failed)?;
-        write_matrix_market(&at("stiffness.mtx"), export.stiffness()).map_err(failed)?;
-        write_npy(&at("basis.npy"), &export.basis).map_err(failed)?;
-        write_npy(&at("loads.npy"), &export.loads).map_err(failed)?;
-        write_text(&at("dofs.csv"), &dofs(export.free_dofs()))?;
-        write_text(&at("nodes.csv"), &nodes(export.nodes()))?;
+        outputs.write(&at("mass.mtx"), Kind::Market, |out| matrix_market_into(out, export.mass()))?;
+        outputs
+            .write(&at("stiffness.mtx"), Kind::Market, |out| matrix_market_into(out, export.stiffness()))?;
+        outputs.write(&at("basis.npy"), Kind::Npy, |out| npy_into(out, &export.basis))?;
+        outputs.write(&at("loads.npy"), Kind::Npy, |out| npy_into(out, &export.loads))?;
+        let text = |name: &str, kind, text: &str| write_bytes(&outputs, &at(name), kind, text.as_bytes());
+        text("dofs.csv", Kind::Csv, &dofs(export.free_dofs()))?;
+        text("nodes.csv", Kind::Csv, &nodes(export.nodes()))?;
         let triangles = triangles(export.triangles());
         if !triangles.is_empty() {
-            write_text(&at("triangles.csv"), &triangles)?;
+            text("triangles.csv", Kind::Csv, &triangles)?;
         }
-        write_text(&at("model.json"), &json(&export.model))?;
+        text("model.json", Kind::Json, &json(&export.model))?;
         console.clear();
         println!(
             "{}: {} dofs, {} modes, {} loads",

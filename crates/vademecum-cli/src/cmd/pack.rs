@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
+use crate::arguments::OutputArguments;
 use crate::failure::Failure;
-use crate::files::{read_file, write_file};
+use crate::files::{check_output, outputs, read_file, write_file};
 
 /// Compresses a file for shipping; without a tolerance, `unpack` gives back the very bytes.
 #[derive(clap::Args)]
@@ -18,9 +20,11 @@ Probes, load patterns and the step are kept to the bit. `vademecum info` shows w
 pub struct Pack {
     /// The vademecum file.
     file: PathBuf,
-    /// The compressed file; may be the file itself.
+    /// The compressed file.
     #[arg(short, long)]
     output: PathBuf,
+    #[command(flatten)]
+    outputs: OutputArguments,
     /// Level of zstd: 1 is quick, 22 is small.
     #[arg(long, default_value_t = 19, value_parser = clap::value_parser!(i32).range(1..=22))]
     level: i32,
@@ -31,12 +35,14 @@ pub struct Pack {
 
 impl Pack {
     pub fn run(&self) -> Result<(), Failure> {
+        let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
+        check_output(&outputs, &self.output, Kind::Vademecum)?;
         let bytes = read_file(&self.file)?;
         let packed = match self.tolerance {
             None => rewrite::pack(&bytes, self.level),
             Some(tolerance) => rewrite::pack_within(&bytes, self.level, tolerance),
         };
         let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
-        write_file(&self.output, &packed, bytes.len())
+        write_file(&outputs, &self.output, &packed, bytes.len())
     }
 }

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
-use vademecum_build::store::write_atomic;
+use vademecum_build::store::{Kind, goes_through};
 use vademecum_format::{File, FormatError};
 use vademecum_study::contents::{figures, mode_table};
 use vademecum_study::free_run::free_run;
@@ -27,9 +27,10 @@ use vademecum_study::{FileError, StudyError};
 use self::build_times::BuildTimes;
 use self::content::Content;
 use self::figures::Figures;
+use crate::arguments::OutputArguments;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{make_folder, open, refuse_canonical};
+use crate::files::{check_output, open, outputs, refuse_canonical, write_bytes};
 use crate::html::title;
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
@@ -54,10 +55,28 @@ pub struct Report {
     /// What `build --json` printed for this file: shows what the build took.
     #[arg(long)]
     build: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
+
+/// Figures of every report.
+const FIGURES: [(&str, Kind); 4] =
+    [("mesh.svg", Kind::Svg), ("modes.svg", Kind::Svg), ("free-run.svg", Kind::Svg), ("file.svg", Kind::Svg)];
 
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
+        let compared = self.compared()?;
+        let inputs = [Some(&self.file), self.problem.as_ref(), self.scenario.as_ref(), self.build.as_ref()];
+        let inputs = inputs.map(|path| path.map(PathBuf::as_path));
+        let outputs = outputs(&self.outputs, &inputs, compared.as_ref().map(|(problem, _)| problem));
+        check_output(&outputs, &self.output, Kind::Html)?;
+        let folder = self.output.with_file_name(format!(
+            "{}-figures",
+            self.output.file_stem().unwrap_or_default().to_string_lossy()
+        ));
+        if !goes_through(&self.output) {
+            outputs.check_in(&folder, &FIGURES)?;
+        }
         let mapped = open(&self.file, false)?;
         let file = mapped.file().map_err(|error: FormatError| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the report")?;
@@ -71,7 +90,7 @@ impl Report {
         console.stage("free run");
         let quotients: Vec<f64> = modes.iter().map(|mode| mode.rayleigh_quotient).collect();
         let free = free_run(&file, &quotients).map_err(about)?;
-        let verified = self.compare(&file, console)?;
+        let verified = self.compare(compared, &file, console)?;
         let content = Content {
             title: title(&self.file, &file),
             path: &self.file,
@@ -89,29 +108,34 @@ impl Report {
         };
 
         console.stage("draw");
-        let folder = self.output.with_file_name(format!(
-            "{}-figures",
-            self.output.file_stem().unwrap_or_default().to_string_lossy()
-        ));
-        make_folder(&folder)?;
-        let figures = Figures::draw(&folder, &content)?;
+        let figures = Figures::draw(&content)?;
         let page = page::page(&content, &figures);
-        write_atomic(&self.output, page.as_bytes()).map_err(|error| Failure::io(&self.output, error))?;
+        let beside = !goes_through(&self.output);
+        if beside {
+            outputs.make_folder(&folder)?;
+            figures.write(&outputs, &folder)?;
+        }
+        write_bytes(&outputs, &self.output, Kind::Html, page.as_bytes())?;
         console.clear();
-        println!(
-            "{}: {} bytes; {} figures in {}",
-            self.output.display(),
-            page.len(),
-            figures.len(),
-            folder.display()
-        );
+        let at = if beside { format!("in {}", folder.display()) } else { "inside".into() };
+        println!("{}: {} bytes; {} figures {at}", self.output.display(), page.len(), figures.len());
         Ok(())
     }
 
-    /// The full-order march beside the file's, if a problem and a scenario are given.
-    fn compare(&self, file: &File<'_>, console: &Console) -> Result<Option<Verified>, Failure> {
+    /// The problem and the scenario to compare on, if they are given.
+    fn compared(&self) -> Result<Option<(Problem, Scenario)>, Failure> {
         let (Some(problem), Some(scenario)) = (&self.problem, &self.scenario) else { return Ok(None) };
-        let (problem, scenario) = (Problem::read(problem)?, Scenario::read(scenario)?);
+        Ok(Some((Problem::read(problem)?, Scenario::read(scenario)?)))
+    }
+
+    /// The full-order march beside the file's.
+    fn compare(
+        &self,
+        compared: Option<(Problem, Scenario)>,
+        file: &File<'_>,
+        console: &Console,
+    ) -> Result<Option<Verified>, Failure> {
+        let Some((problem, scenario)) = compared else { return Ok(None) };
         let prepared = prepare(&problem, &mut Stopwatch::new(console), console)?;
         let verified = verify(file, &PlayOptions::default(), &problem, &prepared, &scenario, console);
         verified.map(Some).map_err(|error| Failure::from(error).about(&self.file))

@@ -3,21 +3,23 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use vademecum_build::field::{Cells, write_pvd, write_vtu};
+use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
+use vademecum_build::store::{Growing, Kind, Outputs};
 use vademecum_study::contents::Geometry;
 use vademecum_study::run::{Fields, Moment, Probed};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::{FileError, StudyError, run};
 
-use crate::arguments::StructureArgument;
+use crate::arguments::{OutputArguments, StructureArgument};
 use crate::console::Console;
-use crate::failure::{Cause, Failure};
-use crate::files::{make_folder, open, whole_file, write_text};
+use crate::failure::Failure;
+use crate::files::{open, outputs, whole_file};
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum run body.vdm --scenario push.toml -o out/
+Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: formats/scenario-1.md")]
 pub struct Run {
     /// The vademecum file.
@@ -42,11 +44,15 @@ pub struct Run {
     /// it in place.
     #[arg(long)]
     copy: bool,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
 
 impl Run {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let scenario = Scenario::read(&self.scenario)?;
+        let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
+        outputs.check_in(&self.output, &FILES)?;
         let mapped = open(&self.file, self.copy)?;
         let mut memory = vec![];
         let file = whole_file(&self.file, &mapped, &mut memory)?;
@@ -55,77 +61,113 @@ impl Run {
         let about = |error: StudyError| Failure::from(error).about(&self.file);
         let unread = |error: FileError| Failure::file(&self.file, error);
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
-        let mut probes = ProbeTable::new(&run.probes().map_err(unread)?);
+        let probes = run.probes().map_err(unread)?;
+        let geometry = run.geometry().map_err(unread)?;
+        outputs.make_folder(&self.output)?;
+        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &probes)?;
         let mut fields =
-            run.geometry().map_err(unread)?.map(|geometry| FieldSeries::new(&self.output, geometry));
-        make_folder(&self.output)?;
-        run.play(console, |moment: &Moment<'_>| {
-            if let Some(probed) = &moment.probes {
-                probes.add(moment.time, probed);
-            }
+            geometry.map(|geometry| FieldSeries::begin(&outputs, &self.output, geometry)).transpose()?;
+        let played = run.play(console, |moment: &Moment<'_>| {
+            probes.show(moment)?;
             match (&moment.fields, &mut fields) {
                 (Some(shown), Some(series)) => series.add(moment.time, shown),
                 _ => Ok(()),
             }
-        })
-        .map_err(|failure: Failure| failure.about(&self.file))?;
+        });
         console.clear();
-        let table = self.output.join("probes.csv");
-        write_text(&table, &probes.text)?;
-        println!("{} steps of {} s; {}", run.steps, run.time_step, table.display());
-        fields.map_or(Ok(()), |fields| fields.finish())
+        // Whatever ended the run, what was computed is kept.
+        let written = probes.finish().and(fields.as_mut().map_or(Ok(()), FieldSeries::finish));
+        let kept = [Some(probes.kept()), fields.as_ref().map(FieldSeries::kept)];
+        let kept = kept.into_iter().flatten().collect::<Vec<_>>();
+        played.and(written).map_err(|failure: Failure| failure.about(&self.file).kept(kept.join("; ")))?;
+        println!("{} steps of {} s; {}", run.steps, run.time_step, kept.join("; "));
+        Ok(())
     }
 }
 
-/// Time, energy and every probe, one line an instant.
+/// What is written; of the fields, the first.
+const FILES: [(&str, Kind); 3] =
+    [("probes.csv", Kind::Csv), ("fields.pvd", Kind::Pvd), ("field-000000.vtu", Kind::Vtu)];
+
+/// Time, energy and every probe, one line an instant; on the disk soon after they are computed.
 struct ProbeTable {
-    text: String,
+    path: PathBuf,
+    rows: Growing,
+    line: String,
 }
 
 impl ProbeTable {
-    fn new(names: &[String]) -> Self {
-        let mut text = String::from("time_s,energy_J");
-        names.iter().for_each(|name| text.push_str(&format!(",{name}")));
-        text.push('\n');
-        Self { text }
+    fn begin(outputs: &Outputs, path: PathBuf, names: &[String]) -> Result<Self, Failure> {
+        let mut head = String::from("time_s,energy_J");
+        names.iter().for_each(|name| head.push_str(&format!(",{name}")));
+        head.push('\n');
+        let rows = outputs.grow(&path, Kind::Csv, &head, "")?;
+        Ok(Self { path, rows, line: String::new() })
     }
 
-    fn add(&mut self, time: f64, probed: &Probed<'_>) {
-        write!(self.text, "{time:.9e},{:.9e}", probed.energy).expect("writing to a string cannot fail");
-        for value in probed.values {
-            write!(self.text, ",{value:.9e}").expect("writing to a string cannot fail");
-        }
-        self.text.push('\n');
+    /// Adds the row of an instant that has one.
+    fn show(&mut self, moment: &Moment<'_>) -> Result<(), Failure> {
+        let added = match &moment.probes {
+            Some(probed) => {
+                self.line.clear();
+                write_row(&mut self.line, moment.time, probed).expect("writing to a string cannot fail");
+                self.rows.add(&self.line)
+            }
+            None => self.rows.tick(),
+        };
+        added.map_err(|error| Failure::io(&self.path, error))
+    }
+
+    fn finish(&mut self) -> Result<(), Failure> {
+        self.rows.finish().map_err(|error| Failure::io(&self.path, error))
+    }
+
+    fn kept(&self) -> String {
+        format!("{} rows in {}", self.rows.lines(), self.path.display())
     }
 }
 
-/// A series of VTU files over the surface or all nodes of the file.
+fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
+    write!(line, "{time:.9e},{:.9e}", probed.energy)?;
+    probed.values.iter().try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    line.write_char('\n')
+}
+
+/// A series of VTU files over the surface or all nodes of the file, and the collection that ParaView opens,
+/// which lists each file once it is written.
 struct FieldSeries<'a> {
+    outputs: &'a Outputs,
     folder: &'a Path,
     geometry: Geometry,
-    entries: Vec<(f64, String)>,
+    path: PathBuf,
+    collection: Growing,
+    count: usize,
 }
 
 impl<'a> FieldSeries<'a> {
-    fn new(folder: &'a Path, geometry: Geometry) -> Self {
-        Self { folder, geometry, entries: vec![] }
+    fn begin(outputs: &'a Outputs, folder: &'a Path, geometry: Geometry) -> Result<Self, Failure> {
+        let path = folder.join("fields.pvd");
+        let collection = outputs.grow(&path, Kind::Pvd, PVD_HEAD, PVD_TAIL)?;
+        Ok(Self { outputs, folder, geometry, path, collection, count: 0 })
     }
 
     fn add(&mut self, time: f64, fields: &Fields<'_>) -> Result<(), Failure> {
-        let name = format!("field-{:06}.vtu", self.entries.len());
+        let name = format!("field-{:06}.vtu", self.count);
         let data = [("displacement", fields.displacement, 3), ("velocity", fields.velocity, 3)];
-        let cells = Cells::Triangles(&self.geometry.triangles);
-        write_vtu(&self.folder.join(&name), &self.geometry.nodes, cells, &data)
-            .map_err(|error| Failure::new(Cause::Machine, error))?;
-        self.entries.push((time, name));
-        Ok(())
+        let Geometry { nodes, triangles } = &self.geometry;
+        self.outputs.write(&self.folder.join(&name), Kind::Vtu, |out| {
+            vtu_into(out, nodes, Cells::Triangles(triangles), &data)
+        })?;
+        self.count += 1;
+        let listed = self.collection.add(&pvd_line(time, &name)).and_then(|()| self.collection.flush());
+        listed.map_err(|error| Failure::io(&self.path, error))
     }
 
-    /// Writes the collection that ParaView opens.
-    fn finish(&self) -> Result<(), Failure> {
-        let path = self.folder.join("fields.pvd");
-        write_pvd(&path, &self.entries).map_err(|error| Failure::new(Cause::Machine, error))?;
-        println!("{} fields; {}", self.entries.len(), path.display());
-        Ok(())
+    fn finish(&mut self) -> Result<(), Failure> {
+        self.collection.finish().map_err(|error| Failure::io(&self.path, error))
+    }
+
+    fn kept(&self) -> String {
+        format!("{} fields in {}", self.collection.lines(), self.path.display())
     }
 }

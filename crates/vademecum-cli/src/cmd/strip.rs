@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
+use vademecum_build::store::Kind;
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::{Keep, RewriteError, drop_terms, strip};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::target::check_target;
 
+use crate::arguments::OutputArguments;
 use crate::failure::Failure;
-use crate::files::{read_file, write_file};
+use crate::files::{check_output, outputs, read_file, write_file};
 
 /// Drops the parts of a file a target does not need.
 #[derive(clap::Args)]
@@ -29,9 +31,11 @@ pub struct Strip {
     /// A scenario (TOML) the new file must still be able to play and show.
     #[arg(long = "for", value_name = "SCENARIO")]
     target: Option<PathBuf>,
-    /// The new file; may be the file itself.
+    /// The new file.
     #[arg(short, long)]
     output: PathBuf,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
 
 /// What a stripped file can still do, as an argument.
@@ -53,6 +57,8 @@ impl Strip {
             KeepArgument::All => Keep::All,
         };
         let failed = |error: RewriteError| Failure::file(&self.file, error);
+        let outputs = outputs(&self.outputs, &[Some(&self.file), self.target.as_deref()], None);
+        check_output(&outputs, &self.output, Kind::Vademecum)?;
         let bytes = read_file(&self.file)?;
         let mut stripped = strip(&bytes, keep).map_err(failed)?;
         let mut dropped_terms = None;
@@ -66,7 +72,7 @@ impl Strip {
                 .map_err(|error| Failure::file(&self.file, error))?;
         }
         let file = File::parse(&bytes).map_err(|error| Failure::file(&self.file, error))?;
-        write_file(&self.output, &stripped, bytes.len())?;
+        write_file(&outputs, &self.output, &stripped, bytes.len())?;
         if let Some(terms) = dropped_terms {
             println!(
                 "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with \

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
+use crate::arguments::OutputArguments;
 use crate::failure::Failure;
-use crate::files::{read_file, write_file};
+use crate::files::{check_output, outputs, read_file, write_file};
 
 /// Decompresses a file for use.
 #[derive(clap::Args)]
@@ -14,9 +16,11 @@ use crate::files::{read_file, write_file};
 pub struct Unpack {
     /// The vademecum file.
     file: PathBuf,
-    /// The raw file; may be the file itself.
+    /// The raw file.
     #[arg(short, long)]
     output: PathBuf,
+    #[command(flatten)]
+    outputs: OutputArguments,
     /// Most bytes the sections may decode to.
     #[arg(long, default_value_t = rewrite::DECODED_LIMIT)]
     limit: u64,
@@ -24,8 +28,10 @@ pub struct Unpack {
 
 impl Unpack {
     pub fn run(&self) -> Result<(), Failure> {
+        let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
+        check_output(&outputs, &self.output, Kind::Vademecum)?;
         let bytes = read_file(&self.file)?;
         let raw = rewrite::unpack(&bytes, self.limit).map_err(|error| Failure::file(&self.file, error))?;
-        write_file(&self.output, &raw, bytes.len())
+        write_file(&outputs, &self.output, &raw, bytes.len())
     }
 }

@@ -14,13 +14,14 @@ use std::time::Duration;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use vademecum_build::progress::Listener;
-use vademecum_build::store::write_atomic;
+use vademecum_build::store::Kind;
 use vademecum_format::{File, FormatError, SectionKind};
 use vademecum_study::FileError;
 
+use crate::arguments::OutputArguments;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{open, refuse_canonical};
+use crate::files::{check_output, open, outputs, refuse_canonical, write_bytes};
 use crate::html::{escaped, title};
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
@@ -76,10 +77,16 @@ pub struct View {
     /// it in place.
     #[arg(long)]
     copy: bool,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
 
 impl View {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
+        let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
+        if let Some(path) = &self.export {
+            check_output(&outputs, path, Kind::Html)?;
+        }
         let mapped = open(&self.file, self.copy)?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the viewer")?;
@@ -89,7 +96,7 @@ impl View {
         match &self.export {
             Some(path) => {
                 let page = page(&title, "", mapped.bytes());
-                write_atomic(path, page.as_bytes()).map_err(|error| Failure::io(path, error))?;
+                write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
                 println!("{}: {} bytes, works from disk and without network", path.display(), page.len());
                 Ok(())
             }

@@ -3,21 +3,33 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use vademecum_build::store::{Kind, Outputs};
 use vademecum_study::bench::{BenchTable, COLUMNS, EqualTime, Row, SchemeDistance, Side};
 
 use super::pareto;
 use super::words::words;
 use crate::failure::Failure;
-use crate::files::write_text;
+use crate::files::write_bytes;
 use crate::print::json;
 
 /// Writes bench.json, bench.csv, bench.md and the pictures.
-pub fn write(folder: &Path, table: &BenchTable) -> Result<(), Failure> {
-    write_text(&folder.join("bench.json"), &json(table))?;
-    write_text(&folder.join("bench.csv"), &csv(table))?;
-    write_text(&folder.join("bench.md"), &markdown(table))?;
-    pareto::draw(folder, table)
+pub fn write(outputs: &Outputs, folder: &Path, table: &BenchTable) -> Result<(), Failure> {
+    let write =
+        |name: &str, kind, text: &str| write_bytes(outputs, &folder.join(name), kind, text.as_bytes());
+    write("bench.json", Kind::Json, &json(table))?;
+    write("bench.csv", Kind::Csv, &csv(table))?;
+    write("bench.md", Kind::Text, &markdown(table))?;
+    pareto::draw(outputs, folder, table)
 }
+
+/// What is written.
+pub const FILES: [(&str, Kind); 5] = [
+    ("bench.json", Kind::Json),
+    ("bench.csv", Kind::Csv),
+    ("bench.md", Kind::Text),
+    ("pareto.svg", Kind::Svg),
+    ("pareto-total.svg", Kind::Svg),
+];
 
 fn cells(row: &Row) -> [String; COLUMNS.len()] {
     COLUMNS.map(|column| (column.cell)(row))

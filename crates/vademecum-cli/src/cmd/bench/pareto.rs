@@ -3,16 +3,20 @@
 use std::path::Path;
 
 use vademecum_build::input::BasisKind;
+use vademecum_build::store::Outputs;
 use vademecum_study::bench::{BenchTable, Identity, Row, Way, front};
 
 use super::words::words;
-use crate::failure::{Cause, Failure};
-use crate::pictures::{Chart, Cloud, scatter};
+use crate::failure::Failure;
+use crate::files::write_picture;
+use crate::pictures::{Chart, Cloud, DrawResult, scatter};
 
 /// Draws pareto.svg (the error of the reduction) and pareto-total.svg (the total error).
-pub fn draw(folder: &Path, table: &BenchTable) -> Result<(), Failure> {
-    scatter_of(&folder.join("pareto.svg"), of_reduction(table))?;
-    scatter_of(&folder.join("pareto-total.svg"), of_everything(table))
+pub fn draw(outputs: &Outputs, folder: &Path, table: &BenchTable) -> Result<(), Failure> {
+    let draw = |name: &str, picture| write_picture(outputs, &folder.join(name), scatter_of(picture));
+    draw("pareto.svg", of_reduction(table))?;
+    draw("pareto-total.svg", of_everything(table))?;
+    Ok(())
 }
 
 /// What reduction costs in accuracy: against full order at the same Δt.
@@ -89,7 +93,7 @@ struct Point {
     word: String,
 }
 
-fn scatter_of(path: &Path, picture: Picture) -> Result<(), Failure> {
+fn scatter_of(picture: Picture) -> DrawResult {
     let mut clouds: Vec<Cloud> = vec![];
     let points: Vec<(f64, f64)> = picture.points.iter().map(|p| (p.time, p.error)).collect();
     for Point { cloud: name, time, error, word } in picture.points {
@@ -99,6 +103,5 @@ fn scatter_of(path: &Path, picture: Picture) -> Result<(), Failure> {
         }
     }
     let chart = Chart { title: picture.title, x: picture.x, y: picture.y, log_y: true };
-    let failed = |error: Box<dyn std::error::Error>| Failure::new(Cause::Machine, error.to_string());
-    scatter(path, &chart, &clouds, &front(points)).map_err(failed)
+    scatter(&chart, &clouds, &front(points))
 }

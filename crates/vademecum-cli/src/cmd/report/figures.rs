@@ -1,8 +1,9 @@
 //! The figures of a report, each a file of its own.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use vademecum_build::dynamics::ModeRow;
+use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{AxisKind, SectionKind};
 use vademecum_study::FileError;
 use vademecum_study::contents::Geometry;
@@ -12,10 +13,13 @@ use super::build_times::Stage;
 use super::content::Content;
 use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
-use crate::pictures::{Chart, Outline, Series, bars, line_chart, outline};
+use crate::files::write_bytes;
+use crate::pictures::{Chart, DrawResult, Outline, Series, bars, line_chart, outline};
 
 /// A drawn figure.
 pub struct Figure {
+    /// Its file, without the extension.
+    name: String,
     /// The SVG.
     pub svg: String,
     /// What it shows and how to read it.
@@ -26,15 +30,12 @@ pub struct Figure {
 #[derive(Default)]
 pub struct Figures {
     drawn: Vec<(&'static str, Figure)>,
-    folder: PathBuf,
 }
 
-type Drawing = Result<(), Box<dyn std::error::Error>>;
-
 impl Figures {
-    /// Draws everything into `folder`.
-    pub fn draw(folder: &Path, content: &Content<'_>) -> Result<Self, Failure> {
-        let mut figures = Self { folder: folder.to_path_buf(), ..Self::default() };
+    /// Draws everything.
+    pub fn draw(content: &Content<'_>) -> Result<Self, Failure> {
+        let mut figures = Self::default();
         figures.body(content)?;
         figures.basis(content)?;
         figures.energy(content)?;
@@ -47,6 +48,15 @@ impl Figures {
             figures.against_full_order(verified)?;
         }
         Ok(figures)
+    }
+
+    /// Writes every figure into `folder`.
+    pub fn write(&self, outputs: &Outputs, folder: &Path) -> Result<(), Failure> {
+        let path = |figure: &Figure| folder.join(format!("{}.svg", figure.name));
+        let all: Vec<_> = self.drawn.iter().map(|(_, figure)| (path(figure), Kind::Svg)).collect();
+        outputs.check(&all)?;
+        let mut figures = self.drawn.iter().map(|(_, figure)| figure);
+        figures.try_for_each(|figure| write_bytes(outputs, &path(figure), Kind::Svg, figure.svg.as_bytes()))
     }
 
     /// The figures of a part, in order.
@@ -64,12 +74,11 @@ impl Figures {
         part: &'static str,
         name: &str,
         caption: String,
-        draw: impl FnOnce(&Path) -> Drawing,
+        drawn: DrawResult,
     ) -> Result<(), Failure> {
-        let path = self.folder.join(format!("{name}.svg"));
-        draw(&path).map_err(|error| Failure::new(Cause::Machine, error.to_string()))?;
-        let svg = std::fs::read_to_string(&path).map_err(|error| Failure::io(&path, error))?;
-        self.drawn.push((part, Figure { svg, caption }));
+        let failed = |error| Failure::new(Cause::Numerics, format!("figure `{name}`: not drawn: {error}"));
+        let svg = drawn.map_err(failed)?;
+        self.drawn.push((part, Figure { name: name.into(), svg, caption }));
         Ok(())
     }
 
@@ -83,9 +92,12 @@ impl Figures {
             marks.len()
         );
         let title = if marks.is_empty() { "surface" } else { "surface and supports" };
-        self.add("body", "mesh", caption, |path| {
-            outline(path, &Outline { title, marks: &marks }, &geometry.nodes, &geometry.triangles)
-        })
+        self.add(
+            "body",
+            "mesh",
+            caption,
+            outline(&Outline { title, marks: &marks }, &geometry.nodes, &geometry.triangles),
+        )
     }
 
     fn basis(&mut self, content: &Content<'_>) -> Result<(), Failure> {
@@ -98,9 +110,12 @@ impl Figures {
                 };
             let caption = "How fast the snapshots run out of new shapes: the steeper, the fewer modes say \
                 everything. The rest after the last mode kept bounds what the basis cannot show of them.";
-            self.add("basis", "singular-values", caption.into(), |path| {
-                line_chart(path, &chart, &[Series { name: "", points }])
-            })?;
+            self.add(
+                "basis",
+                "singular-values",
+                caption.into(),
+                line_chart(&chart, &[Series { name: "", points }]),
+            )?;
         }
         let share = |(k, mode): (usize, &ModeRow)| {
             (
@@ -111,7 +126,7 @@ impl Figures {
         };
         let rows: Vec<_> = content.modes.iter().enumerate().map(share).take(32).collect();
         let caption = "How much of the snapshots' energy each mode carries.".into();
-        self.add("basis", "modes", caption, |path| bars(path, "share of the snapshots' energy", &rows))
+        self.add("basis", "modes", caption, bars("share of the snapshots' energy", &rows))
     }
 
     fn energy(&mut self, content: &Content<'_>) -> Result<(), Failure> {
@@ -132,7 +147,7 @@ impl Figures {
             y: "energy / energy at the start",
             log_y: false,
         };
-        self.add("energy", "free-run", caption, |path| line_chart(path, &chart, &lines))
+        self.add("energy", "free-run", caption, line_chart(&chart, &lines))
     }
 
     /// Factors of the first terms along each axis that has more than names.
@@ -167,9 +182,7 @@ impl Figures {
                 lines.len(),
                 axis.name
             );
-            self.add("axes", &format!("axis-{}", file_name(axis.name)), caption, |path| {
-                line_chart(path, &chart, &lines)
-            })?;
+            self.add("axes", &format!("axis-{}", file_name(axis.name)), caption, line_chart(&chart, &lines))?;
         }
         Ok(())
     }
@@ -186,7 +199,7 @@ impl Figures {
         let rows: Vec<_> = sections.into_iter().map(row).collect();
         let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by \
             those who ask for fields inside the body.";
-        self.add("file", "file", caption.into(), |path| bars(path, "bytes by section", &rows))
+        self.add("file", "file", caption.into(), bars("bytes by section", &rows))
     }
 
     fn build_times(&mut self, content: &Content<'_>) -> Result<(), Failure> {
@@ -198,7 +211,7 @@ impl Figures {
         let rows: Vec<_> = build.timings.iter().map(row).collect();
         let caption = "Where the build spent its time, stage by stage in order, and the most memory the \
             program had held until the end of each.";
-        self.add("timings", "build", caption.into(), |path| bars(path, "seconds of the build", &rows))
+        self.add("timings", "build", caption.into(), bars("seconds of the build", &rows))
     }
 
     fn against_full_order(&mut self, verified: &Verified) -> Result<(), Failure> {
@@ -218,9 +231,12 @@ impl Figures {
             let chart = Chart { title: &title, x: "time [s]", y: "displacement [m]", log_y: false };
             let caption = "The same loads on the full-order model and on the file; the dashed line lies on \
                 the other where they agree.";
-            self.add("full order", &format!("probe-{}", file_name(probe)), caption.into(), |path| {
-                line_chart(path, &chart, &lines)
-            })?;
+            self.add(
+                "full order",
+                &format!("probe-{}", file_name(probe)),
+                caption.into(),
+                line_chart(&chart, &lines),
+            )?;
             let apart = full.iter().zip(file).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
             let lines = [over_time("", &apart, width, place)];
             let chart = Chart {
@@ -230,15 +246,18 @@ impl Figures {
                 log_y: true,
             };
             let caption = format!("How far apart they are at {probe}.");
-            self.add("full order", &format!("difference-{}", file_name(probe)), caption, |path| {
-                line_chart(path, &chart, &lines)
-            })?;
+            self.add(
+                "full order",
+                &format!("difference-{}", file_name(probe)),
+                caption,
+                line_chart(&chart, &lines),
+            )?;
         }
         let [full, file] = &verified.energy_series;
         let lines = [over_time("full order", full, 1, 0), over_time("vademecum", file, 1, 0)];
         let chart = Chart { title: "energy", x: "time [s]", y: "energy [J]", log_y: false };
         let caption = "Kinetic plus elastic energy over the scenario.".into();
-        self.add("full order", "energy", caption, |path| line_chart(path, &chart, &lines))
+        self.add("full order", "energy", caption, line_chart(&chart, &lines))
     }
 }
 

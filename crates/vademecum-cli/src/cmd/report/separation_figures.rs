@@ -38,7 +38,7 @@ impl Figures {
             that keeps falling was stopped by the tolerance; one that runs level had nothing more to gain. \
             The dashed lines are the error of the finished solution against full-order solves at other fresh \
             points.";
-        self.add("axes", "enrichment", caption.into(), |path| line_chart(path, &chart, &lines))
+        self.add("axes", "enrichment", caption.into(), line_chart(&chart, &lines))
     }
 
     /// Distance of the spectral radius from 1 against the parameters it follows most.
@@ -74,7 +74,7 @@ impl Figures {
             );
             let caption = if drawn == 0 { first } else { again };
             let name = format!("radius-{}", file_name(parameter.name));
-            self.add("axes", &name, caption, |path| dot_chart(path, &chart, parameter.log, &lines))?;
+            self.add("axes", &name, caption, dot_chart(&chart, parameter.log, &lines))?;
         }
         Ok(())
     }
