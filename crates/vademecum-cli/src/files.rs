@@ -19,11 +19,20 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|error| Failure::io(path, error))
 }
 
-/// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk
-/// matters.
-pub fn open(path: &Path, copy: bool) -> Result<Mapped, Failure> {
-    let opened = if copy { Mapped::copy(path) } else { Mapped::open(path) };
-    opened.map_err(|error| Failure::file(path, error))
+/// A file for as long as the command runs: copied, so that nothing that becomes of it on the disk matters.
+pub fn open(path: &Path) -> Result<Mapped, Failure> {
+    Mapped::copy(path).map_err(|error| Failure::file(path, error))
+}
+
+/// [`open`], or a map of the file if the user asks for it.
+pub fn open_or_map(path: &Path, map: bool) -> Result<Mapped, Failure> {
+    if !map {
+        return open(path);
+    }
+    // SAFETY: `--map` says what the user promises with it: nobody shortens or overwrites the file.
+    #[allow(unsafe_code)]
+    let mapped = unsafe { Mapped::map(path) };
+    mapped.map_err(|error| Failure::file(path, error))
 }
 
 /// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a

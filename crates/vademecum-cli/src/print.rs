@@ -116,6 +116,10 @@ fn print_structure(name: &str, s: &StructureReport) {
 /// Prints what a verification measured.
 pub fn print_verification(v: &Verification) {
     println!("{} steps, {} free dofs, {} modes, {} structure", v.steps, v.dofs, v.modes, v.structure);
+    if !v.parameters.is_empty() {
+        let values: Vec<_> = v.parameters.iter().map(|p| format!("`{}` = {}", p.name, p.value)).collect();
+        println!("at                     {}", values.join(", "));
+    }
     println!(
         "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
         v.trajectory_error

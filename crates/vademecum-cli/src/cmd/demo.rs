@@ -53,7 +53,7 @@ impl Demo {
 
         let built = build(&problem, &BuildOptions::default(), console)?.kept()?;
         write_atomic(&path, &built.bytes).map_err(|error| Failure::io(&path, error))?;
-        let mapped = open(&path, false)?;
+        let mapped = open(&path)?;
         let about = |error: StudyError| Failure::from(error).about(&path);
         let file = mapped.file().map_err(|error: FormatError| Failure::file(&path, error))?;
         let options = PlayOptions::default();

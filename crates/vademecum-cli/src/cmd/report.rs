@@ -58,7 +58,7 @@ pub struct Report {
 
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        let mapped = open(&self.file, false)?;
+        let mapped = open(&self.file)?;
         let file = mapped.file().map_err(|error: FormatError| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the report")?;
         let bytes = mapped.bytes().len();

@@ -20,7 +20,7 @@ use vademecum_study::FileError;
 
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{open, refuse_canonical};
+use crate::files::{open_or_map, refuse_canonical};
 use crate::html::{escaped, title};
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
@@ -72,15 +72,18 @@ pub struct View {
     /// Write one self-contained page, file included, instead of serving.
     #[arg(long, value_name = "PAGE.html")]
     export: Option<PathBuf>,
-    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite
-    /// it in place.
+    /// Map the file into memory instead of copying it, for files too large to copy. Nobody may shorten or
+    /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
+    map: bool,
+    /// What happens without `--map`.
+    #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
 }
 
 impl View {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        let mapped = open(&self.file, self.copy)?;
+        let mapped = open_or_map(&self.file, self.map)?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the viewer")?;
         check(&self.file, &file)?;
