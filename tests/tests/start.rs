@@ -3,8 +3,7 @@
 
 use vademecum_build::progress::Silent;
 use vademecum_eval::{
-    Batch, Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, Status, StepError, StructureChoice,
-    Surface,
+    Batch, Contact, Loads, Modal, Scalar, SceneOptions, State, Status, StepError, StructureChoice, Surface,
 };
 use vademecum_format::File;
 use vademecum_study::player::{Track, play_in};
