@@ -41,8 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Opens the file and runs the loop.
 fn touch(path: &std::path::Path, tip: &AtomicU64) -> Result<(), Box<dyn Error>> {
-    // The map is read where it lies. All memory of the loop is lent here, before it starts.
-    let mapped = Mapped::open(path)?;
+    // All memory of the loop is lent here, before it starts.
+    let mapped = Mapped::copy(path)?;
     let file = mapped.file()?;
     let options = SceneOptions::default();
     let sizes = Scene::<f32>::sizes(&file, &options)?;

@@ -52,7 +52,7 @@ fn with_batch<T: Scalar>(
 fn bits_are_those_of_single_steps<T: Scalar>(structure: StructureChoice) {
     with_batch::<T>(&file(40.0), &options(structure), |scene, batch, state, loads| {
         let mut random = Random::new(3);
-        let mut alone = vec![(vec![T::ZERO; 3 * R], [0.0; 3]); N];
+        let mut alone = vec![(saved(state), [0.0; 3]); N];
         for n in 0..200 {
             for (instance, (_, force)) in alone.iter_mut().enumerate() {
                 if random.number() < -0.9 {

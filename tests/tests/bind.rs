@@ -216,27 +216,15 @@ fn the_nearest_surface_point_is_found() {
 }
 
 #[test]
-fn a_mapped_file_is_the_file() {
+fn a_copied_file_stays_whatever_becomes_of_it() {
     let bytes = Body::closed(LAYOUT, 4).file(&bathe(), &step(), Element::F32);
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("body.vdm");
     std::fs::write(&path, &bytes).expect("written");
-    let mapped = Mapped::open(&path).expect("mapped");
-    assert_eq!(mapped.bytes(), bytes);
-    assert_eq!(mapped.file().expect("a file").metadata().n_modes, 4);
-    // Renamed over: the map keeps the old file. Cut: only a copy does.
-    let newer = folder.path().join("newer.vdm");
-    std::fs::write(&newer, b"newer").expect("written");
-    std::fs::rename(&newer, &path).expect("renamed");
-    assert_eq!(mapped.bytes(), bytes);
-    let cut = folder.path().join("cut.vdm");
-    std::fs::write(&cut, &bytes).expect("written");
-    let copied = Mapped::copy(&cut).expect("copied");
-    std::fs::write(&cut, b"").expect("written");
+    let copied = Mapped::copy(&path).expect("copied");
+    std::fs::write(&path, b"").expect("cut");
     assert_eq!(copied.bytes(), bytes);
     copied.file().expect("a file").verify_all().expect("whole");
-    for open in [Mapped::open, Mapped::copy] {
-        let missing = open(&folder.path().join("none.vdm")).expect_err("missing");
-        assert!(std::error::Error::source(&missing).is_some());
-    }
+    let missing = Mapped::copy(folder.path().join("none.vdm")).expect_err("missing");
+    assert!(std::error::Error::source(&missing).is_some());
 }

@@ -154,6 +154,12 @@ fn in_a_batch<T: Scalar>(
 ) {
     let mut memory = vec![T::ZERO; Batch::len_for(scene, 20)];
     let mut batch = Batch::new(scene, 20, &mut memory).expect("a batch");
+    // Set at rest, instance 3 starts without the acceleration that a new one gets.
+    let (mut placed, zeros) = (vec![T::ZERO; 3 * scene.n_modes()], vec![T::ZERO; 3 * scene.n_modes()]);
+    state.save_into(&mut placed).expect("saved");
+    state.restore(&zeros).expect("at rest");
+    batch.set(3, state).expect("at rest");
+    state.restore(&placed).expect("placed");
     batch.load(scene, 3, loads).expect("loaded");
     batch.set(18, state).expect("placed");
     for _ in 0..10 {

@@ -9,10 +9,11 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::os::fd::AsRawFd;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use vademecum_eval::{Contact, Loads, Mapped, Scene, SceneOptions, State, Status};
+use vademecum_eval::{Contact, Loads, Mapped, OpenError, Scene, SceneOptions, State, Status};
 use vademecum_format::{File, SectionKind};
 use vademecum_tests::large;
 
@@ -123,6 +124,28 @@ fn needed(file: &File<'_>) -> Vec<Range<usize>> {
     ranges
 }
 
+#[allow(unsafe_code)]
+fn map(path: &Path) -> Result<Mapped, OpenError> {
+    // SAFETY: the files of these tests lie in folders of their own and are replaced by renaming only.
+    unsafe { Mapped::map(path) }
+}
+
+#[test]
+fn a_mapped_file_is_the_file_also_when_another_is_renamed_over_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, newer] = ["body.vdm", "newer.vdm"].map(|name| folder.path().join(name));
+    let (_, bytes) = vademecum_tests::golden::all().swap_remove(0);
+    std::fs::write(&path, &bytes).expect("written");
+    let mapped = map(&path).expect("mapped");
+    assert_eq!(mapped.bytes(), bytes);
+    std::fs::write(&newer, b"newer").expect("written");
+    std::fs::rename(&newer, &path).expect("renamed");
+    assert_eq!(mapped.bytes(), bytes);
+    mapped.file().expect("a file").verify_all().expect("whole");
+    let missing = map(&folder.path().join("none.vdm")).expect_err("missing");
+    assert!(std::error::Error::source(&missing).is_some());
+}
+
 #[test]
 fn the_first_step_reads_only_the_pages_it_needs() {
     // Beside the build's own files: a folder in memory would never be cold.
@@ -131,7 +154,7 @@ fn the_first_step_reads_only_the_pages_it_needs() {
     let bytes = large::file();
     assert!(bytes.len() > 100_000_000);
     write_cold(&path, &bytes);
-    let mapped = Mapped::open(&path).expect("mapped");
+    let mapped = map(&path).expect("mapped");
     first_step(&mapped);
     let brought_in = resident(mapped.bytes());
 
@@ -146,7 +169,7 @@ fn the_first_step_reads_only_the_pages_it_needs() {
     let mut times: Vec<f64> = (0..21)
         .map(|_| {
             let start = Instant::now();
-            first_step(&Mapped::open(&path).expect("mapped"));
+            first_step(&map(&path).expect("mapped"));
             start.elapsed().as_secs_f64()
         })
         .collect();

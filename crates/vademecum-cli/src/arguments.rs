@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::input::Problem;
 use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_study::parameters::ParameterValue;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
 
@@ -46,6 +47,13 @@ pub fn scenario_or_demo(path: Option<&Path>, problem: Option<&Path>) -> Result<O
     }
 }
 
+/// A live parameter and its value, from `NAME=VALUE`. A name may hold the sign itself.
+pub fn setting(text: &str) -> Result<ParameterValue, String> {
+    let (name, value) = text.rsplit_once('=').ok_or("expected NAME=VALUE")?;
+    let number = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
+    Ok(ParameterValue { name: name.trim().to_string(), value: number })
+}
+
 /// Structure of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum StructureArgument {
@@ -68,6 +76,6 @@ impl StructureArgument {
             Self::Auto | Self::Canonical => StructureChoice::Auto,
         };
         let scene = SceneOptions { structure, ..SceneOptions::default() };
-        PlayOptions { chapter: self == Self::Canonical, scene }
+        PlayOptions { chapter: self == Self::Canonical, scene, ..PlayOptions::default() }
     }
 }

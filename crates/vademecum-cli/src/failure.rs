@@ -99,6 +99,20 @@ impl Failure {
         Self::from(error.into()).about(path)
     }
 
+    /// A study that failed, with the name of the vademecum file or of the scenario, whichever it is about.
+    pub fn of_study(error: StudyError, file: &Path, scenario: &Path) -> Self {
+        use StudyError as S;
+        let of_scenario = matches!(
+            error,
+            S::NoPattern { .. } | S::TooManySteps { .. } | S::Long { .. } | S::TooManyLoads { .. }
+        );
+        let mut failure = Self::from(error).about(file);
+        if of_scenario {
+            failure.file = Some(scenario.to_path_buf());
+        }
+        failure
+    }
+
     /// The process's exit code.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.cause as u8)
@@ -215,6 +229,18 @@ impl From<StudyError> for Failure {
             error @ (StudyError::NoPattern { .. } | StudyError::ForeignPattern { .. }) => {
                 Self::new(Cause::Input, error)
             }
+            error @ StudyError::TooManySteps { .. } => {
+                Self::new(Cause::Input, error).remedy("a shorter `duration`")
+            }
+            error @ StudyError::Long { .. } => Self::new(Cause::Input, error).remedy(
+                "a shorter `duration`; or `--long` marches all of them (`bench` and `export`: `--steps N`)",
+            ),
+            error @ StudyError::TooManyLoads { .. } => Self::new(Cause::Input, error)
+                .remedy("split the scenario: the full-order march keeps every load over all dofs"),
+            error @ (StudyError::NoParameter { .. }
+            | StudyError::OutsideRange { .. }
+            | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Input, error),
+            error @ StudyError::Refused { .. } => Self::new(Cause::File, error),
             error @ StudyError::NothingToPush => {
                 Self::new(Cause::Input, error).remedy("name a scenario of load patterns: `--scenario FILE`")
             }

@@ -58,13 +58,27 @@ pub fn write_picture(outputs: &Outputs, path: &Path, drawn: DrawResult) -> Resul
     Ok(svg)
 }
 
-/// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk
-/// matters.
-pub fn open(path: &Path, copy: bool) -> Result<Mapped, Failure> {
-    // A link to what is no file is told apart before it is mapped: mapping a FIFO would wait for ever.
-    open_regular(path).map_err(|error| unread(path, error))?;
-    let opened = if copy { Mapped::copy(path) } else { Mapped::open(path) };
-    opened.map_err(|error| Failure::file(path, error))
+/// A file for as long as the command runs: copied, so that nothing that becomes of it on the disk matters.
+pub fn open(path: &Path) -> Result<Mapped, Failure> {
+    refuse_irregular(path)?;
+    Mapped::copy(path).map_err(|error| Failure::file(path, error))
+}
+
+/// [`open`], or a map of the file if the user asks for it.
+pub fn open_or_map(path: &Path, map: bool) -> Result<Mapped, Failure> {
+    if !map {
+        return open(path);
+    }
+    refuse_irregular(path)?;
+    // SAFETY: `--map` says what the user promises with it: nobody shortens or overwrites the file.
+    #[allow(unsafe_code)]
+    let mapped = unsafe { Mapped::map(path) };
+    mapped.map_err(|error| Failure::file(path, error))
+}
+
+/// What is no regular file is told apart before it is read: reading a FIFO would wait for ever.
+fn refuse_irregular(path: &Path) -> Result<(), Failure> {
+    open_regular(path).map(drop).map_err(|error| unread(path, error))
 }
 
 /// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a

@@ -132,6 +132,10 @@ pub fn symmetry(s: &StructureReport) -> String {
 /// Prints what a verification measured.
 pub fn print_verification(v: &Verification) {
     println!("{} steps, {} free dofs, {} modes, {} structure", v.steps, v.dofs, v.modes, v.structure);
+    if !v.parameters.is_empty() {
+        let values: Vec<_> = v.parameters.iter().map(|p| format!("`{}` = {}", p.name, p.value)).collect();
+        println!("at                     {}", values.join(", "));
+    }
     println!(
         "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
         v.trajectory_error

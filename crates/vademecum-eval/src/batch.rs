@@ -41,10 +41,16 @@ pub struct Batch<'m, T> {
     states: &'m mut [T],
     /// `ℓ` of every instance, laid out alike.
     loads: &'m mut [T],
+    /// `BᵀF` of every instance at the start of a step, `(instance, mode)`.
+    forces: &'m mut [T],
     /// `Σ|y|` of every instance after its last step, not finite if that was refused; 0 at rest.
     magnitudes: &'m mut [T],
     /// 1 for a loaded instance, 0 for one without load.
     loaded: &'m mut [T],
+    /// 1 for an instance that has been neither stepped nor set, see [`Scene::step`]; 0 for one that has.
+    unstarted: &'m mut [T],
+    /// Whether there may be such an instance.
+    some_unstarted: bool,
     /// Where the new states go; then the two change places. Zero where an instance rests.
     next: &'m mut [T],
 }
@@ -68,7 +74,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
     #[must_use]
     pub const fn len_for(scene: &Scene<'_, T>, n_instances: usize) -> usize {
         let (group, groups) = (group_len(scene.shape), n_instances.div_ceil(WIDTH));
-        group.saturating_mul(3).saturating_add(2 * WIDTH).saturating_mul(groups)
+        let one_each = WIDTH.saturating_mul(scene.shape.r.saturating_add(3));
+        group.saturating_mul(3).saturating_add(one_each).saturating_mul(groups)
     }
 
     /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what
@@ -104,7 +111,9 @@ impl<'m, T: Scalar> Batch<'m, T> {
         let mut memory = Lender::new(memory);
         let mut take = |per_group: usize| memory.take(per_group * groups);
         let (states, next, loads) = (take(group)?, take(group)?, take(group)?);
-        let (magnitudes, loaded) = (take(WIDTH)?, take(WIDTH)?);
+        let (magnitudes, loaded, unstarted) = (take(WIDTH)?, take(WIDTH)?, take(WIDTH)?);
+        let forces = take(WIDTH * scene.shape.r)?;
+        unstarted.fill(T::from_f32(1.0));
         let (shape, generation) = (scene.shape, scene.generation);
         let time_step = scene.parameters.time_step;
         Ok(Self {
@@ -115,8 +124,11 @@ impl<'m, T: Scalar> Batch<'m, T> {
             n_loaded: 0,
             states,
             loads,
+            forces,
             magnitudes,
             loaded,
+            unstarted,
+            some_unstarted: true,
             next,
         })
     }
@@ -148,9 +160,12 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if loads.active && (stale(loads.generation) || (self.n_loaded > 0 && stale(self.generation))) {
             return Err(LoadError::Stale);
         }
-        if loads.increment.iter().any(|value| !value.to_f64().is_finite()) {
+        if loads.increment.iter().chain(&*loads.force).any(|value| !value.to_f64().is_finite()) {
             return Err(LoadError::NotFinite);
         }
+        let mut forces = self.forces.chunks_exact_mut(self.shape.r.max(1));
+        let force = forces.nth(instance).ok_or(LoadError::Mismatch)?;
+        force.iter_mut().zip(&*loads.force).for_each(|(out, &value)| *out = value);
         let loaded = self.loaded.get_mut(instance).ok_or(LoadError::Mismatch)?;
         self.n_loaded -= usize::from(*loaded != T::ZERO);
         self.n_loaded += usize::from(loads.active);
@@ -168,6 +183,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// Takes the loads of all instances away.
     pub fn clear(&mut self) {
         self.loads.fill(T::ZERO);
+        self.forces.fill(T::ZERO);
         self.loaded.fill(T::ZERO);
         self.n_loaded = 0;
     }
@@ -185,6 +201,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
                 put(self.next, place(self.shape, instance, third, k), T::ZERO)?;
             }
         }
+        put(self.unstarted, instance, if state.y.unstarted { T::from_f32(1.0) } else { T::ZERO })?;
+        self.some_unstarted |= state.y.unstarted;
         Ok(put(self.magnitudes, instance, if state.y.at_rest { T::ZERO } else { T::from_f32(1.0) })?)
     }
 
@@ -201,7 +219,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
                 *out = *self.states.get(at).ok_or(StepError::Mismatch)?;
             }
         }
-        state.y.at_rest = self.status(instance) == Ok(Status::AtRest);
+        state.y.unstarted = self.unstarted.get(instance).is_some_and(|&flag| flag != T::ZERO);
+        state.y.at_rest = state.y.unstarted || self.status(instance) == Ok(Status::AtRest);
         Ok(())
     }
 
@@ -247,7 +266,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
         Ok(())
     }
 
-    /// Advances every instance by `Δt` under its load. An instance whose new state would not be finite keeps
+    /// Advances every instance by `Δt` under its load; the first step of an instance starts as that of
+    /// [`Scene::step`]. An instance whose new state would not be finite keeps
     /// the old one and is counted as refused; the others go on.
     ///
     /// An instance is put at rest by the rule of [`Scene::step`], except that `Σ|y|` is summed in another
@@ -267,11 +287,17 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if self.n_loaded > 0 && self.generation != scene.generation {
             return Err(StepError::StaleLoads);
         }
+        if self.some_unstarted {
+            self.start(scene)?;
+        }
         match self.shape.structure {
             Structure::Diagonal => self.step_groups(scene)?,
             Structure::Block => self.step_each(scene)?,
         }
         core::mem::swap(&mut self.states, &mut self.next);
+        if self.some_unstarted {
+            self.started()?;
+        }
         let mut status = BatchStatus::default();
         for (&magnitude, &loaded) in self.magnitudes.iter().zip(&*self.loaded).take(self.n_instances) {
             match judge(magnitude, loaded) {
@@ -281,6 +307,54 @@ impl<'m, T: Scalar> Batch<'m, T> {
             }
         }
         Ok(status)
+    }
+
+    /// Gives every loaded instance that has not started yet the acceleration that its load demands; one that
+    /// is not finite, so that the step is refused, where there is none.
+    #[cold]
+    fn start(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
+        let (shape, equation) = (self.shape, scene.equation());
+        let flags = self.unstarted.iter().zip(&*self.loaded).take(self.n_instances);
+        let forces = self.forces.chunks_exact(shape.r.max(1));
+        for (instance, ((&unstarted, &loaded), force)) in flags.zip(forces).enumerate() {
+            if unstarted == T::ZERO || loaded == T::ZERO {
+                continue;
+            }
+            // The next states of the group are not written yet.
+            let group = instance / WIDTH * group_len(shape);
+            let work = self.next.get_mut(group..group + 3 * shape.r).ok_or(StepError::Mismatch)?;
+            let mut lender = Lender::new(&mut *work);
+            let [a, b, c] = [lender.take(shape.r)?, lender.take(shape.r)?, lender.take(shape.r)?];
+            let found = equation.acceleration_at_rest(force, [a, b, &mut *c]);
+            for (k, &value) in c.iter().enumerate() {
+                let value = if found.is_ok() { value } else { T::from_f64(f64::NAN) };
+                put(self.states, place(shape, instance, 2, k), value)?;
+            }
+            work.fill(T::ZERO);
+        }
+        Ok(())
+    }
+
+    /// Every instance has started, but one whose step was refused is as it was.
+    #[cold]
+    fn started(&mut self) -> Result<(), StepError> {
+        self.some_unstarted = false;
+        for instance in 0..self.n_instances {
+            let unstarted = self.unstarted.get_mut(instance).ok_or(StepError::Mismatch)?;
+            let finite = self.magnitudes.get(instance).is_some_and(|m| m.to_f64().is_finite());
+            if *unstarted == T::ZERO {
+                continue;
+            }
+            if finite {
+                *unstarted = T::ZERO;
+                continue;
+            }
+            self.some_unstarted = true;
+            for k in 0..self.shape.r {
+                put(self.states, place(self.shape, instance, 2, k), T::ZERO)?;
+            }
+        }
+        Ok(())
     }
 
     fn step_groups(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {

@@ -26,6 +26,9 @@ pub(crate) struct Coordinates<'m, T> {
     pub now: &'m mut [T],
     pub next: &'m mut [T],
     pub at_rest: bool,
+    /// Neither stepped nor set since it was put at rest (and therefore still there): a load that is there at
+    /// the first step has acted from its start on, so that step begins with the acceleration it demands.
+    pub unstarted: bool,
 }
 
 impl<'m, T: Scalar> Coordinates<'m, T> {
@@ -37,13 +40,20 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         }
         now.fill(T::ZERO);
         next.fill(T::ZERO);
-        Ok(Self { parts, time_step, now, next, at_rest: true })
+        Ok(Self { parts, time_step, now, next, at_rest: true, unstarted: true })
     }
 
-    /// Puts the body at rest.
+    /// Puts the body at rest, as a new one is.
     pub fn rest(&mut self) {
+        self.come_to_rest();
+        self.unstarted = true;
+    }
+
+    /// Lets a body that was stepped or set rest.
+    pub fn come_to_rest(&mut self) {
         self.now.fill(T::ZERO);
         self.at_rest = true;
+        self.unstarted = false;
     }
 
     /// Writes the state scaled by another `Δt` beside the current one.
@@ -73,9 +83,9 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
             return Err(StepError::NotFinite);
         }
         core::mem::swap(&mut self.now, &mut self.next);
-        self.at_rest = false;
+        (self.at_rest, self.unstarted) = (false, false);
         if !loaded && magnitude <= rest_below {
-            self.rest();
+            self.come_to_rest();
             return Ok(Status::AtRest);
         }
         Ok(Status::Moving)
@@ -94,13 +104,17 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         self.now.get_mut(start..start + self.parts.r).unwrap_or(&mut [])
     }
 
-    /// Copies `y` to `out`, length `3r`.
+    /// Copies `y` to `out`, length `3r`. The sign of the last number, a zero, tells a body that has not
+    /// started yet.
     pub fn save_into(&self, out: &mut [T]) -> Result<(), StepError> {
         if out.len() != 3 * self.parts.r {
             return Err(StepError::Mismatch);
         }
         for (place, out) in out.chunks_exact_mut(self.parts.r.max(1)).enumerate() {
             out.iter_mut().zip(self.part(place)).for_each(|(out, &value)| *out = value);
+        }
+        if let Some(last) = out.last_mut().filter(|_| self.unstarted) {
+            *last = T::from_f64(-0.0);
         }
         Ok(())
     }
@@ -117,7 +131,11 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         for (place, part) in saved.chunks_exact(r.max(1)).enumerate() {
             self.part_mut(place).iter_mut().zip(part).for_each(|(out, &value)| *out = value);
         }
-        self.at_rest = saved.iter().all(|&value| value == T::ZERO);
+        (self.at_rest, self.unstarted) = (false, false);
+        if saved.iter().all(|&value| value == T::ZERO) {
+            self.come_to_rest();
+            self.unstarted = saved.last().is_some_and(|last| last.to_f64().is_sign_negative());
+        }
         Ok(())
     }
 

@@ -65,11 +65,7 @@ impl Equation<'_, '_> {
             let elastic = stiffness * (of_zeta + beta * of_rate);
             *out = T::from_f64((force.to_f64() - elastic) / density);
         }
-        if moved(self.region_density) {
-            self.solve_mass(position, velocity, acceleration)?;
-        } else {
-            copy(position, acceleration);
-        }
+        self.divide_by_mass(position, velocity, acceleration)?;
         let placed = position.iter_mut().zip(velocity).zip(acceleration);
         for (((position, velocity), acceleration), (&zeta, &rate)) in placed.zip(zeta.iter().zip(zeta_dot)) {
             *position = T::from_f64(zeta);
@@ -80,7 +76,57 @@ impl Equation<'_, '_> {
             return Err(StepError::NotFinite);
         }
         y.accept(dt);
-        y.at_rest = y.now.iter().all(|&value| value == T::ZERO);
+        (y.at_rest, y.unstarted) = (false, false);
+        if y.now.iter().all(|&value| value == T::ZERO) {
+            y.come_to_rest();
+        }
+        Ok(())
+    }
+
+    /// Gives a body at rest the acceleration that `force = BᵀF` demands, as [`Equation::place`] does; all of
+    /// it or nothing.
+    pub fn start<T: Scalar>(&self, y: &mut Coordinates<'_, T>, force: &[T]) -> Result<(), StepError> {
+        y.next.fill(T::ZERO);
+        let [position, velocity, acceleration] = y.next_parts()?;
+        self.acceleration_at_rest(force, [&mut *position, &mut *velocity, acceleration])?;
+        position.fill(T::ZERO);
+        velocity.fill(T::ZERO);
+        if y.next.iter().any(|value| !value.to_f64().is_finite()) {
+            return Err(StepError::NotFinite);
+        }
+        y.accept(self.parameters.time_step);
+        Ok(())
+    }
+
+    /// `Δt² ζ̈` of a body at rest under `force = BᵀF`, in the last of three vectors as long as `force`; the
+    /// first two are work. The bits are those of [`Equation::place`] at zero.
+    pub fn acceleration_at_rest<T: Scalar>(
+        &self,
+        force: &[T],
+        [residual, direction, acceleration]: [&mut [T]; 3],
+    ) -> Result<(), StepError> {
+        let StepParameters { time_step: dt, density, .. } = *self.parameters;
+        if [residual.len(), direction.len(), acceleration.len()] != [force.len(); 3] {
+            return Err(StepError::Mismatch);
+        }
+        let scaled = force.iter().map(|force| T::from_f64(force.to_f64() / density));
+        residual.iter_mut().zip(scaled).for_each(|(out, force)| *out = force);
+        self.divide_by_mass(residual, direction, acceleration)?;
+        acceleration.iter_mut().for_each(|a| *a = T::from_f64(dt * dt * a.to_f64()));
+        Ok(())
+    }
+
+    /// `a = M_r⁻¹ residual`; `direction` is work, and `residual` is lost.
+    fn divide_by_mass<T: Scalar>(
+        &self,
+        residual: &mut [T],
+        direction: &mut [T],
+        a: &mut [T],
+    ) -> Result<(), StepError> {
+        if moved(self.region_density) {
+            return self.solve_mass(residual, direction, a);
+        }
+        copy(residual, a);
         Ok(())
     }
 

@@ -58,7 +58,8 @@
 //!     let force = [0.0, 0.0, -20.0];
 //!     loads.add_contact(&scene, &Contact { nodes: touched.nodes, weights: touched.weights, force })?;
 //!
-//!     // Step: this loop is what runs a thousand times a second.
+//!     // Step: this loop is what runs a thousand times a second. The first step of a new state starts with the
+//!     // acceleration that its loads demand.
 //!     for _ in 0..steps {
 //!         scene.step(&mut state, &loads)?;
 //!     }
@@ -74,7 +75,7 @@
 //!
 //! # The longest ways through
 //!
-//! - **A finger pushes a body.** [`Mapped::open`] (feature `mmap`) or your own bytes, `File::parse`,
+//! - **A finger pushes a body.** [`Mapped::copy`] or [`Mapped::map`] (feature `mmap`) or your own bytes, `File::parse`,
 //!   [`Scene::sizes`], [`Scene::bind`], [`State::new`] and [`Loads::new`] once. Then, for each step:
 //!   [`Surface::locate`] where the finger has moved, [`Loads::clear`] and [`Loads::add_contact`] where the
 //!   force has changed, [`Scene::step`], and [`Scene::point`] for the finger or [`Scene::surface_into`] for

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::vec::Vec;
 use vademecum_format::{File, FormatError};
 
-/// A file in memory: mapped, so that pages are read when they are first touched, or copied.
+/// A file in memory: copied, or mapped, so that pages are read when they are first touched.
 #[derive(Debug)]
 pub struct Mapped {
     content: Content,
@@ -36,19 +36,22 @@ impl core::error::Error for OpenError {
 }
 
 impl Mapped {
-    /// Maps the file at `path` for reading.
+    /// Maps the file at `path` for reading: a page is read when it is first touched. Where nobody can promise
+    /// what is asked for below, [`Mapped::copy`].
     ///
-    /// Nobody may shorten or overwrite the file while it is mapped: a shortened file ends the process when a
-    /// lost page is touched, an overwritten one gives other numbers. Replace files by renaming a new one over
-    /// the old, as the builder does: the map then keeps the old file. Where that cannot be promised,
-    /// [`Mapped::copy`].
+    /// # Safety
+    /// Nobody, in this process or another, may shorten or overwrite the file while it is mapped. A shortened
+    /// file ends the process when a lost page is touched; bytes that change under a shared slice are undefined
+    /// behaviour. To replace a file by renaming a new one over it, as the builder does, is sound: the map then
+    /// keeps the old file.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// # let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden");
-    /// # let path = &std::path::Path::new(folder).join("fixed-f64.vdm");
-    /// let mapped = Mapped::open(path)?;
+    /// # let path = std::path::Path::new(folder).join("fixed-f64.vdm");
+    /// // SAFETY: the file came with the program, and its folder is read-only.
+    /// let mapped = unsafe { Mapped::map(path) }?;
     /// let file = mapped.file()?;
     /// assert_eq!(file.metadata().n_modes, 3);
     /// # Ok(())
@@ -57,23 +60,32 @@ impl Mapped {
     ///
     /// # Errors
     /// [`OpenError`] with the system's reason as its source.
-    pub fn open(path: &Path) -> Result<Self, OpenError> {
+    #[allow(unsafe_code)]
+    pub unsafe fn map(path: impl AsRef<Path>) -> Result<Self, OpenError> {
         let file = std::fs::File::open(path).map_err(OpenError)?;
         // SAFETY: the map is read-only and private to this value, and outlives every slice borrowed from it.
-        // What Rust cannot see is another process writing to the file; the documented precondition of `open`
-        // excludes it, and every byte read is treated as untrusted data, never as a reference, length or enum
-        // without a check.
-        #[allow(unsafe_code)]
+        // The caller promises that nobody writes to the file.
         let map = unsafe { Mmap::map(&file) }.map_err(OpenError)?;
         Ok(Self { content: Content::Map(map) })
     }
 
     /// Copies the file at `path` into memory: whatever becomes of the file, these bytes stay. Costs its
-    /// length in memory and a read of all of it, where a map reads only the pages it needs.
+    /// length in memory and a read of all of it, where [`Mapped::map`] reads only the pages it needs.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden");
+    /// # let path = std::path::Path::new(folder).join("fixed-f64.vdm");
+    /// let copied = Mapped::copy(path)?;
+    /// assert_eq!(copied.file()?.metadata().n_modes, 3);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`OpenError`] with the system's reason as its source.
-    pub fn copy(path: &Path) -> Result<Self, OpenError> {
+    pub fn copy(path: impl AsRef<Path>) -> Result<Self, OpenError> {
         std::fs::read(path).map(|bytes| Self { content: Content::Copy(bytes) }).map_err(OpenError)
     }
 

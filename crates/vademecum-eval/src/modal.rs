@@ -155,7 +155,8 @@ impl<'m, T: Scalar> Modal<'m, T> {
         self.remainder
     }
 
-    /// Advances `state` by `n_steps` steps of `Δt`, all under `loads` as they are now. Costs
+    /// Advances `state` by `n_steps` steps of `Δt`, all under `loads` as they are now; the first of a
+    /// new state starts as that of [`Scene::step`]. Costs
     /// `6r² + 9r n_steps` multiply-adds, and `3r²` more under load; `n_steps` calls of [`Scene::step`] cost
     /// `9r² n_steps`. So a call of one step is no gain, one of ten is. An unloaded body comes to rest as
     /// there, at the end of a call.
@@ -178,9 +179,32 @@ impl<'m, T: Scalar> Modal<'m, T> {
         }
         scene.check_carried(state)?;
         if state.y.at_rest && !loads.active {
+            state.y.unstarted &= n_steps == 0;
             return Ok(Status::AtRest);
         }
         scene.check_fresh(loads)?;
+        if !state.y.unstarted {
+            return self.advance(scene, state, loads, n_steps);
+        }
+        if n_steps == 0 {
+            return Ok(Status::Moving);
+        }
+        scene.equation().start(&mut state.y, loads.force)?;
+        let status = self.advance(scene, state, loads, n_steps);
+        if status.is_err() {
+            state.y.rest();
+        }
+        status
+    }
+
+    /// The steps of a march, from the state as it is.
+    fn advance(
+        &mut self,
+        scene: &Scene<'_, T>,
+        state: &mut State<'_, T>,
+        loads: &Loads<'_, T>,
+        n_steps: usize,
+    ) -> Result<Status, StepError> {
         let (r, stride) = (self.shape.r, self.shape.r.next_multiple_of(STRIDE));
         transform(self.to, r, (state.y.now, r), (self.start, stride))?;
         self.load.fill(T::ZERO);

@@ -15,7 +15,8 @@ pub struct State<'m, T> {
 }
 
 impl<'m, T: Scalar> State<'m, T> {
-    /// A body at rest. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not
+    /// A body at rest, which has not started yet: its first [`Scene::step`] starts with the acceleration that
+    /// the loads of that step demand. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not
     /// matter.
     ///
     /// ```
@@ -40,7 +41,7 @@ impl<'m, T: Scalar> State<'m, T> {
         Ok(Self { shape, y })
     }
 
-    /// Puts the body at rest.
+    /// Puts the body at rest, as [`State::new`] does: the next step is again a first one.
     pub fn rest(&mut self) {
         self.y.rest();
     }
@@ -86,7 +87,8 @@ impl<'m, T: Scalar> State<'m, T> {
     }
 
     /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`State::restore`] takes it
-    /// back, bit for bit, in a state of the same [`State::time_step`].
+    /// back, bit for bit, in a state of the same [`State::time_step`]. A state that has not started yet is all
+    /// zeros, and its last zero has the negative sign, so that it is restored as one.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

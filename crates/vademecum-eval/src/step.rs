@@ -11,6 +11,11 @@ use crate::state::State;
 impl<T: Scalar> Scene<'_, T> {
     /// Advances `state` by `Δt` under `loads`.
     ///
+    /// The first step of a [`State::new`] starts with the acceleration that `loads` demand at its start, as
+    /// [`Scene::set`] would give it: the body has been at rest, and the loads act from the start of this step.
+    /// A load that is added or taken away later meets the body as the last step left it, as in the full-order
+    /// march. Its jump is then spread over the step by the time scheme.
+    ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -37,10 +42,33 @@ impl<T: Scalar> Scene<'_, T> {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
-        if state.y.at_rest && !loads.active {
-            return Ok(Status::AtRest);
+        if state.y.at_rest {
+            if !loads.active {
+                state.y.unstarted = false;
+                return Ok(Status::AtRest);
+            }
+            if state.y.unstarted {
+                return self.first_step(state, loads);
+            }
         }
         self.check_fresh(loads)?;
+        self.advance(state, loads)
+    }
+
+    /// The first step of a body, which starts with the acceleration that the loads demand.
+    #[cold]
+    fn first_step(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
+        self.check_fresh(loads)?;
+        self.equation().start(&mut state.y, loads.force)?;
+        let status = self.advance(state, loads);
+        if status.is_err() {
+            state.y.rest();
+        }
+        status
+    }
+
+    #[inline(always)]
+    fn advance(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure {
             Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new)?,

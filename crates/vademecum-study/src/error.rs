@@ -51,6 +51,99 @@ pub enum StudyError {
         /// The pattern's name.
         name: String,
     },
+    /// A scenario has more steps than can be counted.
+    #[error(
+        "`duration` is {duration:e} s, which is {:.3e} steps of {time_step:e} s; expected at most 2^53 \
+         (9.0e15) steps, beyond which n Δt no longer tells one instant from the next",
+        duration / time_step
+    )]
+    TooManySteps {
+        /// Length \[s\].
+        duration: f64,
+        /// Step \[s\].
+        time_step: f64,
+    },
+    /// A scenario has more steps than are marched unless it is asked for.
+    #[error(
+        "`duration` is {duration:e} s, which is {steps} steps of {time_step:e} s; more than {limit} steps \
+         are marched on request only"
+    )]
+    Long {
+        /// Length \[s\].
+        duration: f64,
+        /// Step \[s\].
+        time_step: f64,
+        /// Its steps.
+        steps: usize,
+        /// Most steps of a march that is not asked for.
+        limit: u64,
+    },
+    /// All loads of a scenario at full order do not fit into memory.
+    #[error(
+        "{loads} loads of {dofs} dofs each take {:.1} GB at full order; expected at most {:.0} GB",
+        *bytes as f64 / 1e9,
+        *limit as f64 / 1e9
+    )]
+    TooManyLoads {
+        /// Contacts and patterns.
+        loads: usize,
+        /// Free dofs.
+        dofs: usize,
+        /// Bytes of all of them.
+        bytes: u64,
+        /// Most bytes taken.
+        limit: u64,
+    },
+    /// A result is not a finite number.
+    #[error("at t = {time:e} s (step {step}) {what} is {value}; {cause}")]
+    NotFinite {
+        /// Time \[s\].
+        time: f64,
+        /// Step.
+        step: usize,
+        /// What it is a value of.
+        what: String,
+        /// The value.
+        value: f64,
+        /// The likely cause, and what to do.
+        cause: &'static str,
+    },
+    /// A step was refused.
+    #[error("the step from t = {time:e} s (step {step}) cannot be taken")]
+    Refused {
+        /// Time \[s\] before the step.
+        time: f64,
+        /// Steps taken before.
+        step: usize,
+        /// Why.
+        source: FileError,
+    },
+    /// The file has no live parameter of this name.
+    #[error("the file has no live parameter `{name}`; it has {known}")]
+    NoParameter {
+        /// The name asked for.
+        name: String,
+        /// Names and ranges of the parameters there are, or `none`.
+        known: String,
+    },
+    /// A value lies outside of the range a live parameter was built for.
+    #[error("`{name}` is {value}; expected a value from {lower} to {upper}, for which the file was built")]
+    OutsideRange {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: f64,
+        /// Smallest value.
+        lower: f64,
+        /// Largest value.
+        upper: f64,
+    },
+    /// The time step is given twice.
+    #[error("the time step is given twice, as the parameter `{name}` and by itself; give it once")]
+    TimeStepTwice {
+        /// The parameter.
+        name: String,
+    },
     /// A push was asked for, and there is nothing to push.
     #[error("the body has no surface that a push could act on")]
     NothingToPush,

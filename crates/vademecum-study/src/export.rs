@@ -11,7 +11,7 @@ use vademecum_build::progress::Listener;
 
 use crate::bench::{Bound, Study};
 use crate::error::StudyError;
-use crate::scenario::Scenario;
+use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 
 /// What the march needs to know: `model.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -103,7 +103,7 @@ impl ExportedModel {
         let file = study.file(&study.basis(BasisKind::Modes, 1)?.value, None)?.value;
         let prepared = study.prepared();
         let loads = Bound::new(&file, &scenario, &prepared.body)?.loads;
-        let all = scenario.steps(study.time_step());
+        let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, steps.is_some())?;
         let model = Model {
             version: 1,
             title: problem.title.clone(),

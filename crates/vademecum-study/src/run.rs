@@ -6,11 +6,10 @@ use vademecum_format::{File, SectionKind};
 
 use crate::contents::{Geometry, lines};
 use crate::error::{FileError, StudyError};
+use crate::notes::notes;
+use crate::pace::Pace;
 use crate::player::{PlayOptions, Playable, Track, play};
-use crate::scenario::{FieldChoice, OutputPlan, Scenario};
-
-/// A contact this far from the point given, relative to the point's largest coordinate, is worth a note.
-const FAR: f64 = 1e-6;
+use crate::scenario::{FieldChoice, OutputPlan, STEPS_OF_A_RUN, Scenario};
 
 /// A scenario bound to a file, ready to be played.
 pub struct Run<'a> {
@@ -53,26 +52,21 @@ pub struct Fields<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Binds a scenario to a file. The listener is told of contacts that cannot act where they should.
+    /// Binds a scenario to a file. The listener is told of loads that act elsewhere than they should, or on
+    /// nothing.
     ///
     /// # Errors
-    /// As [`Track::bind`].
+    /// As [`Track::bind`] and [`Scenario::steps_within`].
     pub fn bind(
         file: &'a File<'a>,
         options: PlayOptions,
         scenario: &'a Scenario,
         listener: &dyn Listener,
     ) -> Result<Self, StudyError> {
-        let track = Track::bind(file, scenario)?;
-        for (i, placed) in track.contacts.iter().enumerate() {
-            let size = placed.point.position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-            if placed.point.distance > FAR * size {
-                let distance = placed.point.distance;
-                listener.note(&format!("contact[{i}] acts {distance:.3e} away from the point given"));
-            }
-        }
         let time_step = options.scene.time_step.unwrap_or(file.metadata().time_step);
-        let steps = scenario.steps(time_step);
+        let steps = scenario.steps_within(time_step, STEPS_OF_A_RUN, options.long)?;
+        let track = Track::bind(file, scenario)?;
+        notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
         Ok(Self { file, options, plan: &scenario.output, track, time_step, steps })
     }
 
@@ -108,18 +102,20 @@ impl<'a> Run<'a> {
     /// Plays the scenario and shows the instants that the plan asks for.
     ///
     /// # Errors
-    /// As [`play`], and those of `show`, which end the run.
+    /// As [`play`], and those of `show`, which end the run; [`StudyError::NotFinite`] before the first instant
+    /// with a number that is not finite is shown.
     pub fn play<E: From<StudyError>>(
         &self,
         listener: &dyn Listener,
         mut show: impl FnMut(&Moment<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut instant = Shown::new(self);
+        let mut instant = Shown::new(self).map_err(StudyError::from)?;
         let mut refused = None;
         listener.stage("step");
+        let paced = Pace::new(self.time_step, listener);
         let played = play(self.file, &self.options, &self.track, self.steps, listener, |step, body| {
             let moment = instant.at(self, step, body)?;
-            listener.advance(step, self.steps);
+            paced.advance(step, self.steps);
             show(&moment).map_err(|error| {
                 refused = Some(error);
                 Cancelled.into()
@@ -134,16 +130,22 @@ impl<'a> Run<'a> {
 
 /// Memory for what is shown of an instant.
 struct Shown {
+    names: Vec<String>,
     probes: Vec<f64>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
 }
 
 impl Shown {
-    fn new(run: &Run<'_>) -> Self {
+    fn new(run: &Run<'_>) -> Result<Self, FileError> {
         let n_fields = if run.plan.fields_every > 0 { 3 * run.n_field_nodes() } else { 0 };
         let n_probes = run.file.metadata().n_probes as usize;
-        Self { probes: vec![0.0; n_probes], displacement: vec![0.0; n_fields], velocity: vec![0.0; n_fields] }
+        Ok(Self {
+            names: run.probes()?,
+            probes: vec![0.0; n_probes],
+            displacement: vec![0.0; n_fields],
+            velocity: vec![0.0; n_fields],
+        })
     }
 
     fn at(
@@ -151,7 +153,7 @@ impl Shown {
         run: &Run<'_>,
         step: usize,
         body: &dyn Playable<Number = f64>,
-    ) -> Result<Moment<'_>, FileError> {
+    ) -> Result<Moment<'_>, StudyError> {
         let OutputPlan { probes_every, fields_every, fields } = *run.plan;
         let mut energy = None;
         if step.is_multiple_of(probes_every) {
@@ -159,6 +161,9 @@ impl Shown {
             for (probe, value) in self.probes.iter_mut().enumerate() {
                 *value = body.probe(probe)?;
             }
+        }
+        if let Some(energy) = energy {
+            finite(step, run.time_step, body.zeta(), energy, &self.probes, &self.names)?;
         }
         let with_fields = fields_every > 0 && step.is_multiple_of(fields_every);
         if with_fields {
@@ -168,12 +173,59 @@ impl Shown {
             };
             fill(Field::Displacement, &mut self.displacement)?;
             fill(Field::Velocity, &mut self.velocity)?;
+            for (what, field) in [("displacement", &self.displacement), ("velocity", &self.velocity)] {
+                for (place, &value) in field.iter().enumerate() {
+                    let what = || format!("the {what} of node {} of the file", place / 3);
+                    check(step, run.time_step, body.zeta(), value, what)?;
+                }
+            }
         }
-        let Self { probes, displacement, velocity } = self;
+        let Self { probes, displacement, velocity, .. } = self;
         Ok(Moment {
             time: step as f64 * run.time_step,
             probes: energy.map(|energy| Probed { energy, values: probes }),
             fields: with_fields.then_some(Fields { displacement, velocity }),
         })
     }
+}
+
+/// Reduced coordinates beyond this have squares that leave the range of a double.
+const TOO_LARGE: f64 = 1e140;
+
+/// An error if the energy or a probe at a step is not a finite number.
+pub(crate) fn finite(
+    step: usize,
+    time_step: f64,
+    zeta: &[f64],
+    energy: f64,
+    probes: &[f64],
+    names: &[String],
+) -> Result<(), StudyError> {
+    for (probe, &value) in probes.iter().enumerate() {
+        let name = names.get(probe).map_or("", String::as_str);
+        check(step, time_step, zeta, value, || format!("the displacement of probe `{name}`"))?;
+    }
+    check(step, time_step, zeta, energy, || "the energy".into())
+}
+
+fn check(
+    step: usize,
+    time_step: f64,
+    zeta: &[f64],
+    value: f64,
+    what: impl FnOnce() -> String,
+) -> Result<(), StudyError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    let moderate = zeta.iter().all(|x| x.abs() < TOO_LARGE);
+    let cause = if moderate {
+        "the motion itself is moderate, so a number of the file is not finite or far too large: \
+         `verify FILE --file-only` checks them"
+    } else {
+        "the motion is so large that its square leaves the range of a double: lower the forces of the \
+         scenario, or see in `info FILE` whether the step is stable"
+    };
+    let time = step as f64 * time_step;
+    Err(StudyError::NotFinite { time, step, what: what(), value, cause })
 }

@@ -10,6 +10,27 @@ use serde::{Deserialize, Serialize};
 use vademecum_build::dynamics::Interval;
 use vademecum_build::input::toml_file::{self, TomlError};
 
+use crate::error::StudyError;
+
+/// Most steps that a march can have: beyond, `n Δt` no longer tells one instant from the next.
+pub const MOST_STEPS: u64 = 1 << 53;
+
+/// Most steps that a file is marched unless it is asked for more: at about a microsecond for a step and its
+/// row of probes a quarter of an hour, and a table of some 60 GB if every step writes a row.
+pub const STEPS_OF_A_RUN: u64 = 1_000_000_000;
+
+/// Most steps that are marched at full order unless more is asked for: at some milliseconds a step, an hour
+/// or more. All of their reduced coordinates are kept until they are compared.
+pub const STEPS_AT_FULL_ORDER: u64 = 1_000_000;
+
+/// Most contacts, and most load patterns, of a scenario. Each contact is looked for on the whole surface,
+/// which takes a fraction of a millisecond.
+const MOST_LOADS: usize = 100_000;
+
+/// Largest size of a coordinate, a force or an amplitude: energies and distances go with their squares, which
+/// stay within the range of a double.
+const LARGEST: f64 = 1e150;
+
 /// A scenario file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
@@ -143,41 +164,118 @@ impl Scenario {
     }
 
     /// Number of steps of `time_step`, at least one.
-    pub fn steps(&self, time_step: f64) -> usize {
-        ((self.duration / time_step).round() as usize).max(1)
+    ///
+    /// # Errors
+    /// [`StudyError::TooManySteps`] beyond [`MOST_STEPS`].
+    pub fn steps(&self, time_step: f64) -> Result<usize, StudyError> {
+        let (duration, steps) = (self.duration, (self.duration / time_step).round());
+        let countable = steps <= MOST_STEPS as f64 && steps <= usize::MAX as f64;
+        if countable {
+            Ok((steps as usize).max(1))
+        } else {
+            Err(StudyError::TooManySteps { duration, time_step })
+        }
+    }
+
+    /// [`Scenario::steps`], if they are not more than `limit`. With `long`, any number is.
+    ///
+    /// # Errors
+    /// [`StudyError::TooManySteps`], [`StudyError::Long`].
+    pub fn steps_within(&self, time_step: f64, limit: u64, long: bool) -> Result<usize, StudyError> {
+        let (duration, steps) = (self.duration, self.steps(time_step)?);
+        if long || steps as u64 <= limit {
+            return Ok(steps);
+        }
+        Err(StudyError::Long { duration, time_step, steps, limit })
     }
 
     fn check(&self, path: &str, text: &str) -> Result<(), ScenarioError> {
-        let require = |holds: bool, key: &str, found: String, expected| -> Result<(), ScenarioError> {
-            let path = toml_file::place(path, text, key);
-            if holds {
-                Ok(())
-            } else {
-                Err(TomlError::Impossible { path, key: key.into(), found, expected }.into())
-            }
-        };
-        let acts = |key: &str, when: Interval| {
-            let Interval { start, end, ramp } = when;
-            let found = format!("start {start:?}, end {end:?}, ramp {ramp:?}");
-            require(start >= 0.0 && end > start && ramp >= 0.0, key, found, "0 ≤ start < end and ramp ≥ 0")
-        };
-        let duration = self.duration > 0.0 && self.duration.is_finite();
-        require(duration, "duration", self.duration.to_string(), "a positive time in seconds")?;
-        require(self.output.probes_every > 0, "output.probes_every", "0".into(), "at least 1")?;
-        for (i, contact) in self.contacts.iter().enumerate() {
-            for (name, vector) in [("point", contact.point), ("force", contact.force)] {
-                let finite = vector.iter().all(|v| v.is_finite());
-                require(finite, &format!("contact[{i}].{name}"), format!("{vector:?}"), "finite numbers")?;
-            }
-            acts(&format!("contact[{i}]"), contact.when())?;
-        }
-        for (i, pattern) in self.patterns.iter().enumerate() {
-            let (key, amplitude) = (format!("pattern[{i}].amplitude"), pattern.amplitude);
-            require(amplitude.is_finite(), &key, amplitude.to_string(), "a finite number")?;
-            acts(&format!("pattern[{i}]"), pattern.when())?;
-        }
-        Ok(())
+        // Where a key stands is looked for once, in the end: the whole text is read again for it.
+        self.fault().map_or(Ok(()), |Fault { key, found, expected }| {
+            let path = toml_file::place(path, text, &key);
+            Err(TomlError::Impossible { path, key, found, expected }.into())
+        })
     }
+
+    /// The first value that cannot be.
+    fn fault(&self) -> Option<Fault> {
+        let fault = |key: &str, found: String, expected| Some(Fault { key: key.into(), found, expected });
+        if !(self.duration > 0.0 && self.duration.is_finite()) {
+            return fault("duration", self.duration.to_string(), "a positive time in seconds");
+        }
+        if self.output.probes_every == 0 {
+            return fault("output.probes_every", "0".into(), "at least 1");
+        }
+        for (key, count) in [("contact", self.contacts.len()), ("pattern", self.patterns.len())] {
+            if count > MOST_LOADS {
+                return fault(key, format!("a list of {count}"), "at most 100 000 of them");
+            }
+        }
+        let contacts = self.contacts.iter().enumerate();
+        let patterns = self.patterns.iter().enumerate();
+        contacts
+            .map(|(i, contact)| contact.fault(i))
+            .chain(patterns.map(|(i, pattern)| pattern.fault(i)))
+            .find_map(|fault| fault)
+    }
+}
+
+/// A value that cannot be.
+struct Fault {
+    key: String,
+    found: String,
+    expected: &'static str,
+}
+
+impl ContactEntry {
+    fn fault(&self, index: usize) -> Option<Fault> {
+        for (name, vector) in [("point", self.point), ("force", self.force)] {
+            if !vector.iter().all(|v| v.abs() <= LARGEST) {
+                let expected = "finite numbers of at most 1e150 in size, whose squares are finite too";
+                return Some(Fault {
+                    key: format!("contact[{index}].{name}"),
+                    found: numbers(&vector),
+                    expected,
+                });
+            }
+        }
+        interval_fault(|| format!("contact[{index}]"), self.when())
+    }
+}
+
+impl PatternUse {
+    fn fault(&self, index: usize) -> Option<Fault> {
+        if self.amplitude.abs() <= LARGEST {
+            return interval_fault(|| format!("pattern[{index}]"), self.when());
+        }
+        let expected = "a finite number of at most 1e150 in size, whose square is finite too";
+        Some(Fault {
+            key: format!("pattern[{index}].amplitude"),
+            found: self.amplitude.to_string(),
+            expected,
+        })
+    }
+}
+
+fn interval_fault(key: impl FnOnce() -> String, when: Interval) -> Option<Fault> {
+    let Interval { start, end, ramp } = when;
+    if start >= 0.0 && end > start && ramp >= 0.0 && ramp.is_finite() {
+        return None;
+    }
+    let found = format!("start {}, end {}, ramp {}", time(start), time(end), time(ramp));
+    Some(Fault { key: key(), found, expected: "0 ≤ start < end and a finite ramp ≥ 0" })
+}
+
+/// Numbers as a scenario has them.
+fn numbers(vector: &[f64]) -> String {
+    let numbers: Vec<String> = vector.iter().map(|&x| time(x)).collect();
+    format!("[{}]", numbers.join(", "))
+}
+
+/// A number in as few digits as tell it; very large and very small ones with an exponent.
+fn time(x: f64) -> String {
+    let plain = x == 0.0 || !x.is_finite() || (1e-4..1e16).contains(&x.abs());
+    if plain { x.to_string() } else { format!("{x:e}") }
 }
 
 #[cfg(test)]
@@ -190,5 +288,71 @@ mod tests {
         assert!(Scenario::parse(unknown, "s.toml").is_err());
         let empty = "duration = 1.0\n[[contact]]\npoint=[0,0,0]\nforce=[0,0,1]\nstart=1.0\nend=1.0";
         assert!(matches!(Scenario::parse(empty, "s.toml"), Err(ScenarioError(TomlError::Impossible { .. }))));
+    }
+
+    /// A march of finger tips, one contact a step: `count` contacts with a fault in the last one.
+    fn many(count: usize, last: &str) -> String {
+        let contact = |force: &str| format!("[[contact]]\npoint = [0, 0, 0]\nforce = [0, 0, {force}]\n");
+        format!("duration = 1.0\n{}{}", contact("1").repeat(count - 1), contact(last))
+    }
+
+    #[test]
+    fn a_fault_in_the_last_of_many_contacts_is_found_by_its_line() {
+        let said = |text: &str| Scenario::parse(text, "s.toml").expect_err("a fault").to_string();
+        let error = said(&many(4000, "inf"));
+        assert!(error.contains("s.toml:12001: `contact[3999].force` is [0, 0, inf]"), "{error}");
+    }
+
+    #[test]
+    fn checking_many_contacts_takes_time_in_proportion_to_them() {
+        let seconds = |count: usize| {
+            let text = many(count, "1");
+            let timed = |_| {
+                let start = std::time::Instant::now();
+                assert_eq!(Scenario::parse(&text, "s.toml").expect("sound").contacts.len(), count);
+                start.elapsed().as_secs_f64()
+            };
+            (0..3).map(timed).fold(f64::INFINITY, f64::min)
+        };
+        // Sixteen times as many contacts: a quadratic check takes 256 times as long. Between the two lies
+        // room for what else the machine does.
+        let (few, many) = (seconds(500), seconds(8000));
+        assert!(many < 64.0 * few, "{few} s for 500 contacts, {many} s for 8000");
+    }
+
+    #[test]
+    fn more_contacts_than_the_bound_are_refused_by_name() {
+        let error = Scenario::parse(&many(100_001, "1"), "s.toml").expect_err("too many").to_string();
+        assert!(error.contains("`contact` is a list of 100001; expected at most 100 000"), "{error}");
+        assert!(Scenario::parse(&many(100_000, "1"), "s.toml").is_ok());
+    }
+
+    #[test]
+    fn numbers_whose_squares_overflow_are_refused_by_name() {
+        for (text, key) in [
+            ("[[contact]]\npoint = [0, 1e200, 0]\nforce = [0, 0, 1]", "`contact[0].point`"),
+            ("[[contact]]\npoint = [0, 0, 0]\nforce = [0, 0, -1e200]", "`contact[0].force`"),
+            ("[[pattern]]\nname = 'gravity'\namplitude = 1e200", "`pattern[0].amplitude`"),
+            ("[[pattern]]\nname = 'gravity'\nramp = inf", "`pattern[0]`"),
+        ] {
+            let text = format!("duration = 1.0\n{text}\n");
+            let error = Scenario::parse(&text, "s.toml").expect_err(key).to_string();
+            assert!(error.contains(key), "{error}");
+        }
+    }
+
+    #[test]
+    fn steps_that_cannot_be_counted_are_refused_and_long_marches_unless_they_are_asked_for() {
+        let lasting = |duration: f64| Scenario { duration, ..Scenario::default() };
+        for duration in [1e300, 1e14, 2.0f64.powi(53) * 1e-3 * 1.001] {
+            let refused = lasting(duration).steps_within(1e-3, STEPS_OF_A_RUN, true);
+            assert!(matches!(refused, Err(StudyError::TooManySteps { .. })), "{duration}");
+        }
+        assert_eq!(lasting(1e12).steps(1e-3).expect("countable"), 1_000_000_000_000_000);
+        let long = lasting(1e6 + 1.0);
+        let refused = long.steps_within(1e-3, STEPS_OF_A_RUN, false);
+        assert!(matches!(refused, Err(StudyError::Long { steps: 1_000_001_000, .. })));
+        assert_eq!(long.steps_within(1e-3, STEPS_OF_A_RUN, true).expect("asked for"), 1_000_001_000);
+        assert_eq!(lasting(1e-9).steps(1e-3).expect("one"), 1);
     }
 }

@@ -9,16 +9,23 @@ use serde::Serialize;
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{FullOrder, TimedLoad};
 use vademecum_build::input::Problem;
-use vademecum_build::prepared::{Body, Prepared, Probe};
+use vademecum_build::prepared::{Body, Prepared, Probe, Setting};
 use vademecum_build::progress::Listener;
 use vademecum_format::{File, SectionKind};
 
 use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
 use crate::contents::{lines, section};
 use crate::error::{FileError, StudyError};
+use crate::notes::notes;
+use crate::pace::Pace;
+use crate::parameters::{ParameterValue, setting, values};
 use crate::player::chapter::step_radius;
 use crate::player::{PlacedContact, PlayOptions, Track, long_run, play};
-use crate::scenario::Scenario;
+use crate::run::finite;
+use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
+
+/// Most memory that the loads take at full order \[bytes\].
+const MOST_LOAD_BYTES: u64 = 4_000_000_000;
 
 /// Steps of the free run that times a step of the file.
 const TIMED_STEPS: usize = 100_000;
@@ -34,6 +41,10 @@ pub struct Verification {
     pub modes: usize,
     /// Structure of the step.
     pub structure: &'static str,
+    /// Step \[s\].
+    pub time_step: f64,
+    /// Values of the file's live parameters; none if it has none.
+    pub parameters: Vec<ParameterValue>,
     /// Relative L2 error over all dofs and steps, mass norm.
     pub trajectory_error: f64,
     /// The same of the projection of the full-order trajectory on the basis.
@@ -78,9 +89,12 @@ struct Shown {
     probes: Vec<f64>,
 }
 
-/// Marches the scenario through the file and at full order, and compares them.
+/// Marches the scenario through the file and at full order, both at the parameters of `options`, and compares
+/// them.
 ///
 /// # Errors
+/// [`StudyError::TooManySteps`], [`StudyError::Long`], [`StudyError::TooManyLoads`];
+/// [`StudyError::NotFinite`], [`StudyError::Refused`]: a march of the file that ends early;
 /// [`StudyError::File`]: a file of another mesh, or one that the evaluator refuses;
 /// [`StudyError::NoPattern`], [`StudyError::ForeignPattern`]; a full-order march that fails or is stopped.
 pub fn verify(
@@ -97,17 +111,25 @@ pub fn verify(
         return Err(FileError::ForeignMesh { problem: problem.path.clone() }.into());
     }
     let file_nodes = file_nodes(file, body)?;
+    let setting = setting(&options.scene, metadata, &prepared.space);
+    let time_step = setting.step.time_step;
+    let steps = scenario.steps_within(time_step, STEPS_AT_FULL_ORDER, options.long)?;
     let track = Track::bind(file, scenario)?;
-    let steps = scenario.steps(metadata.time_step);
+    let (loads, dofs) = (track.contacts.len() + track.patterns.len(), body.n_dof());
+    let bytes = 8 * loads as u64 * dofs as u64;
+    if bytes > MOST_LOAD_BYTES {
+        return Err(StudyError::TooManyLoads { loads, dofs, bytes, limit: MOST_LOAD_BYTES });
+    }
+    notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
 
     listener.stage("step the file");
-    let shown = show(file, options, &track, steps, listener)?;
+    let shown = show(file, options, &track, steps, time_step, listener)?;
     let timing = long_run(file, options, &track, TIMED_STEPS, listener)?;
     let spectral_radius = step_radius(file, options)?;
 
     listener.stage("march full order");
-    let full = full_order(file, prepared, &track, &file_nodes, &shown, listener)?;
-    let release = ((track.release() / metadata.time_step).ceil() as usize).min(steps);
+    let full = full_order(file, prepared, &setting, &track, &file_nodes, &shown, listener)?;
+    let release = ((track.release() / time_step).ceil() as usize).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
     let figures = Verification {
@@ -115,6 +137,8 @@ pub fn verify(
         dofs: body.n_dof(),
         modes: metadata.n_modes as usize,
         structure: shown.structure,
+        time_step,
+        parameters: values(&options.scene, metadata),
         trajectory_error: full.error.error,
         projection_floor: full.error.floor,
         floor_ratio: full.error.error / full.error.floor,
@@ -127,7 +151,7 @@ pub fn verify(
     };
     Ok(Verified {
         figures,
-        time_step: metadata.time_step,
+        time_step,
         probes: lines(file, SectionKind::ProbeNames)?,
         probe_series: [full.probes, shown.probes],
         energy_series: [full.energy, shown.energy],
@@ -139,17 +163,23 @@ fn show(
     options: &PlayOptions,
     track: &Track,
     steps: usize,
+    time_step: f64,
     listener: &dyn Listener,
 ) -> Result<Shown, StudyError> {
     let mut shown = Shown::default();
     let n_probes = file.metadata().n_probes as usize;
-    play(file, options, track, steps, listener, |_, body| {
+    let names = lines(file, SectionKind::ProbeNames)?;
+    let mut values = vec![0.0; n_probes];
+    play(file, options, track, steps, listener, |step, body| {
         shown.structure = body.structure();
         shown.coordinates.extend_from_slice(body.zeta());
-        shown.energy.push(body.energy()?);
-        for probe in 0..n_probes {
-            shown.probes.push(body.probe(probe)?);
+        let energy = body.energy()?;
+        for (probe, value) in values.iter_mut().enumerate() {
+            *value = body.probe(probe)?;
         }
+        finite(step, time_step, body.zeta(), energy, &values, &names)?;
+        shown.energy.push(energy);
+        shown.probes.extend_from_slice(&values);
         Ok(())
     })?;
     Ok(shown)
@@ -158,6 +188,7 @@ fn show(
 fn full_order(
     file: &File<'_>,
     prepared: &Prepared,
+    setting: &Setting,
     track: &Track,
     file_nodes: &[u32],
     shown: &Shown,
@@ -167,12 +198,13 @@ fn full_order(
     let metadata = file.metadata();
     let basis = free_basis(file, body, file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
-    let pencil = body.model.pencil();
-    let full = FullOrder::new(pencil, symbolic, scheme, metadata.time_step, prepared.rayleigh())?;
+    let pencil = setting.pencil(body.model.pencil());
+    let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
     let loads = full_order_loads(file, track, body, file_nodes)?;
     let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
-    compare(body, &full, &loads, &reduced, listener)
+    let paced = Pace::new(setting.step.time_step, listener);
+    compare(body, &full, &loads, &reduced, &paced)
 }
 
 /// Mesh node of each file node, by the ids in the file.

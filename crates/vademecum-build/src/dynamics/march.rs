@@ -62,7 +62,7 @@ impl<'a> Forces<'a> {
             }
             let matrix = &mut self.matrices[j];
             matrix.fill(0.0);
-            for (load, factor) in self.loads.iter().zip(&wanted) {
+            for (load, factor) in self.loads.iter().zip(&wanted).filter(|(_, factor)| factor[j] != 0.0) {
                 let column = matrix.col_as_slice_mut(load.column);
                 column.iter_mut().zip(&load.force).for_each(|(sum, force)| *sum += factor[j] * force);
             }

@@ -125,6 +125,7 @@ pub fn prepare(
         let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
         (watch.stage("assemble", || Body::build(problem, mesh))?, space)
     };
+    note_probes(problem, &body, listener);
     let step = space.setting(&space.nominal()).step;
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     if problem.mesh.matrices.is_some() {
@@ -165,6 +166,26 @@ fn positive(matrix: &SymmetricMatrix) -> Result<(), FactorError> {
     match (0..matrix.n()).find(|&i| matrix.diagonal(i) <= 0.0) {
         None => Ok(()),
         Some(pivot) => Err(FactorError::NotPositiveDefinite { pivot, n: matrix.n() }),
+    }
+}
+
+/// A probe this far from the point given, relative to the node's largest coordinate, is worth a note.
+const FAR: f64 = 1e-6;
+
+/// A probe looks at the node nearest to its point, however far off the body that is: says where it looks.
+fn note_probes(problem: &Problem, body: &Body, listener: &dyn Listener) {
+    for (entry, probe) in problem.output.probes.iter().zip(&body.probes) {
+        let at = body.model.mesh().nodes[probe.node as usize];
+        let distance = at.iter().zip(entry.point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let size = at.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        if distance > FAR * size {
+            let [x, y, z] = at;
+            listener.note(&format!(
+                "probe `{}` looks at the nearest node, ({x:.6}, {y:.6}, {z:.6}), {distance:.3e} away from the point \
+                 given",
+                probe.name
+            ));
+        }
     }
 }
 

@@ -68,7 +68,7 @@ impl Demo {
 
         let built = build(&problem, &BuildOptions::default(), console)?.kept()?;
         write_bytes(&outputs, &path, Kind::Vademecum, &built.bytes)?;
-        let mapped = open(&path, false)?;
+        let mapped = open(&path)?;
         let about = |error: StudyError| Failure::from(error).about(&path);
         let file = mapped.file().map_err(|error: FormatError| Failure::file(&path, error))?;
         let options = PlayOptions::default();

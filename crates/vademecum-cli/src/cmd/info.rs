@@ -134,7 +134,7 @@ struct SectionReport {
 
 impl Info {
     pub fn run(&self) -> Result<(), Failure> {
-        let mapped = open(&self.file, false)?;
+        let mapped = open(&self.file)?;
         let mut memory = vec![];
         whole_file(&self.file, &mapped, &mut memory)?;
         let contents = mapped.file().map_err(FileError::from).and_then(|file| self.contents(&file));

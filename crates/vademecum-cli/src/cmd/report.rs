@@ -77,7 +77,7 @@ impl Report {
         if !goes_through(&self.output) {
             outputs.check_in(&folder, &FIGURES)?;
         }
-        let mapped = open(&self.file, false)?;
+        let mapped = open(&self.file)?;
         let file = mapped.file().map_err(|error: FormatError| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the report")?;
         let bytes = mapped.bytes().len();

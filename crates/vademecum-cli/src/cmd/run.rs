@@ -6,19 +6,21 @@ use std::path::{Path, PathBuf};
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
 use vademecum_build::store::{Growing, Kind, Outputs};
 use vademecum_study::contents::Geometry;
+use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::run::{Fields, Moment, Probed};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::{FileError, StudyError, run};
 
-use crate::arguments::{OutputArguments, StructureArgument};
+use crate::arguments::{OutputArguments, StructureArgument, setting};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{open, outputs, whole_file};
+use crate::files::{open_or_map, outputs, whole_file};
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
-#[command(after_help = "Example:
+#[command(after_help = "Examples:
   vademecum run body.vdm --scenario push.toml -o out/
+  vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: formats/scenario-1.md")]
 pub struct Run {
@@ -33,16 +35,27 @@ pub struct Run {
     /// Structure of the step.
     #[arg(long, value_enum, default_value_t = StructureArgument::Auto)]
     structure: StructureArgument,
-    /// Time step \[s\]; the file's if absent (diagonal structure only).
+    /// Time step \[s\]; the file's if absent. The diagonal structure takes any; the block structure takes those
+    /// of the range it was built for, if the time step is one of its live parameters, and no other.
     #[arg(long)]
     time_step: Option<f64>,
+    /// Set a live parameter of the file, by its name; may be given several times. `info` shows names, ranges
+    /// and units.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    set: Vec<ParameterValue>,
+    /// March more than a billion steps.
+    #[arg(long)]
+    long: bool,
     /// Only the first so many terms of the separated solution; `info --terms-for` tells how many a tolerance
     /// takes.
     #[arg(long)]
     terms: Option<usize>,
-    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite
-    /// it in place.
+    /// Map the file into memory instead of copying it, for files too large to copy. Nobody may shorten or
+    /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
+    map: bool,
+    /// What happens without `--map`.
+    #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
     #[command(flatten)]
     outputs: OutputArguments,
@@ -53,12 +66,14 @@ impl Run {
         let scenario = Scenario::read(&self.scenario)?;
         let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
         outputs.check_in(&self.output, &FILES)?;
-        let mapped = open(&self.file, self.copy)?;
+        let mapped = open_or_map(&self.file, self.map)?;
         let mut memory = vec![];
         let file = whole_file(&self.file, &mapped, &mut memory)?;
         let mut options = self.structure.options();
         (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
-        let about = |error: StudyError| Failure::from(error).about(&self.file);
+        options.long = self.long;
+        let about = |error: StudyError| Failure::of_study(error, &self.file, &self.scenario);
+        parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
         let unread = |error: FileError| Failure::file(&self.file, error);
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let probes = run.probes().map_err(unread)?;

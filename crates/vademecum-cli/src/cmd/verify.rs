@@ -6,10 +6,12 @@ use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
 use vademecum_rewrite::check;
+use vademecum_study::StudyError;
+use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::verify::verify;
 
-use crate::arguments::StructureArgument;
+use crate::arguments::{StructureArgument, setting};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{open, read_file, whole_file};
@@ -20,6 +22,7 @@ use crate::print::{print_json, print_verification};
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum verify body.vdm --problem body.toml --scenario push.toml --json
+  vademecum verify body.vdm --problem body.toml --scenario push.toml --set \"tip stiffness=1.5\"
   vademecum verify body.vdm --file-only")]
 pub struct Verify {
     /// The vademecum file.
@@ -36,6 +39,13 @@ pub struct Verify {
     /// Structure of the step.
     #[arg(long, value_enum, default_value_t = StructureArgument::Auto)]
     structure: StructureArgument,
+    /// Set a live parameter of the file, by its name, on both sides; may be given several times. `info` shows
+    /// names, ranges and units.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting, conflicts_with = "file_only")]
+    set: Vec<ParameterValue>,
+    /// March more than a million steps.
+    #[arg(long, conflicts_with = "file_only")]
+    long: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -72,16 +82,19 @@ impl Verify {
         Ok(())
     }
 
-    fn march(&self, problem: &Path, scenario: &Path, console: &Console) -> Result<(), Failure> {
+    fn march(&self, problem: &Path, scenario_file: &Path, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(problem)?;
-        let scenario = Scenario::read(scenario)?;
-        let mapped = open(&self.file, false)?;
+        let scenario = Scenario::read(scenario_file)?;
+        let mapped = open(&self.file)?;
         let mut memory = vec![];
         let file = whole_file(&self.file, &mapped, &mut memory)?;
+        let mut options = self.structure.options();
+        options.long = self.long;
+        let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
+        parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;
-        let verified = verify(&file, &self.structure.options(), &problem, &prepared, &scenario, console)
-            .map_err(|error| Failure::from(error).about(&self.file))?;
+        let verified = verify(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
         console.clear();
         if self.json {
             print_json(&verified.figures);

@@ -21,7 +21,7 @@ use vademecum_study::FileError;
 use crate::arguments::OutputArguments;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{check_output, open, outputs, refuse_canonical, write_bytes};
+use crate::files::{check_output, open_or_map, outputs, refuse_canonical, write_bytes};
 use crate::html::{escaped, title};
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
@@ -73,9 +73,12 @@ pub struct View {
     /// Write one self-contained page, file included, instead of serving.
     #[arg(long, value_name = "PAGE.html")]
     export: Option<PathBuf>,
-    /// Copy the file into memory instead of mapping it: safe where another program may shorten or overwrite
-    /// it in place.
+    /// Map the file into memory instead of copying it, for files too large to copy. Nobody may shorten or
+    /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
+    map: bool,
+    /// What happens without `--map`.
+    #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
     #[command(flatten)]
     outputs: OutputArguments,
@@ -87,7 +90,7 @@ impl View {
         if let Some(path) = &self.export {
             check_output(&outputs, path, Kind::Html)?;
         }
-        let mapped = open(&self.file, self.copy)?;
+        let mapped = open_or_map(&self.file, self.map)?;
         let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         refuse_canonical(&self.file, &file, "the viewer")?;
         check(&self.file, &file)?;

@@ -21,7 +21,7 @@ pub struct ChapterState<'m, T> {
 }
 
 impl<'m, T: Scalar> ChapterState<'m, T> {
-    /// A body at rest. `memory` holds at least [`Sizes::state`](crate::Sizes::state) numbers; what is in it
+    /// A body at rest, which has not started yet. `memory` holds at least [`Sizes::state`](crate::Sizes::state) numbers; what is in it
     /// does not matter.
     ///
     /// # Errors
@@ -36,7 +36,7 @@ impl<'m, T: Scalar> ChapterState<'m, T> {
         Ok(Self { shape, y, stages, weights })
     }
 
-    /// Puts the body at rest.
+    /// Puts the body at rest, as [`ChapterState::new`] does.
     pub fn rest(&mut self) {
         self.y.rest();
     }

@@ -31,7 +31,8 @@ impl<T: Scalar> ChapterScene<'_, T> {
         self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)
     }
 
-    /// Advances `state` by `Δt` under `loads`.
+    /// Advances `state` by `Δt` under `loads`. The first step starts with the acceleration that they demand,
+    /// as that of [`Scene::step`](crate::Scene::step) does.
     ///
     /// # Errors
     /// [`ChapterStepError`]; the state is then unchanged.
@@ -44,8 +45,25 @@ impl<T: Scalar> ChapterScene<'_, T> {
             return Err(StepError::Mismatch.into());
         }
         if state.y.at_rest && !loads.active {
+            state.y.unstarted = false;
             return Ok(Status::AtRest);
         }
+        if !state.y.unstarted {
+            return self.advance(state, loads);
+        }
+        self.equation().start(&mut state.y, loads.force)?;
+        let status = self.advance(state, loads);
+        if status.is_err() {
+            state.y.rest();
+        }
+        status
+    }
+
+    fn advance(
+        &self,
+        state: &mut ChapterState<'_, T>,
+        loads: &ChapterLoads<'_, T>,
+    ) -> Result<Status, ChapterStepError> {
         self.stages(state, loads)?;
         let magnitude = self.finish(state)?;
         Ok(state.y.settle(magnitude, loads.active, self.rest_below)?)

@@ -17,7 +17,7 @@ use super::study::{Study, Timed};
 use super::table::{At, BenchTable, Row, SchemeDistance};
 use super::trajectory::{Reference, distance, mean_at_jumps, thinned};
 use crate::error::StudyError;
-use crate::scenario::Scenario;
+use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 
 /// How far a comparison goes.
 #[derive(Clone, Debug)]
@@ -73,7 +73,9 @@ pub fn compare_methods(
     let bytes = groups.iter().flat_map(Group::files).next().expect("every group has a file");
     let bound = Bound::new(bytes, &scenario, &study.prepared().body)?;
     chapter::add(&mut groups, &study, &bound, listener)?;
-    let steps = options.steps.unwrap_or(usize::MAX).clamp(1, scenario.steps(study.time_step()));
+    let asked = options.steps.is_some();
+    let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, asked)?;
+    let steps = options.steps.unwrap_or(all).clamp(1, all);
     let march =
         March { track: &bound.track, loads: &bound.loads, time_step: study.time_step(), steps, stride: 1 };
     let (split, quick) = (options.split, options.quick);

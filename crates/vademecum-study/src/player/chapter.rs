@@ -13,17 +13,24 @@ use super::PlayOptions;
 use crate::contents::{numbers, section};
 use crate::error::{FileError, StudyError};
 
-/// Where a file of the chapter's structure can take a load meant for `point`: the nearest of its positions.
-pub(super) fn nearest_position(
+/// Where a file of the chapter's structure can take loads: nodes and where they are.
+pub(super) fn positions_of(
     file: &File<'_>,
     chapter: &Chapter<'_>,
-    point: [f64; 3],
-) -> Result<SurfacePoint, FileError> {
+) -> Result<Vec<(u32, [f64; 3])>, FileError> {
     section(file, SectionKind::NodeCoordinates).map_err(|_| FileError::NoSurface)?;
     let coordinates = numbers(file, SectionKind::NodeCoordinates)?;
     let at = |node: u32| [0, 1, 2].map(|c| coordinates[3 * node as usize + c]);
+    Ok(chapter.positions().map(|node| (node, at(node))).collect())
+}
+
+/// The nearest of these positions.
+pub(super) fn nearest_position(
+    positions: &[(u32, [f64; 3])],
+    point: [f64; 3],
+) -> Result<SurfacePoint, FileError> {
     let distance = |x: [f64; 3]| (0..3).map(|c| (x[c] - point[c]).powi(2)).sum::<f64>().sqrt();
-    let places = chapter.positions().map(|node| (node, at(node), distance(at(node))));
+    let places = positions.iter().map(|&(node, at)| (node, at, distance(at)));
     let nearest = places.min_by(|a, b| a.2.total_cmp(&b.2));
     let (node, position, distance) = nearest.ok_or(FileError::NoSurface)?;
     Ok(SurfacePoint { nodes: [node; 3], weights: [1.0, 0.0, 0.0], position, distance })

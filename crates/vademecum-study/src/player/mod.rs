@@ -5,6 +5,7 @@
 
 mod body;
 pub(crate) mod chapter;
+mod window;
 
 use std::time::Instant;
 
@@ -17,7 +18,8 @@ use vademecum_format::{Chapter, File, SectionKind};
 
 pub(crate) use body::structure_name;
 pub use body::{Body, Playable};
-use chapter::{nearest_position, with_chapter};
+use chapter::{nearest_position, positions_of, with_chapter};
+use window::Window;
 
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
@@ -62,9 +64,11 @@ impl Track {
     /// read.
     pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
         let chapter = Chapter::read(file)?;
+        let positions = chapter.as_ref().filter(|_| !scenario.contacts.is_empty());
+        let positions = positions.map(|chapter| positions_of(file, chapter)).transpose()?;
         let contact = |entry: &ContactEntry| -> Result<PlacedContact, StudyError> {
-            let point = match &chapter {
-                Some(chapter) => nearest_position(file, chapter, entry.point)?,
+            let point = match &positions {
+                Some(positions) => nearest_position(positions, entry.point)?,
                 None => Surface::new(file)?.locate(entry.point).ok_or(FileError::NoSurface)?,
             };
             let contact = Contact { nodes: point.nodes, weights: point.weights, force: entry.force };
@@ -100,6 +104,33 @@ impl Track {
         self.intervals().map(at).collect()
     }
 
+    /// When a load acts, counted as in [`Track::intervals`].
+    fn interval(&self, index: usize) -> &Interval {
+        match index.checked_sub(self.contacts.len()) {
+            None => &self.contacts[index].when,
+            Some(pattern) => &self.patterns[pattern].when,
+        }
+    }
+
+    /// Loads a body with loads by number, contacts first, and their amplitudes at the instants.
+    fn apply_some(
+        &self,
+        acting: &[(usize, [f64; INSTANTS])],
+        body: &mut impl Playable,
+    ) -> Result<(), FileError> {
+        body.clear_loads();
+        for (index, factors) in acting {
+            match index.checked_sub(self.contacts.len()) {
+                None => body.add_contact(&self.contacts[*index].contact, factors)?,
+                Some(pattern) => {
+                    let placed = &self.patterns[pattern];
+                    body.add_pattern(placed.index, &factors.map(|f| f * placed.amplitude))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// All loads at full height.
     pub(crate) fn full_height(&self) -> Vec<[f64; INSTANTS]> {
         vec![[1.0; INSTANTS]; self.contacts.len() + self.patterns.len()]
@@ -111,15 +142,9 @@ impl Track {
     /// [`FileError`]: a load that the evaluator refuses.
     pub fn apply(&self, factors: &[[f64; INSTANTS]], body: &mut impl Playable) -> Result<(), FileError> {
         let acts = |factors: &[f64; INSTANTS]| factors.iter().any(|&f| f != 0.0);
-        body.clear_loads();
-        let (contacts, patterns) = factors.split_at(self.contacts.len());
-        for (placed, factors) in self.contacts.iter().zip(contacts).filter(|(_, factors)| acts(factors)) {
-            body.add_contact(&placed.contact, factors)?;
-        }
-        for (placed, factors) in self.patterns.iter().zip(patterns).filter(|(_, factors)| acts(factors)) {
-            body.add_pattern(placed.index, &factors.map(|f| f * placed.amplitude))?;
-        }
-        Ok(())
+        let acting: Vec<_> =
+            factors.iter().copied().enumerate().filter(|(_, factors)| acts(factors)).collect();
+        self.apply_some(&acting, body)
     }
 }
 
@@ -130,6 +155,8 @@ pub struct PlayOptions {
     pub chapter: bool,
     /// What the scene is bound to.
     pub scene: SceneOptions,
+    /// Whether more steps may be marched than a study takes unasked.
+    pub long: bool,
 }
 
 impl PlayOptions {
@@ -204,17 +231,19 @@ fn march<B: Playable>(
     mut observe: impl FnMut(usize, &B) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     let (instants, time_step) = (body.instants(), body.time_step());
-    let mut factors = track.factors(&instants, time_step, 0);
-    track.apply(&factors, body)?;
+    let mut window = Window::new(track, instants, time_step);
+    let mut acting = window.acting(0);
+    track.apply_some(&acting, body)?;
     body.start()?;
     observe(0, body)?;
     for step in 0..steps {
-        let next = track.factors(&instants, time_step, step);
-        if next != factors {
-            factors = next;
-            track.apply(&factors, body)?;
+        let next = window.acting(step);
+        if next != acting {
+            acting = next;
+            track.apply_some(&acting, body)?;
         }
-        body.step()?;
+        let time = step as f64 * time_step;
+        body.step().map_err(|source| StudyError::Refused { time, step, source })?;
         observe(step + 1, body)?;
         stop_if_asked(listener)?;
     }

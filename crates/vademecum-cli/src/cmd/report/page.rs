@@ -245,7 +245,7 @@ fn timings(content: &Content<'_>) -> String {
         )
     };
     let rows = table(&[
-        ("map and open", duration(t.open)),
+        ("read and open", duration(t.open)),
         ("bind a scene", duration(t.bind)),
         ("step, 32 bit", step(t.step[0])),
         ("step, 64 bit", step(t.step[1])),

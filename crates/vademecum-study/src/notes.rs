@@ -1,0 +1,138 @@
+//! What of a scenario acts on nothing, where and why: it is not wrong, but it is seldom meant.
+
+use vademecum_build::dynamics::{INSTANTS, Interval};
+use vademecum_format::{File, Numbers, SectionKind};
+
+use crate::contents::lines;
+use crate::error::FileError;
+use crate::player::{PlacedContact, Track};
+use crate::scenario::Scenario;
+
+/// A contact this far from the point given, relative to the point's largest coordinate, is worth a note.
+const FAR: f64 = 1e-6;
+
+/// Most notes of a scenario; the rest is counted.
+const MOST: usize = 20;
+
+/// What to tell of a scenario bound to a file, marched by so many steps.
+///
+/// # Errors
+/// Names that cannot be read.
+pub(crate) fn notes(
+    file: &File<'_>,
+    scenario: &Scenario,
+    track: &Track,
+    time_step: f64,
+    steps: usize,
+) -> Result<Vec<String>, FileError> {
+    let (r, instants) = (file.metadata().n_modes as usize, file.metadata().scheme.instants());
+    let never = |when: Interval| never(when, &instants, time_step, steps);
+    let (basis, patterns) = (raw(file, SectionKind::SurfaceBasis), raw(file, SectionKind::PatternBasis));
+    let mut notes = vec![];
+    for (i, (entry, placed)) in scenario.contacts.iter().zip(&track.contacts).enumerate() {
+        let at = place(placed.point.position);
+        notes.extend(far(placed).map(|distance| {
+            format!("contact[{i}] acts {distance:.3e} away from the point given, at {at} on the surface")
+        }));
+        let nothing = if entry.force == [0.0; 3] {
+            Some("its force is zero".to_string())
+        } else if basis.as_ref().is_some_and(|basis| held(r, basis, placed)) {
+            Some(format!("all that its force acts on at {at} is held"))
+        } else {
+            never(entry.when())
+        };
+        notes.extend(nothing.map(|why| format!("contact[{i}] moves nothing: {why}")));
+    }
+    for (i, (entry, placed)) in scenario.patterns.iter().zip(&track.patterns).enumerate() {
+        let nothing = if entry.amplitude == 0.0 {
+            Some("its amplitude is zero".to_string())
+        } else if patterns.as_ref().is_some_and(|rows| is_zero(rows, placed.index, r)) {
+            Some("all that its forces act on is held".to_string())
+        } else {
+            never(entry.when())
+        };
+        notes.extend(nothing.map(|why| format!("pattern[{i}] (`{}`) moves nothing: {why}", entry.name)));
+    }
+    if let Some(rows) = raw(file, SectionKind::ProbeRows) {
+        let names = lines(file, SectionKind::ProbeNames)?;
+        let still = names.iter().enumerate().filter(|&(i, _)| is_zero(&rows, i, r));
+        notes.extend(still.map(|(_, name)| format!("probe `{name}` stays zero: what it looks at is held")));
+    }
+    if notes.len() > MOST {
+        let more = notes.len() - MOST;
+        notes.truncate(MOST);
+        notes.push(format!("{more} more notes about contacts, patterns and probes are left out"));
+    }
+    Ok(notes)
+}
+
+/// How far a contact acts from where it was asked for, if that is worth a note.
+fn far(placed: &PlacedContact) -> Option<f64> {
+    let size = placed.point.position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    (placed.point.distance > FAR * size).then_some(placed.point.distance)
+}
+
+/// Numbers of a section, if it is there and not compressed.
+fn raw<'a>(file: &File<'a>, kind: SectionKind) -> Option<Numbers<'a>> {
+    file.section(kind)?.numbers().ok()
+}
+
+/// Whether a row of `r` numbers is there and has zeros only: no mode moves what it stands for.
+fn is_zero(rows: &Numbers<'_>, index: usize, r: usize) -> bool {
+    rows.row(index * r, r).is_some_and(|row| row.iter().all(|x| x == 0.0))
+}
+
+/// Whether all dofs that a contact's force acts on are held.
+fn held(r: usize, basis: &Numbers<'_>, placed: &PlacedContact) -> bool {
+    let contact = &placed.contact;
+    let nodes = contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight != 0.0);
+    let mut dofs = nodes.flat_map(|(&node, _)| (0..3).map(move |c| (node as usize, c)));
+    dofs.all(|(node, c)| contact.force[c] == 0.0 || is_zero(basis, 3 * node + c, r))
+}
+
+/// Why a load acts at no instant of a march; `None` if it acts.
+fn never(when: Interval, instants: &[f64; INSTANTS], time_step: f64, steps: usize) -> Option<String> {
+    let Interval { start, end, .. } = when;
+    // A load as long as two steps acts at the start of one of them; a shorter one is over in the third.
+    let first = (start / time_step - 1.0).max(0.0).floor();
+    if first < steps as f64 {
+        let first = first as usize;
+        let acts = |step: usize| instants.iter().any(|c| when.factor((step as f64 + c) * time_step) != 0.0);
+        if (first..steps.min(first + 4)).any(acts) {
+            return None;
+        }
+    }
+    let last = steps as f64 * time_step;
+    Some(if start * (1.0 + 1e-9) >= last {
+        format!("it starts at {start} s, and the scenario ends at {last} s")
+    } else {
+        format!("no instant that a step of {time_step} s looks at lies from {start} s to {end} s")
+    })
+}
+
+/// A point as a note has it.
+fn place([x, y, z]: [f64; 3]) -> String {
+    format!("({x:.6}, {y:.6}, {z:.6})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loads_that_act_at_no_instant_are_told_from_those_that_do() {
+        let mut instants = [0.0; INSTANTS];
+        (instants[1], instants[2]) = (0.5, 1.0);
+        let (dt, steps) = (1e-3, 100);
+        let found = |start: f64, end: f64, ramp: f64| {
+            never(Interval { start, end, ramp }, &instants, dt, steps).unwrap_or_else(|| "acts".into())
+        };
+        assert_eq!(found(0.0, f64::MAX, 0.0), "acts");
+        assert_eq!(found(0.0, f64::MAX, 10.0), "acts");
+        assert_eq!(found(0.0505, 0.0506, 0.0), "acts");
+        assert_eq!(found(0.0995, 1.0, 0.0), "acts");
+        assert!(found(0.0501, 0.0504, 0.0).contains("looks at lies from 0.0501 s to 0.0504 s"));
+        assert!(found(0.2, 1.0, 0.0).contains("starts at 0.2 s, and the scenario ends at 0.1 s"));
+        assert!(found(1e300, f64::MAX, 0.0).contains("the scenario ends"));
+    }
+}

@@ -1,0 +1,85 @@
+//! The live parameters of a file by name: what they are set to, and what that means at full order.
+
+use serde::Serialize;
+use vademecum_build::prepared::{ParameterSpace, Setting};
+use vademecum_eval::SceneOptions;
+use vademecum_format::{Metadata, ParameterRole};
+
+use crate::error::StudyError;
+
+/// A live parameter and its value.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterValue {
+    /// Its name in the file.
+    pub name: String,
+    /// Its value: a factor, or a number in the unit that `info` shows.
+    pub value: f64,
+}
+
+/// Sets live parameters of a file by name.
+///
+/// # Errors
+/// [`StudyError::NoParameter`], [`StudyError::OutsideRange`]; [`StudyError::TimeStepTwice`] if the options
+/// have a time step already.
+pub fn set(
+    options: &mut SceneOptions,
+    metadata: &Metadata<'_>,
+    settings: &[ParameterValue],
+) -> Result<(), StudyError> {
+    let given = options.time_step.is_some();
+    for ParameterValue { name, value } in settings {
+        let index = SceneOptions::find(metadata, name)
+            .ok_or_else(|| StudyError::NoParameter { name: name.clone(), known: known(metadata) })?;
+        let parameter = &metadata.active_parameters()[index];
+        if given && parameter.role == ParameterRole::TimeStep {
+            return Err(StudyError::TimeStepTwice { name: name.clone() });
+        }
+        let (lower, upper) = (parameter.lower, parameter.upper);
+        options.set(metadata, index, *value).map_err(|_| StudyError::OutsideRange {
+            name: name.clone(),
+            value: *value,
+            lower,
+            upper,
+        })?;
+    }
+    Ok(())
+}
+
+/// Names and ranges of the live parameters of a file.
+fn known(metadata: &Metadata<'_>) -> String {
+    let parameter = |p: &vademecum_format::Parameter<'_>| {
+        let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+        format!("`{}` from {} to {}{unit}", p.name, p.lower, p.upper)
+    };
+    let known: Vec<String> = metadata.active_parameters().iter().map(parameter).collect();
+    if known.is_empty() { "none".into() } else { known.join(", ") }
+}
+
+/// Values of all live parameters of a file at these options.
+pub fn values(options: &SceneOptions, metadata: &Metadata<'_>) -> Vec<ParameterValue> {
+    use ParameterRole as R;
+    let value = |p: &vademecum_format::Parameter<'_>| match p.role {
+        R::Stiffness => options.stiffness,
+        R::Density => options.density,
+        R::RegionStiffness { region } => options.region_stiffness[region as usize],
+        R::RegionDensity { region } => options.region_density[region as usize],
+        R::Alpha => options.alpha.unwrap_or(metadata.alpha),
+        R::Beta => options.beta.unwrap_or(metadata.beta),
+        R::TimeStep => options.time_step.unwrap_or(metadata.time_step),
+        _ => p.nominal,
+    };
+    let parameters = metadata.active_parameters().iter();
+    parameters.map(|p| ParameterValue { name: p.name.to_string(), value: value(p) }).collect()
+}
+
+/// What the model of a problem needs at these options of its file.
+pub(crate) fn setting(options: &SceneOptions, metadata: &Metadata<'_>, space: &ParameterSpace) -> Setting {
+    let mut setting = space.setting(&space.nominal());
+    setting.step.time_step = options.time_step.unwrap_or(metadata.time_step);
+    setting.step.alpha = options.alpha.unwrap_or(setting.step.alpha);
+    setting.step.beta = options.beta.unwrap_or(setting.step.beta);
+    (setting.step.stiffness, setting.step.density) = (options.stiffness, options.density);
+    setting.stiffness.iter_mut().zip(options.region_stiffness).for_each(|(scale, asked)| *scale = asked);
+    setting.density.iter_mut().zip(options.region_density).for_each(|(scale, asked)| *scale = asked);
+    setting
+}

@@ -1,0 +1,80 @@
+//! Which loads of a track act in a step, without looking at all of them: a track may have a contact for every
+//! step, as a recorded finger has.
+
+use std::collections::BTreeSet;
+
+use vademecum_build::dynamics::INSTANTS;
+
+use super::Track;
+
+/// One part in 1e9 of the time decides whether a load acts at an instant; loads this much before their start
+/// and after their end are looked at, too.
+const MARGIN: f64 = 1e-6;
+
+/// The loads that are looked at, as a march goes on.
+pub(super) struct Window<'a> {
+    track: &'a Track,
+    instants: [f64; INSTANTS],
+    time_step: f64,
+    /// Loads whose start is yet to come; the next one last.
+    waiting: Vec<usize>,
+    /// Loads whose end is yet to come, in the order of the track, which is the order of their sum.
+    active: BTreeSet<usize>,
+}
+
+impl<'a> Window<'a> {
+    /// The start of a march.
+    pub fn new(track: &'a Track, instants: [f64; INSTANTS], time_step: f64) -> Self {
+        let mut waiting: Vec<usize> = (0..track.contacts.len() + track.patterns.len()).collect();
+        let start = |&index: &usize| track.interval(index).start;
+        waiting.sort_by(|a, b| start(b).total_cmp(&start(a)));
+        Self { track, instants, time_step, waiting, active: BTreeSet::new() }
+    }
+
+    /// Loads that act in a step, by number (contacts, then patterns), and their factors at its instants.
+    /// Steps are asked for in order.
+    pub fn acting(&mut self, step: usize) -> Vec<(usize, [f64; INSTANTS])> {
+        let Self { track, instants, time_step, .. } = *self;
+        let time = |c: f64| (step as f64 + c) * time_step;
+        let first = time(instants.into_iter().fold(f64::INFINITY, f64::min)) * (1.0 - MARGIN);
+        let last = time(instants.into_iter().fold(0.0, f64::max)) * (1.0 + MARGIN);
+        while let Some(&index) = self.waiting.last().filter(|&&index| track.interval(index).start <= last) {
+            self.waiting.pop();
+            self.active.insert(index);
+        }
+        self.active.retain(|&index| track.interval(index).end > first);
+        let factors = |&index: &usize| (index, instants.map(|c| track.interval(index).factor(time(c))));
+        let acts = |(_, factors): &(usize, [f64; INSTANTS])| factors.iter().any(|&f| f != 0.0);
+        self.active.iter().map(factors).filter(acts).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vademecum_build::dynamics::Interval;
+
+    use super::super::PlacedPattern;
+    use super::*;
+
+    #[test]
+    fn the_loads_found_are_those_of_the_whole_track() {
+        let dt = 1e-3;
+        let of = |start, end, ramp| Interval { start, end, ramp };
+        // One for every step; ends and starts on steps, between them and at stages; one that never ends.
+        let mut intervals: Vec<Interval> =
+            (0..200).map(|i| of(f64::from(i) * dt, (f64::from(i) + 1.0) * dt, 0.0)).collect();
+        intervals.extend([of(0.1505, 0.151, 0.0), of(0.0, f64::MAX, 0.05), of(0.0302, 0.0304, 0.0)]);
+        intervals.extend([of(0.1, 0.2, 1e-4), of(0.05, 0.050_000_1, 0.0)]);
+        let pattern = |when| PlacedPattern { index: 0, amplitude: 1.0, when };
+        let track = Track { contacts: vec![], patterns: intervals.into_iter().map(pattern).collect() };
+        let mut instants = [0.0; INSTANTS];
+        (instants[1], instants[2]) = (0.5, 1.0);
+        let mut window = Window::new(&track, instants, dt);
+        for step in 0..250 {
+            let all = track.factors(&instants, dt, step).into_iter().enumerate();
+            let expected: Vec<_> = all.filter(|(_, f)| f.iter().any(|&f| f != 0.0)).collect();
+            assert_eq!(window.acting(step), expected, "step {step}");
+            assert!(window.active.len() < 10, "step {step} looks at {} loads", window.active.len());
+        }
+    }
+}
