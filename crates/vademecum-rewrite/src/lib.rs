@@ -18,12 +18,12 @@ mod terms;
 mod unpack;
 mod whole;
 
-pub use check::{Checked, check, lines, numbers};
-pub use codec::{DECODED_LIMIT, decode};
-pub use error::RewriteError;
+pub use check::{Checked, check, check_coordinates, check_limited, lines, numbers};
+pub use codec::{DECODED_LIMIT, decode, default_limit};
+pub use error::{Fault, RewriteError};
 pub use keep::Keep;
-pub use pack::{pack, pack_within, read_losses};
+pub use pack::{pack, pack_limited, pack_within, read_losses};
 pub use round::{Loss, WORST_MODE};
 pub use strip::strip;
-pub use terms::{Dropped, drop_terms, fewest_terms};
-pub use unpack::unpack;
+pub use terms::{Dropped, drop_terms, drop_terms_limited, fewest_terms};
+pub use unpack::{unpack, unpack_wanted};

@@ -1,0 +1,201 @@
+//! Everything that can be said of a file without the problem it came from: it parses, every checksum holds,
+//! every number is finite, names and indices fit the counts, and sections do not contradict one another or
+//! what a body is. Reads (and decodes) the whole file. `formats/vademecum-1.md` lists the checks.
+
+mod basis;
+mod claims;
+mod geometry;
+mod matrices;
+mod step;
+mod symmetric;
+
+use std::collections::HashSet;
+
+use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Numbers, Section, SectionKind};
+
+use super::codec::{default_limit, room};
+use super::error::{Fault, RewriteError};
+use super::unpack::unpack_wanted;
+use super::whole::unknown_sections;
+
+pub use geometry::check_coordinates;
+
+/// What a check has seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Checked {
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Sections of known kinds, all checked.
+    pub sections: usize,
+    /// Sections of kinds this program does not know, which were skipped.
+    pub unknown_sections: usize,
+    /// Bytes of the known sections, decoded.
+    pub decoded_bytes: u64,
+    /// Real numbers found finite.
+    pub numbers: u64,
+}
+
+/// Largest size of a real number in a file: its square is finite.
+const LARGEST: f64 = f64::from_bits((1023 + 511) << 52); // 2⁵¹¹
+
+/// Checks the bytes of a file, whose sections decode to [`default_limit`] bytes at most.
+///
+/// # Errors
+/// [`RewriteError`]: the first thing found wrong.
+pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
+    check_limited(bytes, default_limit(bytes.len()))
+}
+
+/// Checks the bytes of a file, whose sections decode to `limit` bytes at most.
+///
+/// The time is that of reading the file, beside `n r²` products for `n` nodes (at most 2³³) and `r³` for
+/// each reduced matrix.
+///
+/// # Errors
+/// [`RewriteError`]: the first thing found wrong.
+pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> {
+    let file = File::parse(bytes)?;
+    file.verify_all()?;
+    let memory;
+    // Tables of a packed file are checked when they are raw: by opening what is unpacked.
+    let raw = if file.sections().all(|section| section.codec() == Codec::Raw) {
+        file
+    } else {
+        memory = unpack_wanted(&file, |_| true, limit)?;
+        File::parse(&memory)?
+    };
+    let mut checked = Checked {
+        bytes: bytes.len() as u64,
+        sections: 0,
+        unknown_sections: unknown_sections(&file),
+        decoded_bytes: 0,
+        numbers: 0,
+    };
+    for section in raw.sections() {
+        checked.sections += 1;
+        checked.decoded_bytes += section.decoded_length();
+        checked.numbers += check_numbers(&section)?;
+        check_meaning(&section, raw.metadata())?;
+    }
+    geometry::check(&raw)?;
+    matrices::check(&raw)?;
+    basis::check(&raw)?;
+    step::check(&raw)?;
+    claims::check(&raw)?;
+    Ok(checked)
+}
+
+/// What a section says that cannot be.
+fn unsound(kind: SectionKind, fault: Fault, reason: String) -> RewriteError {
+    RewriteError::Unsound { kind, fault, reason }
+}
+
+/// The numbers of a section of reals, how many; 0 for the other elements.
+fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
+    let kind = section.kind();
+    if !matches!(section.element(), Element::F32 | Element::F64 | Element::I16) {
+        return Ok(0);
+    }
+    let mut count = 0;
+    for (place, value) in section.numbers()?.iter().enumerate() {
+        if value.is_finite() {
+            count += 1;
+        } else if kind != SectionKind::CanonicalCertificate {
+            // There, what was not measured is NaN, as in the metadata.
+            return Err(RewriteError::NotFinite { kind, place, value });
+        }
+        if value.abs() > LARGEST && value.is_finite() {
+            let reason = format!("number {place} is {value:e}, whose square is not finite");
+            return Err(unsound(kind, Fault::Magnitude, reason));
+        }
+    }
+    Ok(count)
+}
+
+/// The real numbers of a decoded section; none for the other elements.
+///
+/// # Errors
+/// [`RewriteError::Memory`]; [`RewriteError::Format`] if there are not as many as the shape says.
+pub fn numbers(section: &Section<'_>, raw: &[u8]) -> Result<Vec<f64>, RewriteError> {
+    match section.element() {
+        Element::I16 => {
+            let (found, expected) = (raw.len() as u64, section.decoded_length());
+            let wrong =
+                vademecum_format::FormatError::Length { kind: section.kind().number(), found, expected };
+            collected(Numbers::quantised(raw, section.shape()).ok_or(wrong)?)
+        }
+        element => reals(element, raw),
+    }
+}
+
+fn collected(numbers: Numbers<'_>) -> Result<Vec<f64>, RewriteError> {
+    let mut values = room(numbers.len())?;
+    values.extend(numbers.iter());
+    Ok(values)
+}
+
+pub(super) fn reals(element: Element, raw: &[u8]) -> Result<Vec<f64>, RewriteError> {
+    match element {
+        Element::F32 => collected(Numbers::F32(raw.as_chunks().0)),
+        Element::F64 => collected(Numbers::F64(raw.as_chunks().0)),
+        _ => Ok(vec![]),
+    }
+}
+
+/// The real numbers of a raw section; none if the file does not have it.
+fn reals_of(file: &File<'_>, kind: SectionKind) -> Result<Option<Vec<f64>>, RewriteError> {
+    file.section(kind).map(|section| collected(section.numbers()?)).transpose()
+}
+
+fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), RewriteError> {
+    let raw = section.raw()?;
+    match section.kind() {
+        kind @ SectionKind::PatternNames => check_names(kind, raw, metadata.n_patterns),
+        kind @ SectionKind::ProbeNames => check_names(kind, raw, metadata.n_probes),
+        kind @ SectionKind::Repairs => lines(kind, raw).map(|_| ()),
+        SectionKind::AxisPoints => check_points(&reals(section.element(), raw)?, metadata),
+        _ => Ok(()),
+    }
+}
+
+/// One name a line, as many as are counted, none empty, none twice.
+fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteError> {
+    let refused = |reason| Err(RewriteError::Names { kind, reason });
+    let names = lines(kind, raw)?;
+    if names.len() != count as usize {
+        return refused(format!("it has {} names, the metadata count {count}", names.len()));
+    }
+    let mut seen = HashSet::new();
+    match names.into_iter().find(|&name| name.is_empty() || !seen.insert(name)) {
+        Some("") => refused("a name is empty".to_string()),
+        Some(name) => refused(format!("the name `{name}` occurs twice")),
+        None => Ok(()),
+    }
+}
+
+/// The lines of a decoded text, such as one name a line; an empty text has none.
+///
+/// # Errors
+/// [`RewriteError::Names`]: bytes that are not UTF-8.
+pub fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
+    let refused = |_| RewriteError::Names { kind, reason: "it is not UTF-8".to_string() };
+    let text = std::str::from_utf8(raw).map_err(refused)?;
+    Ok(if text.is_empty() { vec![] } else { text.split('\n').collect() })
+}
+
+/// Points of an axis increase and lie within its range; those of an index axis are 0, 1, ….
+fn check_points(points: &[f64], metadata: &Metadata<'_>) -> Result<(), RewriteError> {
+    let mut rest = points;
+    for (place, axis) in metadata.active_axes().iter().enumerate() {
+        let (own, others) = rest.split_at(rest.len().min(axis.n_points as usize));
+        rest = others;
+        let sound = match axis.kind {
+            AxisKind::Index => own.iter().enumerate().all(|(i, &x)| x == i as f64),
+            _ => own.is_sorted_by(|a, b| a < b) && own.iter().all(|&x| axis.lower <= x && x <= axis.upper),
+        };
+        if !sound {
+            return Err(RewriteError::Points { axis: place });
+        }
+    }
+    Ok(())
+}
