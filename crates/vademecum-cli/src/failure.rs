@@ -20,6 +20,10 @@ use vademecum_study::{FileError, StudyError};
 /// What to do about a mesh that cannot be used.
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
 
+/// What to do about a vademecum file that says what cannot be.
+pub const DAMAGED: &str =
+    "the file was damaged after it was written, or not written by this program: copy or build it again";
+
 /// Where the keys of a problem file are described.
 const PROBLEM_KEYS: &str = "see formats/problem-1.md for every key and its range";
 
@@ -196,10 +200,15 @@ impl From<FileError> for Failure {
             FileError::Needed { .. } => {
                 "keep more: `--keep surface` or `--keep all`; or build it with what is missing"
             }
+            FileError::Format(_) | FileError::Unstable { .. } => DAMAGED,
             FileError::ForeignMesh { .. } => "build the file again from this problem",
             _ => "",
         };
-        Self::new(Cause::File, error).remedy(remedy)
+        let cause = match &error {
+            FileError::Rewrite(RewriteError::Memory { .. }) => Cause::Machine,
+            _ => Cause::File,
+        };
+        Self::new(cause, error).remedy(remedy)
     }
 }
 
@@ -215,11 +224,11 @@ fn remedy_of_rewriting(error: &RewriteError) -> &'static str {
         }
         RewriteError::NoTerms { .. } => "use the file as it is, or allow a larger tolerance",
         RewriteError::NothingToStrip { .. } => "use the file as it is",
-        RewriteError::TooLarge { .. } => "if you trust the file, `unpack --limit` allows more",
-        _ => {
-            "the file was damaged after it was written, or not written by this program: copy or build it \
-             again"
+        RewriteError::TooLarge { .. } => {
+            "if you trust the file, allow more with `--limit`, such as `--limit 4G`"
         }
+        RewriteError::Memory { .. } => "end other programs, or use a machine with more memory",
+        _ => DAMAGED,
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use vademecum_rewrite as rewrite;
 
+use crate::arguments::Limit;
 use crate::failure::Failure;
 use crate::files::{read_file, write_file};
 
@@ -27,15 +28,15 @@ pub struct Pack {
     /// Relative error of fields that rounding may bring, such as 1e-4 [default: no rounding].
     #[arg(long)]
     tolerance: Option<f64>,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Pack {
     pub fn run(&self) -> Result<(), Failure> {
         let bytes = read_file(&self.file)?;
-        let packed = match self.tolerance {
-            None => rewrite::pack(&bytes, self.level),
-            Some(tolerance) => rewrite::pack_within(&bytes, self.level, tolerance),
-        };
+        let limit = self.limit.of(bytes.len());
+        let packed = rewrite::pack_limited(&bytes, self.level, self.tolerance, limit);
         let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
         write_file(&self.output, &packed, bytes.len())
     }

@@ -14,7 +14,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::write_atomic;
-use vademecum_format::{File, FormatError};
+use vademecum_format::File;
 use vademecum_study::contents::mode_table;
 use vademecum_study::free_run::free_run;
 use vademecum_study::player::PlayOptions;
@@ -27,9 +27,10 @@ use vademecum_study::{FileError, StudyError};
 use self::build_times::BuildTimes;
 use self::content::Content;
 use self::figures::Figures;
+use crate::arguments::Limit;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{make_folder, open, refuse_canonical};
+use crate::files::{make_folder, open, refuse_canonical, usable_file};
 use crate::html::title;
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
@@ -54,12 +55,15 @@ pub struct Report {
     /// What `build --json` printed for this file: shows what the build took.
     #[arg(long)]
     build: Option<PathBuf>,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let mapped = open(&self.file, false)?;
-        let file = mapped.file().map_err(|error: FormatError| Failure::file(&self.file, error))?;
+        let mut memory = vec![];
+        let file = usable_file(&self.file, &mapped, |_| true, self.limit, &mut memory)?;
         refuse_canonical(&self.file, &file, "the report")?;
         let bytes = mapped.bytes().len();
         let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;

@@ -4,15 +4,16 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, write_pvd, write_vtu};
+use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
 use vademecum_study::run::{Fields, Moment, Probed};
-use vademecum_study::scenario::Scenario;
+use vademecum_study::scenario::{FieldChoice, Scenario};
 use vademecum_study::{FileError, StudyError, run};
 
-use crate::arguments::StructureArgument;
+use crate::arguments::{Limit, StructureArgument};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{make_folder, open, whole_file, write_text};
+use crate::files::{is_stepped, make_folder, open, usable_file, write_text};
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
@@ -42,6 +43,8 @@ pub struct Run {
     /// it in place.
     #[arg(long)]
     copy: bool,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Run {
@@ -49,7 +52,9 @@ impl Run {
         let scenario = Scenario::read(&self.scenario)?;
         let mapped = open(&self.file, self.copy)?;
         let mut memory = vec![];
-        let file = whole_file(&self.file, &mapped, &mut memory)?;
+        let inside = scenario.output.fields_every > 0 && scenario.output.fields == FieldChoice::Body;
+        let wanted = |kind| is_stepped(kind) && (inside || kind != SectionKind::InteriorBasis);
+        let file = usable_file(&self.file, &mapped, wanted, self.limit, &mut memory)?;
         let mut options = self.structure.options();
         (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
         let about = |error: StudyError| Failure::from(error).about(&self.file);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use vademecum_rewrite as rewrite;
 
+use crate::arguments::Limit;
 use crate::failure::Failure;
 use crate::files::{read_file, write_file};
 
@@ -17,15 +18,15 @@ pub struct Unpack {
     /// The raw file; may be the file itself.
     #[arg(short, long)]
     output: PathBuf,
-    /// Most bytes the sections may decode to.
-    #[arg(long, default_value_t = rewrite::DECODED_LIMIT)]
-    limit: u64,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Unpack {
     pub fn run(&self) -> Result<(), Failure> {
         let bytes = read_file(&self.file)?;
-        let raw = rewrite::unpack(&bytes, self.limit).map_err(|error| Failure::file(&self.file, error))?;
+        let limit = self.limit.of(bytes.len());
+        let raw = rewrite::unpack(&bytes, limit).map_err(|error| Failure::file(&self.file, error))?;
         write_file(&self.output, &raw, bytes.len())
     }
 }

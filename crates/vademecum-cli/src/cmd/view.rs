@@ -18,9 +18,10 @@ use vademecum_build::store::write_atomic;
 use vademecum_format::{File, FormatError, SectionKind};
 use vademecum_study::FileError;
 
+use crate::arguments::Limit;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{open, refuse_canonical};
+use crate::files::{is_stepped, open, refuse_canonical, usable_file};
 use crate::html::{escaped, title};
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
@@ -76,24 +77,28 @@ pub struct View {
     /// it in place.
     #[arg(long)]
     copy: bool,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl View {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let mapped = open(&self.file, self.copy)?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let mut memory = vec![];
+        // The page wants all of it raw; what is for people only may stay packed.
+        let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         refuse_canonical(&self.file, &file, "the viewer")?;
         check(&self.file, &file)?;
         let title = title(&self.file, &file);
         console.clear();
         match &self.export {
             Some(path) => {
-                let page = page(&title, "", mapped.bytes());
+                let page = page(&title, "", file.bytes());
                 write_atomic(path, page.as_bytes()).map_err(|error| Failure::io(path, error))?;
                 println!("{}: {} bytes, works from disk and without network", path.display(), page.len());
                 Ok(())
             }
-            None => self.serve(&page(&title, SOURCE, &[]), mapped.bytes(), console),
+            None => self.serve(&page(&title, SOURCE, &[]), file.bytes(), console),
         }
     }
 
@@ -214,10 +219,9 @@ fn page(title: &str, source: &str, file: &[u8]) -> String {
         .replace("{{body}}", &BASE64.encode(file))
 }
 
-/// The page draws the surface and checks every byte; say here what it could not use.
+/// The page draws the surface; say here what it could not use.
 fn check(path: &Path, file: &File<'_>) -> Result<(), Failure> {
     let failed = |error: FormatError| Failure::file(path, error);
-    file.verify_all().map_err(failed)?;
     for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
         let missing = || Failure::file(path, FileError::Missing { kind });
         file.section(kind).ok_or_else(missing)?.raw().map_err(failed)?;

@@ -62,6 +62,10 @@ impl Track {
     /// read.
     pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
         let chapter = Chapter::read(file)?;
+        if !scenario.contacts.is_empty() {
+            // A surface that cannot be computed with is not one that is missing.
+            vademecum_rewrite::check_coordinates(file)?;
+        }
         let contact = |entry: &ContactEntry| -> Result<PlacedContact, StudyError> {
             let point = match &chapter {
                 Some(chapter) => nearest_position(file, chapter, entry.point)?,
