@@ -118,9 +118,13 @@ fn sound_files_of_every_kind_are_called_sound() {
             files.push((format!("{name} within {tolerance}"), rounded));
         }
     }
-    let f32s = short_beam().replace("[[output.probe]]", "[output]\nprecision = \"f64\"\n[[output.probe]]");
-    let pod = short_beam().replace("modes = 4", "modes = 4\nkind = \"pod\"");
-    for (name, text) in [("f64", f32s), ("pod", pod)] {
+    let single = short_beam().replace("[[output.probe]]", "[output]\nprecision = \"f32\"\n[[output.probe]]");
+    let surface =
+        short_beam().replace("[[output.probe]]", "[output]\nfields = \"surface\"\n[[output.probe]]");
+    let [pod, modes] = ["pod", "modes"]
+        .map(|kind| short_beam().replace("modes = 4", &format!("modes = 4\nkind = \"{kind}\"")));
+    let texts = [("single", single), ("surface", surface), ("pod", pod), ("modes", modes)];
+    for (name, text) in texts {
         files.push((name.into(), build(&text, tempfile::tempdir().expect("a folder").path())));
     }
     for (name, bytes) in &files {
@@ -293,18 +297,9 @@ fn a_step_is_no_less_stable_than_its_certificate_says() {
     });
     let error = verdict(&end).expect_err("not stable");
     assert!(matches!(error, StudyError::File(FileError::Unstable { .. })), "{error}");
-    // What the certificate admits is no lie; what nobody measured may be off, but not double the state.
-    let grows = times(1.2);
-    let claimed = |radius: f64| {
-        claiming(&grows, |m| {
-            m.certificate.block.spectral_radius = radius;
-        })
-    };
-    let without = vademecum_tests::synthetic::rewritten(&grows, |_| (), |_| (), &[]);
-    assert_eq!(without, grows);
-    if verdict(&grows).is_err() {
-        verdict(&claimed(1e3)).expect("it says so");
-    }
+    // What the certificate admits is no lie; what nobody measured may not double the state all the same.
+    let admitted = claiming(&times(10.0), |m| m.certificate.block.spectral_radius = 1e6);
+    verdict(&admitted).expect("it says so");
     let unmeasured = claiming(&times(10.0), |m| m.certificate.block.spectral_radius = f64::NAN);
     assert!(verdict(&unmeasured).is_err());
 }
@@ -333,10 +328,8 @@ fn the_program_says_what_is_wrong_with_coordinates() {
     let path = |name: &str| folder.path().join(name).display().to_string();
     let file = path("nan.vdm");
     let scenario = repository().join("fixtures/scenarios/short-push.toml").display().to_string();
-    let f64s = short_beam().replace("[[output.probe]]", "[output]\nprecision = \"f64\"\n[[output.probe]]");
-    let bytes = build(&f64s, folder.path());
     for value in [f64::NAN, 1e308] {
-        let wrong = changed(&bytes, SectionKind::NodeCoordinates, |_, _| value);
+        let wrong = changed(built(), SectionKind::NodeCoordinates, |_, _| value);
         std::fs::write(&file, wrong).expect("written");
         vademecum(&["verify", &*file, "--file-only"]).fails(7, &["nan.vdm", "NodeCoordinates"]);
         let run = vademecum(&["run", &*file, "--scenario", &scenario, "-o", &path("out")]);

@@ -65,6 +65,7 @@ impl Report {
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, |_| true, self.limit, &mut memory)?;
         refuse_canonical(&self.file, &file, "the report")?;
+        let stored = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         let bytes = mapped.bytes().len();
         let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;
         let about = |error: StudyError| Failure::from(error).about(&self.file);
@@ -81,6 +82,7 @@ impl Report {
             path: &self.file,
             bytes,
             file: &file,
+            stored: &stored,
             modes,
             timings,
             free,
