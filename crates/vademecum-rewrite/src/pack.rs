@@ -130,7 +130,7 @@ fn rounded(
     tolerance: f64,
 ) -> Result<Vec<(Element, Vec<u8>, Loss)>, RewriteError> {
     let values = match section.element() {
-        Element::F32 | Element::F64 => super::check::reals(section.element(), raw)?,
+        Element::F32 | Element::F64 => super::numbers::reals(section.element(), raw)?,
         _ => return Ok(vec![]),
     };
     if values.is_empty() {
@@ -193,7 +193,7 @@ fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Opt
 pub(super) fn reals_of(file: &File<'_>, kind: SectionKind) -> Result<Option<Vec<f64>>, RewriteError> {
     let Some(section) = file.section(kind) else { return Ok(None) };
     let raw = decode(&section, u64::MAX)?;
-    Ok(Some(super::check::numbers(&section, &raw)?))
+    Ok(Some(super::numbers::numbers(&section, &raw)?))
 }
 
 /// `s_k` and `s_k λ_k` from the table of modes; all the same without one.

@@ -7,7 +7,7 @@ use std::hash::{DefaultHasher, Hasher as _};
 use vademecum_format::{File, Numbers, Section, SectionKind};
 
 use super::super::error::{Fault, RewriteError};
-use super::{reals_of, unsound};
+use super::super::numbers::{reals_of, unsound};
 
 /// Products the rank of a basis may cost; of a larger one only zero and equal columns are looked for.
 const MOST_PRODUCTS: u64 = 1 << 33;

@@ -3,8 +3,8 @@
 use vademecum_format::{File, SectionKind, StructureCertificate};
 
 use super::super::error::{Fault, RewriteError};
+use super::super::numbers::{reals_of, unsound};
 use super::matrices::not_negative;
-use super::{reals_of, unsound};
 
 /// What rounding may do to two measured numbers that are the same.
 const ROUNDED: f64 = 1.0 + 1e-6;

@@ -4,7 +4,7 @@ use vademecum_format::{File, Metadata, Section, SectionKind};
 
 use super::super::codec::room;
 use super::super::error::{Fault, RewriteError};
-use super::unsound;
+use super::super::numbers::unsound;
 
 /// Largest coordinate \[m\]: its square is finite in binary32, in which pages and games compute.
 const LARGEST_COORDINATE: f64 = (1u64 << 63) as f64;

@@ -3,8 +3,8 @@
 use vademecum_format::{File, SectionKind};
 
 use super::super::error::{Fault, RewriteError};
+use super::super::numbers::{reals_of, unsound};
 use super::symmetric::{HALF, Sizes, negative_pivot, unsymmetric};
-use super::{reals_of, unsound};
 
 /// Sections 4, 5, 16, 19 and 20, as far as the file has them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {

@@ -11,10 +11,11 @@ mod symmetric;
 
 use std::collections::HashSet;
 
-use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Numbers, Section, SectionKind};
+use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Section, SectionKind};
 
-use super::codec::{default_limit, room};
+use super::codec::default_limit;
 use super::error::{Fault, RewriteError};
+use super::numbers::{reals, unsound};
 use super::unpack::unpack_wanted;
 use super::whole::unknown_sections;
 
@@ -85,11 +86,6 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     Ok(checked)
 }
 
-/// What a section says that cannot be.
-fn unsound(kind: SectionKind, fault: Fault, reason: String) -> RewriteError {
-    RewriteError::Unsound { kind, fault, reason }
-}
-
 /// The numbers of a section of reals, how many; 0 for the other elements.
 fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
     let kind = section.kind();
@@ -110,41 +106,6 @@ fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
         }
     }
     Ok(count)
-}
-
-/// The real numbers of a decoded section; none for the other elements.
-///
-/// # Errors
-/// [`RewriteError::Memory`]; [`RewriteError::Format`] if there are not as many as the shape says.
-pub fn numbers(section: &Section<'_>, raw: &[u8]) -> Result<Vec<f64>, RewriteError> {
-    match section.element() {
-        Element::I16 => {
-            let (found, expected) = (raw.len() as u64, section.decoded_length());
-            let wrong =
-                vademecum_format::FormatError::Length { kind: section.kind().number(), found, expected };
-            collected(Numbers::quantised(raw, section.shape()).ok_or(wrong)?)
-        }
-        element => reals(element, raw),
-    }
-}
-
-fn collected(numbers: Numbers<'_>) -> Result<Vec<f64>, RewriteError> {
-    let mut values = room(numbers.len())?;
-    values.extend(numbers.iter());
-    Ok(values)
-}
-
-pub(super) fn reals(element: Element, raw: &[u8]) -> Result<Vec<f64>, RewriteError> {
-    match element {
-        Element::F32 => collected(Numbers::F32(raw.as_chunks().0)),
-        Element::F64 => collected(Numbers::F64(raw.as_chunks().0)),
-        _ => Ok(vec![]),
-    }
-}
-
-/// The real numbers of a raw section; none if the file does not have it.
-fn reals_of(file: &File<'_>, kind: SectionKind) -> Result<Option<Vec<f64>>, RewriteError> {
-    file.section(kind).map(|section| collected(section.numbers()?)).transpose()
 }
 
 fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), RewriteError> {

@@ -15,8 +15,8 @@ use vademecum_format::scheme::{StepParameters, theta};
 use vademecum_format::{AxisRole, File, Metadata, SectionKind};
 
 use super::super::error::{Fault, RewriteError};
+use super::super::numbers::{reals_of, unsound};
 use super::symmetric::{HALF, ROUNDING, negative_pivot, unsymmetric};
-use super::{reals_of, unsound};
 
 /// Largest size of a number in a map; those of a stable step are below 1.
 const LARGEST: f64 = (1u64 << 40) as f64;

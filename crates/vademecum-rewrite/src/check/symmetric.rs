@@ -45,9 +45,9 @@ pub(super) fn unsymmetric(
     (0..r).flat_map(|k| (0..k).map(move |l| [l, k])).find(|&[l, k]| off(l, k) > allowed(l, k))
 }
 
-/// The first column whose pivot is negative in elimination without exchanges, after `r t_kk` were added to the
-/// diagonal: then the matrix takes a negative value that rounding does not explain. `matrix` is overwritten;
-/// costs `r³/3`.
+/// The first column whose pivot is negative in elimination without exchanges, after `r t_kk` were added to
+/// the diagonal: then the matrix takes a negative value that rounding does not explain. `matrix` is
+/// overwritten; costs `r³/3`.
 pub(super) fn negative_pivot(matrix: &mut [f64], r: usize, allowed: impl Fn(usize) -> f64) -> Option<usize> {
     (0..r).for_each(|k| matrix[k * r + k] += r as f64 * allowed(k));
     for k in 0..r {
