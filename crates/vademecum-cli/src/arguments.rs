@@ -79,3 +79,50 @@ impl StructureArgument {
         PlayOptions { chapter: self == Self::Canonical, scene, ..PlayOptions::default() }
     }
 }
+
+/// What packed sections may decode to: the same flag for every command that decodes.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct Limit {
+    /// Most bytes that the sections this command needs may decode to, such as 500000, 512M or 4G [default:
+    /// 64M and 64 times the length of the file].
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    limit: Option<u64>,
+}
+
+impl Limit {
+    /// For a file of this length.
+    pub fn of(self, file_length: usize) -> u64 {
+        self.limit.unwrap_or_else(|| vademecum_rewrite::default_limit(file_length))
+    }
+}
+
+/// Bytes: a whole number, with K, M, G or T for powers of 1024.
+fn size(text: &str) -> Result<u64, String> {
+    let wrong = || format!("`{text}` is no size; write bytes, or a number with K, M, G or T, such as 512M");
+    let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let factor: u64 = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 1,
+        "K" | "KB" | "KIB" => 1 << 10,
+        "M" | "MB" | "MIB" => 1 << 20,
+        "G" | "GB" | "GIB" => 1 << 30,
+        "T" | "TB" | "TIB" => 1 << 40,
+        _ => return Err(wrong()),
+    };
+    digits.parse::<u64>().ok().and_then(|number| number.checked_mul(factor)).ok_or_else(wrong)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::size;
+
+    #[test]
+    fn sizes_are_bytes_or_have_a_letter() {
+        let sizes = [("0", 0), ("4096", 4096), ("512M", 512 << 20), ("4g", 4 << 30), ("1 KiB", 1024)];
+        for (text, bytes) in sizes {
+            assert_eq!(size(&text.replace(' ', "")), Ok(bytes));
+        }
+        for text in ["", "M", "-1", "1.5G", "12Q", "99999999999999999999", "16777216T", "ü"] {
+            assert!(size(text).is_err_and(|error| error.contains("512M")), "{text}");
+        }
+    }
+}

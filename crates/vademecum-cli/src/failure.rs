@@ -25,6 +25,9 @@ const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every pr
 const UNREAD: &str = "name a file that exists and that you may read";
 /// What to do about a disk that refuses.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
+/// What to do about a vademecum file that says what cannot be.
+pub const DAMAGED: &str =
+    "the file was damaged after it was written, or not written by this program: copy or build it again";
 
 /// Where the keys of a problem file are described.
 const PROBLEM_KEYS: &str = "see formats/problem-1.md for every key and its range";
@@ -259,10 +262,15 @@ impl From<FileError> for Failure {
             FileError::Needed { .. } => {
                 "keep more: `--keep surface` or `--keep all`; or build it with what is missing"
             }
+            FileError::Format(_) | FileError::Unstable { .. } => DAMAGED,
             FileError::ForeignMesh { .. } => "build the file again from this problem",
             _ => "",
         };
-        Self::new(Cause::File, error).remedy(remedy)
+        let cause = match &error {
+            FileError::Rewrite(RewriteError::Memory { .. }) => Cause::Machine,
+            _ => Cause::File,
+        };
+        Self::new(cause, error).remedy(remedy)
     }
 }
 
@@ -291,11 +299,11 @@ fn remedy_of_rewriting(error: &RewriteError) -> &'static str {
         }
         RewriteError::NoTerms { .. } => "use the file as it is, or allow a larger tolerance",
         RewriteError::NothingToStrip { .. } => "use the file as it is",
-        RewriteError::TooLarge { .. } => "if you trust the file, `unpack --limit` allows more",
-        _ => {
-            "the file was damaged after it was written, or not written by this program: copy or build it \
-             again"
+        RewriteError::TooLarge { .. } => {
+            "if you trust the file, allow more with `--limit`, such as `--limit 4G`"
         }
+        RewriteError::Memory { .. } => "end other programs, or use a machine with more memory",
+        _ => DAMAGED,
     }
 }
 

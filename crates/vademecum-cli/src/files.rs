@@ -1,16 +1,17 @@
 //! Files that commands read and write.
 
+use std::error::Error;
 use std::path::Path;
 
 use vademecum_build::input::Problem;
+use vademecum_build::mesh::{self, MeshError};
 use vademecum_build::store::{Kind, Outputs, open_regular, read_regular};
-use vademecum_eval::Mapped;
-use vademecum_format::{Codec, File, FormatError, SectionKind};
-use vademecum_rewrite::DECODED_LIMIT;
+use vademecum_eval::{Mapped, OpenError};
+use vademecum_format::{Codec, File, FormatError, MAGIC, Section, SectionKind};
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{Limit, OutputArguments};
 use crate::console;
-use crate::failure::{Cause, Failure};
+use crate::failure::{Cause, DAMAGED, Failure};
 use crate::pictures::DrawResult;
 
 /// What a command writes, which reads `inputs` and what `problem` names. Everything that the program writes
@@ -61,7 +62,7 @@ pub fn write_picture(outputs: &Outputs, path: &Path, drawn: DrawResult) -> Resul
 /// A file for as long as the command runs: copied, so that nothing that becomes of it on the disk matters.
 pub fn open(path: &Path) -> Result<Mapped, Failure> {
     refuse_irregular(path)?;
-    Mapped::copy(path).map_err(|error| Failure::file(path, error))
+    recognised(path, Mapped::copy(path))
 }
 
 /// [`open`], or a map of the file if the user asks for it.
@@ -73,28 +74,105 @@ pub fn open_or_map(path: &Path, map: bool) -> Result<Mapped, Failure> {
     // SAFETY: `--map` says what the user promises with it: nobody shortens or overwrites the file.
     #[allow(unsafe_code)]
     let mapped = unsafe { Mapped::map(path) };
-    mapped.map_err(|error| Failure::file(path, error))
+    recognised(path, mapped)
 }
 
 /// What is no regular file is told apart before it is read: reading a FIFO would wait for ever.
 fn refuse_irregular(path: &Path) -> Result<(), Failure> {
-    open_regular(path).map(drop).map_err(|error| unread(path, error))
+    open_regular(path).map(drop).map_err(|error| unreadable(path, Some(&error)))
 }
 
-/// The file of a map, every section compared with its checksum: a program reads all of it anyway, and a
-/// damaged basis would pass for physics. A packed file is decoded into `memory` first.
-pub fn whole_file<'a>(path: &Path, mapped: &'a Mapped, memory: &'a mut Vec<u8>) -> Result<File<'a>, Failure> {
-    let failed = |error: FormatError| {
-        Failure::file(path, error).remedy("the file was damaged after it was built: copy or build it again")
-    };
+/// What was opened, if it is a vademecum file.
+fn recognised(path: &Path, opened: Result<Mapped, OpenError>) -> Result<Mapped, Failure> {
+    let mapped = opened.map_err(|error| unreadable(path, error.source()))?;
+    recognise(path, mapped.bytes())?;
+    Ok(mapped)
+}
+
+/// The file of a map with every section raw for which `wanted` holds, every section compared with its
+/// checksum: a program reads most of it anyway, and a damaged basis would pass for physics. What is packed is
+/// decoded into `memory`, with the wanted sections only.
+pub fn usable_file<'a>(
+    path: &Path,
+    mapped: &'a Mapped,
+    wanted: impl Fn(SectionKind) -> bool,
+    limit: Limit,
+    memory: &'a mut Vec<u8>,
+) -> Result<File<'a>, Failure> {
+    let failed = |error: FormatError| Failure::file(path, error).remedy(DAMAGED);
     let file = mapped.file().map_err(failed)?;
-    if file.sections().any(|section| section.codec() != Codec::Raw) {
-        let unpacked = vademecum_rewrite::unpack(mapped.bytes(), DECODED_LIMIT);
+    file.verify_all().map_err(failed)?;
+    let packed = |section: &Section<'_>| section.codec() != Codec::Raw && wanted(section.kind());
+    if file.sections().any(|section| packed(&section)) {
+        let unpacked = vademecum_rewrite::unpack_wanted(&file, &wanted, limit.of(mapped.bytes().len()));
         *memory = unpacked.map_err(|error| Failure::file(path, error))?;
         return File::parse(memory).map_err(failed);
     }
-    file.verify_all().map_err(failed)?;
     Ok(file)
+}
+
+/// Whether stepping a file and showing its motion reads a section; the others are for people.
+pub fn is_stepped(kind: SectionKind) -> bool {
+    use SectionKind as S;
+    let for_people =
+        [S::SingularValues, S::ModeTable, S::EnrichmentHistory, S::RadiusSamples, S::Losses, S::Repairs];
+    !for_people.contains(&kind)
+}
+
+/// A vademecum file that cannot be read, for the system's reason.
+fn unreadable(path: &Path, reason: Option<&(dyn Error + 'static)>) -> Failure {
+    let reason = reason.map_or_else(|| "it cannot be read".to_string(), ToString::to_string);
+    Failure::new(Cause::File, reason).about(path)
+}
+
+/// Refuses a file that is no vademecum at all, with a guess what it is instead.
+fn recognise(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    // A file that is damaged in its first bytes keeps the rest of them, or its name.
+    let near = bytes.iter().zip(&MAGIC).filter(|(a, b)| a == b).count() >= 4;
+    if bytes.starts_with(&MAGIC) || (!bytes.is_empty() && near) {
+        return Ok(());
+    }
+    let (what, remedy) = guess(path, bytes);
+    let text = format!("this is not a vademecum file: {what}");
+    Err(Failure::new(Cause::File, text).about(path).remedy(remedy))
+}
+
+/// What a file that is no vademecum looks like, and what to do with it.
+fn guess(path: &Path, bytes: &[u8]) -> (&'static str, &'static str) {
+    const BUILD: &str = "`vademecum build PROBLEM -o FILE` makes a vademecum file of it";
+    const GIVE: &str = "give the vademecum file first, and the scenario with `--scenario`";
+    const MESH: &str = "name the mesh in a problem file (`[mesh]`) and build that; `vademecum mesh` shows it";
+    const OTHER: &str = "give a file that `vademecum build` has written";
+    if bytes.is_empty() {
+        return ("it is empty", OTHER);
+    }
+    let start = bytes.trim_ascii_start();
+    let head = start.get(..512.min(start.len())).unwrap_or_default().to_ascii_lowercase();
+    if head.starts_with(b"<!doctype html") || head.starts_with(b"<html") {
+        return ("it looks like a page, such as `report` and `view --export` write", OTHER);
+    }
+    if !matches!(mesh::parse(path), Err(MeshError::UnknownFormat { .. })) {
+        return ("it looks like a mesh", MESH);
+    }
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    if ["stl", "step", "stp", "iges", "igs", "obj", "ply"].contains(&extension.as_str()) {
+        return (
+            "it looks like a surface or a CAD file",
+            "mesh its volume first, then name the mesh in a problem file",
+        );
+    }
+    let text = std::str::from_utf8(bytes).ok();
+    let table = text.and_then(|text| text.parse::<toml::Table>().ok());
+    match table {
+        Some(table) if table.contains_key("mesh") || table.contains_key("material") => {
+            ("it looks like a problem file (TOML)", BUILD)
+        }
+        Some(table) if table.contains_key("duration") => ("it looks like a scenario file (TOML)", GIVE),
+        Some(_) => ("it looks like a TOML file", OTHER),
+        None if extension == "toml" => ("it looks like a problem file (TOML)", BUILD),
+        None if text.is_some() => ("it is a text", OTHER),
+        None => ("its first eight bytes are others than those of one", OTHER),
+    }
 }
 
 /// Refuses a file of the canonical representation where contacts anywhere or free states are needed.
@@ -109,13 +187,9 @@ pub fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), 
 
 /// All bytes of a vademecum file, copied.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
-    read_regular(path).map_err(|error| unread(path, error))
-}
-
-/// A vademecum file that cannot be read.
-fn unread(path: &Path, error: std::io::Error) -> Failure {
-    let text = format!("{}: cannot be read: {error}", path.display());
-    Failure::new(Cause::File, text).remedy("name a vademecum file that exists and that you may read")
+    let bytes = read_regular(path).map_err(|error| unreadable(path, Some(&error)))?;
+    recognise(path, &bytes)?;
+    Ok(bytes)
 }
 
 /// Writes a vademecum file whole or not at all, and says how large it has become.

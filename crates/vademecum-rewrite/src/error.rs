@@ -51,8 +51,13 @@ pub enum RewriteError {
         tolerance: f64,
     },
     /// Sections would decode to more than the limit.
-    #[error("the sections decode to {declared} bytes, the limit is {limit}")]
+    #[error(
+        "what is needed of the file decodes to {declared} bytes, most of them section {kind}; the limit is \
+         {limit}"
+    )]
     TooLarge {
+        /// The largest section.
+        kind: SectionKind,
         /// Bytes the directory declares.
         declared: u64,
         /// The limit.
@@ -69,8 +74,17 @@ pub enum RewriteError {
         reason: String,
     },
     /// The compressor failed.
-    #[error("zstd cannot compress a section")]
-    Compress(#[source] std::io::Error),
+    #[error("zstd cannot compress a section: {reason}")]
+    Compress {
+        /// What it says.
+        reason: &'static str,
+    },
+    /// The machine has too little memory.
+    #[error("the machine has no memory for {bytes} bytes more")]
+    Memory {
+        /// What was asked for.
+        bytes: u64,
+    },
     /// A number is infinite or not a number.
     #[error("section {kind}: number {place} is {value}")]
     NotFinite {
@@ -101,10 +115,48 @@ pub enum RewriteError {
         /// What is wrong.
         reason: String,
     },
+    /// A section says what cannot be, or what another section contradicts.
+    #[error("section {kind}: {reason}")]
+    Unsound {
+        /// The section.
+        kind: SectionKind,
+        /// What kind of fault it is.
+        fault: Fault,
+        /// Where it is, what was found and what was expected.
+        reason: String,
+    },
+    /// A certificate in the metadata says what cannot be.
+    #[error("the certificate of the {structure} structure: {reason}")]
+    Certificate {
+        /// The structure.
+        structure: &'static str,
+        /// What was found and what was expected.
+        reason: String,
+    },
     /// The points of an axis do not increase, or leave its range.
     #[error("section AxisPoints: axis {axis} is not increasing within its range")]
     Points {
         /// The axis, counted from 0.
         axis: usize,
     },
+}
+
+/// What can be wrong with sections whose every number is finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Fault {
+    /// A number is so large that its square overflows.
+    Magnitude,
+    /// Things that must differ are the same: ids, corners, triangles, columns, or all nodes.
+    Twice,
+    /// A column of the basis is zero or follows from the others.
+    Dependent,
+    /// A matrix that must be symmetric is not.
+    NotSymmetric,
+    /// What must not be negative is.
+    Negative,
+    /// It contradicts another section.
+    Disagrees,
+    /// A quantised number is none that a writer makes.
+    Quantised,
 }

@@ -2,7 +2,7 @@
 
 use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind};
 
-use super::codec::{DECODED_LIMIT, check_total, decode, smallest};
+use super::codec::{check_total, decode, default_limit, smallest};
 use super::error::RewriteError;
 use super::round::{Loss, Measure, may_be_rounded, quantise, single};
 use super::whole::{whole, write};
@@ -25,7 +25,7 @@ struct Packed<'a> {
 /// [`RewriteError::Level`], [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`],
 /// [`RewriteError::TooLarge`].
 pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
-    repack(bytes, level, None)
+    pack_limited(bytes, level, None, default_limit(bytes.len()))
 }
 
 /// [`pack`], and sections of numbers over nodes rounded to 16 bits with scales, or to binary32, as far as
@@ -36,18 +36,27 @@ pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
 /// # Errors
 /// Those of [`pack`], and [`RewriteError::Tolerance`].
 pub fn pack_within(bytes: &[u8], level: i32, tolerance: f64) -> Result<Vec<u8>, RewriteError> {
-    if !(1e-12..=0.1).contains(&tolerance) {
-        return Err(RewriteError::Tolerance { tolerance });
-    }
-    repack(bytes, level, Some(tolerance))
+    pack_limited(bytes, level, Some(tolerance), default_limit(bytes.len()))
 }
 
-fn repack(bytes: &[u8], level: i32, tolerance: Option<f64>) -> Result<Vec<u8>, RewriteError> {
+/// [`pack`], or with a tolerance [`pack_within`], of a file whose sections decode to `limit` bytes at most.
+///
+/// # Errors
+/// Those of [`pack_within`].
+pub fn pack_limited(
+    bytes: &[u8],
+    level: i32,
+    tolerance: Option<f64>,
+    limit: u64,
+) -> Result<Vec<u8>, RewriteError> {
+    if let Some(tolerance) = tolerance.filter(|tolerance| !(1e-12..=0.1).contains(tolerance)) {
+        return Err(RewriteError::Tolerance { tolerance });
+    }
     if !(1..=22).contains(&level) {
         return Err(RewriteError::Level { level });
     }
     let file = whole(bytes)?;
-    check_total(&file, DECODED_LIMIT)?;
+    check_total(&file, |_| true, limit)?;
     let (mut packed, mut new) = (vec![], vec![]);
     for section in file.sections() {
         let (best, loss) = pack_section(&file, &section, level, tolerance)?;
@@ -97,7 +106,7 @@ fn pack_section<'a>(
     level: i32,
     tolerance: Option<f64>,
 ) -> Result<(Packed<'a>, Option<Loss>), RewriteError> {
-    let raw = decode(section, DECODED_LIMIT)?;
+    let raw = decode(section, u64::MAX)?; // all of them were held to the limit
     let coded = |element: Element, raw: &[u8]| -> Result<Packed<'a>, RewriteError> {
         let (codec, stored) = smallest(raw, element, section.shape(), level)?;
         Ok(Packed { section: *section, element, codec, decoded_length: raw.len() as u64, stored })
@@ -121,7 +130,7 @@ fn rounded(
     tolerance: f64,
 ) -> Result<Vec<(Element, Vec<u8>, Loss)>, RewriteError> {
     let values = match section.element() {
-        Element::F32 | Element::F64 => super::check::reals(section.element(), raw),
+        Element::F32 | Element::F64 => super::numbers::reals(section.element(), raw)?,
         _ => return Ok(vec![]),
     };
     if values.is_empty() {
@@ -180,11 +189,11 @@ fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Opt
     Ok(sound.then_some(Measure { shares: shares(file)?, squares, terms }))
 }
 
-/// Decoded numbers of a section; `None` if it is absent.
+/// Decoded numbers of a section; `None` if it is absent. The caller has held the file to a limit.
 pub(super) fn reals_of(file: &File<'_>, kind: SectionKind) -> Result<Option<Vec<f64>>, RewriteError> {
     let Some(section) = file.section(kind) else { return Ok(None) };
-    let raw = decode(&section, DECODED_LIMIT)?;
-    Ok(Some(super::check::numbers(&section, &raw)))
+    let raw = decode(&section, u64::MAX)?;
+    Ok(Some(super::numbers::numbers(&section, &raw)?))
 }
 
 /// `s_k` and `s_k λ_k` from the table of modes; all the same without one.
@@ -223,6 +232,7 @@ pub(super) fn term_strengths(file: &File<'_>) -> Result<Vec<f64>, RewriteError> 
 /// # Errors
 /// [`RewriteError::Frame`], [`RewriteError::TooLarge`].
 pub fn read_losses(file: &File<'_>) -> Result<Vec<(SectionKind, Loss)>, RewriteError> {
+    check_total(file, |kind| kind == SectionKind::Losses, default_limit(file.bytes().len()))?;
     let table = reals_of(file, SectionKind::Losses)?.unwrap_or_default();
     let row = |row: &[f64; 4]| {
         let kind = SectionKind::from_number(row[0] as u32)?;

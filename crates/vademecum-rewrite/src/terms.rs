@@ -9,7 +9,7 @@
 
 use vademecum_format::{Codec, Element, File, Metadata, Section, SectionInput, SectionKind};
 
-use super::codec::{DECODED_LIMIT, decode};
+use super::codec::{check_total, decode, default_limit};
 use super::error::RewriteError;
 use super::pack::reals_of;
 use super::whole::{whole, write_with};
@@ -39,11 +39,15 @@ pub struct Dropped {
 /// needed; [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`],
 /// [`RewriteError::TooLarge`].
 pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteError> {
+    fewest_terms_limited(bytes, tolerance, default_limit(bytes.len()))
+}
+
+fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Dropped, RewriteError> {
     if !(1e-12..=0.1).contains(&tolerance) {
         return Err(RewriteError::Tolerance { tolerance });
     }
     let file = whole(bytes)?;
-    super::codec::check_total(&file, DECODED_LIMIT)?;
+    check_total(&file, of_terms, limit)?;
     let terms = file.metadata().n_terms as usize;
     if !file.metadata().block || !(2..=MOST_TERMS).contains(&terms) {
         return Err(RewriteError::NoTerms { terms });
@@ -70,8 +74,26 @@ pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteErro
 /// # Errors
 /// Those of [`fewest_terms`].
 pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), RewriteError> {
-    let dropped = fewest_terms(bytes, tolerance)?;
+    drop_terms_limited(bytes, tolerance, default_limit(bytes.len()))
+}
+
+/// [`drop_terms`] of a file whose sections with terms decode to `limit` bytes at most.
+///
+/// # Errors
+/// Those of [`fewest_terms`].
+pub fn drop_terms_limited(
+    bytes: &[u8],
+    tolerance: f64,
+    limit: u64,
+) -> Result<(Vec<u8>, Dropped), RewriteError> {
+    let dropped = fewest_terms_limited(bytes, tolerance, limit)?;
     Ok((without(&whole(bytes)?, &dropped)?, dropped))
+}
+
+/// Sections that have terms.
+fn of_terms(kind: SectionKind) -> bool {
+    use SectionKind as S;
+    matches!(kind, S::BlockState | S::BlockLoad | S::PatternBlock | S::Factors)
 }
 
 /// Gram matrices of the terms' space parts, and the products of factors at points of the axes.
@@ -223,7 +245,7 @@ fn selected(
         S::Factors => 0,
         _ => return Ok(None),
     };
-    let raw = decode(section, DECODED_LIMIT)?;
+    let raw = decode(section, u64::MAX)?; // held to the limit before
     if section.kind() == S::Factors {
         let mut rest = &raw[..];
         let mut left = vec![];

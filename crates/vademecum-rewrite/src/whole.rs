@@ -2,6 +2,7 @@
 
 use vademecum_format::{File, Metadata, SectionInput, encode_into, encoded_len};
 
+use super::codec::zeros;
 use super::error::RewriteError;
 
 /// The file, undamaged, if every section of it is known.
@@ -29,7 +30,7 @@ pub(crate) fn write_with(
     metadata: &Metadata<'_>,
     sections: &[SectionInput<'_>],
 ) -> Result<Vec<u8>, RewriteError> {
-    let mut bytes = vec![0; encoded_len(metadata, sections)?];
+    let mut bytes = zeros(encoded_len(metadata, sections)?)?;
     encode_into(metadata, sections, &mut bytes)?;
     Ok(bytes)
 }

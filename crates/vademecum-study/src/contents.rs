@@ -5,9 +5,14 @@
 use vademecum_build::certificate::FileFigures;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_format::{File, Section, SectionKind};
-use vademecum_rewrite::{DECODED_LIMIT, decode};
+use vademecum_rewrite::{decode, default_limit};
 
 use crate::error::FileError;
+
+/// What one section may decode to. A caller who allows more hands over a file that is raw already.
+fn limit(file: &File<'_>) -> u64 {
+    default_limit(file.bytes().len())
+}
 
 /// Lines of a text section, such as names; none if the file does not have it.
 ///
@@ -15,7 +20,7 @@ use crate::error::FileError;
 /// [`FileError::Rewrite`]: a section that cannot be decoded, or is no text.
 pub fn lines(file: &File<'_>, kind: SectionKind) -> Result<Vec<String>, FileError> {
     let Some(section) = file.section(kind) else { return Ok(vec![]) };
-    let raw = decode(&section, DECODED_LIMIT)?;
+    let raw = decode(&section, limit(file))?;
     Ok(vademecum_rewrite::lines(kind, &raw)?.into_iter().map(str::to_string).collect())
 }
 
@@ -25,7 +30,7 @@ pub fn lines(file: &File<'_>, kind: SectionKind) -> Result<Vec<String>, FileErro
 /// [`FileError::Rewrite`]: a section that cannot be decoded.
 pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError> {
     let Some(section) = file.section(kind) else { return Ok(vec![]) };
-    Ok(vademecum_rewrite::numbers(&section, &decode(&section, DECODED_LIMIT)?))
+    Ok(vademecum_rewrite::numbers(&section, &decode(&section, limit(file))?)?)
 }
 
 /// What the build measured of each structure beside its certificate; nothing if the file does not keep it.
@@ -57,8 +62,9 @@ impl Geometry {
     pub fn of(file: &File<'_>) -> Result<Self, FileError> {
         section(file, SectionKind::NodeCoordinates)?;
         let nodes = numbers(file, SectionKind::NodeCoordinates)?.as_chunks().0.to_vec();
-        let corners = section(file, SectionKind::Triangles)?.u32s()?;
-        let triangles = corners.as_chunks::<3>().0.iter().map(|t| t.map(u32::from_le_bytes)).collect();
+        let corners = decode(&section(file, SectionKind::Triangles)?, limit(file))?;
+        let triangles =
+            corners.as_chunks::<4>().0.as_chunks::<3>().0.iter().map(|t| t.map(u32::from_le_bytes)).collect();
         Ok(Self { nodes, triangles })
     }
 

@@ -206,6 +206,21 @@ pub enum FileError {
     /// It has no surface that takes contacts.
     #[error("the file has no loadable surface, so contacts cannot act")]
     NoSurface,
+    /// Its step is less stable than its certificate says and than the policy asks.
+    #[error(
+        "the step of the {structure} structure{place} has the spectral radius {radius:e}; its certificate \
+         and the rules of stability allow {allowed:e}"
+    )]
+    Unstable {
+        /// The structure.
+        structure: &'static str,
+        /// At which values of the parameters; empty for those of the problem.
+        place: String,
+        /// The radius.
+        radius: f64,
+        /// What is allowed.
+        allowed: f64,
+    },
     /// It was built on another mesh than the problem has.
     #[error("the file belongs to another mesh than {problem}")]
     ForeignMesh {

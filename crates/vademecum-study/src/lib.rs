@@ -21,6 +21,7 @@ pub mod player;
 pub mod run;
 pub mod scenario;
 pub mod separation;
+pub mod soundness;
 mod statistics;
 pub mod target;
 pub mod timings;

@@ -8,13 +8,14 @@ use vademecum_build::chapter::ChapterReport;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_format::{Chapter, File, SectionKind};
-use vademecum_rewrite::{Dropped, Loss, fewest_terms, read_losses};
+use vademecum_rewrite::{Dropped, Loss, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
 use vademecum_study::contents::{figures, lines};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
+use crate::arguments::Limit;
 use crate::failure::Failure;
-use crate::files::{open, whole_file};
+use crate::files::{open, usable_file};
 use crate::print::{print_chapter, print_json, symmetry};
 
 /// Prints what a vademecum file holds.
@@ -32,6 +33,8 @@ pub struct Info {
     /// (reads all load rows).
     #[arg(long, value_name = "TOLERANCE")]
     terms_for: Option<f64>,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 /// Everything a file says about itself.
@@ -136,18 +139,49 @@ impl Info {
     pub fn run(&self) -> Result<(), Failure> {
         let mapped = open(&self.file)?;
         let mut memory = vec![];
-        whole_file(&self.file, &mapped, &mut memory)?;
-        let contents = mapped.file().map_err(FileError::from).and_then(|file| self.contents(&file));
+        let wanted = |kind| self.is_printed(kind);
+        let read = usable_file(&self.file, &mapped, wanted, self.limit, &mut memory)?;
+        let contents = mapped.file().map_err(FileError::from).and_then(|file| self.contents(&file, &read));
         let contents = contents.map_err(|error| Failure::file(&self.file, error))?;
         if self.json {
             print_json(&contents);
         } else {
             contents.print();
         }
+        if let Err(error) = check_coordinates(&read) {
+            eprintln!(
+                "  note: {error}; `vademecum verify {} --file-only` checks the file",
+                self.file.display()
+            );
+        }
         Ok(())
     }
 
-    fn contents(&self, file: &File<'_>) -> Result<Contents, FileError> {
+    /// Whether a section is read, not only listed.
+    fn is_printed(&self, kind: SectionKind) -> bool {
+        use SectionKind as S;
+        let printed = [
+            S::PatternNames,
+            S::ProbeNames,
+            S::EnrichmentHistory,
+            S::RadiusSamples,
+            S::Losses,
+            S::Repairs,
+            S::NodeCoordinates,
+            // Without these the file would not open.
+            S::ReducedStiffness,
+            S::Eigenvalues,
+            S::AxisPoints,
+            S::Factors,
+            S::BlockState,
+            S::RegionStiffness,
+            S::RegionMass,
+        ];
+        printed.contains(&kind) || kind.is_chapter() || (kind == S::BlockLoad && self.terms_for.is_some())
+    }
+
+    /// What `listed`, the file as it is, and `file`, what is read of it, say.
+    fn contents(&self, listed: &File<'_>, file: &File<'_>) -> Result<Contents, FileError> {
         let losses = read_losses(file)?;
         let m = file.metadata();
         let certificate = &m.certificate;
@@ -193,8 +227,8 @@ impl Info {
         let most = canonical_report.iter().flat_map(|report| &report.stages).map(|s| s.terms).max();
         let terms = most.map_or(m.n_terms, |terms| terms as u32);
         Ok(Contents {
-            file_bytes: file.bytes().len(),
-            format: format!("{}.{}", vademecum_format::MAJOR, file.minor()),
+            file_bytes: listed.bytes().len(),
+            format: format!("{}.{}", vademecum_format::MAJOR, listed.minor()),
             program: m.program.into(),
             units: m.units.into(),
             mesh_hash: m.mesh_hash.iter().map(|b| format!("{b:02x}")).collect(),
@@ -232,7 +266,7 @@ impl Info {
             enrichment_history: enrichment_history(file)?,
             fewest_terms: self.terms_for.map(|t| fewest_terms(file.bytes(), t)).transpose()?,
             radius_samples: radius_samples(file)?,
-            sections: SectionKind::ALL.iter().filter_map(|&kind| file.section(kind)).map(section).collect(),
+            sections: SectionKind::ALL.iter().filter_map(|&kind| listed.section(kind)).map(section).collect(),
             problem: m.problem.into(),
         })
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{Limit, OutputArguments};
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, read_file, write_file};
 
@@ -31,6 +31,8 @@ pub struct Pack {
     /// Relative error of fields that rounding may bring, such as 1e-4 [default: no rounding].
     #[arg(long)]
     tolerance: Option<f64>,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Pack {
@@ -38,10 +40,8 @@ impl Pack {
         let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
         check_output(&outputs, &self.output, Kind::Vademecum)?;
         let bytes = read_file(&self.file)?;
-        let packed = match self.tolerance {
-            None => rewrite::pack(&bytes, self.level),
-            Some(tolerance) => rewrite::pack_within(&bytes, self.level, tolerance),
-        };
+        let limit = self.limit.of(bytes.len());
+        let packed = rewrite::pack_limited(&bytes, self.level, self.tolerance, limit);
         let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
         write_file(&outputs, &self.output, &packed, bytes.len())
     }

@@ -14,7 +14,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::{Kind, goes_through};
-use vademecum_format::{File, FormatError};
+use vademecum_format::File;
 use vademecum_study::contents::{figures, mode_table};
 use vademecum_study::free_run::free_run;
 use vademecum_study::player::PlayOptions;
@@ -27,10 +27,10 @@ use vademecum_study::{FileError, StudyError};
 use self::build_times::BuildTimes;
 use self::content::Content;
 use self::figures::Figures;
-use crate::arguments::OutputArguments;
+use crate::arguments::{Limit, OutputArguments};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{check_output, open, outputs, refuse_canonical, write_bytes};
+use crate::files::{check_output, open, outputs, refuse_canonical, usable_file, write_bytes};
 use crate::html::title;
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
@@ -57,6 +57,8 @@ pub struct Report {
     build: Option<PathBuf>,
     #[command(flatten)]
     outputs: OutputArguments,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 /// Figures of every report.
@@ -78,8 +80,10 @@ impl Report {
             outputs.check_in(&folder, &FIGURES)?;
         }
         let mapped = open(&self.file)?;
-        let file = mapped.file().map_err(|error: FormatError| Failure::file(&self.file, error))?;
+        let mut memory = vec![];
+        let file = usable_file(&self.file, &mapped, |_| true, self.limit, &mut memory)?;
         refuse_canonical(&self.file, &file, "the report")?;
+        let stored = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         let bytes = mapped.bytes().len();
         let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;
         let about = |error: StudyError| Failure::from(error).about(&self.file);
@@ -96,6 +100,7 @@ impl Report {
             path: &self.file,
             bytes,
             file: &file,
+            stored: &stored,
             modes,
             timings,
             free,

@@ -5,16 +5,17 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
 use vademecum_build::store::{Growing, Kind, Outputs};
+use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::run::{Fields, Moment, Probed};
-use vademecum_study::scenario::Scenario;
+use vademecum_study::scenario::{FieldChoice, Scenario};
 use vademecum_study::{FileError, StudyError, run};
 
-use crate::arguments::{OutputArguments, StructureArgument, setting};
+use crate::arguments::{Limit, OutputArguments, StructureArgument, setting};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{open_or_map, outputs, whole_file};
+use crate::files::{is_stepped, open_or_map, outputs, usable_file};
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
@@ -59,6 +60,8 @@ pub struct Run {
     copy: bool,
     #[command(flatten)]
     outputs: OutputArguments,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Run {
@@ -68,7 +71,9 @@ impl Run {
         outputs.check_in(&self.output, &FILES)?;
         let mapped = open_or_map(&self.file, self.map)?;
         let mut memory = vec![];
-        let file = whole_file(&self.file, &mapped, &mut memory)?;
+        let inside = scenario.output.fields_every > 0 && scenario.output.fields == FieldChoice::Body;
+        let wanted = |kind| is_stepped(kind) && (inside || kind != SectionKind::InteriorBasis);
+        let file = usable_file(&self.file, &mapped, wanted, self.limit, &mut memory)?;
         let mut options = self.structure.options();
         (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
         options.long = self.long;

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use vademecum_build::store::Kind;
 use vademecum_format::{File, SectionKind};
-use vademecum_rewrite::{Keep, RewriteError, drop_terms, strip};
+use vademecum_rewrite::{Keep, RewriteError, drop_terms_limited, strip};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::target::check_target;
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{Limit, OutputArguments};
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, read_file, write_file};
 
@@ -36,6 +36,8 @@ pub struct Strip {
     output: PathBuf,
     #[command(flatten)]
     outputs: OutputArguments,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 /// What a stripped file can still do, as an argument.
@@ -63,7 +65,8 @@ impl Strip {
         let mut stripped = strip(&bytes, keep).map_err(failed)?;
         let mut dropped_terms = None;
         if let Some(tolerance) = self.terms_for {
-            let (fewer, dropped) = drop_terms(&stripped, tolerance).map_err(failed)?;
+            let (fewer, dropped) =
+                drop_terms_limited(&stripped, tolerance, self.limit.of(bytes.len())).map_err(failed)?;
             stripped = fewer;
             dropped_terms = Some(dropped);
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{Limit, OutputArguments};
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, read_file, write_file};
 
@@ -21,9 +21,8 @@ pub struct Unpack {
     output: PathBuf,
     #[command(flatten)]
     outputs: OutputArguments,
-    /// Most bytes the sections may decode to.
-    #[arg(long, default_value_t = rewrite::DECODED_LIMIT)]
-    limit: u64,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Unpack {
@@ -31,7 +30,8 @@ impl Unpack {
         let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
         check_output(&outputs, &self.output, Kind::Vademecum)?;
         let bytes = read_file(&self.file)?;
-        let raw = rewrite::unpack(&bytes, self.limit).map_err(|error| Failure::file(&self.file, error))?;
+        let limit = self.limit.of(bytes.len());
+        let raw = rewrite::unpack(&bytes, limit).map_err(|error| Failure::file(&self.file, error))?;
         write_file(&outputs, &self.output, &raw, bytes.len())
     }
 }

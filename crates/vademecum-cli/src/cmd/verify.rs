@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
-use vademecum_rewrite::check;
 use vademecum_study::StudyError;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::scenario::Scenario;
+use vademecum_study::soundness::check_file;
 use vademecum_study::verify::verify;
 
-use crate::arguments::{StructureArgument, setting};
+use crate::arguments::{Limit, StructureArgument, setting};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{open, read_file, whole_file};
+use crate::files::{is_stepped, open, read_file, usable_file};
 use crate::print::{print_json, print_verification};
 
 /// Marches a scenario full order and through the file, and prints how far apart they are; or checks the file
@@ -33,7 +33,9 @@ pub struct Verify {
     /// The scenario file (TOML).
     #[arg(long, required_unless_present = "file_only")]
     scenario: Option<PathBuf>,
-    /// Check the file alone: checksums, finite numbers, names and indices.
+    /// Check the file alone: checksums, finite numbers, names, nodes and triangles, independent modes,
+    /// symmetric matrices, sections that agree with each other, a step as stable as its certificate says.
+    /// formats/vademecum-1.md lists the checks.
     #[arg(long, conflicts_with_all = ["problem", "scenario", "structure"])]
     file_only: bool,
     /// Structure of the step.
@@ -49,6 +51,8 @@ pub struct Verify {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl Verify {
@@ -61,11 +65,14 @@ impl Verify {
 
     /// `--file-only`.
     fn check_file(&self) -> Result<(), Failure> {
-        let checked = check(&read_file(&self.file)?).map_err(|error| Failure::file(&self.file, error))?;
+        let bytes = read_file(&self.file)?;
+        let sound = check_file(&bytes, self.limit.of(bytes.len()));
+        let sound = sound.map_err(|error| Failure::from(error).about(&self.file))?;
         if self.json {
-            print_json(&checked);
+            print_json(&sound);
             return Ok(());
         }
+        let checked = &sound.checked;
         println!(
             "{}: sound; {} bytes, {} sections, {} numbers, all finite",
             self.file.display(),
@@ -73,6 +80,19 @@ impl Verify {
             checked.sections,
             checked.numbers
         );
+        match sound.spectral_radius {
+            Some(radius) => {
+                println!(
+                    "spectral radius of its steps at most 1 {:+.1e}, at {} setting(s)",
+                    radius - 1.0,
+                    sound.settings
+                )
+            }
+            None => println!("the spectral radius of its step was not looked for"),
+        }
+        if sound.corners_left_out > 0 {
+            println!("{} corner(s) of the parameters' box were left out", sound.corners_left_out);
+        }
         if checked.unknown_sections > 0 {
             println!(
                 "{} section(s) of a kind this program does not know were skipped",
@@ -87,7 +107,7 @@ impl Verify {
         let scenario = Scenario::read(scenario_file)?;
         let mapped = open(&self.file)?;
         let mut memory = vec![];
-        let file = whole_file(&self.file, &mapped, &mut memory)?;
+        let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         let mut options = self.structure.options();
         options.long = self.long;
         let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);

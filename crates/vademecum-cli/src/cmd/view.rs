@@ -18,10 +18,12 @@ use vademecum_build::store::Kind;
 use vademecum_format::{File, FormatError, SectionKind};
 use vademecum_study::FileError;
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{Limit, OutputArguments};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{check_output, open_or_map, outputs, refuse_canonical, write_bytes};
+use crate::files::{
+    check_output, is_stepped, open_or_map, outputs, refuse_canonical, usable_file, write_bytes,
+};
 use crate::html::{escaped, title};
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
@@ -82,6 +84,8 @@ pub struct View {
     copy: bool,
     #[command(flatten)]
     outputs: OutputArguments,
+    #[command(flatten)]
+    limit: Limit,
 }
 
 impl View {
@@ -91,19 +95,21 @@ impl View {
             check_output(&outputs, path, Kind::Html)?;
         }
         let mapped = open_or_map(&self.file, self.map)?;
-        let file = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
+        let mut memory = vec![];
+        // The page wants all of it raw; what is for people only may stay packed.
+        let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         refuse_canonical(&self.file, &file, "the viewer")?;
         check(&self.file, &file)?;
         let title = title(&self.file, &file);
         console.clear();
         match &self.export {
             Some(path) => {
-                let page = page(&title, "", mapped.bytes());
+                let page = page(&title, "", file.bytes());
                 write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
                 println!("{}: {} bytes, works from disk and without network", path.display(), page.len());
                 Ok(())
             }
-            None => self.serve(&page(&title, SOURCE, &[]), mapped.bytes(), console),
+            None => self.serve(&page(&title, SOURCE, &[]), file.bytes(), console),
         }
     }
 
@@ -224,10 +230,9 @@ fn page(title: &str, source: &str, file: &[u8]) -> String {
         .replace("{{body}}", &BASE64.encode(file))
 }
 
-/// The page draws the surface and checks every byte; say here what it could not use.
+/// The page draws the surface; say here what it could not use.
 fn check(path: &Path, file: &File<'_>) -> Result<(), Failure> {
     let failed = |error: FormatError| Failure::file(path, error);
-    file.verify_all().map_err(failed)?;
     for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
         let missing = || Failure::file(path, FileError::Missing { kind });
         file.section(kind).ok_or_else(missing)?.raw().map_err(failed)?;

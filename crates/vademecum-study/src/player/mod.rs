@@ -64,6 +64,10 @@ impl Track {
     /// read.
     pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
         let chapter = Chapter::read(file)?;
+        if !scenario.contacts.is_empty() {
+            // A surface that cannot be computed with is not one that is missing.
+            vademecum_rewrite::check_coordinates(file)?;
+        }
         let positions = chapter.as_ref().filter(|_| !scenario.contacts.is_empty());
         let positions = positions.map(|chapter| positions_of(file, chapter)).transpose()?;
         let contact = |entry: &ContactEntry| -> Result<PlacedContact, StudyError> {

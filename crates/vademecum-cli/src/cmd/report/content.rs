@@ -26,6 +26,8 @@ pub struct Content<'a> {
     pub bytes: usize,
     /// What it holds.
     pub file: &'a File<'a>,
+    /// The file as it is on the disk, packed or not.
+    pub stored: &'a File<'a>,
     /// Its modes.
     pub modes: Vec<ModeRow>,
     /// What stepping it costs.

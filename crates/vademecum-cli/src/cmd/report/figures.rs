@@ -189,7 +189,7 @@ impl Figures {
 
     fn make_up(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let mut sections: Vec<(String, f64)> =
-            content.file.sections().map(|s| (s.kind().to_string(), s.stored().len() as f64)).collect();
+            content.stored.sections().map(|s| (s.kind().to_string(), s.stored().len() as f64)).collect();
         let rest = content.bytes as f64 - sections.iter().map(|s| s.1).sum::<f64>();
         sections.push(("header, metadata, padding".into(), rest));
         sections.sort_by(|a, b| b.1.total_cmp(&a.1));

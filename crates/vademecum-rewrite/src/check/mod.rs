@@ -1,13 +1,25 @@
 //! Everything that can be said of a file without the problem it came from: it parses, every checksum holds,
-//! every number is finite, names and indices fit the counts. Reads (and decodes) the whole file.
+//! every number is finite, names and indices fit the counts, and sections do not contradict one another or
+//! what a body is. Reads (and decodes) the whole file. `formats/vademecum-1.md` lists the checks.
+
+mod basis;
+mod claims;
+mod geometry;
+mod matrices;
+mod step;
+mod symmetric;
 
 use std::collections::HashSet;
 
-use vademecum_format::{AxisKind, Element, File, Metadata, Numbers, Section, SectionKind};
+use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Section, SectionKind};
 
-use super::codec::{self, DECODED_LIMIT, decode};
-use super::error::RewriteError;
+use super::codec::default_limit;
+use super::error::{Fault, RewriteError};
+use super::numbers::{reals, unsound};
+use super::unpack::unpack_wanted;
 use super::whole::unknown_sections;
+
+pub use geometry::check_coordinates;
 
 /// What a check has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -24,14 +36,35 @@ pub struct Checked {
     pub numbers: u64,
 }
 
-/// Checks the bytes of a file.
+/// Largest size of a real number in a file: its square is finite.
+const LARGEST: f64 = f64::from_bits((1023 + 511) << 52); // 2⁵¹¹
+
+/// Checks the bytes of a file, whose sections decode to [`default_limit`] bytes at most.
 ///
 /// # Errors
 /// [`RewriteError`]: the first thing found wrong.
 pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
+    check_limited(bytes, default_limit(bytes.len()))
+}
+
+/// Checks the bytes of a file, whose sections decode to `limit` bytes at most.
+///
+/// The time is that of reading the file, beside `n r²` products for `n` nodes (at most 2³³) and `r³` for
+/// each reduced matrix.
+///
+/// # Errors
+/// [`RewriteError`]: the first thing found wrong.
+pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> {
     let file = File::parse(bytes)?;
     file.verify_all()?;
-    codec::check_total(&file, DECODED_LIMIT)?;
+    let memory;
+    // Tables of a packed file are checked when they are raw: by opening what is unpacked.
+    let raw = if file.sections().all(|section| section.codec() == Codec::Raw) {
+        file
+    } else {
+        memory = unpack_wanted(&file, |_| true, limit)?;
+        File::parse(&memory)?
+    };
     let mut checked = Checked {
         bytes: bytes.len() as u64,
         sections: 0,
@@ -39,76 +72,57 @@ pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
         decoded_bytes: 0,
         numbers: 0,
     };
-    for section in file.sections() {
-        let raw = decode(&section, DECODED_LIMIT)?;
+    for section in raw.sections() {
         checked.sections += 1;
-        checked.decoded_bytes += raw.len() as u64;
-        checked.numbers += check_numbers(&section, &raw)?;
-        check_meaning(&section, &raw, file.metadata())?;
+        checked.decoded_bytes += section.decoded_length();
+        checked.numbers += check_numbers(&section)?;
+        check_meaning(&section, raw.metadata())?;
     }
+    geometry::check(&raw)?;
+    matrices::check(&raw)?;
+    basis::check(&raw)?;
+    step::check(&raw)?;
+    claims::check(&raw)?;
     Ok(checked)
 }
 
 /// The numbers of a section of reals, how many; 0 for the other elements.
-fn check_numbers(section: &Section<'_>, raw: &[u8]) -> Result<u64, RewriteError> {
-    let numbers = numbers(section, raw);
-    let unknown = section.kind() == SectionKind::ModeTable && !numbers.iter().any(|x| x.is_infinite());
-    let figures = matches!(section.kind(), SectionKind::CanonicalCertificate | SectionKind::StructureFigures);
-    if figures || unknown {
-        // What was not measured is NaN, as in the metadata: natural modes have no share of snapshots, and a
-        // scheme may damp a mode so much that it has no period.
-        return Ok(numbers.iter().filter(|x| x.is_finite()).count() as u64);
+fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
+    let kind = section.kind();
+    if !matches!(section.element(), Element::F32 | Element::F64 | Element::I16) {
+        return Ok(0);
     }
-    let bad = numbers.iter().position(|x| !x.is_finite());
-    match bad {
-        Some(place) => Err(RewriteError::NotFinite { kind: section.kind(), place, value: numbers[place] }),
-        None => Ok(numbers.len() as u64),
-    }
-}
-
-/// The real numbers of a decoded section; none for the other elements.
-#[must_use]
-pub fn numbers(section: &Section<'_>, raw: &[u8]) -> Vec<f64> {
-    match section.element() {
-        Element::I16 => {
-            let numbers =
-                Numbers::quantised(raw, section.shape()).expect("decoded to the length of its shape");
-            numbers.iter().collect()
+    let mut count = 0;
+    for (place, value) in section.numbers()?.iter().enumerate() {
+        if value.is_finite() {
+            count += 1;
+        } else if !(value.is_nan() && may_be_unknown(kind)) {
+            return Err(RewriteError::NotFinite { kind, place, value });
         }
-        element => reals(element, raw),
+        if value.abs() > LARGEST && value.is_finite() {
+            let reason = format!("number {place} is {value:e}, whose square is not finite");
+            return Err(unsound(kind, Fault::Magnitude, reason));
+        }
     }
+    Ok(count)
 }
 
-pub(super) fn reals(element: Element, raw: &[u8]) -> Vec<f64> {
-    match element {
-        Element::F32 => raw.as_chunks().0.iter().map(|&bytes| f64::from(f32::from_le_bytes(bytes))).collect(),
-        Element::F64 => raw.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect(),
-        _ => vec![],
-    }
+/// Whether a section holds NaN for what was not measured: certificates, as in the metadata; modes, since natural
+/// ones have no share of snapshots, and a scheme may damp a mode so much that it has no period.
+fn may_be_unknown(kind: SectionKind) -> bool {
+    use SectionKind as S;
+    matches!(kind, S::CanonicalCertificate | S::StructureFigures | S::ModeTable)
 }
 
-fn check_meaning(section: &Section<'_>, raw: &[u8], metadata: &Metadata<'_>) -> Result<(), RewriteError> {
+fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), RewriteError> {
+    let raw = section.raw()?;
     match section.kind() {
-        SectionKind::Triangles => check_triangles(raw, metadata),
         kind @ SectionKind::PatternNames => check_names(kind, raw, metadata.n_patterns),
         kind @ SectionKind::ProbeNames => check_names(kind, raw, metadata.n_probes),
         kind @ SectionKind::Repairs => lines(kind, raw).map(|_| ()),
-        SectionKind::AxisPoints => check_points(&reals(section.element(), raw), metadata),
+        SectionKind::AxisPoints => check_points(&reals(section.element(), raw)?, metadata),
         _ => Ok(()),
     }
-}
-
-/// Triangles are made of surface nodes, those before `n_load_triangles` of loadable ones.
-fn check_triangles(raw: &[u8], metadata: &Metadata<'_>) -> Result<(), RewriteError> {
-    for (place, &bytes) in raw.as_chunks().0.iter().enumerate() {
-        let index = u32::from_le_bytes(bytes);
-        let loadable = place / 3 < metadata.n_load_triangles as usize;
-        let count = if loadable { metadata.n_load_nodes } else { metadata.n_surface_nodes };
-        if index >= count {
-            return Err(RewriteError::Index { kind: SectionKind::Triangles, place, index, count });
-        }
-    }
-    Ok(())
 }
 
 /// One name a line, as many as are counted, none empty, none twice.
