@@ -97,8 +97,8 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
              | {:.2e} | {} |",
             c.terms.iter().max().expect("a stage"),
             errors.join(", "),
-            c.structure.trajectory_error,
-            c.structure.projection_floor,
+            c.structure.certificate.trajectory_error,
+            c.structure.certificate.projection_floor,
             c.left.map_or("never".into(), |(step, outside)| format!("{step}: {outside}"))
         );
     }

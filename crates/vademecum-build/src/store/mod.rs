@@ -16,16 +16,16 @@ mod disk;
 mod folder;
 mod growing;
 mod inputs;
-mod read;
 mod kind;
 mod part;
+mod read;
 
 pub use disk::{OutputError, Outputs, goes_through, is_same_place, write_atomic};
 pub use folder::Store;
 pub use growing::Growing;
 pub use inputs::{Hashed, Inputs};
-pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
 pub use kind::Kind;
+pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
