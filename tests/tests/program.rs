@@ -243,7 +243,7 @@ fn a_damaged_file_is_refused_wherever_the_damage_is() {
     }
     std::fs::write(&path, &bytes[..bytes.len() - 1]).expect("written");
     run([&"info", &path]).fails(7, &["damaged.vdm"]);
-    run([&"info", &folder.path().join("none.vdm")]).fails(7, &["none.vdm", "cannot be opened", "because:"]);
+    run([&"info", &folder.path().join("none.vdm")]).fails(7, &["none.vdm", "No such file"]);
 }
 
 #[test]

@@ -96,7 +96,7 @@ fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
     for (place, value) in section.numbers()?.iter().enumerate() {
         if value.is_finite() {
             count += 1;
-        } else if !(value.is_nan() && may_be_unknown(kind)) {
+        } else if !(value.is_nan() && may_be_unmeasured(kind, place)) {
             return Err(RewriteError::NotFinite { kind, place, value });
         }
         if value.abs() > LARGEST && value.is_finite() {
@@ -107,11 +107,14 @@ fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
     Ok(count)
 }
 
-/// Whether a section holds NaN for what was not measured: certificates, as in the metadata; modes, since natural
-/// ones have no share of snapshots, and a scheme may damp a mode so much that it has no period.
-fn may_be_unknown(kind: SectionKind) -> bool {
-    use SectionKind as S;
-    matches!(kind, S::CanonicalCertificate | S::StructureFigures | S::ModeTable)
+/// Whether a number may be NaN for "not measured", as in the metadata: those of a certificate,
+/// and of a mode its energy share (natural modes have no snapshots), damping ratios and elongation.
+fn may_be_unmeasured(kind: SectionKind, place: usize) -> bool {
+    match kind {
+        SectionKind::CanonicalCertificate | SectionKind::StructureFigures => true,
+        SectionKind::ModeTable => place % 6 >= 2,
+        _ => false,
+    }
 }
 
 fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), RewriteError> {
