@@ -61,7 +61,7 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// A vademecum file that cannot be read.
 fn unread(path: &Path, error: std::io::Error) -> Failure {
-    let text = format!("{}: cannot be read: {error}", path.display());
+    let text = format!("{}: cannot be opened: {error}", path.display());
     Failure::new(Cause::File, text).remedy("name a vademecum file that exists and that you may read")
 }
 
