@@ -22,8 +22,12 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
 /// A file for as long as the command runs: mapped, or copied so that nothing that becomes of it on the disk
 /// matters.
 pub fn open(path: &Path, copy: bool) -> Result<Mapped, Failure> {
-    // A link to what is no file is told apart before it is mapped: mapping a FIFO would wait for ever.
-    open_regular(path).map_err(|error| unread(path, error))?;
+    // What is no regular file is told apart before it is mapped, because opening a FIFO would wait for ever.
+    if let Err(error) = open_regular(path)
+        && error.kind() == std::io::ErrorKind::InvalidInput
+    {
+        return Err(unread(path, error));
+    }
     let opened = if copy { Mapped::copy(path) } else { Mapped::open(path) };
     opened.map_err(|error| Failure::file(path, error))
 }
