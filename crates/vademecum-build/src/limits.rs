@@ -110,7 +110,8 @@ mod tests {
         let table = "MemTotal:       24 kB\nMemAvailable:   16 kB\n";
         assert_eq!(kilobytes(table, "MemAvailable:"), Some(16 * 1024));
         assert_eq!(kilobytes(table, "MemFree:"), None);
-        let limits = "Max cpu time   unlimited  unlimited  seconds\nMax address space  4096000 unlimited bytes\n";
+        let limits =
+            "Max cpu time   unlimited  unlimited  seconds\nMax address space  4096000 unlimited bytes\n";
         assert_eq!(address_space(limits), Some(4_096_000));
         assert_eq!(address_space("Max address space   unlimited  unlimited  bytes\n"), None);
     }

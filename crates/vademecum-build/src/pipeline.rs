@@ -2,6 +2,7 @@
 //! certificate → bytes.
 
 mod error;
+mod plan;
 mod vademecum;
 
 pub use error::BuildError;
@@ -11,7 +12,8 @@ use crate::certificate::UnseenLoads;
 use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::NodeOrder;
 use crate::input::{BasisKind, Problem};
-use crate::prepared::{ParameterSpace, Prepared, prepare};
+use crate::limits::Memory;
+use crate::prepared::{ParameterSpace, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
 use crate::report::{BuildReport, ToleranceMissed};
 use crate::store::{Kept, Store};
@@ -23,6 +25,10 @@ pub struct BuildOptions<'a> {
     pub store: Option<&'a Store>,
     /// Add terms where the fused step is unstable over live parameters; report and file say what was done.
     pub repair: bool,
+    /// Do what takes more than four hours, or more than 2e7 full-order steps, too.
+    pub long: bool,
+    /// Memory that may be used \[bytes\]; absent: what the machine and the limits of the process leave.
+    pub memory: Option<u64>,
 }
 
 /// A finished build.
@@ -70,7 +76,7 @@ struct Stages<'a> {
     unseen: &'a UnseenLoads,
     order: &'a NodeOrder,
     kept: &'a Kept<'a>,
-    repair: bool,
+    options: &'a BuildOptions<'a>,
 }
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -83,18 +89,19 @@ pub fn build(
     listener: &dyn Listener,
 ) -> Result<Outcome, BuildError> {
     let mut watch = Stopwatch::new(listener);
-    let prepared = &prepare(problem, &mut watch, listener)?;
+    let memory = Memory::asked_or_available(options.memory);
+    let prepared = &prepare_within(problem, memory, &mut watch, listener)?;
+    plan::check_model(problem, prepared, options)?;
     let (body, time_step) = (&prepared.body, prepared.step.time_step);
     let first =
         watch.stage("first natural mode", || lowest_modes(body.model.pencil(), &prepared.symbolic, 1))?;
     let first_period = 1.0 / first.frequencies_hz()[0];
-    prepared.note_numerical_damping(first_period, listener);
+    prepared.check_time_step(first_period, listener)?;
     let full = &watch.stage("factorise stages", || prepared.full_order())?;
     let runs = &Runs::plan(&problem.snapshots, body, time_step, first_period);
     let unseen = &UnseenLoads::draw(body, runs, problem.tolerance.steps);
     let (order, kept) = (&NodeOrder::new(body), &Kept::new(options.store, prepared, listener));
-    let repair = options.repair;
-    let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, repair };
+    let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, options };
 
     let mut missed = None;
     for modes in basis_sizes(problem, &prepared.space) {
@@ -125,11 +132,16 @@ impl Stages<'_> {
     /// One file, at one size of the basis.
     fn build(&self, problem: &Problem, watch: &mut Stopwatch<'_>) -> Result<Built, BuildError> {
         let Self { prepared, full, runs, kept, .. } = *self;
+        let plan = self.plan(problem);
+        plan.work.check(self.options.long, || "this build".into())?;
+        plan.check_memory(self.options)?;
+        kept.listener.note(&format!("ahead: {}", plan.in_words()));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let vademecum = self.certified(problem, &basis, watch)?;
         let bytes = watch.stage("encode", || self.file(problem, &basis, &vademecum))?;
-        let report = self.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
+        let mut report = self.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
+        report.plan = plan;
         Ok(Built { bytes, report })
     }
 }

@@ -4,7 +4,7 @@ use vademecum_format::policy::STABLE_RADIUS;
 
 use crate::certificate::StructureReport;
 use crate::chapter::ChapterReport;
-use crate::dynamics::ModeRow;
+use crate::dynamics::{ModeRow, Work};
 use crate::parametric::SeparationRecord;
 use crate::progress::StageTiming;
 
@@ -37,6 +37,18 @@ pub struct BuildReport {
     pub timings: Vec<StageTiming>,
     /// Length of the file \[bytes\].
     pub file_bytes: usize,
+    /// What was announced before: full-order steps, estimated seconds, memory.
+    pub plan: BuildPlan,
+}
+
+/// What a build is about to take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct BuildPlan {
+    /// Full-order steps and their time.
+    #[serde(flatten)]
+    pub work: Work,
+    /// Memory of matrices, factors, snapshots and basis, counted from below \[bytes\].
+    pub memory_bytes: f64,
 }
 
 /// The certificate as a report shows it.

@@ -87,7 +87,7 @@ fn middle_eigenvalue(ritz: &Basis) -> f64 {
 
 /// The nominal setting and the distinct region scales of the corners, uniform parameters at their nominal
 /// values.
-fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
+pub(crate) fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
     let nominal = space.setting(&space.nominal());
     let mut settings = vec![nominal.clone()];
     for values in space.corners() {

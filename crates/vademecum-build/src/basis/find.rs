@@ -38,7 +38,7 @@ pub fn decompose(
         InnerProduct::Identity => &identity,
     };
     let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
-    let rank = max_rank(problem);
+    let rank = most_vectors(problem);
     let pod = if imported {
         import(body, problem, inner_product, rank, listener)?
     } else {
@@ -49,7 +49,7 @@ pub fn decompose(
 
 /// POD vectors kept while streaming: twice what the basis takes, so that truncation stays far below what is
 /// used.
-fn max_rank(problem: &Problem) -> usize {
+pub(crate) fn most_vectors(problem: &Problem) -> usize {
     const BY_ENERGY: usize = 128;
     2 * problem.basis.modes.map_or(BY_ENERGY, |r| r * oversampling(problem)).max(16)
 }

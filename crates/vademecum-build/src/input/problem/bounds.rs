@@ -126,9 +126,8 @@ impl Problem {
     /// Magnitudes of physical numbers.
     pub(super) fn check_scales(&self) -> Result<(), ProblemError> {
         let one = |key: &str, value: f64| self.require(carried(value), key, value, SCALE);
-        let positive = |key: &str, value: f64| {
-            self.require(carried(value) && value > 0.0, key, value, POSITIVE_SCALE)
-        };
+        let positive =
+            |key: &str, value: f64| self.require(carried(value) && value > 0.0, key, value, POSITIVE_SCALE);
         let all = |key: &str, values: &[f64]| match values.iter().find(|&&value| !carried(value)) {
             Some(&value) => one(key, value),
             None => Ok(()),
