@@ -15,7 +15,7 @@ use crate::input::{BasisKind, Problem};
 use crate::limits::Memory;
 use crate::prepared::{ParameterSpace, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
-use crate::report::{BuildReport, ToleranceMissed};
+use crate::report::{BuildPlan, BuildReport, ToleranceMissed};
 use crate::store::{Kept, Store};
 
 /// What the user may change without changing the problem.
@@ -89,14 +89,8 @@ pub fn build(
     listener: &dyn Listener,
 ) -> Result<Outcome, BuildError> {
     let mut watch = Stopwatch::new(listener);
-    let memory = Memory::asked_or_available(options.memory);
-    let prepared = &prepare_within(problem, memory, &mut watch, listener)?;
-    plan::check_model(problem, prepared, options)?;
-    let (body, time_step) = (&prepared.body, prepared.step.time_step);
-    let first =
-        watch.stage("first natural mode", || lowest_modes(body.model.pencil(), &prepared.symbolic, 1))?;
-    let first_period = 1.0 / first.frequencies_hz()[0];
-    prepared.check_time_step(first_period, listener)?;
+    let (prepared, first_period) = &model(problem, options, &mut watch, listener)?;
+    let (body, time_step, first_period) = (&prepared.body, prepared.step.time_step, *first_period);
     let full = &watch.stage("factorise stages", || prepared.full_order())?;
     let runs = &Runs::plan(&problem.snapshots, body, time_step, first_period);
     let unseen = &UnseenLoads::draw(body, runs, problem.tolerance.steps);
@@ -128,14 +122,44 @@ pub fn build(
     Ok(Outcome::Missed(missed.expect("every size ends in a file or in an error")))
 }
 
+/// The model and its first natural period \[s\], once both fit the machine and the time step fits them.
+fn model(
+    problem: &Problem,
+    options: &BuildOptions<'_>,
+    watch: &mut Stopwatch<'_>,
+    listener: &dyn Listener,
+) -> Result<(Prepared, f64), BuildError> {
+    let memory = Memory::asked_or_available(options.memory);
+    let prepared = prepare_within(problem, memory, watch, listener)?;
+    plan::check_model(problem, &prepared, options)?;
+    let pencil = prepared.body.model.pencil();
+    let first = watch.stage("first natural mode", || lowest_modes(pencil, &prepared.symbolic, 1))?;
+    let first_period = 1.0 / first.frequencies_hz()[0];
+    prepared.check_time_step(first_period, listener)?;
+    Ok((prepared, first_period))
+}
+
+/// What a build would take, without doing it: reads and assembles the model, measures two steps.
+///
+/// # Errors
+/// [`BuildError`], as [`build`] before it marches.
+pub fn plan_build(
+    problem: &Problem,
+    options: &BuildOptions<'_>,
+    listener: &dyn Listener,
+) -> Result<BuildPlan, BuildError> {
+    let (prepared, first_period) = &model(problem, options, &mut Stopwatch::new(listener), listener)?;
+    let full = prepared.full_order()?;
+    let runs = Runs::plan(&problem.snapshots, &prepared.body, prepared.step.time_step, *first_period);
+    plan::checked(problem, options, (prepared, &full, &runs))
+}
+
 impl Stages<'_> {
     /// One file, at one size of the basis.
     fn build(&self, problem: &Problem, watch: &mut Stopwatch<'_>) -> Result<Built, BuildError> {
         let Self { prepared, full, runs, kept, .. } = *self;
-        let plan = self.plan(problem);
-        plan.work.check(self.options.long, || "this build".into())?;
-        plan.check_memory(self.options)?;
-        kept.listener.note(&format!("ahead: {}", plan.in_words()));
+        let plan = plan::checked(problem, self.options, (prepared, full, runs))?;
+        kept.listener.note(&format!("ahead: {}", plan::in_words(&plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let vademecum = self.certified(problem, &basis, watch)?;

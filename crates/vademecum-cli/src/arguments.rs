@@ -63,3 +63,33 @@ impl StructureArgument {
         PlayOptions { chapter: self == Self::Canonical, scene }
     }
 }
+
+/// A size of memory: a number with K, M, G or T behind it (powers of 1000), or bytes.
+pub fn size(text: &str) -> Result<u64, String> {
+    let text = text.trim().trim_end_matches(['B', 'b']);
+    let units = [("K", 1e3), ("M", 1e6), ("G", 1e9), ("T", 1e12)];
+    let upper = text.to_uppercase();
+    let (number, unit) = units
+        .iter()
+        .find_map(|(name, unit)| Some((upper.strip_suffix(name)?, *unit)))
+        .unwrap_or((&upper, 1.0));
+    match number.trim().parse::<f64>() {
+        Ok(value) if value > 0.0 && value * unit < 1e18 => Ok((value * unit) as u64),
+        _ => Err("expected a size of memory such as 8G, 500M or a number of bytes".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::size;
+
+    #[test]
+    fn sizes_of_memory_are_read() {
+        assert_eq!(size("8G"), Ok(8_000_000_000));
+        assert_eq!(size("1.5 gb"), Ok(1_500_000_000));
+        assert_eq!(size("4096"), Ok(4096));
+        for bad in ["", "G", "-1G", "nan", "inf", "1e30", "0", "8X"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+}

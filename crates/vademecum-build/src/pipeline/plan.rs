@@ -3,9 +3,9 @@
 //! Memory is counted from below: what is certainly allocated at once by the largest stage. Time is measured on
 //! two steps and multiplied. Both are said to the user, and refused above a limit.
 
-use super::{BuildOptions, Stages};
-use crate::basis::{most_vectors, sample_settings};
-use crate::dynamics::{Work, seconds_per_step};
+use super::{BuildError, BuildOptions};
+use crate::basis::{Runs, most_vectors, sample_settings};
+use crate::dynamics::{FullOrder, Work, seconds_per_step};
 use crate::input::{BasisKind, Problem};
 use crate::limits::{Memory, TooMuchMemory, memory_in_words};
 use crate::prepared::Prepared;
@@ -64,51 +64,53 @@ pub(super) fn check_model(
     })
 }
 
-impl Stages<'_> {
-    /// What is ahead for one size of the basis.
-    pub(super) fn plan(&self, problem: &Problem) -> BuildPlan {
-        let Self { prepared, runs, unseen, full, .. } = *self;
-        let n = prepared.body.n_dof();
-        let live = prepared.space.has_region_parameters();
-        let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
-        let marched = problem.basis.kind != BasisKind::Modes && (live || !imported);
-        let mut work = Work::default();
-        let mut snapshots = 0.0;
-        if marched {
-            let side_by_side = runs.side_by_side(n).min(runs.count());
-            let groups = (runs.count() as f64 / side_by_side as f64).ceil();
-            let at_once = threads().min(groups);
-            let samples = if live { sample_settings(&prepared.space).len() as f64 } else { 1.0 };
-            let steps = runs.steps as f64;
-            let one = seconds_per_step(full, side_by_side);
-            let marches =
-                Work { steps: steps * runs.count() as f64, seconds: steps * one * (groups / at_once).ceil() };
-            work = work.and(marches.times(samples));
-            let kept = runs.snapshots_per_run() as f64 + PER_TRAJECTORY;
-            snapshots = NUMBER * n as f64 * side_by_side as f64 * at_once * kept;
-        }
-        let steps = unseen.steps as f64;
-        let march = Work { steps: UNSEEN * steps, seconds: steps * seconds_per_step(full, UNSEEN as usize) };
-        let corners = if prepared.space.parameters.is_empty() { 1 } else { prepared.space.corners().len() };
-        let certificates = corners as f64 + if live { 0.0 } else { f64::from(u8::from(corners > 1)) };
-        work = work.and(march.times(certificates));
-        BuildPlan { work, memory_bytes: model_memory(problem, prepared) + snapshots }
+/// What is ahead for one size of the basis.
+fn plan(problem: &Problem, prepared: &Prepared, full: &FullOrder<'_>, runs: &Runs) -> BuildPlan {
+    let n = prepared.body.n_dof();
+    let live = prepared.space.has_region_parameters();
+    let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
+    let marched = problem.basis.kind != BasisKind::Modes && (live || !imported);
+    let mut work = Work::default();
+    let mut snapshots = 0.0;
+    if marched {
+        let side_by_side = runs.side_by_side(n).min(runs.count());
+        let groups = (runs.count() as f64 / side_by_side as f64).ceil();
+        let at_once = threads().min(groups);
+        let samples = if live { sample_settings(&prepared.space).len() as f64 } else { 1.0 };
+        let steps = runs.steps as f64;
+        let one = seconds_per_step(full, side_by_side);
+        let marches =
+            Work { steps: steps * runs.count() as f64, seconds: steps * one * (groups / at_once).ceil() };
+        work = work.and(marches.times(samples));
+        let kept = runs.snapshots_per_run() as f64 + PER_TRAJECTORY;
+        snapshots = NUMBER * n as f64 * side_by_side as f64 * at_once * kept;
     }
+    let steps = problem.tolerance.steps as f64;
+    let march = Work { steps: UNSEEN * steps, seconds: steps * seconds_per_step(full, UNSEEN as usize) };
+    let corners = if prepared.space.parameters.is_empty() { 1 } else { prepared.space.corners().len() };
+    let certificates = corners as f64 + if live { 0.0 } else { f64::from(u8::from(corners > 1)) };
+    work = work.and(march.times(certificates));
+    BuildPlan { work, memory_bytes: model_memory(problem, prepared) + snapshots }
 }
 
-impl BuildPlan {
-    /// In words, for the user.
-    pub(super) fn in_words(&self) -> String {
-        format!("{}; {} of memory at least", self.work.in_words(), memory_in_words(self.memory_bytes as u64))
-    }
+/// What is ahead, if it fits the machine and does not take longer than was asked for.
+///
+/// # Errors
+/// [`BuildError::Work`], [`BuildError::Memory`].
+pub(super) fn checked(
+    problem: &Problem,
+    options: &BuildOptions<'_>,
+    (prepared, full, runs): (&Prepared, &FullOrder<'_>, &Runs),
+) -> Result<BuildPlan, BuildError> {
+    let plan = plan(problem, prepared, full, runs);
+    plan.work.check(options.long, || "this build".into())?;
+    let memory = Memory::asked_or_available(options.memory);
+    let instead = ": a larger `snapshots.stride`, fewer `basis.modes`, a coarser mesh";
+    memory.check(plan.memory_bytes, instead, || "matrices, factors, snapshots and basis".into())?;
+    Ok(plan)
+}
 
-    /// Refuses memory that is not there.
-    ///
-    /// # Errors
-    /// [`TooMuchMemory`].
-    pub(super) fn check_memory(&self, options: &BuildOptions<'_>) -> Result<(), TooMuchMemory> {
-        let memory = Memory::asked_or_available(options.memory);
-        let instead = ": a larger `snapshots.stride`, fewer `basis.modes`, a coarser mesh";
-        memory.check(self.memory_bytes, instead, || "matrices, factors, snapshots and basis".into())
-    }
+/// In words, for the user.
+pub(super) fn in_words(plan: &BuildPlan) -> String {
+    format!("{}; {} of memory at least", plan.work.in_words(), memory_in_words(plan.memory_bytes as u64))
 }

@@ -7,6 +7,7 @@ use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Store, check_writable, write_atomic};
 
+use crate::arguments::size;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::print::{bytes, print_json, print_report};
@@ -44,6 +45,12 @@ pub struct Build {
     /// what was done.
     #[arg(long)]
     repair: bool,
+    /// Do what is estimated to take more than four hours or 2e7 full-order steps, too.
+    #[arg(long)]
+    long: bool,
+    /// Memory the build may use, such as 8G or 500M [default: what the machine and `ulimit -v` leave].
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    memory: Option<u64>,
 }
 
 impl Build {
@@ -76,7 +83,8 @@ impl Build {
 
 impl Build {
     fn build(&self, problem: &Problem, store: &Store, console: &Console) -> Result<Built, Failure> {
-        let options = BuildOptions { repair: self.repair, store: Some(store) };
+        let options =
+            BuildOptions { repair: self.repair, store: Some(store), long: self.long, memory: self.memory };
         let outcome = build(problem, &options, console)?;
         let built = if self.keep_missed { outcome.either() } else { outcome.kept()? };
         if console.cancelled() {

@@ -7,7 +7,7 @@ use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
 use vademecum_rewrite::check;
 use vademecum_study::scenario::Scenario;
-use vademecum_study::verify::verify;
+use vademecum_study::verify::{announce, verify};
 
 use crate::arguments::StructureArgument;
 use crate::console::Console;
@@ -36,6 +36,9 @@ pub struct Verify {
     /// Structure of the step.
     #[arg(long, value_enum, default_value_t = StructureArgument::Auto)]
     structure: StructureArgument,
+    /// March at full order for more than four hours or 2e7 steps, too.
+    #[arg(long)]
+    long: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -80,6 +83,7 @@ impl Verify {
         let file = whole_file(&self.file, &mapped, &mut memory)?;
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;
+        announce(&file, &prepared, &scenario, self.long, console)?;
         let verified = verify(&file, &self.structure.options(), &problem, &prepared, &scenario, console)
             .map_err(|error| Failure::from(error).about(&self.file))?;
         console.clear();
