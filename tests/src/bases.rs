@@ -83,6 +83,7 @@ pub fn basis(study: &Study, variant: Variant, modes: usize) -> Basis {
             let nothing_new = |x: MatRef<'_>, mut y: MatMut<'_>| y.copy_from(x);
             let oversampling = study.problem().basis.oversampling;
             ritz_basis(&mass, &stiffness, &nothing_new, study.pod(), modes, oversampling)
+                .expect("finite snapshots")
         }
     }
 }

@@ -168,7 +168,51 @@ fn bad_problems() -> Vec<(usize, String)> {
         (58, matrices(&format!("[[material]]\n{STEEL}"))),
         (59, matrices("[[support]]\non = { group = \"a\" }")),
         (60, matrices("[load]\n[[load.pattern]]\nname = \"a\"\npressure = 1.0\non = { group = \"a\" }")),
+        // The same numbers, for what is too large or too small.
+        (4, block("[1, 1, 1]", "[1, 1, 1]") + "scale = 1e40"),
+        (5, block("[1e9, 0.1, 0.1]", "[1, 1, 1]")),
+        (6, block("[1, 1, 1]", "[400000, 400000, 400000]")),
+        (6, block("[1, 1, 1]", "[9223372036854775807, 9223372036854775807, 2]")),
+        (8, material("1e-200", "0.3", "1.0")),
+        (10, material("1.0", "0.3", "1e31")),
+        (14, text("[damping]\nalpha = 1e40")),
+        (15, text("[damping]\nbeta = 1e-40")),
+        (20, pattern(&format!("name = \"{}\"\nacceleration = [0, 0, 1]", "a".repeat(1001)))),
+        (21, pattern("name = \"a\"\nacceleration = [0, 0, 1e40]")),
+        (22, probe(&format!("\"{}\"", "a".repeat(1001)), "[0, 0, 0]", "[0, 0, 1]")),
+        (23, probe("\"a\"", "[0, 0, 1e40]", "[0, 0, 1]")),
+        (24, probe("\"a\"", "[0, 0, 0]", "[0, 0, 1e100]")),
+        (25, text("[time]\nstep = 1e300")),
+        (27, text("[snapshots]\npositions = 1000000000000")),
+        (28, text("[snapshots]\ndirections = [[0, 0, 1e100]]")),
+        (29, text("[snapshots]\nhold = 1e40")),
+        (30, text("[snapshots]\nduration = 1e40")),
+        (33, text("[basis]\nmodes = 1000000")),
+        (36, text("[basis]\noversampling = 1000000")),
+        (41, text("[tolerance]\nmax_terms = 1000000")),
+        (
+            42,
+            parameter("kind = \"alpha\"\nrange = [0.0, 1.0]")
+                .replace("\"a\"", &format!("\"{}\"", "a".repeat(1001))),
+        ),
+        (46, parameter("kind = \"stiffness\"\nrange = [1e-300, 1e300]\nscale = \"log\"")),
+        (46, parameter("kind = \"stiffness\"\nrange = [1e-4, 1e4]")),
+        (50, canonical("max_terms = 1000000")),
+        (52, canonical("margin = 1e9")),
+        (53, canonical("positions = 1000000")),
+        (54, canonical("load = [0.0, 1e40]")),
+        (61, format!("title = \"{}\"", "a".repeat(1001))),
+        (62, format!("units = \"{}\"", "a".repeat(1001))),
+        (63, many_parameters()),
     ]
+}
+
+/// One more live parameter than a file holds.
+fn many_parameters() -> String {
+    let one = |i: usize| {
+        format!("[[parameter]]\nname = \"{i}\"\nkind = \"density\"\nregion = \"{i}\"\nrange = [0.5, 2.0]\n")
+    };
+    (0..17).map(one).collect()
 }
 
 #[test]

@@ -72,6 +72,7 @@ pub mod export;
 pub mod fem;
 pub mod field;
 pub mod input;
+pub mod limits;
 pub mod linalg;
 pub mod mesh;
 pub mod parametric;

@@ -2,6 +2,7 @@
 //! certificate → bytes.
 
 mod error;
+mod plan;
 mod vademecum;
 
 pub use error::BuildError;
@@ -11,9 +12,10 @@ use crate::certificate::UnseenLoads;
 use crate::dynamics::{FullOrder, lowest_modes};
 use crate::export::NodeOrder;
 use crate::input::{BasisKind, Problem};
-use crate::prepared::{ParameterSpace, Prepared, prepare};
+use crate::limits::Memory;
+use crate::prepared::{ParameterSpace, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
-use crate::report::{BuildReport, ToleranceMissed};
+use crate::report::{BuildPlan, BuildReport, ToleranceMissed};
 use crate::store::{Kept, Store};
 
 /// What the user may change without changing the problem.
@@ -23,6 +25,10 @@ pub struct BuildOptions<'a> {
     pub store: Option<&'a Store>,
     /// Add terms where the fused step is unstable over live parameters; report and file say what was done.
     pub repair: bool,
+    /// Do what takes more than four hours, or more than 2e7 full-order steps, too.
+    pub long: bool,
+    /// Memory that may be used \[bytes\]; absent: what the machine and the limits of the process leave.
+    pub memory: Option<u64>,
 }
 
 /// A finished build.
@@ -75,7 +81,7 @@ struct Stages<'a> {
     unseen: &'a UnseenLoads,
     order: &'a NodeOrder,
     kept: &'a Kept<'a>,
-    repair: bool,
+    options: &'a BuildOptions<'a>,
 }
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -88,20 +94,16 @@ pub fn build(
     listener: &dyn Listener,
 ) -> Result<Outcome, BuildError> {
     let mut watch = Stopwatch::new(listener);
-    let prepared = &prepare(problem, &mut watch, listener)?;
-    let (body, time_step) = (&prepared.body, prepared.step.time_step);
-    let first =
-        watch.stage("first natural mode", || lowest_modes(body.model.pencil(), &prepared.symbolic, 1))?;
-    let first_period = 1.0 / first.frequencies_hz()[0];
-    prepared.note_numerical_damping(first_period, listener);
+    let (prepared, first_period) = &model(problem, options, &mut watch, listener)?;
+    let (body, time_step, first_period) = (&prepared.body, prepared.step.time_step, *first_period);
     let full = &watch.stage("factorise stages", || prepared.full_order())?;
     let runs = &Runs::plan(&problem.snapshots, body, time_step, first_period);
-    let steps = certificate_steps(problem, first_period / time_step, listener);
+    let steps = certificate_steps(problem, first_period / time_step);
+    note_short_certificate(steps, first_period / time_step, listener);
     let open = problem.tolerance.steps.is_none();
     let unseen = &UnseenLoads { open, ..UnseenLoads::draw(body, runs, steps) };
     let (order, kept) = (&NodeOrder::new(body), &Kept::new(options.store, prepared, listener));
-    let repair = options.repair;
-    let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, repair };
+    let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, options };
 
     let mut missed = None;
     for modes in basis_sizes(problem, &prepared.space) {
@@ -128,15 +130,51 @@ pub fn build(
     Ok(Outcome::Missed(missed.expect("every size ends in a file or in an error")))
 }
 
+/// The model and its first natural period \[s\], once both fit the machine and the time step fits them.
+fn model(
+    problem: &Problem,
+    options: &BuildOptions<'_>,
+    watch: &mut Stopwatch<'_>,
+    listener: &dyn Listener,
+) -> Result<(Prepared, f64), BuildError> {
+    let memory = Memory::asked_or_available(options.memory);
+    let prepared = prepare_within(problem, memory, watch, listener)?;
+    plan::check_model(problem, &prepared, options)?;
+    let pencil = prepared.body.model.pencil();
+    let first = watch.stage("first natural mode", || lowest_modes(pencil, &prepared.symbolic, 1))?;
+    let first_period = 1.0 / first.frequencies_hz()[0];
+    prepared.check_time_step(first_period, listener)?;
+    Ok((prepared, first_period))
+}
+
+/// What a build would take, without doing it: reads and assembles the model, measures two steps.
+///
+/// # Errors
+/// [`BuildError`], as [`build`] before it marches.
+pub fn plan_build(
+    problem: &Problem,
+    options: &BuildOptions<'_>,
+    listener: &dyn Listener,
+) -> Result<BuildPlan, BuildError> {
+    let (prepared, first_period) = &model(problem, options, &mut Stopwatch::new(listener), listener)?;
+    let full = prepared.full_order()?;
+    let runs = Runs::plan(&problem.snapshots, &prepared.body, prepared.step.time_step, *first_period);
+    let steps = certificate_steps(problem, *first_period / prepared.step.time_step);
+    plan::checked(problem, options, (prepared, &full, &runs), steps)
+}
+
 impl Stages<'_> {
     /// One file, at one size of the basis.
     fn build(&self, problem: &Problem, watch: &mut Stopwatch<'_>) -> Result<Built, BuildError> {
         let Self { prepared, full, runs, kept, .. } = *self;
+        let plan = plan::checked(problem, self.options, (prepared, full, runs), self.unseen.steps)?;
+        kept.listener.note(&format!("ahead: {}", plan::in_words(&plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let vademecum = self.certified(problem, &basis, watch)?;
         let bytes = watch.stage("encode", || self.file(problem, &basis, &vademecum))?;
-        let report = self.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
+        let mut report = self.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
+        report.plan = plan;
         Ok(Built { bytes, report })
     }
 }
@@ -150,15 +188,17 @@ fn basis_sizes(problem: &Problem, space: &ParameterSpace) -> Vec<Option<usize>> 
 }
 
 /// Steps of the certificate's runs: whole first periods, unless the problem says otherwise.
-fn certificate_steps(problem: &Problem, steps_per_period: f64, listener: &dyn Listener) -> usize {
-    let whole = (PERIODS * steps_per_period).ceil().max(LEAST_STEPS) as usize;
-    let asked = problem.tolerance.steps.unwrap_or(whole);
-    if (asked as f64) < steps_per_period {
+fn certificate_steps(problem: &Problem, steps_per_period: f64) -> usize {
+    problem.tolerance.steps.unwrap_or((PERIODS * steps_per_period).ceil().max(LEAST_STEPS) as usize)
+}
+
+/// Tells of a certificate that does not see a whole first period.
+fn note_short_certificate(steps: usize, steps_per_period: f64, listener: &dyn Listener) {
+    let share = 100.0 * steps as f64 / steps_per_period;
+    if share < 100.0 {
         listener.note(&format!(
-            "`tolerance.steps` = {asked} covers {:.1} % of the first period ({steps_per_period:.0} steps): the \
-             certificate says nothing of the rest; leave the key out, or ask for {whole}",
-            100.0 * asked as f64 / steps_per_period
+            "`tolerance.steps` = {steps} covers {share:.1} % of the first period ({steps_per_period:.0} steps): \
+             the certificate says nothing of the rest; leave the key out to cover {PERIODS} periods"
         ));
     }
-    asked
 }

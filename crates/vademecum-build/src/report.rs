@@ -2,11 +2,12 @@
 
 use vademecum_format::policy::STABLE_RADIUS;
 
-use crate::certificate::StructureReport;
+use crate::certificate::{BOUNDED, StructureReport};
 use crate::chapter::ChapterReport;
-use crate::dynamics::ModeRow;
+use crate::dynamics::{ModeRow, Work};
 use crate::parametric::SeparationRecord;
 use crate::progress::StageTiming;
+use crate::separated::StopReason;
 
 /// What a build did and measured.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -37,6 +38,18 @@ pub struct BuildReport {
     pub timings: Vec<StageTiming>,
     /// Length of the file \[bytes\].
     pub file_bytes: usize,
+    /// What was announced before: full-order steps, estimated seconds, memory.
+    pub plan: BuildPlan,
+}
+
+/// What a build is about to take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct BuildPlan {
+    /// Full-order steps and their time.
+    #[serde(flatten)]
+    pub work: Work,
+    /// Memory of matrices, factors, snapshots and basis, counted from below \[bytes\].
+    pub memory_bytes: f64,
 }
 
 /// The certificate as a report shows it.
@@ -81,15 +94,17 @@ impl CertificateReport {
 impl BuildReport {
     pub(crate) fn missed(&self) -> String {
         let line = |name: &str, s: &StructureReport| {
+            let shown = |value: f64, text: String| if value.is_finite() { text } else { "unknown".into() };
+            let number = |value: f64| shown(value, format!("{value:.3e}"));
             format!(
-                "\n  {name}: error {:.3e}, floor {:.3e} (ratio {:.2}), spectral radius 1{:+.1e}, energy ratio {:.6}, map error {:.1e} rms, {:.1e} worst",
-                s.trajectory_error,
-                s.projection_floor,
-                s.floor_ratio,
-                s.spectral_radius - 1.0,
-                s.energy_ratio,
-                s.map_error_rms,
-                s.map_error_max
+                "\n  {name}: error {}, floor {} (ratio {}), spectral radius {}, energy ratio {}, map error {} rms, {} worst",
+                number(s.trajectory_error),
+                number(s.projection_floor),
+                shown(s.floor_ratio, format!("{:.2}", s.floor_ratio)),
+                shown(s.spectral_radius, format!("1{:+.1e}", s.spectral_radius - 1.0)),
+                shown(s.energy_ratio, format!("{:.6}", s.energy_ratio)),
+                shown(s.map_error_rms, format!("{:.1e}", s.map_error_rms)),
+                shown(s.map_error_max, format!("{:.1e}", s.map_error_max))
             )
         };
         let c = &self.certificate;
@@ -115,6 +130,61 @@ impl BuildReport {
              1e-12; map error ≤ {:e}):{diagonal}{block}{chapter}{places}",
             c.error, c.floor_ratio, c.absolute, c.map
         )
+    }
+}
+
+/// The part of a tolerance that a build missed, the one to mend first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MissedPart {
+    /// Something measured is not a number.
+    NotANumber,
+    /// The step is unstable at the values of the problem file.
+    Stability,
+    /// The step is unstable somewhere over the live parameters.
+    StabilityOverParameters,
+    /// The separated maps over the live parameters; they stopped at the most terms.
+    MapsTerms,
+    /// The same; more terms did not lower their error.
+    MapsStagnated,
+    /// The energy of a free run grows.
+    Energy,
+    /// The trajectories are too far above their floor.
+    Trajectory,
+    /// They are near their floor, and the floor is too large: the basis cannot show the motion.
+    Ceiling,
+}
+
+impl BuildReport {
+    /// The first part that the structure misses which misses fewest.
+    pub fn missed_part(&self) -> MissedPart {
+        let c = &self.certificate;
+        let chapter = c.chapter.as_ref().map(|c| &c.structure);
+        let structures = [c.diagonal.as_ref(), c.block.as_ref(), chapter].into_iter().flatten();
+        let separated = self.separation.is_some();
+        let parts = |s: &StructureReport| {
+            let block = c.block.as_ref().is_some_and(|b| std::ptr::eq(b, s));
+            let numbers = [s.trajectory_error, s.projection_floor, s.spectral_radius, s.energy_ratio];
+            let stopped = self.separation.as_ref().map(|s| s.stop);
+            let part = |missed: bool, part: MissedPart| missed.then_some(part);
+            let [unstable, maps] = match (separated && block, stopped) {
+                (true, Some(StopReason::MaxTerms)) => {
+                    [MissedPart::StabilityOverParameters, MissedPart::MapsTerms]
+                }
+                (true, _) => [MissedPart::StabilityOverParameters, MissedPart::MapsStagnated],
+                (false, _) => [MissedPart::Stability, MissedPart::MapsStagnated],
+            };
+            let found = [
+                part(!numbers.iter().all(|x| x.is_finite()), MissedPart::NotANumber),
+                part(s.spectral_radius > STABLE_RADIUS, unstable),
+                part(block && !s.maps_keep(c.map), maps),
+                part(s.energy_ratio > BOUNDED, MissedPart::Energy),
+                part(!s.near_floor(c.floor_ratio, c.absolute), MissedPart::Trajectory),
+                part(s.trajectory_error > c.error, MissedPart::Ceiling),
+            ];
+            found.into_iter().flatten().collect::<Vec<_>>()
+        };
+        let fewest = structures.map(parts).min_by_key(Vec::len);
+        fewest.and_then(|parts| parts.first().copied()).unwrap_or(MissedPart::Trajectory)
     }
 }
 

@@ -12,7 +12,7 @@ use vademecum_build::mesh::MeshError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::is_cancelled;
-use vademecum_build::report::ToleranceMissed;
+use vademecum_build::report::{MissedPart, ToleranceMissed};
 use vademecum_build::store::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
@@ -190,6 +190,8 @@ impl From<BuildError> for Failure {
             return Self::new(Cause::Stopped, "stopped on request; nothing was written");
         }
         let (cause, remedy) = match &error {
+            BuildError::Memory(_) | BuildError::Prepare(PrepareError::Memory(_)) => (Cause::Machine, ""),
+            BuildError::Work(_) | BuildError::TimeStep(_) => (Cause::Input, ""),
             BuildError::Prepare(PrepareError::Body(BodyError::Mesh(error))) => {
                 (Cause::Mesh, remedy_of_mesh(error))
             }
@@ -309,9 +311,38 @@ fn remedy_of_rewriting(error: &RewriteError) -> &'static str {
 
 impl From<ToleranceMissed> for Failure {
     fn from(error: ToleranceMissed) -> Self {
-        Self::new(Cause::Tolerance, error).remedy(
-            "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to \
-             write it all the same",
-        )
+        let remedy = match error.0.missed_part() {
+            MissedPart::NotANumber => {
+                "check units, materials, `time.step` and loads: a number left the range of double precision"
+            }
+            MissedPart::Stability => {
+                "`basis.kind = \"ritz\"`, other `[snapshots]`, or `--keep-missed` to write it all the same"
+            }
+            MissedPart::StabilityOverParameters => {
+                "`--repair`, which adds terms until the step is stable; a smaller `tolerance.map`; narrower ranges of \
+                 the live parameters"
+            }
+            MissedPart::MapsTerms => {
+                "a larger `tolerance.max_terms`, a larger `tolerance.map`, narrower ranges of the live parameters, or \
+                 `--keep-missed` to write it all the same"
+            }
+            MissedPart::MapsStagnated => {
+                "a larger `tolerance.map` (more `tolerance.max_terms` did not lower it), narrower ranges of the live \
+                 parameters, or `--keep-missed` to write it all the same"
+            }
+            MissedPart::Energy => {
+                "more `basis.modes`, `basis.kind = \"ritz\"`, or `--keep-missed` to write it all the same"
+            }
+            MissedPart::Trajectory => {
+                "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to write \
+                 it all the same"
+            }
+            MissedPart::Ceiling => {
+                "more `basis.modes`; snapshots of whole periods (leave `snapshots.duration` out); a mesh in the unit \
+                 of the materials (`mesh.scale = 0.001` if it is in millimetres and they are in SI); or a larger \
+                 `tolerance.error` that says which error you accept"
+            }
+        };
+        Self::new(Cause::Tolerance, error).remedy(remedy)
     }
 }

@@ -105,11 +105,11 @@ pub fn print_chapter(c: &ChapterReport) {
 }
 
 fn print_structure(name: &str, s: &StructureReport) {
+    let ratio = if s.floor_ratio.is_finite() { format!("{:.3}", s.floor_ratio) } else { "-".into() };
     println!(
-        "{name:<9}  {:>16.3e}  {:>9.3e}  {:>11.3}  1 {:>+13.1e}  {:>12.9}  {:>13.9}  {:>11.1e}",
+        "{name:<9}  {:>16.3e}  {:>9.3e}  {ratio:>11}  1 {:>+13.1e}  {:>12.9}  {:>13.9}  {:>11.1e}",
         s.trajectory_error,
         s.projection_floor,
-        s.floor_ratio,
         s.spectral_radius - 1.0,
         s.energy_ratio,
         s.energy_growth,

@@ -6,11 +6,11 @@
 use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;
 use vademecum_build::chapter::ChapterError;
-use vademecum_build::dynamics::{FullOrderError, MarchError, ModesError, SchemeError};
+use vademecum_build::dynamics::{FullOrderError, MarchError, ModesError, SchemeError, TooMuchWork};
 use vademecum_build::fem::FactorError;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
-use vademecum_build::prepared::{BodyError, PrepareError};
+use vademecum_build::prepared::{BodyError, PrepareError, TimeStepError};
 use vademecum_build::progress::Cancelled;
 use vademecum_build::response::ResponseError;
 use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepError};
@@ -257,7 +257,17 @@ macro_rules! as_build {
     };
 }
 
-as_build!(PrepareError, BasisError, ModesError, FullOrderError, ResponseError, ParametricError, ChapterError);
+as_build!(
+    TooMuchWork,
+    TimeStepError,
+    PrepareError,
+    BasisError,
+    ModesError,
+    FullOrderError,
+    ResponseError,
+    ParametricError,
+    ChapterError
+);
 
 /// What the evaluator and the rewriting say of a file is about the file.
 macro_rules! as_file {

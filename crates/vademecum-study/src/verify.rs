@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{FullOrder, TimedLoad};
+use vademecum_build::dynamics::{self, FullOrder, TimedLoad};
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Body, Prepared, Probe, Setting};
 use vademecum_build::progress::Listener;
@@ -87,6 +87,25 @@ struct Shown {
     coordinates: Vec<f64>,
     energy: Vec<f64>,
     probes: Vec<f64>,
+}
+
+/// Says how much full-order marching a verification takes, before it starts.
+///
+/// # Errors
+/// [`StudyError::Build`]: more than four hours or 2e7 steps, unless they are asked for by `options.long`.
+pub fn announce(
+    file: &File<'_>,
+    prepared: &Prepared,
+    scenario: &Scenario,
+    options: &PlayOptions,
+    listener: &dyn Listener,
+) -> Result<(), StudyError> {
+    let dt = options.scene.time_step.unwrap_or(file.metadata().time_step);
+    let Prepared { body, symbolic, scheme, .. } = prepared;
+    let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, prepared.rayleigh())?;
+    let what = "the full-order march beside the file";
+    dynamics::announce(what, &full, 1, scenario.steps(dt)? as f64, options.long, listener)?;
+    Ok(())
 }
 
 /// Marches the scenario through the file and at full order, both at the parameters of `options`, and compares

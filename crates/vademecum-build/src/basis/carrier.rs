@@ -62,15 +62,16 @@ pub fn carrier_basis(
         let weight = |k: usize| (ritz.energy[k] / (shift + ritz.stiffness[(k, k)])).sqrt();
         let weighted =
             Mat::from_fn(body.n_dof(), ritz.n_modes(), |row, k| ritz.vectors[(row, k)] * weight(k));
-        union.push(weighted.as_ref());
+        union.push(weighted.as_ref())?;
     }
-    let pod = union.finish();
+    let pod = union.finish()?;
     let found = pod.singular_values.len();
     if count > found {
         return Err(BasisError::TooManyModes { path: problem.place("basis.modes"), asked: count, found });
     }
     let (mass, stiffness) = (apply(nominal.mass()), apply(nominal.stiffness()));
-    Ok(Carrier { basis: ritz_coordinates(pod_basis(&mass, &stiffness, &pod, count)), n_snapshots })
+    let basis = ritz_coordinates(pod_basis(&mass, &stiffness, &pod, count)?)?;
+    Ok(Carrier { basis, n_snapshots })
 }
 
 /// Geometric mean of the Ritz values: where the inner product `K + λM` of the union turns from mass to
@@ -86,7 +87,7 @@ fn middle_eigenvalue(ritz: &Basis) -> f64 {
 
 /// The nominal setting and the distinct region scales of the corners, uniform parameters at their nominal
 /// values.
-fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
+pub(crate) fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
     let nominal = space.setting(&space.nominal());
     let mut settings = vec![nominal.clone()];
     for values in space.corners() {
@@ -121,5 +122,6 @@ fn ritz_at(
         Solve::new(symbolic, y.ncols(), true).solve_in_place(&factor, y);
     };
     let count = count.min(pod.singular_values.len());
-    Ok((ritz_basis(&mass, &stiffness, &static_response, &pod, count, oversampling), pod.n_snapshots))
+    let basis = ritz_basis(&mass, &stiffness, &static_response, &pod, count, oversampling)?;
+    Ok((basis, pod.n_snapshots))
 }

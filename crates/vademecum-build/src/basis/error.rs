@@ -3,6 +3,7 @@
 use super::snapshots::SnapshotError;
 use crate::dynamics::{FullOrderError, ModesError};
 use crate::fem::FactorError;
+use crate::linalg::NoConvergence;
 
 /// Why there is no basis.
 #[derive(Debug, thiserror::Error)]
@@ -19,6 +20,9 @@ pub enum BasisError {
     /// A matrix does not factorise.
     #[error("a matrix of the model does not factorise")]
     Factor(#[from] FactorError),
+    /// A decomposition met numbers that double precision does not hold.
+    #[error("the basis")]
+    NoConvergence(#[from] NoConvergence),
     /// More modes asked for than the snapshots span.
     #[error(
         "{path}: `basis.modes` is {asked}; the snapshots span {found} dimensions: add positions, directions or time to `[snapshots]`"

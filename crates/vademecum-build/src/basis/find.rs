@@ -8,7 +8,7 @@ use super::pod::{Apply, Pod, apply};
 use super::ritz::{Basis, modes_basis, pod_basis, ritz_basis};
 use super::snapshots::{Runs, SnapshotError, compute, import};
 use crate::dynamics::{FullOrder, Modes, lowest_modes};
-use crate::fem::{FactorError, Solve};
+use crate::fem::Solve;
 use crate::input::{BasisKind, InnerProduct, Problem};
 use crate::prepared::{Body, Prepared};
 use crate::progress::Listener;
@@ -38,7 +38,7 @@ pub fn decompose(
         InnerProduct::Identity => &identity,
     };
     let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
-    let rank = max_rank(problem);
+    let rank = most_vectors(problem);
     let pod = if imported {
         import(body, problem, inner_product, rank, listener)?
     } else {
@@ -49,7 +49,7 @@ pub fn decompose(
 
 /// POD vectors kept while streaming: twice what the basis takes, so that truncation stays far below what is
 /// used.
-fn max_rank(problem: &Problem) -> usize {
+pub(crate) fn most_vectors(problem: &Problem) -> usize {
     const BY_ENERGY: usize = 128;
     2 * problem.basis.modes.map_or(BY_ENERGY, |r| r * oversampling(problem)).max(16)
 }
@@ -109,24 +109,24 @@ fn nominal_basis(
 /// The basis of the kind asked for, `pod` or `ritz`, from a decomposition of the snapshots.
 ///
 /// # Errors
-/// [`FactorError`]: a stiffness that does not factorise.
+/// [`BasisError`]: a stiffness that does not factorise, numbers outside the range of double precision.
 pub fn basis_of_pod(
     problem: &Problem,
     prepared: &Prepared,
     pod: &Pod,
     count: usize,
-) -> Result<Basis, FactorError> {
+) -> Result<Basis, BasisError> {
     let pencil = prepared.body.model.pencil();
     let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
     let basis = if problem.basis.kind == BasisKind::Pod {
-        pod_basis(&mass, &stiffness, pod, count)
+        pod_basis(&mass, &stiffness, pod, count)?
     } else {
         let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
         let static_response = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| {
             pencil.mass().mul_into(x, y.rb_mut());
             Solve::new(&prepared.symbolic, y.ncols(), true).solve_in_place(&factor, y);
         };
-        ritz_basis(&mass, &stiffness, &static_response, pod, count, problem.basis.oversampling)
+        ritz_basis(&mass, &stiffness, &static_response, pod, count, problem.basis.oversampling)?
     };
     Ok(basis)
 }

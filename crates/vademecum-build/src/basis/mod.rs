@@ -7,8 +7,10 @@ mod pod;
 mod ritz;
 mod snapshots;
 
+pub(crate) use carrier::sample_settings;
 pub use carrier::{Carrier, carrier_basis};
 pub use error::BasisError;
+pub(crate) use find::most_vectors;
 pub use find::{basis_of_pod, decompose, find_basis};
 pub use pod::{Apply, Pod, StreamingPod};
 pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis, ritz_coordinates};

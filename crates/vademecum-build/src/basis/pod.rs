@@ -12,6 +12,8 @@
 use faer::prelude::*;
 use faer::{Mat, MatRef};
 
+use crate::linalg::NoConvergence;
+
 /// A symmetric positive (semi)definite operator `W`, applied to all columns at once: `(x, y)` sets `y = W x`.
 pub type Apply<'a> = &'a dyn Fn(MatRef<'_, f64>, faer::MatMut<'_, f64>);
 
@@ -72,26 +74,33 @@ impl<'a> StreamingPod<'a> {
     }
 
     /// Adds snapshots, one per column.
-    pub fn push(&mut self, snapshots: MatRef<'_, f64>) {
+    ///
+    /// # Errors
+    /// [`NoConvergence`]: snapshots with entries that are not finite numbers.
+    pub fn push(&mut self, snapshots: MatRef<'_, f64>) -> Result<(), NoConvergence> {
         for j in 0..snapshots.ncols() {
             if self.filled == self.buffer.ncols() {
-                self.merge();
+                self.merge()?;
             }
             self.buffer.col_mut(self.filled).copy_from(snapshots.col(j));
             self.filled += 1;
         }
+        Ok(())
     }
 
     /// Ends the stream.
-    pub fn finish(mut self) -> Pod {
-        self.merge();
-        self.pod
+    ///
+    /// # Errors
+    /// As [`StreamingPod::push`].
+    pub fn finish(mut self) -> Result<Pod, NoConvergence> {
+        self.merge()?;
+        Ok(self.pod)
     }
 
     /// Merges the buffer: SVD of `[U Σ | batch]` in the inner product.
-    fn merge(&mut self) {
+    fn merge(&mut self) -> Result<(), NoConvergence> {
         if self.filled == 0 {
-            return;
+            return Ok(());
         }
         let n = self.buffer.nrows();
         let kept = self.pod.singular_values.len();
@@ -105,12 +114,13 @@ impl<'a> StreamingPod<'a> {
         let batch_energy = weighted_energy(self.inner_product, self.buffer.subcols(0, self.filled));
         self.pod.total_energy += batch_energy;
         self.filled = 0;
-        let (vectors, mut singular_values) = weighted_svd(self.inner_product, columns.as_ref());
+        let (vectors, mut singular_values) = weighted_svd(self.inner_product, columns.as_ref())?;
         let floor = RANK_TOLERANCE * singular_values.first().copied().unwrap_or(0.0);
         let rank = singular_values.iter().take_while(|&&s| s > floor).count().min(self.max_rank);
         singular_values.truncate(rank);
         self.pod.vectors = vectors.subcols(0, rank).to_owned();
         self.pod.singular_values = singular_values;
+        Ok(())
     }
 }
 
@@ -123,31 +133,52 @@ fn weighted_energy(inner_product: Apply<'_>, columns: MatRef<'_, f64>) -> f64 {
 }
 
 /// Left singular vectors and values of `columns` in the inner product `W`: `(V, σ)` with `VᵀWV = I`.
-pub(super) fn weighted_svd(inner_product: Apply<'_>, columns: MatRef<'_, f64>) -> (Mat<f64>, Vec<f64>) {
+///
+/// # Errors
+/// [`NoConvergence`]: columns or an inner product that are not finite.
+pub(super) fn weighted_svd(
+    inner_product: Apply<'_>,
+    columns: MatRef<'_, f64>,
+) -> Result<(Mat<f64>, Vec<f64>), NoConvergence> {
     let scale = columns.norm_max();
     if scale == 0.0 {
-        return (Mat::zeros(columns.nrows(), 0), vec![]);
+        return Ok((Mat::zeros(columns.nrows(), 0), vec![]));
+    }
+    if !columns.is_all_finite() {
+        return Err(NoConvergence { what: "the decomposition of the snapshots" });
     }
     // Unit size first: squares of micrometre displacements approach the underflow of the routines below.
     let scaled = columns * faer::Scale(1.0 / scale);
     let qr = scaled.qr();
     let q = qr.compute_thin_Q();
-    let factor = lower_gram_factor(inner_product, q.as_ref());
+    let factor = lower_gram_factor(inner_product, q.as_ref())?;
     let small = factor.transpose() * qr.thin_R();
-    let svd = small.thin_svd().expect("the SVD of a finite matrix converges");
+    let svd = match small.is_all_finite().then(|| small.thin_svd()) {
+        Some(Ok(svd)) => svd,
+        _ => return Err(NoConvergence { what: "the decomposition of the snapshots" }),
+    };
     let mut rotation = svd.U().to_owned();
     factor.transpose().solve_upper_triangular_in_place(rotation.as_mut());
     let singular_values = svd.S().column_vector().iter().map(|s| s * scale).collect();
-    (q * rotation, singular_values)
+    Ok((q * rotation, singular_values))
 }
 
 /// `L` with `L Lᵀ = VᵀWV`.
 ///
 /// A basis vector inside the null space of `W` has no length to normalise; the callers' operators are
-/// definite on the free dofs, so the factorisation fails only on non-finite numbers.
-pub(super) fn lower_gram_factor(inner_product: Apply<'_>, vectors: MatRef<'_, f64>) -> Mat<f64> {
+/// definite on the free dofs, so the factorisation fails only on non-finite numbers and on columns that depend on
+/// each other to rounding.
+///
+/// # Errors
+/// [`NoConvergence`].
+pub(super) fn lower_gram_factor(
+    inner_product: Apply<'_>,
+    vectors: MatRef<'_, f64>,
+) -> Result<Mat<f64>, NoConvergence> {
     let gram = gram(inner_product, vectors, vectors);
-    gram.llt(faer::Side::Lower).expect("a definite inner product has a definite Gram matrix").L().to_owned()
+    let factor = gram.llt(faer::Side::Lower);
+    let factor = factor.map_err(|_| NoConvergence { what: "the lengths of the basis vectors" })?;
+    Ok(factor.L().to_owned())
 }
 
 /// `AᵀWB`, symmetrised when `A` and `B` are the same columns.

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 
 use super::pod::{Apply, Pod, gram, lower_gram_factor, weighted_svd};
 use crate::dynamics::krylov::symmetric_eigen;
-use crate::linalg::symmetric_part;
+use crate::linalg::{NoConvergence, symmetric_part};
 use crate::store::{Hashed, Inputs};
 
 /// The basis of a vademecum.
@@ -45,12 +45,21 @@ impl Hashed for Basis {
 }
 
 /// The chapter's basis: the `count` leading POD vectors, made M-orthonormal without leaving their span.
-pub fn pod_basis(mass: Apply<'_>, stiffness: Apply<'_>, pod: &Pod, count: usize) -> Basis {
+///
+/// # Errors
+/// [`NoConvergence`]: matrices or snapshots outside the range of double precision.
+pub fn pod_basis(
+    mass: Apply<'_>,
+    stiffness: Apply<'_>,
+    pod: &Pod,
+    count: usize,
+) -> Result<Basis, NoConvergence> {
     let leading = pod.vectors.subcols(0, count.min(pod.vectors.ncols()));
-    let (vectors, lower) = mass_orthonormal(mass, leading);
+    let (vectors, lower) = mass_orthonormal(mass, leading)?;
     let energy = coordinate_energy(lower.transpose().to_owned().as_ref(), pod);
     let stiffness = symmetric_gram(stiffness, vectors.as_ref());
-    Basis { vectors, stiffness, eigenvalues: None, energy, singular_values: pod.singular_values.clone() }
+    let singular_values = pod.singular_values.clone();
+    Ok(Basis { vectors, stiffness, eigenvalues: None, energy, singular_values })
 }
 
 /// Ritz vectors of the carrier `[V, K⁻¹MV]`, with `V` the `oversampling × count` leading POD vectors; the
@@ -60,6 +69,9 @@ pub fn pod_basis(mass: Apply<'_>, stiffness: Apply<'_>, pod: &Pod, count: usize)
 /// dynamics and little leaks out of it step by step. `V` alone is not enough: under a point load the POD
 /// holds local, stiff shapes beside every mode, and what they leave in a Ritz vector shifts its frequency;
 /// `static_response` (`K⁻¹M x`) damps them by their eigenvalue (`docs/decisions/ritz-carrier.md`).
+///
+/// # Errors
+/// [`NoConvergence`]: matrices or snapshots outside the range of double precision.
 pub fn ritz_basis(
     mass: Apply<'_>,
     stiffness: Apply<'_>,
@@ -67,11 +79,11 @@ pub fn ritz_basis(
     pod: &Pod,
     count: usize,
     oversampling: usize,
-) -> Basis {
+) -> Result<Basis, NoConvergence> {
     let width = (count * oversampling).min(pod.vectors.ncols());
-    let carrier = carrier(mass, static_response, pod.vectors.subcols(0, width));
+    let carrier = carrier(mass, static_response, pod.vectors.subcols(0, width))?;
     let carried = symmetric_gram(stiffness, carrier.as_ref());
-    let (values, rotation) = symmetric_eigen(carried.as_ref());
+    let (values, rotation) = symmetric_eigen(carried.as_ref())?;
     let coordinates = rotation.transpose() * gram(mass, carrier.as_ref(), pod.vectors.subcols(0, width));
     let energy = coordinate_energy(coordinates.as_ref(), pod);
     let kept = most_energetic(&energy, count.min(width));
@@ -80,20 +92,24 @@ pub fn ritz_basis(
         chosen.col_mut(j).copy_from(rotation.col(k));
     }
     let eigenvalues: Vec<f64> = kept.iter().map(|&k| values[k]).collect();
-    Basis {
+    Ok(Basis {
         vectors: fix_signs(carrier * chosen),
         stiffness: Mat::from_fn(kept.len(), kept.len(), |i, j| if i == j { eigenvalues[i] } else { 0.0 }),
         eigenvalues: Some(eigenvalues),
         energy: kept.iter().map(|&k| energy[k]).collect(),
         singular_values: pod.singular_values.clone(),
-    }
+    })
 }
 
 /// M-orthonormal basis of `[V, K⁻¹MV]`; directions both parts share to eight digits count once.
-fn carrier(mass: Apply<'_>, static_response: Apply<'_>, vectors: MatRef<'_, f64>) -> Mat<f64> {
+fn carrier(
+    mass: Apply<'_>,
+    static_response: Apply<'_>,
+    vectors: MatRef<'_, f64>,
+) -> Result<Mat<f64>, NoConvergence> {
     const DEPENDENT: f64 = 1e-8;
     let (n, width) = (vectors.nrows(), vectors.ncols());
-    let (orthonormal, _) = mass_orthonormal(mass, vectors);
+    let (orthonormal, _) = mass_orthonormal(mass, vectors)?;
     let mut columns = Mat::zeros(n, 2 * width);
     columns.subcols_mut(0, width).copy_from(&orthonormal);
     static_response(orthonormal.as_ref(), columns.subcols_mut(width, width));
@@ -102,24 +118,27 @@ fn carrier(mass: Apply<'_>, static_response: Apply<'_>, vectors: MatRef<'_, f64>
         let scale = 1.0 / norms[(j, j)].sqrt();
         columns.col_mut(width + j).iter_mut().for_each(|v| *v *= scale);
     }
-    let (vectors, values) = weighted_svd(mass, columns.as_ref());
+    let (vectors, values) = weighted_svd(mass, columns.as_ref())?;
     let rank = values.iter().take_while(|&&s| s > DEPENDENT * values[0]).count();
-    mass_orthonormal(mass, vectors.subcols(0, rank)).0
+    Ok(mass_orthonormal(mass, vectors.subcols(0, rank))?.0)
 }
 
 /// The same subspace in Ritz coordinates, in which `BᵀKB` is diagonal.
 ///
 /// `eigenvalues` stays empty: the basis is made for many stiffnesses and diagonal for one.
-pub fn ritz_coordinates(basis: Basis) -> Basis {
-    let (values, rotation) = symmetric_eigen(basis.stiffness.as_ref());
+///
+/// # Errors
+/// [`NoConvergence`]: a stiffness that is not finite.
+pub fn ritz_coordinates(basis: Basis) -> Result<Basis, NoConvergence> {
+    let (values, rotation) = symmetric_eigen(basis.stiffness.as_ref())?;
     let r = values.len();
     let energy = (0..r).map(|k| (0..r).map(|j| rotation[(j, k)].powi(2) * basis.energy[j]).sum()).collect();
-    Basis {
+    Ok(Basis {
         vectors: fix_signs(&basis.vectors * &rotation),
         stiffness: Mat::from_fn(r, r, |i, j| if i == j { values[i] } else { 0.0 }),
         energy,
         ..basis
-    }
+    })
 }
 
 /// Natural modes as a basis: `vectors` are M-orthonormal with eigenvalues `values`.
@@ -136,17 +155,20 @@ pub fn modes_basis(vectors: Mat<f64>, values: Vec<f64>) -> Basis {
 
 /// `(V L⁻ᵀ, L)` with `VᵀMV = L Lᵀ`, orthonormalised twice: the second pass removes what the condition of the
 /// first cost.
-fn mass_orthonormal(mass: Apply<'_>, vectors: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
+fn mass_orthonormal(
+    mass: Apply<'_>,
+    vectors: MatRef<'_, f64>,
+) -> Result<(Mat<f64>, Mat<f64>), NoConvergence> {
     let mut result = vectors.to_owned();
     let mut lower = Mat::<f64>::identity(vectors.ncols(), vectors.ncols());
     for _ in 0..2 {
-        let factor = lower_gram_factor(mass, result.as_ref());
+        let factor = lower_gram_factor(mass, result.as_ref())?;
         let mut transposed = result.transpose().to_owned();
         factor.solve_lower_triangular_in_place(transposed.as_mut());
         result = transposed.transpose().to_owned();
         lower = lower * factor;
     }
-    (result, lower)
+    Ok((result, lower))
 }
 
 /// Fraction of the snapshot energy in each row of `coordinates` (rows: coordinates, columns: leading POD

@@ -12,6 +12,7 @@ use super::pod::{Apply, Pod, StreamingPod};
 use crate::dynamics::{FullOrder, Interval, MarchError, TimedLoad, march_full_order};
 use crate::field;
 use crate::input::{Problem, SnapshotPlan};
+use crate::linalg::NoConvergence;
 use crate::prepared::Body;
 use crate::progress::{Cancelled, Listener, Quiet};
 
@@ -44,6 +45,9 @@ pub enum SnapshotError {
         /// Three times the number of nodes.
         expected: usize,
     },
+    /// Snapshots that are not finite numbers, or are too far apart for double precision.
+    #[error("snapshots")]
+    NoConvergence(#[from] NoConvergence),
     /// No snapshot moves.
     #[error("all snapshots are zero: no load of the plan moves the body")]
     Zero,
@@ -86,6 +90,16 @@ impl Runs {
     /// The same in groups marched together.
     pub(crate) fn groups(&self) -> Vec<Vec<(u32, [f64; 3])>> {
         self.loads().chunks(RUNS_AT_ONCE).map(<[_]>::to_vec).collect()
+    }
+
+    /// Snapshots kept of one run.
+    pub fn snapshots_per_run(&self) -> usize {
+        self.steps / self.stride
+    }
+
+    /// Runs that one thread marches at once, on a body of `n` dofs: as many as their snapshots leave room for.
+    pub fn side_by_side(&self, n: usize) -> usize {
+        (GROUP_LIMIT / n.saturating_mul(self.snapshots_per_run().saturating_add(1))).clamp(1, RUNS_AT_ONCE)
     }
 
     /// Number of runs.
@@ -150,8 +164,7 @@ pub fn compute(
 ) -> Result<Pod, SnapshotError> {
     let n = body.n_dof();
     let loads = runs.loads();
-    let per_run = n * (runs.steps / runs.stride + 1);
-    let group = (GROUP_LIMIT / per_run).clamp(1, RUNS_AT_ONCE);
+    let group = runs.side_by_side(n);
     let groups: Vec<&[(u32, [f64; 3])]> = loads.chunks(group).collect();
     let mut pod = StreamingPod::new(inner_product, n, max_rank);
     let mut done = 0;
@@ -163,7 +176,7 @@ pub fn compute(
         let fields: Vec<Result<Mat<f64>, MarchError>> =
             side_by_side.par_iter().map(|group| run_group(body, full, runs, group, listener)).collect();
         for snapshots in fields {
-            pod.push(snapshots?.as_ref());
+            pod.push(snapshots?.as_ref())?;
         }
         done += side_by_side.iter().map(|g| g.len()).sum::<usize>();
         listener.advance(done, loads.len());
@@ -191,7 +204,7 @@ fn run_group(
     listener: &dyn Listener,
 ) -> Result<Mat<f64>, MarchError> {
     let loads = run_loads(body, runs, group);
-    let mut snapshots = Mat::zeros(body.n_dof(), group.len() * (runs.steps / runs.stride));
+    let mut snapshots = Mat::zeros(body.n_dof(), group.len() * runs.snapshots_per_run());
     let mut next = 0;
     march_full_order(full, &loads, group.len(), runs.steps, &Quiet(listener), |step, state| {
         if step > 0 && step % runs.stride == 0 {
@@ -219,7 +232,7 @@ pub fn import(
         let matrix = field::read_npy(&path)?;
         check_rows(body, &path, matrix.rows)?;
         for column in matrix.data.chunks_exact(matrix.rows.max(1)) {
-            pod.push(restrict(body, column).as_ref());
+            pod.push(restrict(body, column).as_ref())?;
         }
     }
     if let Some(files) = &problem.snapshots.vtu {
@@ -228,7 +241,7 @@ pub fn import(
         for (i, file) in files.iter().enumerate() {
             let name = &problem.snapshots.field;
             let matrix = field::read_displacements(std::slice::from_ref(file), name, body.model.mesh())?;
-            pod.push(restrict(body, matrix.column(0)).as_ref());
+            pod.push(restrict(body, matrix.column(0)).as_ref())?;
             listener.checkpoint(i + 1, files.len())?;
         }
     }
@@ -247,7 +260,7 @@ fn restrict(body: &Body, full: &[f64]) -> Mat<f64> {
 }
 
 fn finish(pod: StreamingPod<'_>) -> Result<Pod, SnapshotError> {
-    let pod = pod.finish();
+    let pod = pod.finish()?;
     if pod.singular_values.is_empty() { Err(SnapshotError::Zero) } else { Ok(pod) }
 }
 

@@ -39,8 +39,8 @@ fn the_vectors_are_orthonormal_in_the_inner_product_and_span_the_snapshots_at_ev
     for scale in [1.0, 1e-9, 1e-60, 1e60] {
         let data = snapshots(200, 12, 150, scale);
         let mut stream = StreamingPod::new(&mass, 200, 20);
-        stream.push(data.as_ref());
-        let pod = stream.finish();
+        stream.push(data.as_ref()).unwrap();
+        let pod = stream.finish().unwrap();
         assert_eq!(pod.vectors.ncols(), 12, "scale {scale}");
         // QR and SVD each cost a few ε·√n.
         assert!(identity_error(&gram(&mass, pod.vectors.as_ref(), pod.vectors.as_ref())) < 1e-12);
@@ -59,8 +59,8 @@ fn the_singular_values_of_a_large_small_matrix_are_right() {
     let identity = apply_diagonal(&ones);
     let data = Mat::from_fn(n, 200, |i, j| if i == j { 1e-16 * (1.0 + j as f64) } else { 0.0 });
     let mut stream = StreamingPod::new(&identity, n, 200);
-    stream.push(data.as_ref());
-    let pod = stream.finish();
+    stream.push(data.as_ref()).unwrap();
+    let pod = stream.finish().unwrap();
     for (k, sigma) in pod.singular_values.iter().enumerate() {
         let expected = 1e-16 * (200.0 - k as f64);
         assert!((sigma - expected).abs() < 1e-12 * 2e-14, "{k}: {sigma} against {expected}");
@@ -74,9 +74,9 @@ fn streaming_in_batches_gives_what_one_batch_gives() {
     let data = snapshots(150, 15, 400, 1.0);
     let mut stream = StreamingPod::new(&identity, 150, 40);
     for start in (0..400).step_by(50) {
-        stream.push(data.subcols(start, 50));
+        stream.push(data.subcols(start, 50)).unwrap();
     }
-    let streamed = stream.finish();
+    let streamed = stream.finish().unwrap();
     let exact = data.thin_svd().unwrap();
     for k in 0..15 {
         let expected = exact.S().column_vector()[k];
@@ -93,10 +93,10 @@ fn the_ritz_basis_is_mass_orthonormal_and_diagonal() {
     let (mass, stiffness) = (apply_diagonal(&masses), apply_diagonal(&springs));
     let data = snapshots(n, 40, 120, 1e-6);
     let mut stream = StreamingPod::new(&mass, n, 40);
-    stream.push(data.as_ref());
+    stream.push(data.as_ref()).unwrap();
     let ratio: Vec<f64> = masses.iter().zip(&springs).map(|(m, k)| m / k).collect();
     let static_response = apply_diagonal(&ratio);
-    let basis = ritz_basis(&mass, &stiffness, &static_response, &stream.finish(), 8, 4);
+    let basis = ritz_basis(&mass, &stiffness, &static_response, &stream.finish().unwrap(), 8, 4).unwrap();
     assert_eq!(basis.n_modes(), 8);
     assert!(identity_error(&gram(&mass, basis.vectors.as_ref(), basis.vectors.as_ref())) < 1e-11);
     let reduced = gram(&stiffness, basis.vectors.as_ref(), basis.vectors.as_ref());
@@ -111,9 +111,9 @@ fn a_pod_basis_in_the_euclidean_product_keeps_its_span_when_made_mass_orthonorma
     let ones = vec![1.0; n];
     let (mass, identity) = (apply_diagonal(&masses), apply_diagonal(&ones));
     let mut stream = StreamingPod::new(&identity, n, 20);
-    stream.push(snapshots(n, 10, 60, 1.0).as_ref());
-    let pod = stream.finish();
-    let basis = pod_basis(&mass, &identity, &pod, 6);
+    stream.push(snapshots(n, 10, 60, 1.0).as_ref()).unwrap();
+    let pod = stream.finish().unwrap();
+    let basis = pod_basis(&mass, &identity, &pod, 6).unwrap();
     assert!(identity_error(&gram(&mass, basis.vectors.as_ref(), basis.vectors.as_ref())) < 1e-12);
     let inside =
         pod.vectors.subcols(0, 6) * gram(&identity, pod.vectors.subcols(0, 6), basis.vectors.as_ref());

@@ -44,6 +44,11 @@ pub enum ChapterError {
     /// The evaluator cannot tell the energy.
     #[error("the evaluator cannot tell the energy")]
     Output(#[from] OutputError),
+    /// The vectors of the basis depend on each other in the Euclidean product.
+    #[error(
+        "`canonical.projection` is \"euclidean\", in which the vectors of the basis depend on each other"
+    )]
+    DependentBasis,
     /// The eigenvalues of the linearised step did not converge.
     #[error("the eigenvalues of the linearised step did not converge")]
     Eigenvalues,

@@ -121,7 +121,7 @@ impl ChapterSetting {
         listener: &dyn Listener,
     ) -> Result<Self, ChapterError> {
         let body = &prepared.body;
-        let projector = projector(entry.projection, body.model.pencil(), basis.vectors.as_ref());
+        let projector = projector(entry.projection, body.model.pencil(), basis.vectors.as_ref())?;
         let ranges = history_ranges(body, full, runs, projector.as_ref(), entry, listener)?;
         let positions = spread_nodes(body, entry.positions.unwrap_or(usize::MAX));
         let time_step = prepared.step.time_step;
@@ -306,17 +306,21 @@ fn family_scale(family: usize, time_step: f64) -> f64 {
 }
 
 /// `P` with `ζ = Pᵀu`: `MB`, or `B(BᵀB)⁻¹`.
-fn projector(projection: Projection, pencil: &Pencil, basis: MatRef<'_, f64>) -> Mat<f64> {
+fn projector(
+    projection: Projection,
+    pencil: &Pencil,
+    basis: MatRef<'_, f64>,
+) -> Result<Mat<f64>, ChapterError> {
     match projection {
         Projection::Mass => {
             let mut image = Mat::zeros(basis.nrows(), basis.ncols());
             pencil.mass().mul_into(basis, image.as_mut());
-            image
+            Ok(image)
         }
         Projection::Euclidean => {
             let gram = basis.transpose() * basis;
-            let factor = gram.llt(faer::Side::Lower).expect("the vectors of a basis are independent");
-            factor.solve(basis.transpose()).transpose().to_owned()
+            let factor = gram.llt(faer::Side::Lower).map_err(|_| ChapterError::DependentBasis)?;
+            Ok(factor.solve(basis.transpose()).transpose().to_owned())
         }
     }
 }

@@ -108,11 +108,16 @@ pub struct NumericalDamping {
 
 /// Damping ratio and period elongation of a scheme on `ü + 2ζω u̇ + ω² u = 0` at `Ω = ωΔt`.
 ///
-/// The elongation is measured against the damped period `2π/(ω√(1−ζ²))`.
+/// The elongation is measured against the damped period `2π/(ω√(1−ζ²))`. An `Ω` so large or small that the step
+/// has no finite entries has no radius (NaN) and no motion.
 pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> NumericalDamping {
     let step = step_matrix(table, omega_dt, ratio);
     let matrix = Mat::from_fn(3, 3, |i, j| step[i][j]);
-    let values = matrix.eigenvalues().expect("the eigenvalues of a finite 3 × 3 matrix converge");
+    let none = NumericalDamping { spectral_radius: f64::NAN, ratio: None, period_elongation: None };
+    if !step.iter().flatten().all(|entry| entry.is_finite()) {
+        return none;
+    }
+    let Ok(values) = matrix.eigenvalues() else { return none };
     let spectral_radius = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
     let pair = values.iter().filter(|z| z.im > 0.0).max_by(|a, b| a.norm().total_cmp(&b.norm()));
     let Some(pair) = pair else {

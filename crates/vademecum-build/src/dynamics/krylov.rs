@@ -7,7 +7,7 @@ use faer::{Accum, Mat, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
 use crate::fem::{Factor, Pencil, Solve, contiguous};
-use crate::linalg::Random;
+use crate::linalg::{NoConvergence, Random};
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
 /// symmetry), and a full group for the solver.
@@ -185,15 +185,18 @@ impl<'a> Krylov<'a> {
 
     /// Rayleigh–Ritz on the expanded part. The image of a Ritz vector leaves that part only into the
     /// frontier, so the frontier rows of the projection give its residual.
-    pub fn ritz(&self) -> Ritz {
+    ///
+    /// # Errors
+    /// [`NoConvergence`]: matrices with entries that are not numbers.
+    pub fn ritz(&self) -> Result<Ritz, NoConvergence> {
         let m = self.expanded;
         let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
-        let (ascending, vectors) = symmetric_eigen(symmetric.as_ref());
+        let (ascending, vectors) = symmetric_eigen(symmetric.as_ref())?;
         let vectors = vectors.as_ref().reverse_cols().to_owned();
         let frontier = self.projected.submatrix(m, 0, self.used - m, m) * &vectors;
         let values: Vec<f64> = ascending.into_iter().rev().collect();
         let residuals = (0..m).map(|j| frontier.col(j).norm_l2() / values[j].abs()).collect();
-        Ritz { values, vectors, residuals }
+        Ok(Ritz { values, vectors, residuals })
     }
 
     /// Ritz vectors over the dofs, with their true residuals.
@@ -257,16 +260,27 @@ fn turn_positive(vector: &mut [f64]) {
     }
 }
 
+/// What did not converge.
+const EIGENVALUES: &str = "the eigenvalues of a symmetric matrix";
+
 /// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix; one thread.
 ///
 /// The matrix is scaled to unit size first: faer's routine returns wrong results for small norms from n ≈ 130
 /// on.
-pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> (Vec<f64>, Mat<f64>) {
+///
+/// # Errors
+/// [`NoConvergence`]: an entry that is not a finite number.
+pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), NoConvergence> {
     let n = matrix.nrows();
     if n == 0 {
-        return (Vec::new(), Mat::new());
+        return Ok((Vec::new(), Mat::new()));
     }
     let size = matrix.norm_max();
+    // The largest of numbers and NaNs may be a number.
+    let finite = (0..n).all(|j| (0..n).all(|i| matrix[(i, j)].is_finite()));
+    if !finite {
+        return Err(NoConvergence { what: EIGENVALUES });
+    }
     let scale = if size > 0.0 { size } else { 1.0 };
     let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / scale);
     let mut values = faer::Col::<f64>::zeros(n);
@@ -281,8 +295,8 @@ pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> (Vec<f64>, Mat<f64>) {
         MemStack::new(&mut memory),
         Spec::default(),
     )
-    .expect("the eigenvalues of a finite symmetric matrix converge");
-    ((0..n).map(|i| scale * values[i]).collect(), vectors)
+    .map_err(|_| NoConvergence { what: EIGENVALUES })?;
+    Ok(((0..n).map(|i| scale * values[i]).collect(), vectors))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

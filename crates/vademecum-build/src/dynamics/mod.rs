@@ -9,6 +9,7 @@ mod march;
 mod mode_table;
 mod modes;
 pub mod schemes;
+mod work;
 
 pub use damping::{Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
@@ -20,6 +21,7 @@ pub use march::{
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub use modes::{Modes, ModesError, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
+pub use work::{TooMuchWork, Work, announce, seconds_per_step};
 
 #[cfg(test)]
 mod oracle_tests;

@@ -90,6 +90,11 @@ impl Symbolic {
         self.pattern.n()
     }
 
+    /// Memory of one factor \[bytes\].
+    pub fn factor_bytes(&self) -> usize {
+        self.cholesky.len_val().saturating_mul(size_of::<f64>())
+    }
+
     /// Factorises a matrix, which is kept for refinement. One thread.
     ///
     /// # Errors

@@ -60,6 +60,21 @@ pub enum ModelError {
         /// Rigid-body modes left to it.
         n_modes: usize,
     },
+    /// A part of the body is held, but at so small a place that double precision does not see it.
+    #[error(
+        "the part of the body with node {node} ({n_nodes} nodes) is {size:.1e} long and held over {span:.1e} of it: less than \
+         a millionth does not hold it in double precision; support more of it, or correct its dimensions"
+    )]
+    SupportTooSmall {
+        /// A node of the part, as the mesh file numbers it.
+        node: u64,
+        /// Nodes of the part.
+        n_nodes: usize,
+        /// Largest extent of the part.
+        size: f64,
+        /// Largest extent of its held nodes.
+        span: f64,
+    },
     /// Matrices of another size than the number of free dofs.
     #[error("matrices of {found} rows for {expected} free dofs")]
     PencilSize {
@@ -228,13 +243,32 @@ fn check_support_count(mesh: &Mesh, constrained: &[bool]) -> Result<(), ModelErr
 /// Every connected part must be held against its six rigid-body modes.
 fn check_supports(mesh: &Mesh, constrained: &[bool]) -> Result<(), ModelError> {
     for part in connected_parts(mesh) {
-        let n_modes = 6 - held_modes(mesh, &part, constrained);
-        if n_modes > 0 {
-            let node = mesh.node_ids.get(part[0] as usize).copied().unwrap_or(u64::from(part[0]));
-            return Err(ModelError::Unsupported { node, n_nodes: part.len(), n_modes });
+        let (centre, size) = extent(mesh, part.iter().copied());
+        let n_modes = 6 - held_modes(mesh, &part, constrained, centre, size);
+        if n_modes == 0 {
+            continue;
         }
+        let (node, n_nodes) = (mesh.node_ids.get(part[0] as usize).copied(), part.len());
+        let node = node.unwrap_or(u64::from(part[0]));
+        // Seen from nearby the same supports may hold it.
+        let held = part.iter().copied().filter(|&n| (0..3).any(|c| constrained[3 * n as usize + c]));
+        let (near, span) = extent(mesh, held);
+        if held_modes(mesh, &part, constrained, near, span) == 6 {
+            return Err(ModelError::SupportTooSmall { node, n_nodes, size, span });
+        }
+        return Err(ModelError::Unsupported { node, n_nodes, n_modes });
     }
     Ok(())
+}
+
+/// Centre and largest edge of the box around nodes; of no nodes the origin, and no edge.
+fn extent(mesh: &Mesh, nodes: impl Iterator<Item = u32> + Clone) -> ([f64; 3], f64) {
+    let corner = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
+        std::array::from_fn(|i| nodes.clone().map(|n| mesh.nodes[n as usize][i]).reduce(pick).unwrap_or(0.0))
+    };
+    let (low, high) = (corner(f64::min), corner(f64::max));
+    let size = (0..3).map(|i| high[i] - low[i]).fold(f64::MIN_POSITIVE, f64::max);
+    (std::array::from_fn(|i| 0.5 * (low[i] + high[i])), size)
 }
 
 /// Nodes of each part connected through elements.
@@ -261,17 +295,12 @@ fn connected_parts(mesh: &Mesh) -> Vec<Vec<u32>> {
     parts
 }
 
-/// Rank of the six rigid-body modes on the held dofs of a part.
-fn held_modes(mesh: &Mesh, part: &[u32], constrained: &[bool]) -> usize {
-    let corner = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
-        std::array::from_fn(|i| part.iter().map(|&n| mesh.nodes[n as usize][i]).reduce(pick).unwrap_or(0.0))
-    };
-    let (low, high) = (corner(f64::min), corner(f64::max));
-    let size = (0..3).map(|i| high[i] - low[i]).fold(f64::MIN_POSITIVE, f64::max);
+/// Rank of the six rigid-body modes on the held dofs of a part, turning about `centre` by lengths in `size`.
+fn held_modes(mesh: &Mesh, part: &[u32], constrained: &[bool], centre: [f64; 3], size: f64) -> usize {
     let mut gram = [[0.0; 6]; 6];
     for &node in part {
         let p = mesh.nodes[node as usize];
-        let x: [f64; 3] = std::array::from_fn(|i| (p[i] - 0.5 * (low[i] + high[i])) / size);
+        let x: [f64; 3] = std::array::from_fn(|i| (p[i] - centre[i]) / size);
         // Rows of (translations | rotations): u = t + ω × x.
         let rows = [
             [1.0, 0.0, 0.0, 0.0, x[2], -x[1]],

@@ -141,6 +141,12 @@ impl Pencil {
         self.mass.n()
     }
 
+    /// Memory of all matrices \[bytes\].
+    pub fn bytes(&self) -> usize {
+        let stored = self.mass.pattern().n_stored();
+        stored.saturating_mul(size_of::<u32>() + 2 * size_of::<f64>() * (1 + self.regions.len()))
+    }
+
     /// Number of material regions, at least 1.
     pub fn n_regions(&self) -> usize {
         self.regions.len().max(1)

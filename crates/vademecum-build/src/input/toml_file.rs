@@ -1,6 +1,7 @@
 //! Reading the files people write (problems, scenarios), and messages that say where in them something is
 //! wrong.
 
+use std::io::{ErrorKind::InvalidData, Read};
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
@@ -28,6 +29,14 @@ pub enum TomlError {
         /// Line, key, what was found and what was expected.
         message: String,
     },
+    /// More text than the file of its kind may have.
+    #[error("{path}: longer than {most} bytes, the most such a file may have; shorten its texts and lists")]
+    TooLong {
+        /// The file.
+        path: String,
+        /// Most bytes.
+        most: usize,
+    },
     /// A value that cannot be.
     #[error("{path}: `{key}` is {found}; expected {expected}")]
     Impossible {
@@ -45,6 +54,25 @@ pub enum TomlError {
 /// The text of a file.
 pub fn read(path: &Path) -> Result<String, TomlError> {
     read_text(path).map_err(|source| TomlError::Unreadable { path: path.display().to_string(), source })
+}
+
+/// The text of a file of at most so many bytes; no more than that is read, whatever the file is.
+pub fn read_at_most(path: &Path, most: usize) -> Result<String, TomlError> {
+    let name = path.display().to_string();
+    let read = || -> std::io::Result<Vec<u8>> {
+        let mut bytes = vec![];
+        std::fs::File::open(path)?.take(most as u64 + 1).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let unreadable = |source| TomlError::Unreadable { path: name.clone(), source };
+    let bytes = read().map_err(unreadable)?;
+    check_length(bytes.len(), most, &name)?;
+    String::from_utf8(bytes).map_err(|error| unreadable(std::io::Error::new(InvalidData, error)))
+}
+
+/// Refuses a text of more than `most` bytes.
+pub(super) fn check_length(length: usize, most: usize, path: &str) -> Result<(), TomlError> {
+    if length <= most { Ok(()) } else { Err(TomlError::TooLong { path: path.into(), most }) }
 }
 
 /// What a text says; messages name `path`.

@@ -8,6 +8,17 @@ pub use random::Random;
 
 use faer::{Mat, MatMut, MatRef};
 
+/// A dense decomposition that met what it cannot decompose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{what} did not converge: a number left the range of double precision; are units, materials, `time.step` and \
+     ranges of a sensible size beside each other?"
+)]
+pub struct NoConvergence {
+    /// What was looked for.
+    pub what: &'static str,
+}
+
 /// `½ (A + Aᵀ)`, shape (n, n): what rounding took from a product that is symmetric in exact arithmetic.
 pub(crate) fn symmetric_part(a: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))

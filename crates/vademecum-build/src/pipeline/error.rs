@@ -5,9 +5,10 @@ use vademecum_format::FormatError;
 use crate::basis::BasisError;
 use crate::certificate::CertificateError;
 use crate::chapter::ChapterError;
-use crate::dynamics::{FullOrderError, ModesError};
+use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
+use crate::limits::TooMuchMemory;
 use crate::parametric::ParametricError;
-use crate::prepared::PrepareError;
+use crate::prepared::{PrepareError, TimeStepError};
 use crate::response::ResponseError;
 
 /// Why a build ended without a file, by stage.
@@ -16,6 +17,15 @@ pub enum BuildError {
     /// The problem cannot be computed with.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
+    /// More memory than there is.
+    #[error(transparent)]
+    Memory(#[from] TooMuchMemory),
+    /// More full-order work than was asked for by name.
+    #[error(transparent)]
+    Work(#[from] TooMuchWork),
+    /// A time step that does not fit the body.
+    #[error(transparent)]
+    TimeStep(#[from] TimeStepError),
     /// No first natural mode.
     #[error("natural modes")]
     Modes(#[from] ModesError),

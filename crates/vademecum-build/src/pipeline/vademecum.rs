@@ -19,7 +19,7 @@ use crate::input::{ChapterEntry, Problem};
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
 use crate::prepared::Prepared;
 use crate::progress::{StageTiming, Stopwatch};
-use crate::report::{BuildReport, CertificateReport};
+use crate::report::{BuildPlan, BuildReport, CertificateReport};
 use crate::response::{BlockTerms, StageResponse, stage_responses};
 use crate::store::Inputs;
 
@@ -130,7 +130,7 @@ impl Stages<'_> {
             let certify = || self.over_box(problem, basis, &parametric);
             let (measured, mut record) = watch.stage("certificate", certify)?;
             let radius = measured.block.certificate.spectral_radius;
-            if !self.repair || radius <= STABLE_RADIUS || repairs.len() == MOST_REPAIRS {
+            if !self.options.repair || radius <= STABLE_RADIUS || repairs.len() == MOST_REPAIRS {
                 record.repairs = repairs;
                 let vademecum = Vademecum::Parametric(Box::new(parametric));
                 return Ok(Certified { vademecum, measured, separation: Some(record) });
@@ -333,6 +333,7 @@ impl Stages<'_> {
             separation: built.separation.clone(),
             timings,
             file_bytes,
+            plan: BuildPlan::default(),
         }
     }
 }

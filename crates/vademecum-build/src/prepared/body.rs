@@ -6,6 +6,7 @@
 use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
 use crate::input::{PatternEntry, Problem};
+use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
 use crate::mesh::{self, Mesh, MeshError};
@@ -57,6 +58,42 @@ pub enum BodyError {
         nominal: f64,
         /// The range.
         range: [f64; 2],
+    },
+    /// Two parameters that change the same thing.
+    #[error("{path}: `parameter`: `{name}` changes what `{other}` changes already; leave one of them out")]
+    TwiceLive {
+        /// The problem file and line.
+        path: String,
+        /// The parameter.
+        name: String,
+        /// The earlier one.
+        other: String,
+    },
+    /// More live regions than a file has axes for.
+    #[error(
+        "{path}: `parameter`: {regional} parameters of single regions on a mesh of {regions} regions; a vademecum file has \
+         room for 11 such parameters on 8 regions: join regions, or use `region = \"*\"`"
+    )]
+    TooManyRegions {
+        /// The problem file and line.
+        path: String,
+        /// Regions of the mesh.
+        regions: usize,
+        /// Parameters of single regions.
+        regional: usize,
+    },
+    /// Coordinates that double precision does not carry.
+    #[error(
+        "{path}: `mesh`: the body reaches from {low:?} to {high:?} (after `mesh.scale`); expected coordinates below 1e30 and \
+         a size above 1e-30"
+    )]
+    Size {
+        /// The problem file and line.
+        path: String,
+        /// Lower corner of the box around the body.
+        low: [f64; 3],
+        /// Upper corner.
+        high: [f64; 3],
     },
     /// A selection holds no whole facet of the surface.
     #[error(
@@ -203,6 +240,7 @@ pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
         mesh::block(block.lengths, block.divisions, block.order.into())
     };
     mesh.nodes.iter_mut().flatten().for_each(|x| *x *= source.scale);
+    check_size(problem, &mesh)?;
     for (i, region) in source.regions.iter().enumerate() {
         let nodes = select(problem, &region.on, &mesh, || format!("mesh.region[{i}].on"))?;
         if !cut_region(&mut mesh, &region.name, &nodes) {
@@ -211,6 +249,17 @@ pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
         }
     }
     Ok(mesh)
+}
+
+/// Whether products of coordinates stay within double precision.
+fn check_size(problem: &Problem, mesh: &Mesh) -> Result<(), BodyError> {
+    let (low, high) = mesh.bounding_box();
+    let largest = low.iter().chain(&high).fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    if size >= MAGNITUDE.0 && largest <= MAGNITUDE.1 {
+        return Ok(());
+    }
+    Err(BodyError::Size { path: problem.place("mesh"), low, high })
 }
 
 /// Moves the elements all of whose corners are among `nodes` to a new region; false if there are none.

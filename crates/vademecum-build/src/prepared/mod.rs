@@ -3,17 +3,21 @@
 mod body;
 mod matrices;
 mod parameters;
+mod size;
+mod time_step;
 
 pub use body::{Body, BodyError, Probe, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
+pub use time_step::TimeStepError;
 
 use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
-use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, numerical_damping};
+use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError};
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
+use crate::limits::{Memory, TooMuchMemory};
 use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
@@ -42,6 +46,9 @@ pub enum PrepareError {
         /// Where it showed.
         source: FactorError,
     },
+    /// More memory than there is.
+    #[error(transparent)]
+    Memory(#[from] TooMuchMemory),
     /// The pattern of the matrices cannot be analysed.
     #[error("a matrix of the model does not factorise")]
     Factor(#[from] FactorError),
@@ -75,23 +82,6 @@ impl Prepared {
         let pencil = self.body.model.pencil();
         FullOrder::new(pencil, &self.symbolic, &self.scheme, self.step.time_step, self.rayleigh())
     }
-
-    /// A dissipative scheme at few steps per period eats energy: says so while it can still be changed. What
-    /// matters is the loss over a second; over a period \[s\] where that is longer.
-    pub fn note_numerical_damping(&self, period: f64, listener: &dyn Listener) {
-        let dt = self.step.time_step;
-        let damping = numerical_damping(&self.scheme, std::f64::consts::TAU * dt / period, 0.0);
-        let (span, name) = if period < 1.0 { (1.0, "second") } else { (period, "period") };
-        let kept = (-std::f64::consts::TAU * damping.ratio.unwrap_or(1.0) * span / period).exp();
-        if kept < 0.95 {
-            listener.note(&format!(
-                "{:.1} steps per first period: the scheme itself takes {:.0} % of the first mode's amplitude each {name}; \
-                 a smaller `time.step`, Newmark or generalized-alpha keeps it",
-                period / dt,
-                100.0 * (1.0 - kept)
-            ));
-        }
-    }
 }
 
 /// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at
@@ -111,6 +101,19 @@ pub fn prepare(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
+    prepare_within(problem, Memory::asked_or_available(None), watch, listener)
+}
+
+/// The same within so much memory.
+///
+/// # Errors
+/// As [`prepare`]; [`PrepareError::Memory`] before a mesh or matrices that need more are allocated.
+pub fn prepare_within(
+    problem: &Problem,
+    memory: Memory,
+    watch: &mut Stopwatch<'_>,
+    listener: &dyn Listener,
+) -> Result<Prepared, PrepareError> {
     let scheme = problem.time.scheme.table()?;
     let rayleigh = problem.damping.damping().rayleigh()?;
     let (body, space) = if let Some(source) = &problem.mesh.matrices {
@@ -119,7 +122,11 @@ pub fn prepare(
         let space = ParameterSpace::new(problem, &matrices.mesh, rayleigh)?;
         (Body::of_matrices(problem, matrices)?, space)
     } else {
+        if let Some(block) = &problem.mesh.block {
+            size::check_block(block, memory)?;
+        }
         let mesh = watch.stage("read mesh", || read_mesh(problem))?;
+        size::check_mesh(&mesh, memory)?;
         mesh.notes.iter().for_each(|note| listener.note(note));
         note_locking(problem, &mesh, listener);
         let space = ParameterSpace::new(problem, &mesh, rayleigh)?;

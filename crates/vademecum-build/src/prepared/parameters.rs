@@ -4,8 +4,8 @@
 //! what the model needs. Which axes a separated solution takes over the box is another question
 //! (`parametric`).
 
-use vademecum_format::ParameterRole;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
+use vademecum_format::{MAX_AXES, MAX_REGIONS, ParameterRole};
 
 use super::body::BodyError;
 use crate::dynamics::Rayleigh;
@@ -76,6 +76,7 @@ impl ParameterSpace {
         let mut parameters = vec![];
         for (i, entry) in problem.parameters.iter().enumerate() {
             let role = role(problem, i, entry, mesh)?;
+            check_role(problem, i, role, &parameters)?;
             let parameter = live_parameter(problem, entry, role, &fixed);
             if !(parameter.lower..=parameter.upper).contains(&parameter.nominal) {
                 return Err(BodyError::Nominal {
@@ -88,7 +89,14 @@ impl ParameterSpace {
             assign(&mut fixed, &parameter, parameter.nominal);
             parameters.push(parameter);
         }
-        Ok(Self { parameters, n_regions: mesh.regions.len(), fixed })
+        let space = Self { parameters, n_regions: mesh.regions.len(), fixed };
+        // One axis for θ, and at most one for each live region factor.
+        let regional = space.parameters.iter().filter(|p| region_of(p.role).is_some()).count();
+        if regional > 0 && (space.n_regions > MAX_REGIONS || regional >= MAX_AXES) {
+            let path = problem.place("parameter");
+            return Err(BodyError::TooManyRegions { path, regions: space.n_regions, regional });
+        }
+        Ok(space)
     }
 
     /// Whether a parameter scales single regions, so that θ alone does not carry them all.
@@ -257,6 +265,18 @@ fn role(
         ParameterRole::Density => ParameterRole::RegionDensity { region },
         _ => ParameterRole::RegionStiffness { region },
     })
+}
+
+/// One region may be named by its name and by its tag: what a parameter changes is compared, not its key.
+fn check_role(
+    problem: &Problem,
+    index: usize,
+    role: ParameterRole,
+    earlier: &[LiveParameter],
+) -> Result<(), BodyError> {
+    let Some(other) = earlier.iter().find(|p| p.role == role) else { return Ok(()) };
+    let (path, other) = (problem.place(&format!("parameter[{index}]")), other.name.clone());
+    Err(BodyError::TwiceLive { path, name: problem.parameters[index].name.clone(), other })
 }
 
 fn live_parameter(

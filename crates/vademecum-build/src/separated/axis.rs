@@ -26,6 +26,10 @@ pub enum AxisKind {
     Index,
 }
 
+/// Upper over lower end of a logarithmic axis: over twelve decades a response changes by as many, and what is
+/// left of it at the small end is rounding.
+const WIDEST: f64 = 1e12;
+
 /// One parameter axis. Made whole by [`Axis::new`] and never changed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Axis {
@@ -60,6 +64,10 @@ impl Axis {
         }
         if log && lower <= 0.0 {
             return Err(SeparatedError::LogOfNonPositive { axis, lower });
+        }
+        // Written so that an overflow of the quotient is refused.
+        if log && !(upper / lower <= WIDEST) {
+            return Err(SeparatedError::TooWide { axis, lower, upper });
         }
         if let AxisKind::Hat { points } | AxisKind::Chebyshev { points } = kind
             && points < 2
@@ -230,6 +238,8 @@ impl Axis {
 /// may be `ratio` times smaller at one end than at the other. `strip` is the distance of the poles from the
 /// real axis: π, or π/2 for a contrast, which enters as `c` and `1/c` at once.
 pub(crate) fn chebyshev_points(ratio: f64, strip: f64, tolerance: f64) -> usize {
+    // A wider axis is refused when it is made; it still needs some number of points to be refused with.
+    let ratio = ratio.min(WIDEST);
     let x = 2.0 * strip / ratio.ln();
     let rho = x + (1.0 + x * x).sqrt();
     let points = 1.0 + (4.0 * ratio / (tolerance * (rho - 1.0))).ln() / rho.ln();

@@ -44,6 +44,19 @@ pub enum SeparatedError {
         /// Lower end as given.
         lower: f64,
     },
+    /// A range over more decades than a solution can be told from rounding.
+    #[error(
+        "axis `{axis}`: the range [{lower:e}, {upper:e}] spans more than twelve decades; narrow the ranges of the live \
+         parameters that move it (θ moves with the square of the time step)"
+    )]
+    TooWide {
+        /// The axis.
+        axis: String,
+        /// Lower end.
+        lower: f64,
+        /// Upper end.
+        upper: f64,
+    },
     /// An expansion in polynomials needs Chebyshev points.
     #[error("axis `{axis}` has no Chebyshev points to interpolate at")]
     NotPolynomial {

@@ -48,6 +48,9 @@ pub struct Bench {
     /// Fewer modes and steps, one time scheme, no live stiffness, fewer repetitions.
     #[arg(long)]
     quick: bool,
+    /// March at full order for more than four hours or 2e7 steps, too.
+    #[arg(long)]
+    long: bool,
     /// Print JSON instead of a table.
     #[arg(long)]
     json: bool,
@@ -92,6 +95,7 @@ impl Bench {
                 (asked, _) => asked.to_vec(),
             },
             quick: self.quick,
+            long: self.long,
         }
     }
 }

@@ -7,7 +7,7 @@ use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place};
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{OutputArguments, size};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{check_output, outputs, write_bytes};
@@ -46,6 +46,12 @@ pub struct Build {
     /// what was done.
     #[arg(long)]
     repair: bool,
+    /// Do what is estimated to take more than four hours or 2e7 full-order steps, too.
+    #[arg(long)]
+    long: bool,
+    /// Memory the build may use, such as 8G or 500M [default: what the machine and `ulimit -v` leave].
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    memory: Option<u64>,
     #[command(flatten)]
     outputs: OutputArguments,
 }
@@ -88,7 +94,7 @@ impl Build {
         outputs: &Outputs,
         console: &Console,
     ) -> Result<Built, Failure> {
-        let options = BuildOptions { repair: self.repair, store };
+        let options = BuildOptions { repair: self.repair, store, long: self.long, memory: self.memory };
         let outcome = build(problem, &options, console)?;
         let built = if self.keep_missed { outcome.either() } else { outcome.kept()? };
         if console.cancelled() {

@@ -9,7 +9,7 @@ use vademecum_study::StudyError;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::soundness::check_file;
-use vademecum_study::verify::verify;
+use vademecum_study::verify::{announce, verify};
 
 use crate::arguments::{Limit, StructureArgument, setting};
 use crate::console::Console;
@@ -45,7 +45,7 @@ pub struct Verify {
     /// names, ranges and units.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting, conflicts_with = "file_only")]
     set: Vec<ParameterValue>,
-    /// March more than a million steps.
+    /// March more than a million steps, or for more than four hours, too.
     #[arg(long, conflicts_with = "file_only")]
     long: bool,
     /// Print JSON.
@@ -114,6 +114,7 @@ impl Verify {
         parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;
+        announce(&file, &prepared, &scenario, &options, console).map_err(about)?;
         let verified = verify(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
         console.clear();
         if self.json {

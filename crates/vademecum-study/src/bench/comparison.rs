@@ -2,6 +2,7 @@
 //! full-order march.
 
 use vademecum_build::Matrix;
+use vademecum_build::dynamics::announce;
 use vademecum_build::dynamics::{FullOrder, SchemeKind, TimedLoad};
 use vademecum_build::input::{BasisKind, Problem};
 use vademecum_build::progress::Listener;
@@ -32,6 +33,8 @@ pub struct BenchOptions {
     pub tolerances: Vec<f64>,
     /// One time scheme, one other Δt, fewer rounds.
     pub quick: bool,
+    /// Allow more than four hours of full-order marching.
+    pub long: bool,
 }
 
 /// Lengths of a step beside the problem's own, as factors on it.
@@ -65,7 +68,7 @@ pub fn compare_methods(
     let mut asked = options.modes.clone();
     asked.sort_unstable();
     asked.dedup();
-    let study = Study::new(problem, asked.last().copied().unwrap_or(1), listener)?;
+    let study = Study::of(problem, asked.last().copied().unwrap_or(1), options.long, listener)?;
     let scenario = scenario.cloned().map_or_else(|| study.push(), Ok)?;
     let modes = spanned(&study, asked, listener)?;
     let extent = Extent { modes, tolerances: options.tolerances.clone() };
@@ -74,8 +77,11 @@ pub fn compare_methods(
     let bound = Bound::new(bytes, &scenario, &study.prepared().body)?;
     chapter::add(&mut groups, &study, &bound, listener)?;
     let asked = options.steps.is_some();
-    let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, asked)?;
+    let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, asked || options.long)?;
     let steps = options.steps.unwrap_or(all).clamp(1, all);
+    let full = study.prepared().full_order()?;
+    let marched = steps as f64 * (1 + options.split) as f64;
+    announce("full-order marches to compare with", &full, 1, marched, options.long, listener)?;
     let march =
         March { track: &bound.track, loads: &bound.loads, time_step: study.time_step(), steps, stride: 1 };
     let (split, quick) = (options.split, options.quick);

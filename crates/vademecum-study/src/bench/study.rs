@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use faer::Mat;
 use vademecum_build::basis::{Basis, BasisError, Pod, Runs, basis_of_pod, modes_basis};
-use vademecum_build::dynamics::{FullOrder, TimedLoad, lowest_modes, mode_table, table_matrix};
+use vademecum_build::dynamics::{FullOrder, TimedLoad, announce, lowest_modes, mode_table, table_matrix};
 use vademecum_build::export::{Draft, NodeOrder, Parts, encode};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::input::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
@@ -71,6 +71,19 @@ impl Study {
     /// # Errors
     /// [`StudyError`], by cause.
     pub fn new(problem: &Problem, max_modes: usize, listener: &dyn Listener) -> Result<Self, StudyError> {
+        Self::of(problem, max_modes, false, listener)
+    }
+
+    /// The same; `long` allows more than four hours of full-order marching.
+    ///
+    /// # Errors
+    /// As [`Study::new`].
+    pub fn of(
+        problem: &Problem,
+        max_modes: usize,
+        long: bool,
+        listener: &dyn Listener,
+    ) -> Result<Self, StudyError> {
         let mut problem = problem.clone();
         if !problem.parameters.is_empty() {
             listener.note(
@@ -82,7 +95,7 @@ impl Study {
             (BasisKind::Ritz, Some(max_modes), None);
         let prepared = Timed::of(|| prepare(&problem, &mut Stopwatch::new(listener), listener))?;
         listener.stage("snapshots");
-        let pod = Timed::of(|| decompose(&problem, &prepared.value, listener))?;
+        let pod = Timed::of(|| decompose(&problem, &prepared.value, long, listener))?;
         let (runs, pod_value, first_period) = pod.value;
         Ok(Self {
             problem,
@@ -324,13 +337,18 @@ impl Study {
 fn decompose(
     problem: &Problem,
     prepared: &Prepared,
+    long: bool,
     listener: &dyn Listener,
 ) -> Result<(Runs, Pod, f64), StudyError> {
     let (body, dt) = (&prepared.body, problem.time.step);
     let pencil = body.model.pencil();
     let first_period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1)?.frequencies_hz()[0];
+    prepared.check_time_step(first_period, listener)?;
     let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh())?;
     let runs = Runs::plan(&problem.snapshots, body, dt, first_period);
+    let at_once = runs.side_by_side(body.n_dof()).min(runs.count());
+    let steps = runs.steps as f64 * runs.count().div_ceil(at_once) as f64;
+    announce("snapshots to compare on", &full, at_once, steps, long, listener)?;
     let pod = vademecum_build::basis::decompose(problem, body, &full, &runs, listener)?;
     Ok((runs, pod.expect("a Ritz basis is made of snapshots"), first_period))
 }

@@ -5,6 +5,7 @@ use crate::input::toml_file::TomlError;
 
 impl Problem {
     pub(super) fn check(&self) -> Result<(), ProblemError> {
+        self.check_texts()?;
         self.check_mesh()?;
         if self.mesh.matrices.is_some() {
             self.check_matrices()?;
@@ -24,15 +25,20 @@ impl Problem {
         self.check_loads()?;
         self.check_time_and_basis()?;
         self.check_parameters()?;
-        self.check_chapter()
+        self.check_chapter()?;
+        self.check_sizes()?;
+        self.check_scales()
     }
 
     fn check_mesh(&self) -> Result<(), ProblemError> {
         let mesh = &self.mesh;
-        let given =
-            [mesh.file.is_some(), mesh.tables.is_some(), mesh.block.is_some(), mesh.matrices.is_some()];
-        let given = given.iter().filter(|&&given| given).count();
-        self.require(given == 1, "mesh", given, "exactly one of `file`, `tables`, `block` and `matrices`")?;
+        let sources = [
+            ("file", mesh.file.is_some()),
+            ("tables", mesh.tables.is_some()),
+            ("block", mesh.block.is_some()),
+            ("matrices", mesh.matrices.is_some()),
+        ];
+        self.require_one("mesh", &sources, "exactly one of `file`, `tables`, `block` and `matrices`")?;
         self.require(positive(mesh.scale), "mesh.scale", mesh.scale, "a positive number")?;
         if let Some(block) = &mesh.block {
             let lengths = block.lengths.iter().all(|&l| positive(l));
@@ -103,14 +109,12 @@ impl Problem {
     fn check_loads(&self) -> Result<(), ProblemError> {
         for (i, p) in self.load.patterns.iter().enumerate() {
             let key = format!("load.pattern[{i}]");
-            let given =
-                p.acceleration.is_some() as u8 + p.traction.is_some() as u8 + p.pressure.is_some() as u8;
-            self.require(
-                given == 1,
-                &key,
-                given,
-                "exactly one of `acceleration`, `traction` and `pressure`",
-            )?;
+            let kinds = [
+                ("acceleration", p.acceleration.is_some()),
+                ("traction", p.traction.is_some()),
+                ("pressure", p.pressure.is_some()),
+            ];
+            self.require_one(&key, &kinds, "exactly one of `acceleration`, `traction` and `pressure`")?;
             let placed = p.acceleration.is_some() != p.on.is_some();
             self.require(placed, &key, "`on`", "`on` for traction and pressure, none for acceleration")?;
             let twice = self.load.patterns[..i].iter().any(|other| other.name == p.name);
@@ -213,7 +217,7 @@ impl Problem {
                 !p.name.is_empty() && !p.name.contains('\n') && !earlier.iter().any(|o| o.name == p.name);
             self.require(name, &key("name"), &p.name, "a name of one line that no other parameter has")?;
             let twice = earlier.iter().any(|o| o.kind == p.kind && o.region == p.region);
-            self.require(!twice, &key("kind"), p.kind, "a quantity no other parameter changes")?;
+            self.require(!twice, &key("kind"), p.kind.name(), "a quantity no other parameter changes")?;
             let of_region = matches!(p.kind, ParameterKind::Stiffness | ParameterKind::Density);
             self.require(of_region || p.region == "*", &key("region"), &p.region, "no region for this kind")?;
             let [lower, upper] = p.range;
@@ -238,11 +242,37 @@ impl Problem {
         found: impl std::fmt::Debug,
         expected: &'static str,
     ) -> Result<(), ProblemError> {
+        self.require_said(holds, key, || format!("{found:?}"), expected)
+    }
+
+    /// The same for what is found in words.
+    pub(super) fn require_said(
+        &self,
+        holds: bool,
+        key: &str,
+        found: impl FnOnce() -> String,
+        expected: &'static str,
+    ) -> Result<(), ProblemError> {
         if holds {
             return Ok(());
         }
-        let found = format!("{found:?}");
-        Err(TomlError::Impossible { path: self.place(key), key: key.into(), found, expected }.into())
+        let (path, found) = (self.place(key), found());
+        Err(TomlError::Impossible { path, key: key.into(), found, expected }.into())
+    }
+
+    /// A table with exactly one of several keys.
+    fn require_one(
+        &self,
+        key: &str,
+        given: &[(&str, bool)],
+        expected: &'static str,
+    ) -> Result<(), ProblemError> {
+        let named: Vec<String> = given.iter().filter(|g| g.1).map(|g| format!("`{}`", g.0)).collect();
+        let found = || match named.is_empty() {
+            true => "a table with none of its main keys".into(),
+            false => format!("a table with {}", named.join(" and ")),
+        };
+        self.require_said(named.len() == 1, key, found, expected)
     }
 }
 
@@ -263,7 +293,8 @@ impl Problem {
         self.require(asked, "canonical", "a table", "`representation = \"canonical\"` beside it")?;
         let tolerance = c.tolerance >= 1e-12 && c.tolerance < 1.0;
         self.require(tolerance, "canonical.tolerance", c.tolerance, "at least 1e-12 and below 1")?;
-        self.require(c.max_terms.is_none_or(|t| t >= 2), "canonical.max_terms", c.max_terms, "at least 2")?;
+        let terms = c.max_terms.is_none_or(|t| t >= 2);
+        self.require(terms, "canonical.max_terms", c.max_terms.unwrap_or(0), "at least 2")?;
         let points = (2..=1000).contains(&c.points);
         self.require(points, "canonical.points", c.points, "2 to 1000")?;
         let margin = c.margin >= 0.0 && c.margin.is_finite();
@@ -273,7 +304,8 @@ impl Problem {
         let load = lower <= 0.0 && upper >= 0.0 && lower < upper && (upper - lower).is_finite();
         self.require(load, "canonical.load", c.load, "two finite numbers around zero, the smaller first")?;
         let length = c.direction.is_none_or(|d| positive(d.iter().map(|x| x * x).sum()));
-        self.require(length, "canonical.direction", c.direction, "a vector of some length")?;
+        let found = c.direction.unwrap_or_default();
+        self.require(length, "canonical.direction", found, "a vector of some length")?;
         let one = !(c.components && c.direction.is_some());
         self.require(one, "canonical.components", "true beside `direction`", "one of them")
     }

@@ -272,6 +272,19 @@ pub enum ParameterKind {
     TimeStep,
 }
 
+impl ParameterKind {
+    /// As the problem file spells it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Stiffness => "stiffness",
+            Self::Density => "density",
+            Self::Alpha => "alpha",
+            Self::Beta => "beta",
+            Self::TimeStep => "time-step",
+        }
+    }
+}
+
 /// How values are spread over a range.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]

@@ -1,0 +1,123 @@
+//! What a build is about to take: full-order steps, time and memory, before it takes them.
+//!
+//! Memory is counted from below: what is certainly allocated at once by the largest stage. Time is measured on
+//! two steps and multiplied. Both are said to the user, and refused above a limit.
+
+use super::{BuildError, BuildOptions};
+use crate::basis::{Runs, most_vectors, sample_settings};
+use crate::dynamics::{FullOrder, Work, seconds_per_step};
+use crate::input::{BasisKind, Problem};
+use crate::limits::{Memory, TooMuchMemory, memory_in_words};
+use crate::prepared::Prepared;
+use crate::report::BuildPlan;
+
+/// Bytes of a number.
+const NUMBER: f64 = 8.0;
+/// Terms that a separated solution has at least, of those it may have.
+const FEW_TERMS: usize = 10;
+/// Vectors of one trajectory in a march: state, stages, forces, right-hand sides.
+const PER_TRAJECTORY: f64 = 12.0;
+/// Trajectories of a certificate.
+const UNSEEN: f64 = 3.0;
+/// Threads of a march.
+fn threads() -> f64 {
+    rayon::current_num_threads() as f64
+}
+
+/// Memory for matrices, factors and the basis, known before anything is factorised \[bytes\].
+fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
+    let n = prepared.body.n_dof() as f64;
+    let (pencil, space) = (prepared.body.model.pencil(), &prepared.space);
+    let matrices = pencil.bytes() as f64;
+    let live = space.has_region_parameters();
+    // One per distinct stage matrix, and one of the stiffness; every thread has its own at the samples.
+    let stages = prepared.scheme.active().len() as f64;
+    let factors = prepared.symbolic.factor_bytes() as f64 * if live { 1.0 + threads() } else { 1.0 + stages };
+    let modes = problem.basis.modes.unwrap_or(8) as f64;
+    let vectors = match problem.basis.kind {
+        // The Krylov space and its image in the mass.
+        BasisKind::Modes => 2.0 * (3.0 * modes + 128.0).min(n),
+        // The snapshots' vectors, a batch of as many, and their orthonormal copies.
+        _ => 4.0 * most_vectors(problem) as f64,
+    };
+    let terms =
+        if space.parameters.is_empty() { stages } else { FEW_TERMS.min(problem.tolerance.max_terms) as f64 };
+    let chapter = problem.chapter().map_or(0.0, |c| {
+        let terms = c.max_terms.map_or(3.0 * modes, |most| most.min(3 * modes as usize) as f64);
+        3.0 * modes * c.points as f64 * terms * stages
+    });
+    matrices + factors + NUMBER * (n * (vectors + terms * modes) + (3.0 * modes).powi(2) + chapter)
+}
+
+/// Refuses a model that does not fit, before its factors are allocated.
+///
+/// # Errors
+/// [`TooMuchMemory`].
+pub(super) fn check_model(
+    problem: &Problem,
+    prepared: &Prepared,
+    options: &BuildOptions<'_>,
+) -> Result<(), TooMuchMemory> {
+    let memory = Memory::asked_or_available(options.memory);
+    memory.check(model_memory(problem, prepared), ": a coarser mesh, fewer `basis.modes`", || {
+        format!("matrices, factors and basis of {} free dofs", prepared.body.n_dof())
+    })
+}
+
+/// What is ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
+fn plan(
+    problem: &Problem,
+    prepared: &Prepared,
+    full: &FullOrder<'_>,
+    runs: &Runs,
+    unseen: usize,
+) -> BuildPlan {
+    let n = prepared.body.n_dof();
+    let live = prepared.space.has_region_parameters();
+    let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
+    let marched = problem.basis.kind != BasisKind::Modes && (live || !imported);
+    let mut work = Work::default();
+    let mut snapshots = 0.0;
+    if marched {
+        let side_by_side = runs.side_by_side(n).min(runs.count());
+        let groups = (runs.count() as f64 / side_by_side as f64).ceil();
+        let at_once = threads().min(groups);
+        let samples = if live { sample_settings(&prepared.space).len() as f64 } else { 1.0 };
+        let steps = runs.steps as f64;
+        let one = seconds_per_step(full, side_by_side);
+        let marches =
+            Work { steps: steps * runs.count() as f64, seconds: steps * one * (groups / at_once).ceil() };
+        work = work.and(marches.times(samples));
+        let kept = runs.snapshots_per_run() as f64 + PER_TRAJECTORY;
+        snapshots = NUMBER * n as f64 * side_by_side as f64 * at_once * kept;
+    }
+    let steps = unseen as f64;
+    let march = Work { steps: UNSEEN * steps, seconds: steps * seconds_per_step(full, UNSEEN as usize) };
+    let corners = if prepared.space.parameters.is_empty() { 1 } else { prepared.space.corners().len() };
+    let certificates = corners as f64 + if live { 0.0 } else { f64::from(u8::from(corners > 1)) };
+    work = work.and(march.times(certificates));
+    BuildPlan { work, memory_bytes: model_memory(problem, prepared) + snapshots }
+}
+
+/// What is ahead, if it fits the machine and does not take longer than was asked for.
+///
+/// # Errors
+/// [`BuildError::Work`], [`BuildError::Memory`].
+pub(super) fn checked(
+    problem: &Problem,
+    options: &BuildOptions<'_>,
+    (prepared, full, runs): (&Prepared, &FullOrder<'_>, &Runs),
+    unseen: usize,
+) -> Result<BuildPlan, BuildError> {
+    let plan = plan(problem, prepared, full, runs, unseen);
+    plan.work.check(options.long, || "this build".into())?;
+    let memory = Memory::asked_or_available(options.memory);
+    let instead = ": a larger `snapshots.stride`, fewer `basis.modes`, a coarser mesh";
+    memory.check(plan.memory_bytes, instead, || "matrices, factors, snapshots and basis".into())?;
+    Ok(plan)
+}
+
+/// In words, for the user.
+pub(super) fn in_words(plan: &BuildPlan) -> String {
+    format!("{}; {} of memory at least", plan.work.in_words(), memory_in_words(plan.memory_bytes as u64))
+}

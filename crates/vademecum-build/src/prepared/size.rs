@@ -1,0 +1,79 @@
+//! Whether a mesh and its matrices fit the memory, asked before they are allocated.
+//!
+//! Everything is counted from below, so that nothing is refused that would have fitted: a mesh of tetrahedra
+//! has at least so many pairs of neighbouring nodes per element, and each pair takes so many numbers.
+
+use crate::input::{BlockSource, OrderEntry};
+use crate::limits::{Memory, TooMuchMemory};
+use crate::mesh::{Mesh, Order};
+
+/// Tetrahedra of one cell of a block.
+const PER_CELL: f64 = 6.0;
+/// Bytes of one tetrahedron in a mesh and its tables, from below.
+const MESH: f64 = 100.0;
+
+/// Pairs of nodes that share an element, per element, from below: a large block has 2.5 with linear tetrahedra
+/// and 37 with quadratic ones, and smaller or looser meshes have more.
+fn pairs(order: Order) -> f64 {
+    match order {
+        Order::Linear => 2.0,
+        Order::Quadratic => 30.0,
+    }
+}
+
+/// Bytes of a model while it is assembled: a place, a mass and a 3 × 3 stiffness for each pair, and their nine
+/// entries in the pattern and in the matrices of every region.
+fn model_bytes(elements: f64, order: Order, regions: usize) -> f64 {
+    let pair = 4.0 + 80.0 + 9.0 * (4.0 + 16.0 * regions as f64);
+    elements * (MESH + pairs(order) * pair)
+}
+
+/// Refuses a block whose mesh and matrices do not fit.
+///
+/// # Errors
+/// [`TooMuchMemory`].
+pub(super) fn check_block(block: &BlockSource, memory: Memory) -> Result<(), TooMuchMemory> {
+    let cells: f64 = block.divisions.iter().map(|&d| d as f64).product();
+    let order = Order::from(block.order);
+    let instead = match block.order {
+        OrderEntry::Quadratic => ": smaller `mesh.block.divisions`, or `order = \"linear\"`",
+        OrderEntry::Linear => ": smaller `mesh.block.divisions`",
+    };
+    memory.check(model_bytes(PER_CELL * cells, order, 1), instead, || {
+        format!("the {cells} cells of `mesh.block.divisions`")
+    })
+}
+
+/// Refuses a mesh whose matrices do not fit.
+///
+/// # Errors
+/// [`TooMuchMemory`].
+pub(super) fn check_mesh(mesh: &Mesh, memory: Memory) -> Result<(), TooMuchMemory> {
+    let (elements, regions) = (mesh.element_count(), mesh.regions.len().max(1));
+    memory.check(model_bytes(elements as f64, mesh.order, regions), ": a coarser mesh, fewer regions", || {
+        format!("the matrices of {elements} elements in {regions} region(s)")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::Material;
+    use crate::fem::Model;
+    use crate::mesh::block;
+
+    #[test]
+    fn the_count_is_from_below() {
+        for (order, divisions) in [(Order::Linear, [8, 8, 8]), (Order::Quadratic, [4, 4, 4])] {
+            let mesh = block([1.0; 3], divisions, order);
+            let elements = mesh.element_count() as f64;
+            let held =
+                (0..mesh.nodes.len()).flat_map(|n| [mesh.nodes[n][0] == 0.0; 3]).collect::<Vec<bool>>();
+            let material = Material { young: 1.0, poisson: 0.3, density: 1.0 };
+            let model = Model::assemble(mesh, &[material], &held).unwrap();
+            // 9 entries a pair; the held ones are left out of the pattern.
+            let found = model.pencil().mass().pattern().n_stored() as f64 / 9.0 / elements;
+            assert!(pairs(order) <= found && found <= 1.5 * pairs(order), "{found} pairs per element");
+        }
+    }
+}
