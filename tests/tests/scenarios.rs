@@ -271,7 +271,8 @@ fn a_live_file_is_verified_anywhere_in_its_box() {
     let points = [[0.6, 1.1, 1.7, 0.7e-3, 2e-5], [1.8, 0.85, 0.6, 1.5e-3, 8e-5], [1.3, 1.2, 1.0, 1e-3, 3e-5]];
     for values in points {
         let live = verify(&file, &problem, &values);
-        // The build takes 1.2 floors at the corners, for loads of its own; another setting is off by hundreds.
+        // The build takes 1.2 floors at the corners, for loads of its own; another setting is off by
+        // hundreds.
         let (error, floor) = (number(&live, "trajectory_error"), number(&live, "projection_floor"));
         assert!(error < 2.0 * floor && floor < 1e-2, "{values:?}: error {error}, floor {floor}");
         for ((name, value), told) in
