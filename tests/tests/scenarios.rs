@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::{Mutex, OnceLock};
 
-use vademecum_build::dynamics::SchemeKind;
 use vademecum_build::progress::Listener;
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
@@ -15,7 +14,7 @@ use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
 use vademecum_study::scenario::Scenario;
 use vademecum_tests::program::{Ran, command, program, repository, vademecum};
-use vademecum_tests::synthetic::{Body, Layout};
+use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 fn run<const N: usize>(arguments: [&dyn AsRef<std::ffi::OsStr>; N]) -> Ran {
     vademecum(&arguments.map(|a| a.as_ref().to_os_string()))
@@ -89,10 +88,10 @@ fn scenarios_that_are_too_long_are_refused_by_name_before_the_first_step() {
 #[test]
 fn what_acts_on_nothing_is_said_in_words() {
     let contact = |rest: &str| format!("[[contact]]\nforce = [0.0, 0.0, -1.0]\n{rest}\n");
-    let held = notes(&format!("duration = 0.1\n{}", contact("point = [0.0, 0.05, 0.05]")));
+    let held = notes(&format!("duration = 0.1\n{}", contact("point = [0.0, 0.1, 0.05]")));
     assert_eq!(held.len(), 1, "{held:?}");
     assert!(held[0].contains("contact[0] moves nothing") && held[0].contains("is held"), "{held:?}");
-    assert!(held[0].contains("(0.000000, 0.050000, 0.050000)"), "{held:?}");
+    assert!(held[0].contains("(0.000000, 0.100000, 0.050000)"), "{held:?}");
     let late = notes(&format!("duration = 0.1\n{}", contact("point = [1.0, 0.1, 0.1]\nstart = 0.2")));
     assert!(
         late.len() == 1 && late[0].contains("starts at 0.2 s, and the scenario ends at 0.1 s"),
@@ -156,13 +155,12 @@ fn a_run_prints_its_notes_and_a_build_says_where_a_probe_looks() {
     assert!(built.status.success() && said.contains(expected), "{said}");
 }
 
-/// A file whose step grows without bound: Newmark's scheme with β = 0.1 far beyond its stability limit.
+/// A file whose motion grows without bound: one of its modes is pushed away from where it is, not back.
 fn unstable() -> Vec<u8> {
     let layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
     let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
-    let body = Body { lambda: vec![900.0, 40_000.0, 1e9], ..Body::closed(layout, 5) };
-    let newmark = SchemeKind::Newmark { beta: 0.1, gamma: 0.5 }.table().expect("a table");
-    body.file(&newmark, &step, Element::F64)
+    let body = Body { lambda: vec![900.0, 40_000.0, -1e5], ..Body::closed(layout, 5) };
+    body.file(&bathe(), &step, Element::F64)
 }
 
 #[test]
@@ -174,7 +172,7 @@ fn a_run_ends_with_an_error_at_the_first_number_that_is_not_finite_and_keeps_the
     let scenario = text(folder.path(), "s.toml", &format!("duration = 20.0\n{push}"));
     let out = folder.path().join("out");
     let ran = run([&"run", &file, &"--scenario", &scenario, &"-o", &out]);
-    ran.fails(5, &["at t = ", "is inf", "lower the forces"]);
+    ran.fails(5, &["at t = ", "the energy is ", "lower the forces"]);
     let table = std::fs::read_to_string(out.join("probes.csv")).expect("the rows before");
     let rows: Vec<&str> = table.lines().skip(1).collect();
     assert!(rows.len() > 10, "{} rows", rows.len());
@@ -187,8 +185,7 @@ fn a_run_ends_with_an_error_at_the_first_number_that_is_not_finite_and_keeps_the
 fn a_file_with_numbers_that_are_not_finite_is_named_as_the_cause() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = repository().join("fixtures/hostile/NotFinite-probe-infinite.vdm");
-    let scenario = "duration = 0.1\n[[pattern]]\nname = \"pull\"\n";
-    let scenario = text(folder.path(), "s.toml", scenario);
+    let scenario = text(folder.path(), "s.toml", "duration = 0.1\n");
     let out = folder.path().join("out");
     let ran = run([&"run", &file, &"--scenario", &scenario, &"-o", &out]);
     ran.fails(5, &["at t = 0e0 s (step 0)", "the displacement of probe `", "verify FILE --file-only"]);
@@ -274,9 +271,10 @@ fn a_live_file_is_verified_anywhere_in_its_box() {
     let points = [[0.6, 1.1, 1.7, 0.7e-3, 2e-5], [1.8, 0.85, 0.6, 1.5e-3, 8e-5], [1.3, 1.2, 1.0, 1e-3, 3e-5]];
     for values in points {
         let live = verify(&file, &problem, &values);
-        // What the build promises at the corners: the floor of the basis, and what the maps are off by.
+        // The build takes 1.2 floors at the corners, for loads of its own; another setting is off by
+        // hundreds.
         let (error, floor) = (number(&live, "trajectory_error"), number(&live, "projection_floor"));
-        assert!(error < 1.5 * floor && floor < 0.1, "{values:?}: error {error}, floor {floor}");
+        assert!(error < 2.0 * floor && floor < 1e-2, "{values:?}: error {error}, floor {floor}");
         for ((name, value), told) in
             NAMES.iter().zip(values).zip(live["parameters"].as_array().expect("a list"))
         {

@@ -208,7 +208,7 @@ fn a_new_state_has_the_bits_of_one_set_at_rest_under_the_same_load() {
             }
             let mut options = options(structure);
             for (i, parameter) in metadata.active_parameters().iter().enumerate() {
-                let value = 0.25 * parameter.lower + 0.75 * parameter.upper;
+                let value = parameter.nominal + 0.0625 * (parameter.upper - parameter.nominal);
                 options.set(&metadata, i, value).expect("in its range");
             }
             densities += usize::from(options.region_density.iter().any(|&scale| scale != 1.0));

@@ -75,11 +75,11 @@
 //!
 //! # The longest ways through
 //!
-//! - **A finger pushes a body.** [`Mapped::copy`] or [`Mapped::map`] (feature `mmap`) or your own bytes, `File::parse`,
-//!   [`Scene::sizes`], [`Scene::bind`], [`State::new`] and [`Loads::new`] once. Then, for each step:
-//!   [`Surface::locate`] where the finger has moved, [`Loads::clear`] and [`Loads::add_contact`] where the
-//!   force has changed, [`Scene::step`], and [`Scene::point`] for the finger or [`Scene::surface_into`] for
-//!   the picture.
+//! - **A finger pushes a body.** [`Mapped::copy`] or [`Mapped::map`] (feature `mmap`) or your own bytes,
+//!   `File::parse`, [`Scene::sizes`], [`Scene::bind`], [`State::new`] and [`Loads::new`] once. Then, for each
+//!   step: [`Surface::locate`] where the finger has moved, [`Loads::clear`] and [`Loads::add_contact`] where
+//!   the force has changed, [`Scene::step`], and [`Scene::point`] for the finger or [`Scene::surface_into`]
+//!   for the picture.
 //! - **A slider changes the body.** [`SceneOptions::find`] tells the index of a live parameter by its name;
 //!   [`Scene::set_parameter`] sets it, in 5 µs for 8 modes and 270 µs for 64, and carries the state over. The
 //!   loads from before are stale: clear them and add them again. For several parameters at once, or several

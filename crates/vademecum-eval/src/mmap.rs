@@ -41,9 +41,9 @@ impl Mapped {
     ///
     /// # Safety
     /// Nobody, in this process or another, may shorten or overwrite the file while it is mapped. A shortened
-    /// file ends the process when a lost page is touched; bytes that change under a shared slice are undefined
-    /// behaviour. To replace a file by renaming a new one over it, as the builder does, is sound: the map then
-    /// keeps the old file.
+    /// file ends the process when a lost page is touched; bytes that change under a shared slice are
+    /// undefined behaviour. To replace a file by renaming a new one over it, as the builder does, is sound:
+    /// the map then keeps the old file.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -16,8 +16,8 @@ pub struct State<'m, T> {
 
 impl<'m, T: Scalar> State<'m, T> {
     /// A body at rest, which has not started yet: its first [`Scene::step`] starts with the acceleration that
-    /// the loads of that step demand. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it does not
-    /// matter.
+    /// the loads of that step demand. `memory` holds at least [`crate::Sizes::state`] numbers; what is in it
+    /// does not matter.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -87,8 +87,8 @@ impl<'m, T: Scalar> State<'m, T> {
     }
 
     /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`State::restore`] takes it
-    /// back, bit for bit, in a state of the same [`State::time_step`]. A state that has not started yet is all
-    /// zeros, and its last zero has the negative sign, so that it is restored as one.
+    /// back, bit for bit, in a state of the same [`State::time_step`]. A state that has not started yet is
+    /// all zeros, and its last zero has the negative sign, so that it is restored as one.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -12,9 +12,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// Advances `state` by `Δt` under `loads`.
     ///
     /// The first step of a [`State::new`] starts with the acceleration that `loads` demand at its start, as
-    /// [`Scene::set`] would give it: the body has been at rest, and the loads act from the start of this step.
-    /// A load that is added or taken away later meets the body as the last step left it, as in the full-order
-    /// march. Its jump is then spread over the step by the time scheme.
+    /// [`Scene::set`] would give it: the body has been at rest, and the loads act from the start of this
+    /// step. A load that is added or taken away later meets the body as the last step left it, as in the
+    /// full-order march. Its jump is then spread over the step by the time scheme.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

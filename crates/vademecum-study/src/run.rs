@@ -102,8 +102,8 @@ impl<'a> Run<'a> {
     /// Plays the scenario and shows the instants that the plan asks for.
     ///
     /// # Errors
-    /// As [`play`], and those of `show`, which end the run; [`StudyError::NotFinite`] before the first instant
-    /// with a number that is not finite is shown.
+    /// As [`play`], and those of `show`, which end the run; [`StudyError::NotFinite`] before the first
+    /// instant with a number that is not finite is shown.
     pub fn play<E: From<StudyError>>(
         &self,
         listener: &dyn Listener,

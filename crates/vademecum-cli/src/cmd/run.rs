@@ -36,8 +36,8 @@ pub struct Run {
     /// Structure of the step.
     #[arg(long, value_enum, default_value_t = StructureArgument::Auto)]
     structure: StructureArgument,
-    /// Time step \[s\]; the file's if absent. The diagonal structure takes any; the block structure takes those
-    /// of the range it was built for, if the time step is one of its live parameters, and no other.
+    /// Time step \[s\]; the file's if absent. The diagonal structure takes any; the block structure takes
+    /// those of the range it was built for, if the time step is one of its live parameters, and no other.
     #[arg(long)]
     time_step: Option<f64>,
     /// Set a live parameter of the file, by its name; may be given several times. `info` shows names, ranges

@@ -21,8 +21,8 @@ pub struct ChapterState<'m, T> {
 }
 
 impl<'m, T: Scalar> ChapterState<'m, T> {
-    /// A body at rest, which has not started yet. `memory` holds at least [`Sizes::state`](crate::Sizes::state) numbers; what is in it
-    /// does not matter.
+    /// A body at rest, which has not started yet. `memory` holds at least
+    /// [`Sizes::state`](crate::Sizes::state) numbers; what is in it does not matter.
     ///
     /// # Errors
     /// [`BindError::LentMemory`].

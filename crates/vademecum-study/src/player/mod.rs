@@ -108,14 +108,6 @@ impl Track {
         self.intervals().map(at).collect()
     }
 
-    /// When a load acts, counted as in [`Track::intervals`].
-    fn interval(&self, index: usize) -> &Interval {
-        match index.checked_sub(self.contacts.len()) {
-            None => &self.contacts[index].when,
-            Some(pattern) => &self.patterns[pattern].when,
-        }
-    }
-
     /// Loads a body with loads by number, contacts first, and their amplitudes at the instants.
     fn apply_some(
         &self,
@@ -235,7 +227,7 @@ fn march<B: Playable>(
     mut observe: impl FnMut(usize, &B) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     let (instants, time_step) = (body.instants(), body.time_step());
-    let mut window = Window::new(track, instants, time_step);
+    let mut window = Window::new(track.intervals().copied().collect(), instants, time_step);
     let mut acting = window.acting(0);
     track.apply_some(&acting, body)?;
     body.start()?;

@@ -3,17 +3,16 @@
 
 use std::collections::BTreeSet;
 
-use vademecum_build::dynamics::INSTANTS;
-
-use super::Track;
+use vademecum_build::dynamics::{INSTANTS, Interval};
 
 /// One part in 1e9 of the time decides whether a load acts at an instant; loads this much before their start
 /// and after their end are looked at, too.
 const MARGIN: f64 = 1e-6;
 
 /// The loads that are looked at, as a march goes on.
-pub(super) struct Window<'a> {
-    track: &'a Track,
+pub(super) struct Window {
+    /// When each load acts.
+    intervals: Vec<Interval>,
     instants: [f64; INSTANTS],
     time_step: f64,
     /// Loads whose start is yet to come; the next one last.
@@ -22,28 +21,27 @@ pub(super) struct Window<'a> {
     active: BTreeSet<usize>,
 }
 
-impl<'a> Window<'a> {
-    /// The start of a march.
-    pub fn new(track: &'a Track, instants: [f64; INSTANTS], time_step: f64) -> Self {
-        let mut waiting: Vec<usize> = (0..track.contacts.len() + track.patterns.len()).collect();
-        let start = |&index: &usize| track.interval(index).start;
-        waiting.sort_by(|a, b| start(b).total_cmp(&start(a)));
-        Self { track, instants, time_step, waiting, active: BTreeSet::new() }
+impl Window {
+    /// The start of a march under loads that act then.
+    pub fn new(intervals: Vec<Interval>, instants: [f64; INSTANTS], time_step: f64) -> Self {
+        let mut waiting: Vec<usize> = (0..intervals.len()).collect();
+        waiting.sort_by(|&a, &b| intervals[b].start.total_cmp(&intervals[a].start));
+        Self { intervals, instants, time_step, waiting, active: BTreeSet::new() }
     }
 
-    /// Loads that act in a step, by number (contacts, then patterns), and their factors at its instants.
+    /// Loads that act in a step, by number, and their factors at its instants.
     /// Steps are asked for in order.
     pub fn acting(&mut self, step: usize) -> Vec<(usize, [f64; INSTANTS])> {
-        let Self { track, instants, time_step, .. } = *self;
+        let Self { ref intervals, instants, time_step, .. } = *self;
         let time = |c: f64| (step as f64 + c) * time_step;
         let first = time(instants.into_iter().fold(f64::INFINITY, f64::min)) * (1.0 - MARGIN);
         let last = time(instants.into_iter().fold(0.0, f64::max)) * (1.0 + MARGIN);
-        while let Some(&index) = self.waiting.last().filter(|&&index| track.interval(index).start <= last) {
+        while let Some(&index) = self.waiting.last().filter(|&&index| intervals[index].start <= last) {
             self.waiting.pop();
             self.active.insert(index);
         }
-        self.active.retain(|&index| track.interval(index).end > first);
-        let factors = |&index: &usize| (index, instants.map(|c| track.interval(index).factor(time(c))));
+        self.active.retain(|&index| intervals[index].end > first);
+        let factors = |&index: &usize| (index, instants.map(|c| intervals[index].factor(time(c))));
         let acts = |(_, factors): &(usize, [f64; INSTANTS])| factors.iter().any(|&f| f != 0.0);
         self.active.iter().map(factors).filter(acts).collect()
     }
@@ -51,9 +49,6 @@ impl<'a> Window<'a> {
 
 #[cfg(test)]
 mod tests {
-    use vademecum_build::dynamics::Interval;
-
-    use super::super::PlacedPattern;
     use super::*;
 
     #[test]
@@ -65,13 +60,12 @@ mod tests {
             (0..200).map(|i| of(f64::from(i) * dt, (f64::from(i) + 1.0) * dt, 0.0)).collect();
         intervals.extend([of(0.1505, 0.151, 0.0), of(0.0, f64::MAX, 0.05), of(0.0302, 0.0304, 0.0)]);
         intervals.extend([of(0.1, 0.2, 1e-4), of(0.05, 0.050_000_1, 0.0)]);
-        let pattern = |when| PlacedPattern { index: 0, amplitude: 1.0, when };
-        let track = Track { contacts: vec![], patterns: intervals.into_iter().map(pattern).collect() };
         let mut instants = [0.0; INSTANTS];
         (instants[1], instants[2]) = (0.5, 1.0);
-        let mut window = Window::new(&track, instants, dt);
+        let mut window = Window::new(intervals.clone(), instants, dt);
         for step in 0..250 {
-            let all = track.factors(&instants, dt, step).into_iter().enumerate();
+            let factors = |when: &Interval| instants.map(|c| when.factor((step as f64 + c) * dt));
+            let all = intervals.iter().map(factors).enumerate();
             let expected: Vec<_> = all.filter(|(_, f)| f.iter().any(|&f| f != 0.0)).collect();
             assert_eq!(window.acting(step), expected, "step {step}");
             assert!(window.active.len() < 10, "step {step} looks at {} loads", window.active.len());
