@@ -1,5 +1,5 @@
-//! Problem files that ask for what cannot be: each ends with an exit code and a sentence that names the key, in
-//! the time it takes to say so. A panic would be exit code 101, an abort a signal.
+//! Problem files that ask for what cannot be: each ends with an exit code and a sentence that names the key,
+//! in the time it takes to say so. A panic would be exit code 101, an abort a signal.
 
 use std::path::Path;
 use std::process::Command;
