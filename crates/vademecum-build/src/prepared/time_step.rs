@@ -69,8 +69,7 @@ impl Prepared {
     pub fn check_time_step(&self, period: f64, listener: &dyn Listener) -> Result<(), TimeStepError> {
         let step = self.step.time_step;
         let (steps, suggested) = (period / step, suggestion(period));
-        // Written so that NaN is refused.
-        if !(steps >= HOPEFUL.0) {
+        if steps.is_nan() || steps < HOPEFUL.0 {
             return Err(TimeStepError::TooLong { step, period, steps, suggested });
         }
         if steps > HOPEFUL.1 {
