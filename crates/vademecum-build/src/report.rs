@@ -242,4 +242,64 @@ mod tests {
             assert!(!holds(Some(bad), None));
         }
     }
+
+    fn report(block: StructureReport, stop: Option<StopReason>) -> BuildReport {
+        let separation = stop.map(|stop| SeparationRecord {
+            terms: 42,
+            axis_points: vec![],
+            history: vec![],
+            history_terms: vec![],
+            stop,
+            reduced_size: 0,
+            samples: 0,
+            parameters: vec![],
+            worst_trajectory_at: vec![],
+            worst_radius_at: vec![],
+            radius_samples: vec![],
+            repairs: vec![],
+        });
+        BuildReport {
+            title: String::new(),
+            nodes: 0,
+            elements: 0,
+            dofs: 0,
+            modes: 8,
+            steps_per_first_period: 40.0,
+            mode_table: vec![],
+            singular_values: vec![],
+            snapshots: 0,
+            certificate: CertificateReport {
+                diagonal: None,
+                block: Some(block),
+                chapter: None,
+                floor_ratio: 1.1,
+                absolute: 1e-6,
+                map: 1e-6,
+            },
+            separation,
+            timings: vec![],
+            file_bytes: 0,
+            plan: BuildPlan::default(),
+        }
+    }
+
+    #[test]
+    fn what_to_mend_depends_on_what_was_missed() {
+        let sound = structure(1e-7);
+        let missed = |block: StructureReport, stop| report(block, stop).missed_part();
+        let maps = structure(1.2e-6);
+        assert_eq!(missed(maps, Some(StopReason::Stagnation)), MissedPart::MapsStagnated);
+        assert_eq!(missed(maps, Some(StopReason::MaxTerms)), MissedPart::MapsTerms);
+        let inaccurate = StructureReport { trajectory_error: 1.0, ..sound };
+        assert_eq!(missed(inaccurate, None), MissedPart::Trajectory);
+        let unstable = StructureReport { spectral_radius: 1.0 + 1e-9, ..sound };
+        assert_eq!(missed(unstable, None), MissedPart::Stability);
+        let over = missed(unstable, Some(StopReason::Tolerance));
+        assert_eq!(over, MissedPart::StabilityOverParameters);
+        assert_eq!(missed(StructureReport { energy_ratio: 1.2, ..sound }, None), MissedPart::Energy);
+        let overflown = StructureReport { trajectory_error: f64::NAN, floor_ratio: f64::NAN, ..sound };
+        assert_eq!(missed(overflown, None), MissedPart::NotANumber);
+        let said = report(overflown, None).missed();
+        assert!(!said.contains("NaN") && said.contains("ratio unknown"), "{said}");
+    }
 }

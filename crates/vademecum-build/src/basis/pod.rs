@@ -166,8 +166,8 @@ pub(super) fn weighted_svd(
 /// `L` with `L Lᵀ = VᵀWV`.
 ///
 /// A basis vector inside the null space of `W` has no length to normalise; the callers' operators are
-/// definite on the free dofs, so the factorisation fails only on non-finite numbers and on columns that depend on
-/// each other to rounding.
+/// definite on the free dofs, so the factorisation fails only on non-finite numbers and on columns that
+/// depend on each other to rounding.
 ///
 /// # Errors
 /// [`NoConvergence`].

@@ -97,7 +97,8 @@ impl Runs {
         self.steps / self.stride
     }
 
-    /// Runs that one thread marches at once, on a body of `n` dofs: as many as their snapshots leave room for.
+    /// Runs that one thread marches at once, on a body of `n` dofs: as many as their snapshots leave room
+    /// for.
     pub fn side_by_side(&self, n: usize) -> usize {
         (GROUP_LIMIT / n.saturating_mul(self.snapshots_per_run().saturating_add(1))).clamp(1, RUNS_AT_ONCE)
     }

@@ -108,8 +108,8 @@ pub struct NumericalDamping {
 
 /// Damping ratio and period elongation of a scheme on `ü + 2ζω u̇ + ω² u = 0` at `Ω = ωΔt`.
 ///
-/// The elongation is measured against the damped period `2π/(ω√(1−ζ²))`. An `Ω` so large or small that the step
-/// has no finite entries has no radius (NaN) and no motion.
+/// The elongation is measured against the damped period `2π/(ω√(1−ζ²))`. An `Ω` so large or small that the
+/// step has no finite entries has no radius (NaN) and no motion.
 pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> NumericalDamping {
     let step = step_matrix(table, omega_dt, ratio);
     let matrix = Mat::from_fn(3, 3, |i, j| step[i][j]);

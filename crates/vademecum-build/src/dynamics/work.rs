@@ -59,8 +59,7 @@ impl Work {
     /// [`TooMuchWork`].
     pub fn check(&self, long: bool, what: impl FnOnce() -> String) -> Result<(), TooMuchWork> {
         let refused = |advice| TooMuchWork { what: what(), steps: self.steps, seconds: self.seconds, advice };
-        // Written so that NaN is refused.
-        if !(self.steps <= ENDLESS) {
+        if self.steps.is_nan() || self.steps > ENDLESS {
             return Err(refused(
                 ", which no machine does in a lifetime; make `time.step` longer, or `snapshots.duration`, \
                  `tolerance.steps` or the scenario shorter",

@@ -14,6 +14,9 @@ pub enum ParametricError {
     /// The scheme refuses a parameter.
     #[error("`parameter`")]
     Scheme(#[from] TableError),
+    /// No response at any point of the box is a number.
+    #[error("no response over the box of the live parameters is a number: check ranges, units and materials")]
+    NoExpansion,
     /// On request.
     #[error("the separation over the parameters")]
     Cancelled(#[from] Cancelled),

@@ -81,7 +81,9 @@ pub fn separate_responses(
     let SeparationOptions { tolerance, max_terms } = *asked;
     let range = space.theta_range(scheme)?;
     space.explain(range).iter().for_each(|line| listener.note(line));
-    let map = AxisMap::new(space, range, tolerance)?;
+    let maps = FINER.map(|finer| AxisMap::new(space, range, finer * tolerance));
+    let maps = maps.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let map = &maps[0];
     let energy = |x: MatRef<'_, f64>| {
         let mut y = Mat::zeros(x.nrows(), x.ncols());
         pencil.mass().mul_into(x, y.as_mut());
@@ -89,7 +91,7 @@ pub fn separate_responses(
     };
     let full = Responses {
         space: full_space(pencil, symbolic, space.n_regions),
-        map: &map,
+        map,
         basis: basis.vectors.clone(),
         weighted: energy(basis.vectors.as_ref()),
         scales: mode_scales(basis.stiffness.as_ref(), range),
@@ -97,16 +99,16 @@ pub fn separate_responses(
     };
 
     listener.stage("parameters: compress space");
-    let points = compression_points(space, scheme, &map)?;
+    let points = compression_points(space, scheme, map)?;
     let vectors = compressed_basis(&full, &points, &energy, tolerance, listener)?;
 
     listener.stage("parameters: separate");
-    let small = compressed(&full, &vectors)?;
-    let fresh = fresh_points(space, scheme, &map, FRESH, 7)?;
+    let mut small = compressed(&full, &vectors)?;
+    let fresh = fresh_points(space, scheme, map, FRESH, 7)?;
     let exact = fresh.par_iter().map(|p| small.at(p)).collect::<Result<Vec<_>, _>>()?;
     let rows = vectors.ncols();
     let fresh = Fresh { points: fresh, exact, rows };
-    let expansion = expand(&small, &fresh, tolerance, listener)?;
+    let (expansion, map) = expand(&mut small, &maps, &fresh, tolerance, listener)?;
     let options = EnrichmentOptions {
         tolerance: 0.8 * tolerance,
         max_terms,
@@ -120,6 +122,9 @@ pub fn separate_responses(
     };
     let (solution, enrichment) = fit(&expansion, &options, Some(&measure))?;
 
+    if solution.n_terms() == 0 {
+        return Err(ParametricError::NoExpansion);
+    }
     let n_modes = basis.n_modes();
     let block = |t: usize| solution.block(t);
     let loads: Vec<Mat<f64>> =
@@ -139,7 +144,7 @@ pub fn separate_responses(
         map: map.clone(),
     };
     listener.stage("parameters: certify the maps");
-    let points = fresh_points(space, scheme, &map, FRESH, 8)?;
+    let points = fresh_points(space, scheme, map, FRESH, 8)?;
     parametric.map_error = full_space_error(&full, &energy, &parametric, &points, listener)?;
     Ok(parametric)
 }
@@ -171,13 +176,44 @@ fn update_sweeps(axes: usize) -> usize {
     if axes <= 3 { 60 } else { 10 }
 }
 
-/// The responses as a polynomial over the box, of as many samples as a third of the tolerance takes.
-fn expand(
+/// Tolerances of the axes' points that are tried in turn, as factors on the one asked for.
+///
+/// The number of points follows from where the response of one stage has its poles. A lifted state has others,
+/// nearer by: with live regions even the whole grid may miss the tolerance, and no number of terms can then be
+/// better than the grid. Four decades are some ten points more on an axis.
+const FINER: [f64; 3] = [1.0, 1e-2, 1e-4];
+
+/// The responses as a polynomial over the box, of as many samples as a third of the tolerance takes, and the
+/// axes it stands on: the first of `maps`, unless even its whole grid is too coarse.
+fn expand<'a>(
+    small: &mut Responses<'a, DenseSpace>,
+    maps: &'a [AxisMap],
+    fresh: &Fresh,
+    tolerance: f64,
+    listener: &dyn Listener,
+) -> Result<(Expansion, &'a AxisMap), ParametricError> {
+    let mut best: Option<(f64, Expansion, &AxisMap)> = None;
+    for map in maps {
+        small.map = map;
+        let (expansion, whole) = expand_on(small, fresh, tolerance, listener)?;
+        let error = fresh.error(&expansion.at(&fresh.points)?);
+        if best.as_ref().is_none_or(|(least, ..)| error < *least) {
+            best = Some((error, expansion, map));
+        }
+        if error <= tolerance / 3.0 || !whole {
+            break;
+        }
+    }
+    best.map(|(_, expansion, map)| (expansion, map)).ok_or(ParametricError::NoExpansion)
+}
+
+/// The same on given axes, and whether it took their whole grid.
+fn expand_on(
     small: &Responses<'_, DenseSpace>,
     fresh: &Fresh,
     tolerance: f64,
     listener: &dyn Listener,
-) -> Result<Expansion, ParametricError> {
+) -> Result<(Expansion, bool), ParametricError> {
     let mut known = None;
     let mut most = FIRST_SAMPLES;
     loop {
@@ -187,7 +223,7 @@ fn expand(
         listener.checkpoint(most, MOST_SAMPLES)?;
         let enough = fresh.error(&expansion.at(&fresh.points)?) <= tolerance / 3.0;
         if enough || samples.is_whole_grid() || most >= MOST_SAMPLES {
-            return Ok(expansion);
+            return Ok((expansion, samples.is_whole_grid()));
         }
         (known, most) = (Some(samples), 2 * most);
     }

@@ -1,7 +1,7 @@
 //! What a build is about to take: full-order steps, time and memory, before it takes them.
 //!
-//! Memory is counted from below: what is certainly allocated at once by the largest stage. Time is measured on
-//! two steps and multiplied. Both are said to the user, and refused above a limit.
+//! Memory is counted from below: what is certainly allocated at once by the largest stage. Time is measured
+//! on two steps and multiplied. Both are said to the user, and refused above a limit.
 
 use super::{BuildError, BuildOptions};
 use crate::basis::{Runs, most_vectors, sample_settings};

@@ -12,8 +12,8 @@ const PER_CELL: f64 = 6.0;
 /// Bytes of one tetrahedron in a mesh and its tables, from below.
 const MESH: f64 = 100.0;
 
-/// Pairs of nodes that share an element, per element, from below: a large block has 2.5 with linear tetrahedra
-/// and 37 with quadratic ones, and smaller or looser meshes have more.
+/// Pairs of nodes that share an element, per element, from below: a large block has 2.5 with linear
+/// tetrahedra and 37 with quadratic ones, and smaller or looser meshes have more.
 fn pairs(order: Order) -> f64 {
     match order {
         Order::Linear => 2.0,
@@ -21,8 +21,8 @@ fn pairs(order: Order) -> f64 {
     }
 }
 
-/// Bytes of a model while it is assembled: a place, a mass and a 3 × 3 stiffness for each pair, and their nine
-/// entries in the pattern and in the matrices of every region.
+/// Bytes of a model while it is assembled: a place, a mass and a 3 × 3 stiffness for each pair, and their
+/// nine entries in the pattern and in the matrices of every region.
 fn model_bytes(elements: f64, order: Order, regions: usize) -> f64 {
     let pair = 4.0 + 80.0 + 9.0 * (4.0 + 16.0 * regions as f64);
     elements * (MESH + pairs(order) * pair)

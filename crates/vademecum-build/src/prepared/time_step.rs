@@ -13,7 +13,8 @@ use crate::progress::Listener;
 /// Steps per first period between which nothing is said.
 const USEFUL: (f64, f64) = (10.0, 1000.0);
 /// Steps per first period between which a build is worth trying: two points a period are the least that show
-/// a swing, and in a millionth of a period a state moves by so little that a hundredth of its digits are left.
+/// a swing, and in a millionth of a period a state moves by so little that a hundredth of its digits are
+/// left.
 const HOPEFUL: (f64, f64) = (2.0, 1e6);
 /// Steps per first period that are suggested: the schemes' period errors are below a percent there.
 const SUGGESTED: f64 = 40.0;
@@ -68,8 +69,7 @@ impl Prepared {
     pub fn check_time_step(&self, period: f64, listener: &dyn Listener) -> Result<(), TimeStepError> {
         let step = self.step.time_step;
         let (steps, suggested) = (period / step, suggestion(period));
-        // Written so that NaN is refused.
-        if !(steps >= HOPEFUL.0) {
+        if steps.is_nan() || steps < HOPEFUL.0 {
             return Err(TimeStepError::TooLong { step, period, steps, suggested });
         }
         if steps > HOPEFUL.1 {
@@ -91,8 +91,8 @@ impl Prepared {
         Ok(())
     }
 
-    /// A dissipative scheme at few steps per period eats energy. What matters is the loss over a second; over a
-    /// period where that is longer.
+    /// A dissipative scheme at few steps per period eats energy. What matters is the loss over a second; over
+    /// a period where that is longer.
     fn note_numerical_damping(&self, period: f64, suggested: f64, listener: &dyn Listener) {
         let dt = self.step.time_step;
         let (span, name) = if period < 1.0 { (1.0, "second") } else { (period, "period") };
@@ -112,8 +112,8 @@ impl Prepared {
     }
 }
 
-/// Share of an oscillator's amplitude that a scheme takes in so many steps at `Ω = ωΔt`; zero where it cannot be
-/// told from rounding, one where the oscillator does not swing any more.
+/// Share of an oscillator's amplitude that a scheme takes in so many steps at `Ω = ωΔt`; zero where it cannot
+/// be told from rounding, one where the oscillator does not swing any more.
 ///
 /// The eigenvalues of a step are `1 ± iΩ + O(Ω²)`: a pair so close to each other is known to `ε/Ω` and no
 /// better, so a decay per step below that is rounding, and over many steps it would look like anything.

@@ -65,8 +65,7 @@ impl Axis {
         if log && lower <= 0.0 {
             return Err(SeparatedError::LogOfNonPositive { axis, lower });
         }
-        // Written so that an overflow of the quotient is refused.
-        if log && !(upper / lower <= WIDEST) {
+        if log && upper / lower > WIDEST {
             return Err(SeparatedError::TooWide { axis, lower, upper });
         }
         if let AxisKind::Hat { points } | AxisKind::Chebyshev { points } = kind
