@@ -119,6 +119,10 @@ impl Prepared {
 /// better, so a decay per step below that is rounding, and over many steps it would look like anything.
 fn loss(scheme: &SchemeTable, omega_dt: f64, steps: f64) -> f64 {
     const ROUNDING: f64 = 64.0 * f64::EPSILON;
+    // So close together the pair shows as two real eigenvalues, which is rounding too.
+    if omega_dt * omega_dt < ROUNDING {
+        return 0.0;
+    }
     let Some(ratio) = numerical_damping(scheme, omega_dt, 0.0).ratio else { return 1.0 };
     let decay = ratio * omega_dt;
     if decay <= ROUNDING / omega_dt { 0.0 } else { -(-decay * steps).exp_m1() }
