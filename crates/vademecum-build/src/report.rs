@@ -274,6 +274,7 @@ mod tests {
                 chapter: None,
                 floor_ratio: 1.1,
                 absolute: 1e-6,
+                error: 5e-2,
                 map: 1e-6,
             },
             separation,
@@ -285,20 +286,22 @@ mod tests {
 
     #[test]
     fn what_to_mend_depends_on_what_was_missed() {
-        let sound = structure(1e-7);
+        let sound = || structure(1e-7);
         let missed = |block: StructureReport, stop| report(block, stop).missed_part();
-        let maps = structure(1.2e-6);
-        assert_eq!(missed(maps, Some(StopReason::Stagnation)), MissedPart::MapsStagnated);
-        assert_eq!(missed(maps, Some(StopReason::MaxTerms)), MissedPart::MapsTerms);
-        let inaccurate = StructureReport { trajectory_error: 1.0, ..sound };
+        let maps = || structure(1.2e-6);
+        assert_eq!(missed(maps(), Some(StopReason::Stagnation)), MissedPart::MapsStagnated);
+        assert_eq!(missed(maps(), Some(StopReason::MaxTerms)), MissedPart::MapsTerms);
+        let inaccurate = StructureReport { trajectory_error: 1.0, ..sound() };
         assert_eq!(missed(inaccurate, None), MissedPart::Trajectory);
-        let unstable = StructureReport { spectral_radius: 1.0 + 1e-9, ..sound };
-        assert_eq!(missed(unstable, None), MissedPart::Stability);
+        let at_its_floor = StructureReport { trajectory_error: 0.93, projection_floor: 0.93, ..sound() };
+        assert_eq!(missed(at_its_floor, None), MissedPart::Ceiling);
+        let unstable = StructureReport { spectral_radius: 1.0 + 1e-9, ..sound() };
+        assert_eq!(missed(unstable.clone(), None), MissedPart::Stability);
         let over = missed(unstable, Some(StopReason::Tolerance));
         assert_eq!(over, MissedPart::StabilityOverParameters);
-        assert_eq!(missed(StructureReport { energy_ratio: 1.2, ..sound }, None), MissedPart::Energy);
-        let overflown = StructureReport { trajectory_error: f64::NAN, floor_ratio: f64::NAN, ..sound };
-        assert_eq!(missed(overflown, None), MissedPart::NotANumber);
+        assert_eq!(missed(StructureReport { energy_ratio: 1.2, ..sound() }, None), MissedPart::Energy);
+        let overflown = StructureReport { trajectory_error: f64::NAN, floor_ratio: f64::NAN, ..sound() };
+        assert_eq!(missed(overflown.clone(), None), MissedPart::NotANumber);
         let said = report(overflown, None).missed();
         assert!(!said.contains("NaN") && said.contains("ratio unknown"), "{said}");
     }
