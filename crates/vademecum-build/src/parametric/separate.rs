@@ -178,9 +178,9 @@ fn update_sweeps(axes: usize) -> usize {
 
 /// Tolerances of the axes' points that are tried in turn, as factors on the one asked for.
 ///
-/// The number of points follows from where the response of one stage has its poles. A lifted state has others,
-/// nearer by: with live regions even the whole grid may miss the tolerance, and no number of terms can then be
-/// better than the grid. Four decades are some ten points more on an axis.
+/// The number of points follows from where the response of one stage has its poles. A lifted state has
+/// others, nearer by: with live regions even the whole grid may miss the tolerance, and no number of terms
+/// can then be better than the grid. Four decades are some ten points more on an axis.
 const FINER: [f64; 3] = [1.0, 1e-2, 1e-4];
 
 /// The responses as a polynomial over the box, of as many samples as a third of the tolerance takes, and the
