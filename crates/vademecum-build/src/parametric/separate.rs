@@ -114,6 +114,9 @@ pub fn separate_responses(
         max_terms,
         max_sweeps: 8,
         update_sweeps: update_sweeps(map.axes.len()),
+        // The error falls in stairs, each as wide as the terms that share a mode: ten terms without a gain
+        // may be one stair, and to stop on it would refuse a build that a few more terms complete.
+        patience: 25,
         ..Default::default()
     };
     let measure = |u: &Separated| -> Result<f64, ParametricError> {
