@@ -75,7 +75,8 @@ fn a_file_that_errs_by_much_is_refused_however_close_to_its_floor() {
 #[test]
 fn a_mesh_in_another_unit_than_its_material_does_not_pass_for_a_good_file() {
     // Millimetres beside pascals: the step is 1/47 000 of the first period, and the snapshots see 1 % of it.
-    let mesh = "[mesh]\nblock = { lengths = [1000.0, 100.0, 100.0], divisions = [3, 1, 1], order = \"linear\" }";
+    let mesh =
+        "[mesh]\nblock = { lengths = [1000.0, 100.0, 100.0], divisions = [3, 1, 1], order = \"linear\" }";
     let folder = tempfile::tempdir().expect("a folder");
     let short = problem(mesh, "1e-3", "duration = 0.5\n[basis]\nmodes = 4\n[tolerance]\nsteps = 500\n");
     let ran = build(folder.path(), &short);
@@ -118,7 +119,8 @@ fn a_file_tells_how_reciprocal_its_structures_are_and_how_far_their_energy_may_s
     let block = number(&ritz["block"]["reciprocity"]);
     assert!(block > 1e-12 && block < 1e-2, "{block}");
     // A plain POD is not closed under the motion.
-    let (_, pod) = certificate(&beam("1e-3", "[basis]\nkind = \"pod\"\nmodes = 6\n[tolerance]\nfloor_ratio = 1e3\n"));
+    let (_, pod) =
+        certificate(&beam("1e-3", "[basis]\nkind = \"pod\"\nmodes = 6\n[tolerance]\nfloor_ratio = 1e3\n"));
     assert!(number(&pod["block"]["reciprocity"]) > 1e-5);
     let growth = number(&pod["block"]["energy_growth"]);
     assert!(growth > 1.001, "the free run from one state does not see it: {growth}");
@@ -153,11 +155,8 @@ fn a_body_that_is_turned_gets_the_same_basis() {
         modes.iter().map(|mode| number(&mode["frequency_hz"])).collect()
     };
     let straight = frequencies(|p| p, "x");
-    let turns: [(fn([f64; 3]) -> [f64; 3], &str); 3] = [
-        (|[x, y, z]| [-y, x, z], "y"),
-        (|[x, y, z]| [z, x, y], "y"),
-        (|[x, y, z]| [-z, y, x], "z"),
-    ];
+    let turns: [(fn([f64; 3]) -> [f64; 3], &str); 3] =
+        [(|[x, y, z]| [-y, x, z], "y"), (|[x, y, z]| [z, x, y], "y"), (|[x, y, z]| [-z, y, x], "z")];
     for (turn, axis) in turns {
         let turned = frequencies(turn, axis);
         for (a, b) in straight.iter().zip(&turned) {

@@ -225,7 +225,7 @@ fn a_short_and_a_long_step_are_noted_with_a_better_one() {
         let ran = Command::new(program()).args(arguments).arg("--keep-missed").output().expect("it starts");
         Ran::new(&ran).stderr
     };
-    let (short, long, right) = (noted("1e-5"), noted("3e-3"), noted("1e-3"));
+    let (short, long, right) = (noted("1e-5"), noted("3e-3"), noted("2e-4"));
     assert!(
         short.contains("more than a motion of that period needs: a longer `time.step`, for instance"),
         "{short}"

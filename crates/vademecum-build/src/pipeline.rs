@@ -31,6 +31,12 @@ pub struct BuildOptions<'a> {
     pub memory: Option<u64>,
 }
 
+impl BuildOptions<'_> {
+    fn memory(&self) -> Memory {
+        Memory::asked_or_available(self.memory)
+    }
+}
+
 /// A finished build.
 pub struct Built {
     /// The file.
@@ -137,9 +143,9 @@ fn model(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<(Prepared, f64), BuildError> {
-    let memory = Memory::asked_or_available(options.memory);
+    let memory = options.memory();
     let prepared = prepare_within(problem, memory, watch, listener)?;
-    plan::check_model(problem, &prepared, options)?;
+    plan::check_model(problem, &prepared, memory)?;
     let pencil = prepared.body.model.pencil();
     let first = watch.stage("first natural mode", || lowest_modes(pencil, &prepared.symbolic, 1))?;
     let first_period = 1.0 / first.frequencies_hz()[0];
@@ -160,14 +166,15 @@ pub fn plan_build(
     let full = prepared.full_order()?;
     let runs = Runs::plan(&problem.snapshots, &prepared.body, prepared.step.time_step, *first_period);
     let steps = certificate_steps(problem, *first_period / prepared.step.time_step);
-    plan::checked(problem, options, (prepared, &full, &runs), steps)
+    plan::checked(problem, (options.long, options.memory()), (prepared, &full, &runs), steps)
 }
 
 impl Stages<'_> {
     /// One file, at one size of the basis.
     fn build(&self, problem: &Problem, watch: &mut Stopwatch<'_>) -> Result<Built, BuildError> {
         let Self { prepared, full, runs, kept, .. } = *self;
-        let plan = plan::checked(problem, self.options, (prepared, full, runs), self.unseen.steps)?;
+        let allowed = (self.options.long, self.options.memory());
+        let plan = plan::checked(problem, allowed, (prepared, full, runs), self.unseen.steps)?;
         kept.listener.note(&format!("ahead: {}", plan::in_words(&plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;

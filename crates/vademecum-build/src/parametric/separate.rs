@@ -114,6 +114,9 @@ pub fn separate_responses(
         max_terms,
         max_sweeps: 8,
         update_sweeps: update_sweeps(map.axes.len()),
+        // The error falls in stairs, each as wide as the terms that share a mode: ten terms without a gain
+        // may be one stair, and to stop on it would refuse a build that a few more terms complete.
+        patience: 25,
         ..Default::default()
     };
     let measure = |u: &Separated| -> Result<f64, ParametricError> {
@@ -178,9 +181,9 @@ fn update_sweeps(axes: usize) -> usize {
 
 /// Tolerances of the axes' points that are tried in turn, as factors on the one asked for.
 ///
-/// The number of points follows from where the response of one stage has its poles. A lifted state has others,
-/// nearer by: with live regions even the whole grid may miss the tolerance, and no number of terms can then be
-/// better than the grid. Four decades are some ten points more on an axis.
+/// The number of points follows from where the response of one stage has its poles. A lifted state has
+/// others, nearer by: with live regions even the whole grid may miss the tolerance, and no number of terms
+/// can then be better than the grid. Four decades are some ten points more on an axis.
 const FINER: [f64; 3] = [1.0, 1e-2, 1e-4];
 
 /// The responses as a polynomial over the box, of as many samples as a third of the tolerance takes, and the

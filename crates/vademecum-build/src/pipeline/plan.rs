@@ -3,7 +3,7 @@
 //! Memory is counted from below: what is certainly allocated at once by the largest stage. Time is measured
 //! on two steps and multiplied. Both are said to the user, and refused above a limit.
 
-use super::{BuildError, BuildOptions};
+use super::error::BuildError;
 use crate::basis::{Runs, most_vectors, sample_settings};
 use crate::dynamics::{FullOrder, Work, seconds_per_step};
 use crate::input::{BasisKind, Problem};
@@ -56,9 +56,8 @@ fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
 pub(super) fn check_model(
     problem: &Problem,
     prepared: &Prepared,
-    options: &BuildOptions<'_>,
+    memory: Memory,
 ) -> Result<(), TooMuchMemory> {
-    let memory = Memory::asked_or_available(options.memory);
     memory.check(model_memory(problem, prepared), ": a coarser mesh, fewer `basis.modes`", || {
         format!("matrices, factors and basis of {} free dofs", prepared.body.n_dof())
     })
@@ -105,13 +104,12 @@ fn plan(
 /// [`BuildError::Work`], [`BuildError::Memory`].
 pub(super) fn checked(
     problem: &Problem,
-    options: &BuildOptions<'_>,
+    (long, memory): (bool, Memory),
     (prepared, full, runs): (&Prepared, &FullOrder<'_>, &Runs),
     unseen: usize,
 ) -> Result<BuildPlan, BuildError> {
     let plan = plan(problem, prepared, full, runs, unseen);
-    plan.work.check(options.long, || "this build".into())?;
-    let memory = Memory::asked_or_available(options.memory);
+    plan.work.check(long, || "this build".into())?;
     let instead = ": a larger `snapshots.stride`, fewer `basis.modes`, a coarser mesh";
     memory.check(plan.memory_bytes, instead, || "matrices, factors, snapshots and basis".into())?;
     Ok(plan)

@@ -4,13 +4,11 @@
 //! Bounds of size come from the file format or stand far above what a build ends with; how much a machine
 //! holds is another question, asked when the model is known (`limits`, `pipeline`).
 
-use vademecum_format::{MAX_METADATA, MAX_MODES, MAX_PARAMETERS, MAX_TERMS};
+use vademecum_format::{MAX_MODES, MAX_PARAMETERS, MAX_TERMS};
 
 use super::{ParameterKind, Problem, ProblemError};
 use crate::limits::MAGNITUDE;
 
-/// Longest text of a problem: the vademecum file keeps it in its metadata, beside names and tables.
-pub(super) const MOST_TEXT: usize = MAX_METADATA - (1 << 17);
 /// Longest title, unit system and name.
 const MOST_NAME: usize = 1000;
 /// Most cells of a block. With fewer than that, quadratic elements have more matrix entries than a 32-bit
