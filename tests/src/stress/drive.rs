@@ -139,6 +139,8 @@ fn march<T: Scalar>(
     let mut scene = Scene::bind(&file, &options, &mut memory, &mut work).expect("bound");
     let mut state = State::new(&scene, &mut state).expect("state memory");
     let mut loads = Loads::new(&scene, &mut loads).expect("load memory");
+    // Both sides start without an acceleration: a state that is set has none but that of its numbers.
+    state.restore(&vec![T::ZERO; 3 * scene.n_modes()]).expect("at rest");
     let one = |n: usize| {
         for (index, value) in story.parameters(n).into_iter().enumerate() {
             scene.set_parameter(index, value, &mut state, &mut work).expect("in range");
