@@ -16,6 +16,9 @@ use super::texts;
 use crate::hostile::{put, reseal, u32_at};
 use crate::program::fixtures;
 
+/// A file that was there before: of the kind that the program may replace.
+const OLD: &[u8] = b"\x89VDM\r\n\x1a\nan old file";
+
 /// A command that writes `out.vdm`, and how long it takes.
 struct Writer {
     line: String,
@@ -61,7 +64,7 @@ pub fn killed(place: &Place<'_>, dice: &mut Dice) -> Done {
     if writer.refused() {
         return Ok("refused");
     }
-    let mut old = dice.once_in(2).then(|| b"an old file".to_vec());
+    let mut old = dice.once_in(2).then(|| OLD.to_vec());
     old.iter().for_each(|bytes| place.write("out.vdm", bytes));
     for _ in 0..3 {
         let mut launch = writer.launch("out.vdm", place.limit);
@@ -214,7 +217,7 @@ pub fn full_disk(place: &Place<'_>, dice: &mut Dice) -> Done {
     }
     let kib = dice.whole(4, 4 + 2 * writer.new.len() / 1024);
     let Some(disk) = Disk::mount(&place.path("disk"), kib) else { return Ok("skipped: may not mount") };
-    let old = dice.once_in(2).then(|| b"an old file".to_vec());
+    let old = dice.once_in(2).then(|| OLD.to_vec());
     old.iter().for_each(|bytes| place.write("disk/out.vdm", bytes));
     let ended = place.launch(&writer.launch("disk/out.vdm", place.limit));
     ended_well(&ended, &[0, 1])?;
@@ -261,11 +264,11 @@ pub fn little_memory(place: &Place<'_>, dice: &mut Dice) -> Done {
     if writer.refused() {
         return Ok("refused");
     }
-    place.write("out.vdm", b"an old file");
+    place.write("out.vdm", OLD);
     let kib = dice.log(96.0 * 1024.0, 1024.0 * 1024.0) as u64;
     let ended = limited(writer.launch("out.vdm", place.limit), kib);
     ended_well_in(&ended, &CODES, kib << 10)?;
-    old_or_new(place.read("out.vdm").as_deref(), Some(b"an old file"), &writer.new)?;
+    old_or_new(place.read("out.vdm").as_deref(), Some(OLD), &writer.new)?;
     Ok(if ended.code == Some(0) { "done" } else { "out of memory" })
 }
 
