@@ -29,7 +29,10 @@ fuzz_target!(|bytes: &[u8]| {
         let _ = Run::bind(&file, PlayOptions::default(), &scenario, &Silent);
         scenario.duration = scenario.duration.min(STEPS * file.metadata().time_step);
         let Ok(run) = Run::bind(&file, PlayOptions::default(), &scenario, &Silent) else { continue };
-        assert!(run.geometry().is_ok() && run.probes().is_ok());
+        // A file without its surface has no fields to show, and says so.
+        if run.probes().is_err() || run.geometry().is_err() {
+            continue;
+        }
         let _ = run.play(&Silent, |moment: &Moment<'_>| -> Result<(), StudyError> {
             assert!(moment.time.is_finite());
             if let Some(probed) = &moment.probes {
