@@ -1,13 +1,13 @@
 //! Reading the files people write (problems, scenarios), and messages that say where in them something is
 //! wrong.
 
-use std::io::{ErrorKind::InvalidData, Read};
+use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-use crate::store::read_text;
+use crate::store::{read_text, read_text_within};
 
 /// A file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -58,16 +58,11 @@ pub fn read(path: &Path) -> Result<String, TomlError> {
 
 /// The text of a file of at most so many bytes; no more than that is read, whatever the file is.
 pub fn read_at_most(path: &Path, most: usize) -> Result<String, TomlError> {
-    let name = path.display().to_string();
-    let read = || -> std::io::Result<Vec<u8>> {
-        let mut bytes = vec![];
-        std::fs::File::open(path)?.take(most as u64 + 1).read_to_end(&mut bytes)?;
-        Ok(bytes)
-    };
-    let unreadable = |source| TomlError::Unreadable { path: name.clone(), source };
-    let bytes = read().map_err(unreadable)?;
-    check_length(bytes.len(), most, &name)?;
-    String::from_utf8(bytes).map_err(|error| unreadable(std::io::Error::new(InvalidData, error)))
+    let path_name = path.display().to_string();
+    read_text_within(path, most as u64).map_err(|source| match source.kind() {
+        ErrorKind::FileTooLarge => TomlError::TooLong { path: path_name, most },
+        _ => TomlError::Unreadable { path: path_name, source },
+    })
 }
 
 /// Refuses a text of more than `most` bytes.

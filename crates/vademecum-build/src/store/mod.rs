@@ -25,7 +25,7 @@ pub use folder::Store;
 pub use growing::Growing;
 pub use inputs::{Hashed, Inputs};
 pub use kind::Kind;
-pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
+pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text, read_text_within};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

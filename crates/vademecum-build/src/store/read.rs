@@ -42,8 +42,16 @@ pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
 /// As [`open_regular`]; [`io::ErrorKind::FileTooLarge`] above [`TEXT_LIMIT`],
 /// [`io::ErrorKind::InvalidData`] for bytes that are no UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
+    read_text_within(path, TEXT_LIMIT)
+}
+
+/// The same of a text of at most `limit` bytes.
+///
+/// # Errors
+/// As [`read_text`].
+pub fn read_text_within(path: &Path, limit: u64) -> io::Result<String> {
     let file = if path == Path::new("/dev/stdin") { File::open(path)? } else { open_regular(path)? };
-    text_of(file, TEXT_LIMIT)
+    text_of(file, limit)
 }
 
 /// A text of at most `limit` bytes.
