@@ -132,7 +132,8 @@ def main(file, scenario, table, structure):
     scale = np.abs(ours).max(axis=0)
     for mine, theirs in zip(ours, given):
         for column, (a, b) in enumerate(zip(mine, theirs)):
-            same += printed(a) == b
+            # The last number of a row may have zeros behind its digits.
+            same += printed(a) == printed(float(b))
             # In units of what rounding to ten digits may change, and of what the marches may differ by.
             largest = max(largest, abs(a - float(b)) / (5e-10 * abs(a) + slack * scale[column] + 1e-300))
     total = sum(len(row) for row in given)

@@ -124,7 +124,7 @@ pub fn symmetry(s: &StructureReport) -> String {
         return String::new();
     }
     format!(
-        "; defect of reciprocity {:.1e}; the energy of a free motion grows to at most {:.4} of its start",
+        "; defect of reciprocity {:.1e}; largest energy of free motions {:.6} of that at their start, in a million steps",
         s.reciprocity, s.energy_growth
     )
 }

@@ -3,6 +3,7 @@
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_eval::Field;
 use vademecum_format::{File, SectionKind};
+use vademecum_rewrite::RewriteError;
 
 use crate::contents::{Geometry, lines};
 use crate::error::{FileError, StudyError};
@@ -73,9 +74,15 @@ impl<'a> Run<'a> {
     /// Names of the probes.
     ///
     /// # Errors
-    /// As [`lines`].
+    /// As [`lines`]; [`RewriteError::Names`]: not as many names as probes.
     pub fn probes(&self) -> Result<Vec<String>, FileError> {
-        lines(self.file, SectionKind::ProbeNames)
+        let names = lines(self.file, SectionKind::ProbeNames)?;
+        let count = self.file.metadata().n_probes as usize;
+        if names.len() != count {
+            let reason = format!("it has {} names, the metadata count {count}", names.len());
+            return Err(RewriteError::Names { kind: SectionKind::ProbeNames, reason }.into());
+        }
+        Ok(names)
     }
 
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.

@@ -20,7 +20,8 @@ pub struct Figures {
     /// Defect of reciprocity: `‖h_ab − h_ba‖ ÷ ‖h_ab‖` over pairs of unseen loads and all steps, with `h_ab`
     /// the displacement along load `a` under load `b`.
     pub reciprocity: f64,
-    /// Largest energy that any free motion reaches, over the energy at its start, seen at 1, 2, 4, … steps.
+    /// Largest energy of the free motions that the unseen loads left, over the energy at their start, seen at
+    /// 320 instants of a million steps.
     pub energy_growth: f64,
 }
 
@@ -32,7 +33,7 @@ impl Default for Figures {
 }
 
 impl Figures {
-    /// In the order of the file.
+    /// In order.
     #[must_use]
     pub fn numbers(&self) -> [f64; FIGURES] {
         [self.floor_ratio, self.reciprocity, self.energy_growth]
@@ -50,6 +51,11 @@ impl Figures {
         let (a, b) = (self.numbers(), other.numbers());
         Self::from_numbers(std::array::from_fn(|i| larger(a[i], b[i])))
     }
+}
+
+/// A number, or NaN where it is infinite: what overflowed was not measured.
+pub(super) fn finite(number: f64) -> f64 {
+    if number.is_finite() { number } else { f64::NAN }
 }
 
 /// The larger of two numbers; NaN as soon as one is.
@@ -72,7 +78,7 @@ impl FileFigures {
     /// In the order of the file, shape (3, [`FIGURES`]).
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
-        [self.diagonal, self.block, self.chapter].iter().flat_map(Figures::numbers).collect()
+        [self.diagonal, self.block, self.chapter].iter().flat_map(Figures::numbers).map(finite).collect()
     }
 
     /// From their order in the file; nothing measured if they are too few.

@@ -1,100 +1,74 @@
-//! How much energy a free motion can gain, whatever its start.
+//! How far the energy of free motions swings over a million steps.
 //!
-//! A step whose eigenvalues lie in the unit circle may let the energy swing all the same, where its
-//! eigenvectors are not orthogonal in the energy. With `W` a factor of the energy, `E(y) = ‖W y‖²`, and `y_0`
-//! a start with the acceleration that its displacement demands, the largest `E(Aⁿ y_0) ÷ E(y_0)` is the
-//! square of the largest singular value of `W Aⁿ P W⁻¹`; `P` fills in the acceleration. `A^(2ᵏ)` takes k
-//! products.
+//! A step whose eigenvalues lie in the unit circle may let the energy grow for long all the same, where its
+//! eigenvectors are not orthogonal in the energy and beat against each other. A march of a million steps would
+//! be slow, but the step is linear: the state after `n` steps takes one product for each bit of `n`, once the
+//! powers `A^(2ᵏ)` are known, which take a product each.
 //!
-//! The odd thing: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1
-//! keep their digits.
+//! The odd thing: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1 keep
+//! their digits.
 
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side};
-use vademecum_eval::{Loads, Scene, State};
+use faer::{Mat, MatRef, Scale};
 
-use super::error::CertificateError;
-use super::evaluated::increment;
+use crate::linalg::Random;
 
-/// Products of the map: steps up to 2 to this power.
-const DOUBLINGS: usize = 20;
+/// Bits of the longest motion: it is looked at for fewer than 2 to this power steps.
+const BITS: usize = 20;
+/// Instants looked at between 2ᵏ and 2ᵏ⁺¹ steps.
+const INSTANTS: usize = 16;
+/// Where the draw of the instants starts.
+const SEED: u64 = 11;
 
-/// Largest energy of any free motion at 1, 2, 4, …, 2²⁰ steps over the energy at its start; NaN where the
-/// energy is not positive definite, infinite where a power overflows. The state and the loads are left
-/// changed.
+/// States after `n < 2²⁰` free steps, of every start and at instants spread over all magnitudes of `n`.
 ///
-/// # Errors
-/// [`CertificateError`]: a scene that refuses, singular values that do not converge.
-pub(super) fn energy_growth(
-    scene: &Scene<'_, f64>,
-    state: &mut State<'_, f64>,
-    loads: &mut Loads<'_, f64>,
-) -> Result<f64, CertificateError> {
-    let r = scene.n_modes();
-    loads.clear();
-    let starts = starts(scene, state, loads)?;
-    let energy = energy_matrix(scene, state)?;
-    let Ok(factor) = energy.llt(Side::Lower) else { return Ok(f64::NAN) };
-    let mut power = increment(scene)?;
-    let mut largest: f64 = 0.0;
-    for doubling in 0..=DOUBLINGS {
-        if doubling > 0 {
-            power = &power * &power + faer::Scale(2.0) * &power;
+/// `increment` is `A − I`, shape (3r, 3r); `starts` has a start in each column, shape (3r, m). A column of the
+/// result belongs to the start of its number modulo m.
+pub(super) fn free_states(increment: MatRef<'_, f64>, starts: MatRef<'_, f64>) -> Mat<f64> {
+    let mut random = Random::new(SEED);
+    let drawn = |bit: usize| (1 << bit) + random.below(1 << bit);
+    let instants: Vec<usize> = (0..BITS).flat_map(|bit| [bit; INSTANTS]).map(drawn).collect();
+    let columns = instants.len() * starts.ncols();
+    let mut states = Mat::from_fn(starts.nrows(), columns, |i, j| starts[(i, j % starts.ncols())]);
+    let mut power = increment.to_owned();
+    for bit in 0..BITS {
+        if bit > 0 {
+            power = &power * &power + Scale(2.0) * &power;
         }
-        // Displacement and velocity after so many steps, of every start.
-        let moved = &starts + &power * &starts;
-        // `(Lᵀ moved L⁻ᵀ)ᵀ`, which has the same singular values.
-        let mut image = (factor.L().transpose() * moved.subrows(0, 2 * r)).transpose().to_owned();
-        solve_lower_triangular_in_place(factor.L(), image.as_mut(), Par::Seq);
-        if !image.is_all_finite() {
-            return Ok(f64::INFINITY);
+        let moved = &power * &states;
+        for j in 0..columns {
+            if instants[j / starts.ncols()] >> bit & 1 == 1 {
+                for i in 0..states.nrows() {
+                    states[(i, j)] += moved[(i, j)];
+                }
+            }
         }
-        let singular = image.singular_values().map_err(|_| CertificateError::Eigenvalues)?;
-        largest = singular.iter().fold(largest, |m, s| m.max(s * s));
     }
-    Ok(largest)
+    states
 }
 
-/// Free starts `(ζ, Δt ζ̇, Δt² ζ̈)`, shape (3r, 2r): one unit of each displacement, then of each velocity
-/// times Δt, with the acceleration that equilibrium demands.
-fn starts(
-    scene: &Scene<'_, f64>,
-    state: &mut State<'_, f64>,
-    loads: &Loads<'_, f64>,
-) -> Result<Mat<f64>, CertificateError> {
-    let (r, time_step) = (scene.n_modes(), scene.parameters().time_step);
-    let mut starts = Mat::zeros(3 * r, 2 * r);
-    for j in 0..2 * r {
-        let (mut zeta, mut zeta_dot) = (vec![0.0; r], vec![0.0; r]);
-        if j < r {
-            zeta[j] = 1.0
-        } else {
-            zeta_dot[j - r] = 1.0 / time_step
-        }
-        scene.set(state, &zeta, &zeta_dot, loads)?;
-        state.save_into(starts.col_as_slice_mut(j))?;
-    }
-    Ok(starts)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The energy as a quadratic form in `(ζ, Δt ζ̇)`, shape (2r, 2r), by polarisation.
-fn energy_matrix(scene: &Scene<'_, f64>, state: &mut State<'_, f64>) -> Result<Mat<f64>, CertificateError> {
-    let r = scene.n_modes();
-    let mut of = |entries: &[usize]| -> Result<f64, CertificateError> {
-        let mut y = vec![0.0; 3 * r];
-        entries.iter().for_each(|&j| y[j] += 1.0);
-        state.restore(&y)?;
-        Ok(scene.energy(state)?)
-    };
-    let alone = (0..2 * r).map(|j| of(&[j])).collect::<Result<Vec<_>, _>>()?;
-    let mut energy = Mat::zeros(2 * r, 2 * r);
-    for i in 0..2 * r {
-        energy[(i, i)] = alone[i];
-        // Displacement and velocity do not couple.
-        for j in if i < r { 0 } else { r }..i {
-            energy[(i, j)] = 0.5 * (of(&[i, j])? - alone[i] - alone[j]);
-            energy[(j, i)] = energy[(i, j)];
+    #[test]
+    fn the_states_are_those_of_stepping() {
+        // A turn by a small angle and a slow decay: after n steps an angle n times as large, and the decay to
+        // the power of n.
+        let (angle, decay) = (1e-3_f64, 1e-6_f64);
+        let (sine, cosine) = angle.sin_cos();
+        let matrix = [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0 - decay]];
+        let increment = Mat::from_fn(3, 3, |i, j| matrix[i][j] - f64::from(u8::from(i == j)));
+        let starts = Mat::from_fn(3, 2, |i, j| if i == 2 || i == j { 1.0 } else { 0.0 });
+        let states = free_states(increment.as_ref(), starts.as_ref());
+        assert_eq!(states.ncols(), 2 * BITS * INSTANTS);
+        for j in 0..states.ncols() {
+            let n = (states[(2, j)].ln() / (-decay).ln_1p()).round();
+            assert!((1.0..1_048_576.0).contains(&n));
+            let phase = n * angle + if j % 2 == 0 { 0.0 } else { std::f64::consts::FRAC_PI_2 };
+            // Rounding of A alone turns it by 1e-16 in each step.
+            let allowed = 1e-15 * n + 1e-12;
+            assert!((states[(0, j)] - phase.cos()).abs() < allowed, "{n}");
+            assert!((states[(1, j)] - phase.sin()).abs() < allowed, "{n}");
         }
     }
-    Ok(energy)
 }

@@ -4,7 +4,7 @@ use vademecum_format::StructureCertificate;
 use vademecum_format::policy::{ABSOLUTE_ERROR, STABLE_RADIUS};
 
 use super::endurance::Measured;
-use super::figures::{FIGURES, Figures, larger};
+use super::figures::{FIGURES, Figures, finite, larger};
 use crate::dynamics::TrajectoryError;
 
 /// Numbers of a certificate.
@@ -41,6 +41,11 @@ impl StructureMeasured {
         let floor_ratio = told.reduce(larger).unwrap_or_else(|| largest(TrajectoryError::ratio));
         let figures = Figures { floor_ratio, ..Figures::default() };
         Self { certificate, figures, runs }
+    }
+
+    /// What a file may hold of the certificate: NaN where a march overflowed, which is no measurement.
+    pub(crate) fn known(&self) -> StructureCertificate {
+        StructureCertificate::from_numbers(self.certificate.numbers().map(finite))
     }
 
     /// One row of numbers, for the store.
@@ -85,7 +90,8 @@ pub struct StructureReport {
     pub spectral_radius: f64,
     /// Largest energy of a free run over the energy at its start.
     pub energy_ratio: f64,
-    /// Largest energy that any free motion reaches over the energy at its start; NaN where not measured.
+    /// Largest energy of free motions over the energy at their start, in a million steps; NaN where not
+    /// measured.
     pub energy_growth: f64,
     /// Defect of reciprocity; NaN where not measured.
     pub reciprocity: f64,

@@ -40,8 +40,10 @@ fn factors(part: &MapPart) -> impl Iterator<Item = f64> + '_ {
 
 /// The certificate as section 29 has it; numbers that were not measured are NaN in the file, too.
 fn numbers(certificate: &ChapterCertificate) -> Vec<f64> {
-    let mut numbers = certificate.structure.certificate.numbers().to_vec();
+    let mut numbers = certificate.structure.known().numbers().to_vec();
     numbers.push(certificate.left.map_or(f64::NAN, |(step, _)| step as f64));
     numbers.extend(certificate.stages.iter().flat_map(|e| [e.total, e.state, e.load]));
+    // What overflowed was not measured either.
+    numbers.iter_mut().filter(|x| x.is_infinite()).for_each(|x| *x = f64::NAN);
     numbers
 }

@@ -61,7 +61,7 @@ struct Measured {
 impl Measured {
     /// As the metadata of the file keep it.
     fn certificate(&self) -> Certificate {
-        Certificate { diagonal: self.diagonal.certificate, block: self.block.certificate }
+        Certificate { diagonal: self.diagonal.known(), block: self.block.known() }
     }
 }
 

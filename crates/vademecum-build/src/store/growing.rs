@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 const DUE: Duration = Duration::from_millis(500);
 /// Lines that wait take at most about this much memory \[bytes\].
 const ROOM: usize = 1 << 16;
+/// A system writes memory to a file page by page, and a kill may fall between two of them.
+const PAGE: u64 = 4096;
 
 /// A text of lines between a head and a tail. After each write the file is whole: head, lines, tail. It is
 /// left so by whatever ends the program.
@@ -18,6 +20,8 @@ pub struct Growing {
     whole: Option<u64>,
     tail: &'static str,
     waiting: Vec<u8>,
+    /// Length of the longest line so far.
+    longest: usize,
     lines: usize,
     written: Instant,
     failed: bool,
@@ -31,6 +35,7 @@ impl Growing {
             whole: goes_back.then_some(0),
             tail,
             waiting: head.into(),
+            longest: head.len(),
             lines: 0,
             written: Instant::now(),
             failed: false,
@@ -47,7 +52,24 @@ impl Growing {
     /// What the system says (full disk). The file then ends with its last whole line.
     pub fn add(&mut self, line: &str) -> io::Result<()> {
         self.waiting.extend_from_slice(line.as_bytes());
+        self.longest = self.longest.max(line.len());
+        self.fill_page();
         self.tick()
+    }
+
+    /// Fills a page with zeros behind the last digit of its last line, as in `1.500e3` for `1.5e3`, if the next
+    /// line might not have room in it: so no line lies on two pages, and a kill between them leaves whole lines.
+    fn fill_page(&mut self) {
+        let (Some(whole), true) = (self.whole, self.tail.is_empty()) else { return };
+        let room = (PAGE - (whole + self.waiting.len() as u64) % PAGE) as usize;
+        if room >= self.longest {
+            return;
+        }
+        let exponent =
+            self.waiting.iter().rposition(|&byte| !(b"-\n".contains(&byte) || byte.is_ascii_digit()));
+        if let Some(place) = exponent.filter(|&place| self.waiting[place] == b'e') {
+            self.waiting.splice(place..place, std::iter::repeat_n(b'0', room));
+        }
     }
 
     /// Writes the lines that have waited long enough.
@@ -94,7 +116,7 @@ impl Growing {
         };
         let text = [&lines, self.tail.as_bytes()].concat();
         self.file.seek(SeekFrom::Start(whole))?;
-        let (written, result) = write_counted(&mut self.file, &text);
+        let (written, result) = write_counted(&mut self.file, whole, &text);
         // With a tail, only where it stood before is there surely room for it.
         let kept = match (&result, self.tail.is_empty()) {
             (Ok(()), _) => lines.len(),
@@ -126,11 +148,12 @@ fn count(lines: &[u8]) -> usize {
     lines.iter().filter(|&&byte| byte == b'\n').count()
 }
 
-/// How much was written, and why not all.
-fn write_counted(file: &mut File, bytes: &[u8]) -> (usize, io::Result<()>) {
+/// How much was written from a place in the file on, page by page, and why not all.
+fn write_counted(file: &mut File, place: u64, bytes: &[u8]) -> (usize, io::Result<()>) {
     let mut written = 0;
     while written < bytes.len() {
-        match file.write(&bytes[written..]) {
+        let page = (PAGE - (place + written as u64) % PAGE) as usize;
+        match file.write(&bytes[written..bytes.len().min(written + page)]) {
             Ok(0) => return (written, Err(io::ErrorKind::WriteZero.into())),
             Ok(more) => written += more,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
@@ -172,5 +195,30 @@ mod tests {
         text.finish().unwrap();
         assert_eq!(text.lines(), 10_000);
         assert_eq!(std::fs::metadata(&path).unwrap().len(), 5 + 1_000_000);
+    }
+
+    #[test]
+    fn no_line_lies_on_two_pages() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let mut text = Growing::begin(File::create(&path).unwrap(), true, "head of the table\n", "").unwrap();
+        for i in 0..3_000 {
+            text.add(&format!("{i},{:.9e}\n", -1.0 / (1.0 + f64::from(i)))).unwrap();
+            if i % 100 == 0 {
+                text.flush().unwrap();
+            }
+        }
+        text.finish().unwrap();
+        let written = std::fs::read(&path).unwrap();
+        for page in written.chunks(PAGE as usize) {
+            assert_eq!(page.last(), Some(&b'\n'), "whatever was killed between two pages left whole lines");
+        }
+        let rows = String::from_utf8(written).unwrap();
+        for (row, i) in rows.lines().skip(1).zip(0..3_000) {
+            let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let value: f64 = format!("{:.9e}", -1.0 / (1.0 + f64::from(i))).parse().unwrap();
+            assert_eq!(cells, [f64::from(i), value], "zeros at the end change nothing");
+        }
+        assert_eq!(rows.lines().count(), 3_001);
     }
 }

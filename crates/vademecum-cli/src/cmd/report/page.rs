@@ -141,7 +141,9 @@ fn certificate(content: &Content<'_>) -> String {
         row("largest error ÷ floor", &|c| c.floor_ratio),
         row("spectral radius − 1 (must not be positive)", &|c| c.spectral_radius - 1.0),
         row("largest energy after release ÷ that at release − 1", &|c| c.energy_ratio - 1.0),
-        row("largest energy of any free motion ÷ that at its start − 1", &|c| c.energy_growth - 1.0),
+        row("largest energy of free motions ÷ that at their start − 1, in a million steps", &|c| {
+            c.energy_growth - 1.0
+        }),
         row("defect of reciprocity (response at A to a force at B, and the reverse)", &|c| c.reciprocity),
         row("error of the stage maps at fresh parameters, mean", &|c| c.map_error_rms),
         row("error of the stage maps at fresh parameters, worst", &|c| c.map_error_max),
