@@ -118,16 +118,15 @@ fn a_file_tells_how_reciprocal_its_structures_are_and_how_far_their_energy_may_s
     assert!(number(&ritz["diagonal"]["reciprocity"]) < 1e-13, "Galerkin: reciprocal to rounding");
     let block = number(&ritz["block"]["reciprocity"]);
     assert!(block > 1e-12 && block < 1e-2, "{block}");
-    // A plain POD is not closed under the motion.
-    let (_, pod) =
-        certificate(&beam("1e-3", "[basis]\nkind = \"pod\"\nmodes = 6\n[tolerance]\nfloor_ratio = 1e3\n"));
+    // A plain POD is not closed under the motion, and the trapezoidal rule damps nothing.
+    let trapezoidal = "1e-3\nscheme = { name = \"newmark\", beta = 0.25, gamma = 0.5 }";
+    let pod = "[basis]\nkind = \"pod\"\nmodes = 6\n[tolerance]\nfloor_ratio = 1e3\nerror = 0.9\n";
+    let (_, pod) = certificate(&beam(trapezoidal, pod));
     assert!(number(&pod["block"]["reciprocity"]) > 1e-5);
     let growth = number(&pod["block"]["energy_growth"]);
-    assert!(growth > 1.001, "the free run from one state does not see it: {growth}");
-    for certificate in [&ritz["diagonal"], &ritz["block"], &pod["block"]] {
-        // Sampled at powers of two from one to a million steps, so it is never below what one step leaves.
-        assert!(number(&certificate["energy_growth"]) > 0.99);
-    }
+    assert!(growth > 1.0 + 1e-6, "{growth}");
+    // Bathe's scheme in the diagonal structure loses energy only.
+    assert_eq!(number(&ritz["diagonal"]["energy_growth"]), 1.0);
 }
 
 /// The same beam of 3 × 2 × 2 cells as two tables, every point moved by `turn`.
