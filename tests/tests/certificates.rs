@@ -6,7 +6,8 @@ use serde_json::Value;
 use vademecum_build::mesh::{Order, block};
 use vademecum_tests::program::{Ran, vademecum};
 
-/// A beam of quadratic tetrahedra that is built in a second; `mesh` and `more` are tables of the problem file.
+/// A beam of quadratic tetrahedra that is built in a second; `mesh` and `more` are tables of the problem
+/// file.
 fn problem(mesh: &str, step: &str, more: &str) -> String {
     format!(
         "{mesh}\n[[material]]\nyoung = 2e9\npoisson = 0.3\ndensity = 1200.0\n[[support]]\non = {{ plane = {{ axis = \

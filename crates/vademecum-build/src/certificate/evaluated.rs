@@ -81,7 +81,8 @@ pub struct Measured {
     pub energy_ratio: f64,
     /// Defect of reciprocity between the loads.
     pub reciprocity: f64,
-    /// Largest energy of the motions that the loads left, over a million free steps, over that at their start.
+    /// Largest energy of the motions that the loads left, over a million free steps, over that at their
+    /// start.
     pub energy_growth: f64,
 }
 
@@ -198,8 +199,8 @@ impl<'m> March<'m> {
         })
     }
 
-    /// Largest energy that the motions left by the loads reach in a million free steps, over that at their start.
-    /// Takes the loads away and leaves the states as they are.
+    /// Largest energy that the motions left by the loads reach in a million free steps, over that at their
+    /// start. Takes the loads away and leaves the states as they are.
     fn energy_growth(&mut self, increment: MatRef<'_, f64>) -> Result<f64, CertificateError> {
         let n = 3 * self.scene.n_modes();
         let mut starts = Mat::zeros(n, self.trajectories.len());

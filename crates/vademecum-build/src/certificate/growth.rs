@@ -1,12 +1,12 @@
 //! How far the energy of free motions swings over a million steps.
 //!
 //! A step whose eigenvalues lie in the unit circle may let the energy grow for long all the same, where its
-//! eigenvectors are not orthogonal in the energy and beat against each other. A march of a million steps would
-//! be slow, but the step is linear: the state after `n` steps takes one product for each bit of `n`, once the
-//! powers `A^(2ᵏ)` are known, which take a product each.
+//! eigenvectors are not orthogonal in the energy and beat against each other. A march of a million steps
+//! would be slow, but the step is linear: the state after `n` steps takes one product for each bit of `n`,
+//! once the powers `A^(2ᵏ)` are known, which take a product each.
 //!
-//! The odd thing: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1 keep
-//! their digits.
+//! The odd thing: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1
+//! keep their digits.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -21,8 +21,8 @@ const SEED: u64 = 11;
 
 /// States after `n < 2²⁰` free steps, of every start and at instants spread over all magnitudes of `n`.
 ///
-/// `increment` is `A − I`, shape (3r, 3r); `starts` has a start in each column, shape (3r, m). A column of the
-/// result belongs to the start of its number modulo m.
+/// `increment` is `A − I`, shape (3r, 3r); `starts` has a start in each column, shape (3r, m). A column of
+/// the result belongs to the start of its number modulo m.
 pub(super) fn free_states(increment: MatRef<'_, f64>, starts: MatRef<'_, f64>) -> Mat<f64> {
     let mut random = Random::new(SEED);
     let drawn = |bit: usize| (1 << bit) + random.below(1 << bit);

@@ -57,8 +57,9 @@ impl Growing {
         self.tick()
     }
 
-    /// Fills a page with zeros behind the last digit of its last line, as in `1.500e3` for `1.5e3`, if the next
-    /// line might not have room in it: so no line lies on two pages, and a kill between them leaves whole lines.
+    /// Fills a page with zeros behind the last digit of its last line, as in `1.500e3` for `1.5e3`, if the
+    /// next line might not have room in it: so no line lies on two pages, and a kill between them leaves
+    /// whole lines.
     fn fill_page(&mut self) {
         let (Some(whole), true) = (self.whole, self.tail.is_empty()) else { return };
         let room = (PAGE - (whole + self.waiting.len() as u64) % PAGE) as usize;
