@@ -68,9 +68,9 @@ fn a_file_that_errs_by_much_is_refused_however_close_to_its_floor() {
     let ran = build(folder.path(), &beam("1e-3", "[basis]\nmodes = 1\n"));
     ran.fails(6, &["error ≤ 5e-2", "ratio 1.00", "`tolerance.error`", "`basis.modes`"]);
     assert!(!folder.path().join("p.vdm").exists());
-    let accepted = build(folder.path(), &beam("1e-3", "[basis]\nmodes = 1\n[tolerance]\nerror = 0.9\n"));
+    let accepted = build(folder.path(), &beam("1e-3", "[basis]\nmodes = 1\n[tolerance]\nerror = 0.99\n"));
     let error = number(&accepted.json()["certificate"]["diagonal"]["trajectory_error"]);
-    assert!((0.05..0.9).contains(&error), "{error}");
+    assert!((0.05..0.99).contains(&error), "{error}");
 }
 
 #[test]
@@ -83,18 +83,18 @@ fn a_mesh_in_another_unit_than_its_material_does_not_pass_for_a_good_file() {
     let ran = build(folder.path(), &short);
     assert_ne!(ran.code, Some(0));
     assert!(!folder.path().join("p.vdm").exists());
-    assert!(ran.stderr.contains("steps"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("`mesh.scale = 0.001`"), "{}", ran.stderr);
 }
 
 #[test]
 fn a_certificate_covers_whole_periods_unless_told_otherwise() {
     // Some 420 steps in the first period: 500 steps, as before, would see little more than one.
     let step = "1.125e-4";
-    let (built, info) = certificate(&beam(step, "[basis]\nmodes = 4\n"));
+    let (built, info) = certificate(&beam(step, "[basis]\nmodes = 4\n[tolerance]\nerror = 0.9\n"));
     let period = number(&built["steps_per_first_period"]);
     assert!(period > 300.0, "{period}");
     assert_eq!(number(&info["diagonal"]["steps"]), (3.0 * period).ceil());
-    let (_, short) = certificate(&beam(step, "[basis]\nmodes = 4\n[tolerance]\nsteps = 450\n"));
+    let (_, short) = certificate(&beam(step, "[basis]\nmodes = 4\n[tolerance]\nerror = 0.9\nsteps = 450\n"));
     assert_eq!(number(&short["diagonal"]["steps"]), 450.0);
 }
 

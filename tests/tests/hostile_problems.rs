@@ -246,7 +246,7 @@ fn a_short_and_a_long_step_are_noted_with_a_better_one() {
 fn memory_that_is_not_there_is_refused_by_name() {
     let large = changed("divisions = [4, 1, 1]", "divisions = [200, 100, 100]", "");
     build(&large, &["--memory", "1G"])
-        .fails(MACHINE, &["2000000 cells", "1.0 GB can be had", "--memory SIZE"]);
+        .fails(MACHINE, &["2000000 cells", "1.1 GB can be had", "--memory SIZE"]);
     let modes = with("[basis]\nmodes = 2000\noversampling = 1000\n");
     build(&modes, &["--memory", "200M"]).fails(MACHINE, &["basis", "200 MB can be had"]);
     let strided = with("[snapshots]\nduration = 100.0\nstride = 1\n");

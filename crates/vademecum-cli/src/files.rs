@@ -151,16 +151,17 @@ fn guess(path: &Path, bytes: &[u8]) -> (&'static str, &'static str) {
     if head.starts_with(b"<!doctype html") || head.starts_with(b"<html") {
         return ("it looks like a page, such as `report` and `view --export` write", OTHER);
     }
-    if !matches!(mesh::parse(path), Err(MeshError::UnknownFormat { .. })) {
-        return ("it looks like a mesh", MESH);
+    match mesh::parse(path) {
+        Err(MeshError::UnknownFormat { .. }) => {}
+        Err(MeshError::Geometry { .. }) => {
+            return (
+                "it looks like a surface or a CAD file",
+                "mesh its volume first, then name the mesh in a problem file",
+            );
+        }
+        _ => return ("it looks like a mesh", MESH),
     }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if ["stl", "step", "stp", "iges", "igs", "obj", "ply"].contains(&extension.as_str()) {
-        return (
-            "it looks like a surface or a CAD file",
-            "mesh its volume first, then name the mesh in a problem file",
-        );
-    }
     let text = std::str::from_utf8(bytes).ok();
     let table = text.and_then(|text| text.parse::<toml::Table>().ok());
     match table {

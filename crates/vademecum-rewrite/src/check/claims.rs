@@ -42,7 +42,7 @@ fn certificate(c: &StructureCertificate) -> Result<(), String> {
     if floor > ROUNDED * error + 1e-12 {
         return Err(format!("the projection floor {floor:e} is above the trajectory error {error:e}"));
     }
-    if c.map_error_rms > ROUNDED * c.map_error_max {
+    if c.map_error_rms > ROUNDED * c.map_error_max + 1e-12 {
         let (mean, largest) = (c.map_error_rms, c.map_error_max);
         return Err(format!("the mean error of the maps {mean:e} is above the largest {largest:e}"));
     }
