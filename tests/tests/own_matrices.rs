@@ -259,7 +259,7 @@ const CHAIN: Chain = Chain { count: 300, mass: 0.5, spring: 2e6 };
 
 /// What a problem of the chain needs beside its matrices.
 const CHAIN_REST: &str = "[load]\n[time]\nstep = 2e-3\n[snapshots]\npositions = 3\n\
-                          directions = [[1.0, 0.0, 0.0]]\n[basis]\nmodes = 6\n[tolerance]\nsteps = 100\n";
+                          directions = [[1.0, 0.0, 0.0]]\n[basis]\nmodes = 6\n[tolerance]\nsteps = 100\nerror = 0.9\n";
 
 #[test]
 fn a_chain_has_the_frequencies_of_the_textbook() {

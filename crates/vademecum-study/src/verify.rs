@@ -104,7 +104,8 @@ pub fn announce(
     let Prepared { body, symbolic, scheme, .. } = prepared;
     let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, prepared.rayleigh())?;
     let what = "the full-order march beside the file";
-    dynamics::announce(what, &full, 1, scenario.steps(dt)? as f64, options.long, listener)?;
+    let steps = scenario.steps_within(dt, STEPS_AT_FULL_ORDER, options.long)?;
+    dynamics::announce(what, &full, 1, steps as f64, options.long, listener)?;
     Ok(())
 }
 

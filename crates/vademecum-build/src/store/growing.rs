@@ -18,6 +18,8 @@ pub struct Growing {
     file: File,
     /// Length of head and lines in the file; `None` for a pipe or a device, which cannot go back.
     whole: Option<u64>,
+    /// Length of what went through a pipe or to a device.
+    sent: u64,
     tail: &'static str,
     waiting: Vec<u8>,
     /// Length of the longest line so far.
@@ -33,6 +35,7 @@ impl Growing {
         let mut begun = Self {
             file,
             whole: goes_back.then_some(0),
+            sent: 0,
             tail,
             waiting: head.into(),
             longest: head.len(),
@@ -61,9 +64,9 @@ impl Growing {
     /// next line might not have room in it: so no line lies on two pages, and a kill between them leaves
     /// whole lines.
     fn fill_page(&mut self) {
-        let (Some(whole), true) = (self.whole, self.tail.is_empty()) else { return };
-        let room = (PAGE - (whole + self.waiting.len() as u64) % PAGE) as usize;
-        if room >= self.longest {
+        let place = self.whole.unwrap_or(self.sent) + self.waiting.len() as u64;
+        let room = (PAGE - place % PAGE) as usize;
+        if !self.tail.is_empty() || room >= self.longest {
             return;
         }
         let exponent =
@@ -113,6 +116,7 @@ impl Growing {
         let lines = std::mem::take(&mut self.waiting);
         let Some(whole) = self.whole else {
             self.lines += count(&lines);
+            self.sent += lines.len() as u64;
             return self.file.write_all(&lines).inspect_err(|_| self.failed = true);
         };
         let text = [&lines, self.tail.as_bytes()].concat();
