@@ -155,7 +155,8 @@ fn a_body_that_is_turned_gets_the_same_basis() {
         modes.iter().map(|mode| number(&mode["frequency_hz"])).collect()
     };
     let straight = frequencies(|p| p, "x");
-    let turns: [(fn([f64; 3]) -> [f64; 3], &str); 3] =
+    type Turn = fn([f64; 3]) -> [f64; 3];
+    let turns: [(Turn, &str); 3] =
         [(|[x, y, z]| [-y, x, z], "y"), (|[x, y, z]| [z, x, y], "y"), (|[x, y, z]| [-z, y, x], "z")];
     for (turn, axis) in turns {
         let turned = frequencies(turn, axis);

@@ -280,7 +280,8 @@ mod tests {
         let points = points();
         let chosen = spread(&points, 12);
         let (sine, cosine) = 0.7_f64.sin_cos();
-        let turned: [fn([f64; 3], f64, f64) -> [f64; 3]; 4] = [
+        type Turn = fn([f64; 3], f64, f64) -> [f64; 3];
+        let turned: [Turn; 4] = [
             |[x, y, z], _, _| [-y, x, z],
             |[x, y, z], _, _| [z, x, y],
             |[x, y, z], _, _| [x + 0.1, y - 3.3, z + 1e-3],

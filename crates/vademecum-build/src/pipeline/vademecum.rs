@@ -278,11 +278,7 @@ impl Stages<'_> {
         };
         let [diagonal, of_block] = [&measured.diagonal, &measured.block].map(|m| m.figures);
         let figures = FileFigures { diagonal, block: of_block, chapter };
-        others.push(Draft::f64s(
-            SectionKind::StructureFigures,
-            [3, FIGURES, 1],
-            figures.numbers().into_iter(),
-        ));
+        others.push(Draft::f64s(SectionKind::StructureFigures, [3, FIGURES, 1], figures.numbers()));
         let parts = Parts {
             problem,
             body: &prepared.body,
