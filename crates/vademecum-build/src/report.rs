@@ -76,13 +76,35 @@ pub struct CertificateReport {
 impl CertificateReport {
     /// Whether one of the structures keeps the tolerance.
     pub fn holds(&self) -> bool {
-        let keeps = |s: &StructureReport| {
-            s.near_floor(self.floor_ratio, self.absolute) && s.trajectory_error <= self.error && s.stable()
-        };
+        self.structures().any(|s| self.parts_missed_by(s, None).is_empty())
+    }
+
+    fn structures(&self) -> impl Iterator<Item = &StructureReport> {
+        let chapter = self.chapter.as_ref().map(|c| &c.structure);
+        [self.diagonal.as_ref(), self.block.as_ref(), chapter].into_iter().flatten()
+    }
+
+    /// What one of the structures misses of the tolerance; `stop` is why its separation ended, if it has one.
+    fn parts_missed_by(&self, s: &StructureReport, stop: Option<StopReason>) -> Vec<MissedPart> {
         // The diagonal structure is closed form in its parameters: it has no separated maps to measure.
-        let diagonal = self.diagonal.as_ref().is_some_and(keeps);
-        let chapter = self.chapter.as_ref().is_some_and(|c| c.left_at.is_none() && keeps(&c.structure));
-        diagonal || chapter || self.block.as_ref().is_some_and(|s| keeps(s) && s.maps_keep(self.map))
+        let block = self.block.as_ref().is_some_and(|b| std::ptr::eq(b, s));
+        let left =
+            self.chapter.as_ref().is_some_and(|c| std::ptr::eq(&c.structure, s) && c.left_at.is_some());
+        let numbers = [s.trajectory_error, s.projection_floor, s.spectral_radius, s.energy_ratio];
+        let [unstable, maps] = match stop.filter(|_| block) {
+            Some(StopReason::MaxTerms) => [MissedPart::StabilityOverParameters, MissedPart::MapsTerms],
+            Some(_) => [MissedPart::StabilityOverParameters, MissedPart::MapsStagnated],
+            None => [MissedPart::Stability, MissedPart::MapsStagnated],
+        };
+        let found = [
+            (!numbers.iter().all(|x| x.is_finite()), MissedPart::NotANumber),
+            (s.spectral_radius > STABLE_RADIUS, unstable),
+            (block && !s.maps_keep(self.map), maps),
+            (s.energy_ratio > BOUNDED, MissedPart::Energy),
+            (left || !s.near_floor(self.floor_ratio, self.absolute), MissedPart::Trajectory),
+            (s.trajectory_error > self.error, MissedPart::Ceiling),
+        ];
+        found.into_iter().filter_map(|(missed, part)| missed.then_some(part)).collect()
     }
 
     /// Whether a larger basis could mend the block structure: its maps and its stability are sound.
@@ -157,33 +179,9 @@ pub enum MissedPart {
 impl BuildReport {
     /// The first part that the structure misses which misses fewest.
     pub fn missed_part(&self) -> MissedPart {
-        let c = &self.certificate;
-        let chapter = c.chapter.as_ref().map(|c| &c.structure);
-        let structures = [c.diagonal.as_ref(), c.block.as_ref(), chapter].into_iter().flatten();
-        let separated = self.separation.is_some();
-        let parts = |s: &StructureReport| {
-            let block = c.block.as_ref().is_some_and(|b| std::ptr::eq(b, s));
-            let numbers = [s.trajectory_error, s.projection_floor, s.spectral_radius, s.energy_ratio];
-            let stopped = self.separation.as_ref().map(|s| s.stop);
-            let part = |missed: bool, part: MissedPart| missed.then_some(part);
-            let [unstable, maps] = match (separated && block, stopped) {
-                (true, Some(StopReason::MaxTerms)) => {
-                    [MissedPart::StabilityOverParameters, MissedPart::MapsTerms]
-                }
-                (true, _) => [MissedPart::StabilityOverParameters, MissedPart::MapsStagnated],
-                (false, _) => [MissedPart::Stability, MissedPart::MapsStagnated],
-            };
-            let found = [
-                part(!numbers.iter().all(|x| x.is_finite()), MissedPart::NotANumber),
-                part(s.spectral_radius > STABLE_RADIUS, unstable),
-                part(block && !s.maps_keep(c.map), maps),
-                part(s.energy_ratio > BOUNDED, MissedPart::Energy),
-                part(!s.near_floor(c.floor_ratio, c.absolute), MissedPart::Trajectory),
-                part(s.trajectory_error > c.error, MissedPart::Ceiling),
-            ];
-            found.into_iter().flatten().collect::<Vec<_>>()
-        };
-        let fewest = structures.map(parts).min_by_key(Vec::len);
+        let stop = self.separation.as_ref().map(|s| s.stop);
+        let parts = self.certificate.structures().map(|s| self.certificate.parts_missed_by(s, stop));
+        let fewest = parts.min_by_key(Vec::len);
         fewest.and_then(|parts| parts.first().copied()).unwrap_or(MissedPart::Trajectory)
     }
 }

@@ -96,16 +96,20 @@ impl Limit {
     }
 }
 
-/// Bytes: a whole number, with K, M, G or T for powers of 1024.
+/// Bytes: a whole number, with K, M, G or T for powers of 1000, or Ki, Mi, Gi or Ti for powers of 1024.
 pub fn size(text: &str) -> Result<u64, String> {
     let wrong = || format!("`{text}` is no size; write bytes, or a number with K, M, G or T, such as 512M");
     let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
     let factor: u64 = match text[digits.len()..].to_ascii_uppercase().as_str() {
         "" | "B" => 1,
-        "K" | "KB" | "KIB" => 1 << 10,
-        "M" | "MB" | "MIB" => 1 << 20,
-        "G" | "GB" | "GIB" => 1 << 30,
-        "T" | "TB" | "TIB" => 1 << 40,
+        "K" | "KB" => 1_000,
+        "M" | "MB" => 1_000_000,
+        "G" | "GB" => 1_000_000_000,
+        "T" | "TB" => 1_000_000_000_000,
+        "KI" | "KIB" => 1 << 10,
+        "MI" | "MIB" => 1 << 20,
+        "GI" | "GIB" => 1 << 30,
+        "TI" | "TIB" => 1 << 40,
         _ => return Err(wrong()),
     };
     digits.parse::<u64>().ok().and_then(|number| number.checked_mul(factor)).ok_or_else(wrong)
@@ -117,11 +121,11 @@ mod tests {
 
     #[test]
     fn sizes_are_bytes_or_have_a_letter() {
-        let sizes = [("0", 0), ("4096", 4096), ("512M", 512 << 20), ("4g", 4 << 30), ("1 KiB", 1024)];
+        let sizes = [("0", 0), ("4096", 4096), ("512M", 512_000_000), ("4gi", 4 << 30), ("1 KiB", 1024)];
         for (text, bytes) in sizes {
             assert_eq!(size(&text.replace(' ', "")), Ok(bytes));
         }
-        for text in ["", "M", "-1", "1.5G", "12Q", "99999999999999999999", "16777216T", "ü"] {
+        for text in ["", "M", "-1", "1.5G", "12Q", "99999999999999999999", "18446745T", "ü"] {
             assert!(size(text).is_err_and(|error| error.contains("512M")), "{text}");
         }
     }

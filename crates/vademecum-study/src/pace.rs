@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use vademecum_build::dynamics::time_in_words;
 use vademecum_build::progress::Listener;
 
 /// A march that takes longer than this is announced \[s\].
@@ -57,12 +58,7 @@ impl Listener for Pace<'_> {
 
 /// What is said of a long march.
 fn announcement(steps: usize, time_step: f64, seconds: f64) -> String {
-    let [minutes, hours, days] = [60.0, 3600.0, 86400.0].map(|unit| seconds / unit);
-    let about = match seconds {
-        _ if days >= 2.0 => format!("{days:.0} days"),
-        _ if hours >= 2.0 => format!("{hours:.0} hours"),
-        _ => format!("{minutes:.0} minutes"),
-    };
+    let about = time_in_words(seconds);
     format!("{steps} steps of {time_step} s take about {about} at the pace of the first ones")
 }
 
@@ -91,7 +87,7 @@ mod tests {
         pace.advance(1000, 36_000_000);
         pace.advance(2000, 36_000_000);
         let said = notes.0.lock().expect("one thread").clone();
-        assert_eq!(said, ["36000000 steps of 0.001 s take about 10 hours at the pace of the first ones"]);
+        assert_eq!(said, ["36000000 steps of 0.001 s take about 10.0 h at the pace of the first ones"]);
         let mut pace = Pace::new(1e-3, &notes);
         pace.start = started;
         pace.advance(1000, 2000);

@@ -7,9 +7,9 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{self, FullOrder, TimedLoad};
+use vademecum_build::dynamics::{FullOrder, TimedLoad, announce};
 use vademecum_build::input::Problem;
-use vademecum_build::prepared::{Body, Prepared, Probe, Setting};
+use vademecum_build::prepared::{Body, Prepared, Probe};
 use vademecum_build::progress::Listener;
 use vademecum_format::{File, SectionKind};
 
@@ -17,7 +17,6 @@ use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
 use crate::contents::{lines, section};
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
-use crate::pace::Pace;
 use crate::parameters::{ParameterValue, setting, values};
 use crate::player::chapter::step_radius;
 use crate::player::{PlacedContact, PlayOptions, Track, long_run, play};
@@ -89,31 +88,13 @@ struct Shown {
     probes: Vec<f64>,
 }
 
-/// Says how much full-order marching a verification takes, before it starts.
-///
-/// # Errors
-/// [`StudyError::Build`]: more than four hours or 2e7 steps, unless they are asked for by `options.long`.
-pub fn announce(
-    file: &File<'_>,
-    prepared: &Prepared,
-    scenario: &Scenario,
-    options: &PlayOptions,
-    listener: &dyn Listener,
-) -> Result<(), StudyError> {
-    let dt = options.scene.time_step.unwrap_or(file.metadata().time_step);
-    let Prepared { body, symbolic, scheme, .. } = prepared;
-    let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, prepared.rayleigh())?;
-    let what = "the full-order march beside the file";
-    let steps = scenario.steps_within(dt, STEPS_AT_FULL_ORDER, options.long)?;
-    dynamics::announce(what, &full, 1, steps as f64, options.long, listener)?;
-    Ok(())
-}
-
 /// Marches the scenario through the file and at full order, both at the parameters of `options`, and compares
 /// them.
 ///
 /// # Errors
 /// [`StudyError::TooManySteps`], [`StudyError::Long`], [`StudyError::TooManyLoads`];
+/// [`StudyError::Build`]: more than four hours or 2e7 steps of full-order marching, unless they are asked for
+/// by `options.long`;
 /// [`StudyError::NotFinite`], [`StudyError::Refused`]: a march of the file that ends early;
 /// [`StudyError::File`]: a file of another mesh, or one that the evaluator refuses;
 /// [`StudyError::NoPattern`], [`StudyError::ForeignPattern`]; a full-order march that fails or is stopped.
@@ -142,13 +123,18 @@ pub fn verify(
     }
     notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
 
+    let Prepared { symbolic, scheme, .. } = prepared;
+    let pencil = setting.pencil(body.model.pencil());
+    let full = FullOrder::new(&pencil, symbolic, scheme, time_step, setting.rayleigh())?;
+    announce("the full-order march beside the file", &full, 1, steps as f64, options.long, listener)?;
+
     listener.stage("step the file");
     let shown = show(file, options, &track, steps, time_step, listener)?;
     let timing = long_run(file, options, &track, TIMED_STEPS, listener)?;
     let spectral_radius = step_radius(file, options)?;
 
     listener.stage("march full order");
-    let full = full_order(file, prepared, &setting, &track, &file_nodes, &shown, listener)?;
+    let full = compare_full_order(file, body, &full, &track, &file_nodes, &shown, listener)?;
     let release = ((track.release() / time_step).ceil() as usize).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
@@ -205,26 +191,21 @@ fn show(
     Ok(shown)
 }
 
-fn full_order(
+fn compare_full_order(
     file: &File<'_>,
-    prepared: &Prepared,
-    setting: &Setting,
+    body: &Body,
+    full: &FullOrder<'_>,
     track: &Track,
     file_nodes: &[u32],
     shown: &Shown,
     listener: &dyn Listener,
 ) -> Result<Comparison, StudyError> {
-    let Prepared { body, symbolic, scheme, .. } = prepared;
-    let metadata = file.metadata();
     let basis = free_basis(file, body, file_nodes)?;
-    let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
-    let pencil = setting.pencil(body.model.pencil());
-    let full = FullOrder::new(&pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
+    let coordinates = coordinate_matrix(file.metadata().n_modes as usize, &shown.coordinates);
     let loads = full_order_loads(file, track, body, file_nodes)?;
     let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
-    let paced = Pace::new(setting.step.time_step, listener);
-    compare(body, &full, &loads, &reduced, &paced)
+    compare(body, full, &loads, &reduced, listener)
 }
 
 /// Mesh node of each file node, by the ids in the file.

@@ -19,6 +19,7 @@ pub use error::CertificateError;
 pub use evaluated::{Candidate, Measured, certify, measure, spectral_radius};
 pub use figures::{FIGURES, Figures, FileFigures};
 pub use over_box::{BoxCertificate, certify_box};
+pub(crate) use unseen::TRAJECTORIES;
 pub use unseen::{UnseenLoad, UnseenLoads};
 pub use verdict::{BOUNDED, StructureMeasured, StructureReport};
 

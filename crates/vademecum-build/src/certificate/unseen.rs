@@ -7,7 +7,7 @@ use crate::prepared::Body;
 use crate::store::{Hashed, Inputs};
 
 /// Unseen trajectories marched side by side.
-const TRAJECTORIES: usize = 3;
+pub(crate) const TRAJECTORIES: usize = 3;
 /// Where the draw starts.
 const SEED: u64 = 0x5EED_0001;
 

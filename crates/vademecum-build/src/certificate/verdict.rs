@@ -154,11 +154,6 @@ impl StructureReport {
         let near = |run: &TrajectoryError| run.error <= floor_ratio * run.floor + absolute;
         near(&worst) && self.runs.iter().all(near)
     }
-
-    /// Whether the step is stable and its energy bounded.
-    pub(crate) fn stable(&self) -> bool {
-        self.spectral_radius <= STABLE_RADIUS && self.energy_ratio <= BOUNDED
-    }
 }
 
 /// Largest energy of a free run over the energy at its start. A stable step decays; between, the energy of

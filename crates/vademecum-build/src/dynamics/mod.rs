@@ -21,7 +21,7 @@ pub use march::{
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub use modes::{Modes, ModesError, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
-pub use work::{TooMuchWork, Work, announce, seconds_per_step};
+pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};
 
 #[cfg(test)]
 mod oracle_tests;

@@ -110,7 +110,8 @@ fn count_in_words(count: f64) -> String {
     if count < 1e7 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
-fn time_in_words(seconds: f64) -> String {
+/// A time as one says it.
+pub fn time_in_words(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a second".into(),
         s if s < 120.0 => format!("{s:.0} s"),

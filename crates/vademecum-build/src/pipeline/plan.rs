@@ -5,6 +5,7 @@
 
 use super::error::BuildError;
 use crate::basis::{Runs, most_vectors, sample_settings};
+use crate::certificate::TRAJECTORIES;
 use crate::dynamics::{FullOrder, Work, seconds_per_step};
 use crate::input::{BasisKind, Problem};
 use crate::limits::{Memory, TooMuchMemory, memory_in_words};
@@ -17,8 +18,7 @@ const NUMBER: f64 = 8.0;
 const FEW_TERMS: usize = 10;
 /// Vectors of one trajectory in a march: state, stages, forces, right-hand sides.
 const PER_TRAJECTORY: f64 = 12.0;
-/// Trajectories of a certificate.
-const UNSEEN: f64 = 3.0;
+
 /// Threads of a march.
 fn threads() -> f64 {
     rayon::current_num_threads() as f64
@@ -91,7 +91,8 @@ fn plan(
         snapshots = NUMBER * n as f64 * side_by_side as f64 * at_once * kept;
     }
     let steps = unseen as f64;
-    let march = Work { steps: UNSEEN * steps, seconds: steps * seconds_per_step(full, UNSEEN as usize) };
+    let march =
+        Work { steps: TRAJECTORIES as f64 * steps, seconds: steps * seconds_per_step(full, TRAJECTORIES) };
     let corners = if prepared.space.parameters.is_empty() { 1 } else { prepared.space.corners().len() };
     let certificates = corners as f64 + if live { 0.0 } else { f64::from(u8::from(corners > 1)) };
     work = work.and(march.times(certificates));

@@ -9,7 +9,7 @@ use vademecum_study::StudyError;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::soundness::check_file;
-use vademecum_study::verify::{announce, verify};
+use vademecum_study::verify::verify;
 
 use crate::arguments::{Limit, StructureArgument, setting};
 use crate::console::Console;
@@ -114,7 +114,6 @@ impl Verify {
         parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;
-        announce(&file, &prepared, &scenario, &options, console).map_err(about)?;
         let verified = verify(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
         console.clear();
         if self.json {
