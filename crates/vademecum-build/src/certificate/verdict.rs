@@ -1,7 +1,7 @@
 //! What was measured of a structure, and whether it keeps a tolerance.
 
 use vademecum_format::StructureCertificate;
-use vademecum_format::policy::{ABSOLUTE_ERROR, STABLE_RADIUS};
+use vademecum_format::policy::ABSOLUTE_ERROR;
 
 use super::endurance::Measured;
 use super::figures::{FIGURES, Figures, finite, larger};
