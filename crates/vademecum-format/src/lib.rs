@@ -65,6 +65,7 @@
 mod blocks;
 mod chapter;
 mod error;
+pub mod exact;
 mod fuse;
 mod layout;
 mod metadata;
