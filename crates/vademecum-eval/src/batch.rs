@@ -12,7 +12,7 @@
 //! each, over the same scene.
 
 use crate::error::{BindError, LoadError, StepError};
-use crate::kernel::{LANES, ModeBlock, flushed, step_dense};
+use crate::kernel::{LANES, ModeBlock, blocks, flushed, step_dense};
 use crate::lend::{Lender, put};
 use crate::loads::Loads;
 use crate::options::{Status, Structure};
@@ -113,7 +113,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
         let (states, next, loads) = (take(group)?, take(group)?, take(group)?);
         let (magnitudes, loaded, unstarted) = (take(WIDTH)?, take(WIDTH)?, take(WIDTH)?);
         let forces = take(WIDTH * scene.shape.r)?;
-        unstarted.fill(T::from_f32(1.0));
+        let some_unstarted = scene.shape.n_parts() > 2;
+        unstarted.fill(if some_unstarted { T::from_f32(1.0) } else { T::ZERO });
         let (shape, generation) = (scene.shape, scene.generation);
         let time_step = scene.parameters.time_step;
         Ok(Self {
@@ -128,7 +129,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
             magnitudes,
             loaded,
             unstarted,
-            some_unstarted: true,
+            some_unstarted,
             next,
         })
     }
@@ -171,7 +172,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         self.n_loaded += usize::from(loads.active);
         *loaded = T::from_f32(f32::from(u8::from(loads.active)));
         self.generation = if loads.active { scene.generation } else { self.generation };
-        for third in 0..3 {
+        for third in 0..self.shape.n_parts() {
             let from = loads.increment.iter().skip(third * self.shape.stride()).take(self.shape.r);
             for (k, &value) in from.enumerate() {
                 put(self.loads, place(self.shape, instance, third, k), value)?;
@@ -195,7 +196,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// another `Δt`; the batch is then unchanged.
     pub fn set(&mut self, instance: usize, state: &State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
-        for third in 0..3 {
+        for third in 0..self.shape.n_parts() {
             for (k, &value) in state.y.part(third).iter().enumerate() {
                 put(self.states, place(self.shape, instance, third, k), value)?;
                 put(self.next, place(self.shape, instance, third, k), T::ZERO)?;
@@ -213,7 +214,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// another `Δt`; `state` is then unchanged.
     pub fn get(&self, instance: usize, state: &mut State<'_, T>) -> Result<(), StepError> {
         self.check(instance, state)?;
-        for third in 0..3 {
+        for third in 0..self.shape.n_parts() {
             for (k, out) in state.y.part_mut(third).iter_mut().enumerate() {
                 let at = place(self.shape, instance, third, k);
                 *out = *self.states.get(at).ok_or(StepError::Mismatch)?;
@@ -248,7 +249,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         let ratio = scene.parameters.time_step / self.time_step;
         let (shape, n) = (self.shape, self.n_instances);
         let rates = [(1, ratio), (2, ratio * ratio)];
-        let places = rates.into_iter().flat_map(|(third, factor)| {
+        let places = rates.into_iter().take(shape.n_parts() - 1).flat_map(|(third, factor)| {
             (0..n).flat_map(move |i| (0..shape.r).map(move |k| (place(shape, i, third, k), factor)))
         });
         let scaled = |states: &[T], at: usize, factor: f64| {
@@ -291,7 +292,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
             self.start(scene)?;
         }
         match self.shape.structure {
-            Structure::Diagonal => self.step_groups(scene)?,
+            Structure::Diagonal => self.step_groups::<3>(scene)?,
+            Structure::Exact => self.step_groups::<2>(scene)?,
             Structure::Block => self.step_each(scene)?,
         }
         core::mem::swap(&mut self.states, &mut self.next);
@@ -357,7 +359,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         Ok(())
     }
 
-    fn step_groups(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
+    fn step_groups<const N: usize>(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
         let length = group_len(self.shape).max(1);
         let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
         let mut news = self.next.chunks_exact_mut(length);
@@ -371,8 +373,12 @@ impl<'m, T: Scalar> Batch<'m, T> {
             }
             let (old, load) = (old.as_chunks_mut().0, load.as_chunks().0);
             let new = new.as_chunks_mut().0;
-            let modes = scene.map.as_chunks().0.as_chunks().0;
-            *magnitudes = step_modes(modes, old.as_chunks().0, load.as_chunks().0, new.as_chunks_mut().0);
+            *magnitudes = step_modes::<T, N>(
+                blocks(scene.map),
+                old.as_chunks().0,
+                load.as_chunks().0,
+                new.as_chunks_mut().0,
+            );
             settle(scene.rest_below, loaded, magnitudes, old, new);
         }
         Ok(())
@@ -415,7 +421,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
 /// Numbers of a group's states.
 const fn group_len(shape: Shape) -> usize {
     match shape.structure {
-        Structure::Diagonal => 3 * shape.r * WIDTH,
+        Structure::Diagonal | Structure::Exact => shape.n_parts() * shape.r * WIDTH,
         Structure::Block => shape.padded() * WIDTH,
     }
 }
@@ -424,7 +430,9 @@ const fn group_len(shape: Shape) -> usize {
 /// that the numbers of a mode lie side by side. Block: `(instance, third, mode)`, padded for the kernel.
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     match shape.structure {
-        Structure::Diagonal => ((instance / WIDTH * shape.r + k) * 3 + third) * WIDTH + instance % WIDTH,
+        Structure::Diagonal | Structure::Exact => {
+            ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH
+        }
         Structure::Block => instance * shape.padded() + third * shape.r + k,
     }
 }
@@ -464,35 +472,38 @@ fn settle<T: Scalar>(
 
 /// [`step_diagonal`](crate::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at
 /// once.
-fn step_modes<T: Scalar>(
-    blocks: &[ModeBlock<T>],
-    old: &[[Lane<T>; 3]],
-    load: &[[Lane<T>; 3]],
-    new: &mut [[Lane<T>; 3]],
+fn step_modes<T: Scalar, const N: usize>(
+    blocks: &[ModeBlock<T, N>],
+    old: &[[Lane<T>; N]],
+    load: &[[Lane<T>; N]],
+    new: &mut [[Lane<T>; N]],
 ) -> Lane<T> {
     let mut sums = [T::ZERO; WIDTH];
     let coefficients = blocks.iter().flat_map(|block| (0..LANES).map(move |k| (block, k)));
     for (((old, load), new), (d, k)) in old.iter().zip(load).zip(new).zip(coefficients) {
-        for row in 0..3 {
-            let d = [d[3 * row][k], d[3 * row + 1][k], d[3 * row + 2][k]];
+        for row in 0..N {
+            let d = d[row].each_ref().map(|lanes| lanes[k]);
             new[row] = mode_row(d, old, &old[row], &load[row], &mut sums);
         }
     }
     sums
 }
 
-/// One row of the 3×3 block of a mode, as the single step has it.
+/// One row of the block of a mode, as the single step has it.
 #[inline(always)]
-fn mode_row<T: Scalar>(
-    d: [T; 3],
-    [z, v, a]: &[Lane<T>; 3],
+fn mode_row<T: Scalar, const N: usize>(
+    d: [T; N],
+    y: &[Lane<T>; N],
     kept: &Lane<T>,
     load: &Lane<T>,
     sums: &mut Lane<T>,
 ) -> Lane<T> {
     let mut new = [T::ZERO; WIDTH];
     for lane in 0..WIDTH {
-        let increment = load[lane] + d[0] * z[lane] + d[1] * v[lane] + d[2] * a[lane];
+        let mut increment = load[lane];
+        for part in 0..N {
+            increment += d[part] * y[part][lane];
+        }
         new[lane] = flushed(kept[lane] + increment, &mut sums[lane]);
     }
     new

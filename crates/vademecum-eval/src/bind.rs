@@ -13,6 +13,7 @@ use crate::options::{SceneOptions, Structure};
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
+use vademecum_format::exact::Propagator;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
 use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
 
@@ -26,6 +27,8 @@ pub(crate) struct Sections<'m> {
     pub block_load: Option<Numbers<'m>>,
     pub pattern_basis: Option<Numbers<'m>>,
     pub pattern_block: Option<Numbers<'m>>,
+    /// `ζ_k` beside Rayleigh's, for exact steps.
+    pub damping_ratios: Option<&'m [[u8; 8]]>,
     /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
 }
@@ -74,7 +77,9 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
     use SectionKind as S;
     let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
     let (stiffness, separated) = match structure {
-        Structure::Diagonal => (Stiffness::Diagonal(needed(file, S::Eigenvalues)?), Separated::default()),
+        Structure::Diagonal | Structure::Exact => {
+            (Stiffness::Diagonal(needed(file, S::Eigenvalues)?), Separated::default())
+        }
         Structure::Block => (
             Stiffness::Dense(needed(file, S::ReducedStiffness)?),
             Separated {
@@ -90,6 +95,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         block_load: optional(S::BlockLoad),
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
+        damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,
     })
 }
@@ -134,6 +140,7 @@ pub(crate) fn fuse<'w, T: Scalar>(
 ) -> Result<Fused<'w>, BindError> {
     let fused = match shape.structure {
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
+        Structure::Exact => fuse_exact(sections, asked, shape, work)?,
         Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
     };
     let mut all = fused.d.iter().chain(fused.loads).chain(fused.weights);
@@ -178,6 +185,36 @@ fn fuse_modes<'w>(
         for (loads, e) in loads.chunks_exact_mut(3).zip(e) {
             loads.iter_mut().for_each(|value| *value *= 1.0 + e);
         }
+    }
+    Ok(Fused { d, loads, weights: &[] })
+}
+
+/// The 2×2 block of each mode, and its answers to the parts of a load that grows from its start to its end:
+/// `P₀ − P₁` and `P₁`.
+fn fuse_exact<'w>(
+    sections: &Sections<'_>,
+    asked: &Asked,
+    shape: Shape,
+    work: &'w mut [f64],
+) -> Result<Fused<'w>, BindError> {
+    let StepParameters { time_step, alpha, beta, density, stiffness } = asked.step;
+    asked.step.check()?;
+    let mut work = Lender::new(work);
+    let (d, loads) = (work.take(4 * shape.r)?, work.take(4 * shape.r)?);
+    let Stiffness::Diagonal(lambdas) = sections.matrices.stiffness else {
+        return Err(missing(SectionKind::Eigenvalues).into());
+    };
+    let mut ratios = sections.damping_ratios.unwrap_or(&[]).iter();
+    let blocks = d.as_chunks_mut().0.iter_mut().zip(loads.as_chunks_mut().0);
+    for (&lambda, (d, loads)) in lambdas.iter().zip(blocks) {
+        let lambda = f64::from_le_bytes(lambda) * stiffness / density;
+        let ratio = ratios.next().map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
+        let sigma = 0.5 * (alpha + beta * lambda) + ratio * libm::sqrt(lambda);
+        let mode = Propagator::new(lambda, sigma, time_step);
+        // Column by column, as the other structures have it.
+        *d = [mode.d[0], mode.d[2], mode.d[1], mode.d[3]];
+        let [held, rising] = [mode.held, mode.rising].map(|p| p.map(|p| p / density));
+        *loads = [held[0] - rising[0], held[1] - rising[1], rising[0], rising[1]];
     }
     Ok(Fused { d, loads, weights: &[] })
 }
@@ -301,7 +338,12 @@ pub(crate) fn lay_out<T: Scalar>(
     weights: &mut [T],
 ) -> Result<(), Short> {
     match shape.structure {
-        Structure::Diagonal => lay_out_modes(fused, shape, map, load_maps),
+        Structure::Diagonal => lay_out_modes::<T, 3>(fused, shape, map, load_maps),
+        Structure::Exact => {
+            lay_out_modes::<T, 2>(fused, shape, map, load_maps)?;
+            contract(map);
+            Ok(())
+        }
         Structure::Block => {
             lay_out_columns(fused.d, 3 * shape.r, map)?;
             let (mut columns, mut load_maps) = (Lender::new(fused.loads), Lender::new(load_maps));
@@ -316,21 +358,21 @@ pub(crate) fn lay_out<T: Scalar>(
     }
 }
 
-/// Column-major 3×3 to row-major, one row of [`LANES`] modes per coefficient; load vectors like a state.
-fn lay_out_modes<T: Scalar>(
+/// Column-major N×N to row-major, one row of [`LANES`] modes per coefficient; load vectors like a state.
+fn lay_out_modes<T: Scalar, const N: usize>(
     fused: &Fused<'_>,
     shape: Shape,
     map: &mut [T],
     load_maps: &mut [T],
 ) -> Result<(), Short> {
-    for (k, d) in fused.d.chunks_exact(9).enumerate() {
+    for (k, d) in fused.d.chunks_exact(N * N).enumerate() {
         for (entry, &value) in d.iter().enumerate() {
-            put(map, place_in_modes(k, entry % 3, entry / 3), T::from_f64(value))?;
+            put(map, place_in_modes::<N>(k, entry % N, entry / N), T::from_f64(value))?;
         }
     }
-    for (k, loads) in fused.loads.chunks_exact(shape.n_stages.saturating_mul(3).max(1)).enumerate() {
+    for (k, loads) in fused.loads.chunks_exact(shape.n_stages.saturating_mul(N).max(1)).enumerate() {
         for (place, &value) in loads.iter().enumerate() {
-            let (stage, row) = (place / 3, place % 3);
+            let (stage, row) = (place / N, place % N);
             let at = stage * shape.load_map_len() + row * shape.stride() + k;
             put(load_maps, at, T::from_f64(value))?;
         }
@@ -338,9 +380,74 @@ fn lay_out_modes<T: Scalar>(
     Ok(())
 }
 
-/// Where the diagonal kernel wants number `(row, column)` of the 3×3 block of mode `k`.
-pub(crate) const fn place_in_modes(k: usize, row: usize, column: usize) -> usize {
-    (k / LANES * 9 + 3 * row + column) * LANES + k % LANES
+/// Makes the step of every mode one that does not grow: rounding its coefficients can leave the determinant
+/// of `I + D` a little above 1, and an undamped mode would then gain energy for ever. The two coefficients
+/// beside the diagonal are moved by a few units in their last place, so that the determinant comes as near to
+/// 1 from below as their numbers allow. The trace, which is the frequency, stays.
+fn contract<T: Scalar>(map: &mut [T]) {
+    for block in map.as_chunks_mut::<LANES>().0.as_chunks_mut::<2>().0.as_chunks_mut::<2>().0 {
+        let [[d11, d12], [d21, d22]] = block;
+        for k in 0..LANES {
+            let d = [d11[k], d12[k], d21[k], d22[k]].map(T::to_f64);
+            // Damping takes more than rounding gives; what is not a number ends here, too.
+            if !(growth(d) > -64.0 * T::EPSILON) {
+                continue;
+            }
+            let [_, b, c, _] = nearest_to_one::<T>(d);
+            (d12[k], d21[k]) = (T::from_f64(b), T::from_f64(c));
+            // Near half a turn the two have no leverage; there the diagonal gives way.
+            for push in 0..16 {
+                let d = [d11[k], d12[k], d21[k], d22[k]].map(T::to_f64);
+                let excess = growth(d);
+                if !(excess > 0.0) {
+                    break;
+                }
+                d11[k] = T::from_f64(d[0] - 1.05 * excess * f64::from(1u16 << push) / (1.0 + d[3]));
+            }
+        }
+    }
+}
+
+/// A 2×2 `D` whose numbers beside the diagonal are moved by at most sixteen units in the last place of `T`, so
+/// that `det(I + D)` is the largest that is not above 1; as it is, where they do not reach.
+fn nearest_to_one<T: Scalar>(d: [f64; 4]) -> [f64; 4] {
+    const UNITS: i8 = 16;
+    let unit = |x: f64| libm::ldexp(T::EPSILON, libm::frexp(x).1);
+    let ([a, b, c, e], excess) = (d, growth(d));
+    let (unit_b, unit_c) = (unit(b), unit(c));
+    // What a unit of each does to the determinant.
+    let (by_b, by_c) = (-c * unit_b, -b * unit_c);
+    let (mut best, mut least) = (d, f64::INFINITY);
+    for n in -UNITS..=UNITS {
+        let wanted = -(excess + f64::from(n) * by_b);
+        let m = if by_c > 0.0 { libm::floor(wanted / by_c) } else { libm::ceil(wanted / by_c) };
+        let left = wanted - m * by_c;
+        if left < least && libm::fabs(m) <= f64::from(UNITS) {
+            let moved = [a, b + f64::from(n) * unit_b, c + m * unit_c, e];
+            if growth(moved) <= 0.0 {
+                (best, least) = (moved, left);
+            }
+        }
+    }
+    best
+}
+
+/// `det(I + D) − 1` of a 2×2 `D`, to twice the digits of its numbers.
+fn growth([a, b, c, d]: [f64; 4]) -> f64 {
+    let (kept, turned) = (a * d, b * c);
+    let terms = [a, d, kept, -turned, libm::fma(a, d, -kept), -libm::fma(b, c, -turned)];
+    let (mut sum, mut lost) = (0.0f64, 0.0);
+    for term in terms {
+        let next = sum + term;
+        lost += if sum.abs() >= term.abs() { (sum - next) + term } else { (term - next) + sum };
+        sum = next;
+    }
+    sum + lost
+}
+
+/// Where the kernels want number `(row, column)` of the N×N block of mode `k`.
+pub(crate) const fn place_in_modes<const N: usize>(k: usize, row: usize, column: usize) -> usize {
+    (k / LANES * N * N + N * row + column) * LANES + k % LANES
 }
 
 /// Where the dense kernel wants number `(row, column)` of a matrix of `n_columns`.

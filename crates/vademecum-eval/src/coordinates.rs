@@ -1,4 +1,5 @@
-//! The reduced coordinates of a body and their rates, `y = (ζ, Δt ζ̇, Δt² ζ̈)`, twice in lent memory: as they
+//! The reduced coordinates of a body and their rates, `y = (ζ, Δt ζ̇, Δt² ζ̈)`, the last only where a time scheme
+//! wants it, twice in lent memory: as they
 //! are, and where a step writes the new ones. The states of both kinds of scene are made of them.
 
 use crate::error::StepError;
@@ -9,12 +10,21 @@ use crate::scalar::Scalar;
 /// Where the three parts of `y` lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Parts {
+    /// How many of the three there are; without an acceleration 2.
+    pub count: usize,
     /// Length of each.
     pub r: usize,
     /// From the start of one to the start of the next; at least `r`.
     pub stride: usize,
-    /// Length of all with the padding that a kernel wants; at least `3 stride`.
+    /// Length of all with the padding that a kernel wants; at least `count stride`.
     pub padded: usize,
+}
+
+impl Parts {
+    /// Whether a step starts from an acceleration.
+    const fn has_acceleration(&self) -> bool {
+        self.count > 2
+    }
 }
 
 /// Old and new `y`.
@@ -35,18 +45,23 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
     /// A body at rest.
     pub fn new(parts: Parts, time_step: f64, memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
         let (now, next) = (memory.take(parts.padded)?, memory.take(parts.padded)?);
-        if parts.r > parts.stride || 3 * parts.stride > parts.padded {
-            return Err(Short { found: parts.padded, needed: 3 * parts.stride.max(parts.r) });
+        if parts.r > parts.stride || parts.count * parts.stride > parts.padded {
+            return Err(Short { found: parts.padded, needed: parts.count * parts.stride.max(parts.r) });
         }
         now.fill(T::ZERO);
         next.fill(T::ZERO);
-        Ok(Self { parts, time_step, now, next, at_rest: true, unstarted: true })
+        Ok(Self { parts, time_step, now, next, at_rest: true, unstarted: parts.has_acceleration() })
+    }
+
+    /// Whether a step starts from an acceleration.
+    pub const fn has_acceleration(&self) -> bool {
+        self.parts.has_acceleration()
     }
 
     /// Puts the body at rest, as a new one is.
     pub fn rest(&mut self) {
         self.come_to_rest();
-        self.unstarted = true;
+        self.unstarted = self.parts.has_acceleration();
     }
 
     /// Lets a body that was stepped or set rest.
@@ -61,9 +76,8 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         let ratio = time_step / self.time_step;
         self.next.iter_mut().zip(&*self.now).for_each(|(next, &now)| *next = now);
         let stride = self.parts.stride;
-        let mut next = Lender::new(&mut *self.next);
-        next.take(stride)?;
-        for (part, factor) in [(next.take(stride)?, ratio), (next.take(stride)?, ratio * ratio)] {
+        let parts = self.next.chunks_exact_mut(stride.max(1)).take(self.parts.count).skip(1);
+        for (part, factor) in parts.zip([ratio, ratio * ratio]) {
             part.iter_mut().for_each(|value| *value = T::from_f64(value.to_f64() * factor));
         }
         let finite = self.next.iter().all(|value| value.to_f64().is_finite());
@@ -91,23 +105,29 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         Ok(Status::Moving)
     }
 
-    /// Part 0, 1 or 2 of `y`, length `r`.
+    /// Part 0, 1 or 2 of `y`, length `r`; empty for a part that is not there.
     pub fn part(&self, place: usize) -> &[T] {
+        if place >= self.parts.count {
+            return &[];
+        }
         let start = place * self.parts.stride;
-        // `new` has seen that all three fit.
+        // `new` has seen that all of them fit.
         self.now.get(start..start + self.parts.r).unwrap_or(&[])
     }
 
     /// [`Coordinates::part`] to be written.
     pub fn part_mut(&mut self, place: usize) -> &mut [T] {
+        if place >= self.parts.count {
+            return &mut [];
+        }
         let start = place * self.parts.stride;
         self.now.get_mut(start..start + self.parts.r).unwrap_or(&mut [])
     }
 
-    /// Copies `y` to `out`, length `3r`. The sign of the last number, a zero, tells a body that has not
+    /// Copies `y` to `out`, as long as all parts. The sign of the last number, a zero, tells a body that has not
     /// started yet.
     pub fn save_into(&self, out: &mut [T]) -> Result<(), StepError> {
-        if out.len() != 3 * self.parts.r {
+        if out.len() != self.parts.count * self.parts.r {
             return Err(StepError::Mismatch);
         }
         for (place, out) in out.chunks_exact_mut(self.parts.r.max(1)).enumerate() {
@@ -122,7 +142,7 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
     /// Takes back what [`Coordinates::save_into`] wrote.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         let r = self.parts.r;
-        if saved.len() != 3 * r {
+        if saved.len() != self.parts.count * r {
             return Err(StepError::Mismatch);
         }
         if saved.iter().any(|value| !value.to_f64().is_finite()) {
@@ -134,16 +154,23 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         (self.at_rest, self.unstarted) = (false, false);
         if saved.iter().all(|&value| value == T::ZERO) {
             self.come_to_rest();
-            self.unstarted = saved.last().is_some_and(|last| last.to_f64().is_sign_negative());
+            self.unstarted = self.parts.has_acceleration();
+            self.unstarted &= saved.last().is_some_and(|last| last.to_f64().is_sign_negative());
         }
         Ok(())
     }
 
-    /// The three parts of the new `y`, each of length `r`.
-    pub fn next_parts(&mut self) -> Result<[&mut [T]; 3], Short> {
-        let Parts { r, stride, .. } = self.parts;
+    /// The first parts of the new `y`, each of length `r`.
+    pub fn next_parts<const N: usize>(&mut self) -> Result<[&mut [T]; N], Short> {
+        let Parts { count, r, stride, padded } = self.parts;
+        if N > count {
+            return Err(Short { found: padded, needed: N * stride });
+        }
         let mut next = Lender::new(&mut *self.next);
-        let mut part = || Lender::new(next.take(stride)?).take(r);
-        Ok([part()?, part()?, part()?])
+        let mut parts = [const { None }; N];
+        for part in &mut parts {
+            *part = Some(Lender::new(next.take(stride)?).take(r)?);
+        }
+        Ok(parts.map(Option::unwrap_or_default))
     }
 }

@@ -47,6 +47,7 @@ impl<T: Scalar> Scene<'_, T> {
         let separated = &sections.separated;
         let (bind_numbers, step_operations) = match shape.structure {
             Structure::Diagonal => (r, 9 * r),
+            Structure::Exact => (r * (1 + usize::from(sections.damping_ratios.is_some())), 4 * r),
             Structure::Block => {
                 let factors = shape.n_terms * separated.points.len();
                 (shape.n_terms * r * r + separated.points.len() + factors, 9 * r * r)

@@ -55,6 +55,9 @@ impl Equation<'_, '_> {
     ) -> Result<(), StepError> {
         let StepParameters { time_step: dt, alpha, beta, density, stiffness } = *self.parameters;
         y.next.fill(T::ZERO);
+        if !y.has_acceleration() {
+            return place_without_acceleration(y, zeta, zeta_dot, dt);
+        }
         let [position, velocity, acceleration] = y.next_parts()?;
         if [zeta.len(), zeta_dot.len(), force.len()] != [position.len(); 3] {
             return Err(StepError::Mismatch);
@@ -72,15 +75,7 @@ impl Equation<'_, '_> {
             *velocity = T::from_f64(dt * rate);
             *acceleration = T::from_f64(dt * dt * (acceleration.to_f64() - alpha * rate));
         }
-        if y.next.iter().any(|value| !value.to_f64().is_finite()) {
-            return Err(StepError::NotFinite);
-        }
-        y.accept(dt);
-        (y.at_rest, y.unstarted) = (false, false);
-        if y.now.iter().all(|&value| value == T::ZERO) {
-            y.come_to_rest();
-        }
-        Ok(())
+        accept_placed(y, dt)
     }
 
     /// Gives a body at rest the acceleration that `force = BᵀF` demands, as [`Equation::place`] does; all of
@@ -236,6 +231,35 @@ impl Equation<'_, '_> {
             (Stiffness::Dense(whole), _) => (0..r).map(|k| on_diagonal(whole, k)).sum(),
         }
     }
+}
+
+/// Sets displacement and velocity where there is nothing else to set.
+fn place_without_acceleration<T: Scalar>(
+    y: &mut Coordinates<'_, T>,
+    zeta: &[f64],
+    zeta_dot: &[f64],
+    time_step: f64,
+) -> Result<(), StepError> {
+    let [position, velocity] = y.next_parts()?;
+    if [zeta.len(), zeta_dot.len()] != [position.len(); 2] {
+        return Err(StepError::Mismatch);
+    }
+    position.iter_mut().zip(zeta).for_each(|(out, &value)| *out = T::from_f64(value));
+    velocity.iter_mut().zip(zeta_dot).for_each(|(out, &rate)| *out = T::from_f64(time_step * rate));
+    accept_placed(y, time_step)
+}
+
+/// Takes a state that was written beside the old one, if it is finite.
+fn accept_placed<T: Scalar>(y: &mut Coordinates<'_, T>, time_step: f64) -> Result<(), StepError> {
+    if y.next.iter().any(|value| !value.to_f64().is_finite()) {
+        return Err(StepError::NotFinite);
+    }
+    y.accept(time_step);
+    (y.at_rest, y.unstarted) = (false, false);
+    if y.now.iter().all(|&value| value == T::ZERO) {
+        y.come_to_rest();
+    }
+    Ok(())
 }
 
 /// The larger of two; the first if the second is not a number.

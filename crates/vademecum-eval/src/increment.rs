@@ -12,8 +12,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// Writes the increment map `D` of the step `y ← y + D y + ℓ` with `y = (ζ, Δt ζ̇, Δt² ζ̈)`, as the scene
     /// holds it in its precision; each number is converted to `f64`, which is exact.
     ///
-    /// `out` has shape `(3r, 3r)`, column-major: number `(i, j)` is at `3r j + i`. The diagonal structure has
-    /// a 3×3 block per mode, so all numbers between different modes are 0. The step's own map is `I + D`; its
+    /// `out` has shape `(3r, 3r)`, column-major: number `(i, j)` is at `3r j + i`; `2r` in place of `3r` for
+    /// the exact structure, `y = (ζ, Δt ζ̇)`. The diagonal structure has a 3×3 block per mode and the exact one
+    /// a 2×2 block, so all numbers between different modes are 0. The step's own map is `I + D`; its
     /// spectral radius tells whether a free body stays bounded. `O(r²)`.
     ///
     /// ```
@@ -36,14 +37,14 @@ impl<T: Scalar> Scene<'_, T> {
     /// ```
     ///
     /// # Errors
-    /// [`OutputError::Length`] if `out` does not have `9r²` numbers.
+    /// [`OutputError::Length`] if `out` does not have `9r²` numbers, or `4r²` for the exact structure.
     pub fn increment_into(&self, out: &mut [f64]) -> Result<(), OutputError> {
-        let r = self.shape.r;
-        let (found, needed) = (out.len(), 9 * r * r);
+        let n = self.shape.n_parts() * self.shape.r;
+        let (found, needed) = (out.len(), n * n);
         if found != needed {
             return Err(OutputError::Length { found, needed });
         }
-        for (j, column) in out.chunks_exact_mut((3 * r).max(1)).enumerate() {
+        for (j, column) in out.chunks_exact_mut(n.max(1)).enumerate() {
             for (i, out) in column.iter_mut().enumerate() {
                 *out = self.increment(i, j)?;
             }
@@ -55,8 +56,9 @@ impl<T: Scalar> Scene<'_, T> {
     fn increment(&self, i: usize, j: usize) -> Result<f64, Short> {
         let r = self.shape.r.max(1);
         let at = match self.shape.structure {
-            Structure::Diagonal if i % r != j % r => return Ok(0.0),
-            Structure::Diagonal => place_in_modes(i % r, i / r, j / r),
+            Structure::Diagonal | Structure::Exact if i % r != j % r => return Ok(0.0),
+            Structure::Diagonal => place_in_modes::<3>(i % r, i / r, j / r),
+            Structure::Exact => place_in_modes::<2>(i % r, i / r, j / r),
             Structure::Block => place_in_tiles(i, j, 3 * r),
         };
         let short = Short { found: self.map.len(), needed: at.saturating_add(1) };

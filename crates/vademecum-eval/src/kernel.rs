@@ -11,18 +11,23 @@ pub(crate) const LANES: usize = 16;
 /// Rows handled at once by the dense kernel: `3r` for r = 8, and six SSE (three AVX) registers of `f32`.
 pub(crate) const TILE: usize = 24;
 
-/// Nine coefficients (`D` of each mode, row by row) of [`LANES`] modes.
-pub(crate) type ModeBlock<T> = [[T; LANES]; 9];
+/// The coefficients of [`LANES`] modes: `D` of each mode, `N × N`, row by row.
+pub(crate) type ModeBlock<T, const N: usize> = [[[T; LANES]; N]; N];
+
+/// A map in memory as blocks of modes.
+pub(crate) fn blocks<T, const N: usize>(map: &[T]) -> &[ModeBlock<T, N>] {
+    map.as_chunks().0.as_chunks().0.as_chunks().0
+}
 
 /// One diagonal step: for each mode, `y + D y + ℓ` with a 3×3 `D`. All state slices are `(3, stride)`.
 pub(crate) fn step_diagonal<T: Scalar>(
-    blocks: &[ModeBlock<T>],
+    blocks: &[ModeBlock<T, 3>],
     old: &[T],
     load: &[T],
     new: &mut [T],
 ) -> Result<T, Short> {
     let stride = old.len() / 3;
-    let ([z, v, a], [lz, lv, la]) = (thirds(old, stride)?, thirds(load, stride)?);
+    let ([z, v, a], [lz, lv, la]) = (parts(old, stride)?, parts(load, stride)?);
     let mut new = Lender::new(new);
     let (nz, nv, na) = (new.take(stride)?, new.take(stride)?, new.take(stride)?);
     let (nz, nv, na) = (nz.as_chunks_mut().0, nv.as_chunks_mut().0, na.as_chunks_mut().0);
@@ -32,27 +37,49 @@ pub(crate) fn step_diagonal<T: Scalar>(
     let mut sums = [T::ZERO; LANES];
     for (((d, ((z, v), a)), ((lz, lv), la)), ((nz, nv), na)) in blocks.iter().zip(state).zip(load).zip(new) {
         let old: [&[T; LANES]; 3] = [z, v, a];
-        *nz = mode_row(&d[0], &d[1], &d[2], old, z, lz, &mut sums);
-        *nv = mode_row(&d[3], &d[4], &d[5], old, v, lv, &mut sums);
-        *na = mode_row(&d[6], &d[7], &d[8], old, a, la, &mut sums);
+        *nz = mode_row(&d[0], old, z, lz, &mut sums);
+        *nv = mode_row(&d[1], old, v, lv, &mut sums);
+        *na = mode_row(&d[2], old, a, la, &mut sums);
     }
     Ok(total(&sums))
 }
 
-/// One row of the 3×3 blocks: `kept + (ℓ + d₀ z + d₁ v + d₂ a)`, the small sum first.
+/// One exact step: for each mode, `y + D y + ℓ` with a 2×2 `D`. All state slices are `(2, stride)`.
+pub(crate) fn step_exact<T: Scalar>(
+    blocks: &[ModeBlock<T, 2>],
+    old: &[T],
+    load: &[T],
+    new: &mut [T],
+) -> Result<T, Short> {
+    let stride = old.len() / 2;
+    let ([z, v], [lz, lv]) = (parts(old, stride)?, parts(load, stride)?);
+    let mut new = Lender::new(new);
+    let (nz, nv) = (new.take(stride)?.as_chunks_mut().0, new.take(stride)?.as_chunks_mut().0);
+    let mut sums = [T::ZERO; LANES];
+    for (((d, (z, v)), (lz, lv)), (nz, nv)) in
+        blocks.iter().zip(z.iter().zip(v)).zip(lz.iter().zip(lv)).zip(nz.iter_mut().zip(nv))
+    {
+        *nz = mode_row(&d[0], [z, v], z, lz, &mut sums);
+        *nv = mode_row(&d[1], [z, v], v, lv, &mut sums);
+    }
+    Ok(total(&sums))
+}
+
+/// One row of the blocks: `kept + (ℓ + d₀ y₀ + d₁ y₁ + …)`, the small sum first.
 #[inline(always)]
-fn mode_row<T: Scalar>(
-    d0: &[T; LANES],
-    d1: &[T; LANES],
-    d2: &[T; LANES],
-    [z, v, a]: [&[T; LANES]; 3],
+fn mode_row<T: Scalar, const N: usize>(
+    d: &[[T; LANES]; N],
+    y: [&[T; LANES]; N],
     kept: &[T; LANES],
     load: &[T; LANES],
     sums: &mut [T; LANES],
 ) -> [T; LANES] {
     let mut new = [T::ZERO; LANES];
     for k in 0..LANES {
-        let increment = load[k] + d0[k] * z[k] + d1[k] * v[k] + d2[k] * a[k];
+        let mut increment = load[k];
+        for part in 0..N {
+            increment += d[part][k] * y[part][k];
+        }
         new[k] = flushed(kept[k] + increment, &mut sums[k]);
     }
     new
@@ -105,9 +132,12 @@ pub(crate) fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
     if magnitude < T::FLOOR { T::ZERO } else { value }
 }
 
-fn thirds<T>(all: &[T], stride: usize) -> Result<[&[[T; LANES]]; 3], Short> {
-    let mut all = Lender::new(all);
-    Ok([all.take(stride)?.as_chunks().0, all.take(stride)?.as_chunks().0, all.take(stride)?.as_chunks().0])
+fn parts<T, const N: usize>(all: &[T], stride: usize) -> Result<[&[[T; LANES]]; N], Short> {
+    let (mut all, mut parts) = (Lender::new(all), [&[][..]; N]);
+    for part in &mut parts {
+        *part = all.take(stride)?.as_chunks().0;
+    }
+    Ok(parts)
 }
 
 fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {

@@ -59,9 +59,12 @@ impl Amplitudes {
         Self { start: amplitude, stages: [amplitude; MAX_STAGES] }
     }
 
-    /// Given at the scheme's instants.
+    /// Given at the scheme's instants; at the start and the end of an exact step.
     pub fn staged(scheme: &SchemeTable, amplitudes: &[f64; 1 + MAX_STAGES]) -> Self {
         let mut stages = [0.0; MAX_STAGES];
+        if scheme.is_exact() {
+            stages.iter_mut().zip(amplitudes).take(2).for_each(|(out, &amplitude)| *out = amplitude);
+        }
         for (out, stage) in stages.iter_mut().zip(scheme.active()) {
             *out = stage.load.iter().zip(amplitudes).map(|(f, a)| f * a).sum();
         }
@@ -198,7 +201,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         contact: &Contact,
         amplitudes: &[f64; 1 + MAX_STAGES],
     ) -> Result<(), LoadError> {
-        self.contact(scene, contact, Amplitudes::staged(&scene.metadata.scheme, amplitudes))
+        self.contact(scene, contact, Amplitudes::staged(scene.scheme(), amplitudes))
     }
 
     /// Adds the load pattern `index` times an amplitude held over the step.
@@ -240,7 +243,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         index: usize,
         amplitudes: &[f64; 1 + MAX_STAGES],
     ) -> Result<(), LoadError> {
-        self.pattern(scene, index, Amplitudes::staged(&scene.metadata.scheme, amplitudes))
+        self.pattern(scene, index, Amplitudes::staged(scene.scheme(), amplitudes))
     }
 
     fn contact(&mut self, scene: &Scene<'_, T>, contact: &Contact, p: Amplitudes) -> Result<(), LoadError> {
@@ -300,7 +303,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         kind: SectionKind,
     ) -> Result<Numbers<'n>, LoadError> {
         match self.shape.structure {
-            Structure::Diagonal => Ok(Numbers::F64(&[])),
+            Structure::Diagonal | Structure::Exact => Ok(Numbers::F64(&[])),
             Structure::Block => numbers.ok_or(LoadError::Missing { kind }),
         }
     }
@@ -341,7 +344,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
             row.iter_mut().for_each(|g| *g = *g * amplitude);
             let map = maps.take(self.shape.load_map_len())?;
             match self.shape.structure {
-                Structure::Diagonal => {
+                Structure::Diagonal | Structure::Exact => {
                     for (out, map) in self.increment.chunks_exact_mut(stride).zip(map.chunks_exact(stride)) {
                         out.iter_mut().zip(map).zip(row.iter()).for_each(|((out, &map), &g)| *out += map * g);
                     }

@@ -13,7 +13,7 @@
 use crate::bind::{Asked, lay_out_columns, place_in_modes, stage_responses};
 use crate::eigen::diagonalise;
 use crate::error::{BindError, StepError};
-use crate::kernel::{LANES, TILE, add_dense, step_diagonal};
+use crate::kernel::{LANES, TILE, add_dense, blocks, step_diagonal};
 use crate::lend::{Lender, Short, put};
 use crate::loads::Loads;
 use crate::options::{Status, Structure};
@@ -214,8 +214,7 @@ impl<'m, T: Scalar> Modal<'m, T> {
         self.now.iter_mut().zip(&*self.start).for_each(|(now, &start)| *now = start);
         let mut moving = true;
         for _ in 0..n_steps {
-            let blocks = self.blocks.as_chunks().0.as_chunks().0;
-            let magnitude = step_diagonal(blocks, self.now, self.load, self.next)?;
+            let magnitude = step_diagonal(blocks(self.blocks), self.now, self.load, self.next)?;
             if !magnitude.to_f64().is_finite() {
                 return Err(StepError::NotFinite);
             }
@@ -329,7 +328,7 @@ fn fuse_each<T: Scalar>(scene: &Scene<'_, T>, e: &[f64], blocks: &mut [T]) -> Re
             if !T::from_f64(value).to_f64().is_finite() {
                 return Err(BindError::NotFinite);
             }
-            put(blocks, place_in_modes(k, entry % 3, entry / 3), T::from_f64(value))?;
+            put(blocks, place_in_modes::<3>(k, entry % 3, entry / 3), T::from_f64(value))?;
         }
     }
     Ok(())

@@ -11,12 +11,15 @@ pub enum Structure {
     Diagonal,
     /// One dense map: `9r²` multiply-adds.
     Block,
+    /// One 2×2 block per mode, which moves it exactly under loads that are linear over the step: `4r`
+    /// multiply-adds ([`vademecum_format::exact`]).
+    Exact,
 }
 
 /// Which structure a scene shall take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StructureChoice {
-    /// The cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error.
+    /// The exact one if the file was built for it. Otherwise the cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error.
     /// The block one if a region's scale is not 1; a scene that will be set to such scales later asks for the
     /// block one from the start.
     #[default]
@@ -25,6 +28,8 @@ pub enum StructureChoice {
     Diagonal,
     /// The block one.
     Block,
+    /// The exact one, which every file with the diagonal structure can take.
+    Exact,
 }
 
 /// What a scene is bound to; [`SceneOptions::default`] is the file as it was built.

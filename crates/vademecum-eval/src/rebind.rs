@@ -71,11 +71,14 @@ impl<T: Scalar> Scene<'_, T> {
         match (options.structure, self.shape.structure) {
             (StructureChoice::Auto, _)
             | (StructureChoice::Diagonal, Structure::Diagonal)
-            | (StructureChoice::Block, Structure::Block) => {}
+            | (StructureChoice::Block, Structure::Block)
+            | (StructureChoice::Exact, Structure::Exact) => {}
             _ => return Err(BindError::OtherStructure),
         }
         match self.shape.structure {
-            Structure::Diagonal if options.moves_a_region() => return Err(BindError::NotDiagonal),
+            Structure::Diagonal | Structure::Exact if options.moves_a_region() => {
+                return Err(BindError::NotDiagonal);
+            }
             Structure::Block => {
                 let (asked, found) = (shape::terms(&self.metadata, options)?, self.shape.n_terms);
                 if asked != found {

@@ -11,7 +11,7 @@ use crate::lend::Lender;
 use crate::options::{SceneOptions, Sizes, Structure};
 use crate::scalar::Scalar;
 use crate::shape::{Shape, shape};
-use vademecum_format::scheme::{MAX_STAGES, StepParameters};
+use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
 use vademecum_format::{File, Metadata};
 
 /// An opened file bound to parameters, ready to step. States and loads are apart.
@@ -84,15 +84,62 @@ impl<'m, T: Scalar> Scene<'m, T> {
         memory: &'m mut [T],
         work: &mut [f64],
     ) -> Result<Self, BindError> {
-        let metadata = *file.metadata();
         let shape = shape(file, options)?;
+        Self::of_sections(*file.metadata(), sections(file, shape.structure)?, shape, options, memory, work)
+    }
+
+    /// The same file at the same parameters with another `Δt` \[s\], beside this scene: for a step that is cut
+    /// where a load jumps, and for a loop whose steps differ. Memory and work as for [`Scene::bind`]; a state
+    /// goes from one to the other by [`State::carry`](crate::State::carry).
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Exact: file, sizes, scene, state, loads, work);
+    /// let mut memory = vec![0.0; sizes.scene];
+    /// let half = scene.with_time_step(0.5 * scene.parameters().time_step, &mut memory, &mut work)?;
+    /// scene.set(&mut state, &[1.0, 0.0, 0.0], &[0.0; 3], &loads)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let whole = state.zeta()[0];
+    ///
+    /// scene.set(&mut state, &[1.0, 0.0, 0.0], &[0.0; 3], &loads)?;
+    /// state.carry(&half)?;
+    /// half.step(&mut state, &loads)?;
+    /// half.step(&mut state, &loads)?;
+    /// assert!((state.zeta()[0] - whole).abs() < 1e-14); // exact steps do not depend on their length
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`BindError`].
+    pub fn with_time_step<'n>(
+        &self,
+        time_step: f64,
+        memory: &'n mut [T],
+        work: &mut [f64],
+    ) -> Result<Scene<'n, T>, BindError>
+    where
+        'm: 'n,
+    {
+        let options = SceneOptions { time_step: Some(time_step), ..self.options };
+        Scene::of_sections(self.metadata, self.sections, self.shape, &options, memory, work)
+    }
+
+    fn of_sections(
+        metadata: Metadata<'m>,
+        sections: Sections<'m>,
+        shape: Shape,
+        options: &SceneOptions,
+        memory: &'m mut [T],
+        work: &mut [f64],
+    ) -> Result<Self, BindError> {
         let sizes = shape.sizes();
         let asked = Asked::new(&metadata, options);
         let short = |found, needed| BindError::LentMemory { found, needed };
         let (lent, lent_work) = (memory.len(), work.len());
         let memory = memory.get_mut(..sizes.scene).ok_or(short(lent, sizes.scene))?;
         let work = work.get_mut(..sizes.work).ok_or(short(lent_work, sizes.work))?;
-        let sections = sections(file, shape.structure)?;
         let fused = fuse::<T>(&metadata, &sections, &asked, shape, work)?;
         memory.fill(T::ZERO);
         let mut memory = Lender::new(memory);
@@ -111,6 +158,12 @@ impl<'m, T: Scalar> Scene<'m, T> {
             load_maps,
             weights,
         })
+    }
+
+    /// The memory that this scene asked for.
+    #[must_use]
+    pub const fn own_sizes(&self) -> Sizes {
+        self.shape.sizes()
     }
 
     /// The structure the scene took.
@@ -143,10 +196,18 @@ impl<'m, T: Scalar> Scene<'m, T> {
         &self.options
     }
 
+    /// The scheme whose stages the scene fused.
+    pub(crate) const fn scheme(&self) -> &SchemeTable {
+        match self.shape.structure {
+            Structure::Exact => &SchemeTable::EXACT,
+            Structure::Diagonal | Structure::Block => &self.metadata.scheme,
+        }
+    }
+
     /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest
     /// is 0.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
-        self.metadata.scheme.instants()
+        self.scheme().instants()
     }
 }

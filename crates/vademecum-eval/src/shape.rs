@@ -14,6 +14,7 @@ use vademecum_format::{AxisRole, File, Metadata, StructureCertificate};
 pub(crate) struct Shape {
     pub structure: Structure,
     pub r: usize,
+    /// Stages of the scheme; 2 of an exact step, which takes loads at its start and at its end.
     pub n_stages: usize,
     /// Terms in use.
     pub n_terms: usize,
@@ -22,10 +23,18 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// How many of ζ, Δt ζ̇ and Δt² ζ̈ a state holds.
+    pub const fn n_parts(&self) -> usize {
+        match self.structure {
+            Structure::Diagonal | Structure::Block => 3,
+            Structure::Exact => 2,
+        }
+    }
+
     /// Distance between ζ, Δt ζ̇ and Δt² ζ̈ in a state.
     pub const fn stride(&self) -> usize {
         match self.structure {
-            Structure::Diagonal => self.r.next_multiple_of(LANES),
+            Structure::Diagonal | Structure::Exact => self.r.next_multiple_of(LANES),
             Structure::Block => self.r,
         }
     }
@@ -33,14 +42,14 @@ impl Shape {
     /// Length of one state, padded for the kernel.
     pub const fn padded(&self) -> usize {
         match self.structure {
-            Structure::Diagonal => 3 * self.stride(),
+            Structure::Diagonal | Structure::Exact => self.n_parts() * self.stride(),
             Structure::Block => (3 * self.r).next_multiple_of(TILE),
         }
     }
 
     /// Where the parts of a state lie.
     pub const fn parts(&self) -> Parts {
-        Parts { r: self.r, stride: self.stride(), padded: self.padded() }
+        Parts { count: self.n_parts(), r: self.r, stride: self.stride(), padded: self.padded() }
     }
 
     /// A state: old and new.
@@ -56,7 +65,7 @@ impl Shape {
     /// Length of the step map.
     pub const fn map_len(&self) -> usize {
         match self.structure {
-            Structure::Diagonal => 9 * self.stride(),
+            Structure::Diagonal | Structure::Exact => self.n_parts() * self.padded(),
             Structure::Block => self.padded() * 3 * self.r,
         }
     }
@@ -64,7 +73,7 @@ impl Shape {
     /// Length of one stage's load map.
     pub const fn load_map_len(&self) -> usize {
         match self.structure {
-            Structure::Diagonal => self.padded(),
+            Structure::Diagonal | Structure::Exact => self.padded(),
             Structure::Block => self.padded() * self.r,
         }
     }
@@ -84,6 +93,7 @@ impl Shape {
         let (r, n) = (self.r, self.n_stages);
         match self.structure {
             Structure::Diagonal => (9 + 3 * n) * r,
+            Structure::Exact => (4 + 2 * n) * r,
             Structure::Block => {
                 (n + 9 + 3 * n) * r * r + self.weights_len() + Axes::WORK * self.n_points + fuse_work_len(r)
             }
@@ -107,9 +117,12 @@ pub(crate) fn shape(file: &File<'_>, options: &SceneOptions) -> Result<Shape, Bi
     let structure = choose(metadata, options)?;
     let (n_terms, n_points) = match structure {
         Structure::Block => (terms(metadata, options)?, metadata.n_axis_points() as usize),
-        Structure::Diagonal => (0, 0),
+        Structure::Diagonal | Structure::Exact => (0, 0),
     };
-    let n_stages = metadata.scheme.active().len();
+    let n_stages = match structure {
+        Structure::Exact => 2,
+        Structure::Diagonal | Structure::Block => metadata.scheme.active().len(),
+    };
     Ok(Shape { structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points })
 }
 
@@ -136,21 +149,24 @@ pub(crate) fn check(options: &SceneOptions) -> Result<(), BindError> {
 }
 
 fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, BindError> {
+    let exact = metadata.diagonal.then_some(Structure::Exact);
     let block = metadata.block.then_some(Structure::Block);
-    let diagonal = metadata.diagonal.then_some(Structure::Diagonal);
-    if diagonal.or(block).is_none() {
+    let diagonal = if metadata.scheme.is_exact() { None } else { exact.and(Some(Structure::Diagonal)) };
+    if exact.or(block).is_none() {
         // A file without either opens only if it has the chapter's.
         return Err(BindError::OnlyChapter);
     }
     if options.moves_a_region() {
         return match options.structure {
-            StructureChoice::Diagonal => Err(BindError::NotDiagonal),
+            StructureChoice::Diagonal | StructureChoice::Exact => Err(BindError::NotDiagonal),
             _ => block.ok_or(BindError::NotDiagonal),
         };
     }
     let structure = match options.structure {
         StructureChoice::Diagonal => diagonal,
         StructureChoice::Block => block,
+        StructureChoice::Exact => exact,
+        StructureChoice::Auto if metadata.scheme.is_exact() => exact,
         StructureChoice::Auto if diagonal.is_some() && block.is_some() => {
             let [a, b] = [&metadata.certificate.diagonal, &metadata.certificate.block];
             // An unstable structure is no better than one whose error was never measured.

@@ -1,7 +1,7 @@
 //! The step of a scene, and what a state and loads must agree on with it.
 
 use crate::error::StepError;
-use crate::kernel::{step_dense, step_diagonal};
+use crate::kernel::{blocks, step_dense, step_diagonal, step_exact};
 use crate::loads::Loads;
 use crate::options::{Status, Structure};
 use crate::scalar::Scalar;
@@ -71,7 +71,8 @@ impl<T: Scalar> Scene<'_, T> {
     fn advance(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure {
-            Structure::Diagonal => step_diagonal(self.map.as_chunks().0.as_chunks().0, old, load, new)?,
+            Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
+            Structure::Exact => step_exact(blocks(self.map), old, load, new)?,
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };
         state.y.settle(magnitude, loads.active, self.rest_below)

@@ -110,6 +110,9 @@ pub fn fuse_into(
     work: &mut [f64],
 ) -> Result<(), TableError> {
     table.check()?;
+    if table.is_exact() {
+        return Err(TableError::StageCount { found: 0 });
+    }
     let n_stages = table.active().len();
     let square = r.saturating_mul(r);
     expect_len(e.len(), n_stages.saturating_mul(square))?;

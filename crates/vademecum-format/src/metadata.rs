@@ -7,7 +7,7 @@
 
 use crate::error::{FormatError, Quantity};
 use crate::parameter::Parameter;
-use crate::scheme::SchemeTable;
+use crate::scheme::{SchemeTable, TableError};
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use bincode::de::BorrowDecoder;
 use bincode::error::DecodeError;
@@ -331,6 +331,10 @@ impl<'a> Metadata<'a> {
         self.check_counts()?;
         self.check_numbers()?;
         self.scheme.check()?;
+        if self.scheme.is_exact() && (!self.diagonal || self.block || canonical) {
+            // What is moved by stages needs a scheme that has some.
+            return Err(TableError::StageCount { found: 0 }.into());
+        }
         for (place, axis) in self.axes.iter().enumerate() {
             let used = place < self.active_axes().len();
             let sound = if used {

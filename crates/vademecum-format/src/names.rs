@@ -43,6 +43,7 @@ impl fmt::Display for SectionKind {
             Self::Losses => "Losses",
             Self::Repairs => "Repairs",
             Self::StructureFigures => "StructureFigures",
+            Self::DampingRatios => "DampingRatios",
         })
     }
 }

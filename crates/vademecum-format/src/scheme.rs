@@ -50,7 +50,7 @@ pub struct Stage {
 /// A time scheme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Encode, BorrowDecode)]
 pub struct SchemeTable {
-    /// Number of stages in use, 1 to [`MAX_STAGES`].
+    /// Number of stages in use, 1 to [`MAX_STAGES`]; 0 in [`SchemeTable::EXACT`].
     pub n_stages: u8,
     /// The stages; those past `n_stages` are zero.
     pub stages: [Stage; MAX_STAGES],
@@ -172,6 +172,29 @@ impl StepParameters {
 }
 
 impl SchemeTable {
+    /// Not a scheme but the exact step of each mode ([`crate::exact`]): a table without stages. Only the
+    /// diagonal structure has it.
+    pub const EXACT: Self = {
+        let nothing = [0.0; HISTORY];
+        let stage = Stage {
+            mass: 0.0,
+            damping: 0.0,
+            stiffness: 0.0,
+            time: 0.0,
+            load: [0.0; 1 + MAX_STAGES],
+            mass_history: nothing,
+            damping_history: nothing,
+            stiffness_history: nothing,
+        };
+        Self { n_stages: 0, stages: [stage; MAX_STAGES], finish: [nothing; 3] }
+    };
+
+    /// Whether modes are moved exactly, and there are no stages.
+    #[must_use]
+    pub const fn is_exact(&self) -> bool {
+        self.n_stages == 0
+    }
+
     /// The stages in use.
     #[must_use]
     pub fn active(&self) -> &[Stage] {
@@ -179,22 +202,28 @@ impl SchemeTable {
     }
 
     /// Instants at which a step needs the load, as fractions of it: 0, then `c_i` of each stage; the rest is
-    /// zero.
+    /// zero. An exact step needs it at its start and at its end, and takes it as linear between.
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         let mut instants = [0.0; 1 + MAX_STAGES];
+        if self.is_exact() {
+            instants[1] = 1.0;
+        }
         for (instant, stage) in instants.iter_mut().skip(1).zip(self.active()) {
             *instant = stage.time;
         }
         instants
     }
 
-    /// Checks that the table is finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the
+    /// Checks that the table is [`SchemeTable::EXACT`], or finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the
     /// displacement columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over them.
     ///
     /// # Errors
     /// [`TableError`] naming the stage.
     pub fn check(&self) -> Result<(), TableError> {
+        if *self == Self::EXACT {
+            return Ok(());
+        }
         if self.n_stages == 0 || usize::from(self.n_stages) > MAX_STAGES {
             return Err(TableError::StageCount { found: self.n_stages });
         }

@@ -96,11 +96,13 @@ pub enum SectionKind {
     /// any run, defect of reciprocity, growth of energy; `f64 (3, 3)`, a row for the diagonal, the block and
     /// the canonical structure, NaN where it was not measured. Since version 1.2.
     StructureFigures = 32,
+    /// Damping ratio of each mode beside Rayleigh's, `f64 (r)`. Only exact steps know it. Since version 1.3.
+    DampingRatios = 33,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 32] = [
+    pub const ALL: [Self; 33] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -133,6 +135,7 @@ impl SectionKind {
         Self::Losses,
         Self::Repairs,
         Self::StructureFigures,
+        Self::DampingRatios,
     ];
 
     /// The kind with this number.
@@ -160,6 +163,7 @@ impl SectionKind {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             Self::StructureFigures => 2,
+            Self::DampingRatios => 3,
             kind if kind.is_chapter() => 1,
             _ => 0,
         }
@@ -180,7 +184,7 @@ impl SectionKind {
             Self::NodeCoordinates => two(nodes, 3),
             Self::Triangles => two(u64::from(m.n_triangles), 3),
             Self::ReducedStiffness => two(r, r),
-            Self::Eigenvalues => one(r),
+            Self::Eigenvalues | Self::DampingRatios => one(r),
             Self::SurfaceBasis => three(surface, 3, r),
             Self::InteriorBasis => three(interior, 3, r),
             Self::BlockState => three(terms, r, r),

@@ -124,7 +124,7 @@ pub(crate) fn write_planned(
     let (header, directory) = front.split_at_mut(BLOCK);
     write_sections(sections, length, fill, directory, body, [directory_end, metadata_length])?;
     let block = Header {
-        minor: minor(sections),
+        minor: minor(metadata, sections),
         n_sections,
         file_length: needed as u64,
         metadata_offset: directory_end as u64,
@@ -176,14 +176,15 @@ fn entry(section: &SectionInput<'_>, offset: u64, stored: &[u8]) -> Entry {
     }
 }
 
-/// The lowest minor version that knows every kind, element and codec of the sections.
-fn minor(sections: &[SectionInput<'_>]) -> u16 {
+/// The lowest minor version that knows the scheme and every kind, element and codec of the sections.
+fn minor(metadata: &Metadata<'_>, sections: &[SectionInput<'_>]) -> u16 {
     let since = |section: &SectionInput<'_>| {
         let later =
             section.element == Element::I16 || matches!(section.codec, Codec::Shuffled | Codec::Delta);
         section.kind.since().max(u16::from(later))
     };
-    sections.iter().map(since).max().unwrap_or(0)
+    let scheme = if metadata.scheme.is_exact() { 3 } else { 0 };
+    sections.iter().map(since).fold(scheme, u16::max)
 }
 
 fn count(sections: &[SectionInput<'_>]) -> Result<u32, FormatError> {

@@ -109,7 +109,7 @@ impl ExportedModel {
             title: problem.title.clone(),
             units: problem.units.clone(),
             dofs: prepared.body.n_dof(),
-            scheme: problem.time.scheme,
+            scheme: problem.scheme(),
             time_step: study.time_step(),
             steps: steps.unwrap_or(all).clamp(1, all),
             alpha: prepared.rayleigh().alpha,

@@ -41,7 +41,7 @@ pub fn natural_modes(
     let frequencies_hz = modes.frequencies_hz();
     let material_damping: Vec<f64> = frequencies_hz.iter().map(|&f| prepared.rayleigh().ratio(f)).collect();
     let damping = |(&value, &ratio): (&f64, &f64)| {
-        numerical_damping(&prepared.scheme, value.sqrt() * problem.time.step, ratio)
+        numerical_damping(prepared.file_scheme(), value.sqrt() * problem.time.step, ratio)
     };
     let numerical: Vec<_> = modes.eigenvalues.iter().zip(&material_damping).map(damping).collect();
     let added = numerical.iter().zip(&material_damping).map(|(n, m)| n.ratio.map(|r| r - m));

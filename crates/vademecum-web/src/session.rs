@@ -156,6 +156,7 @@ impl<T: Scalar> Player for Session<'_, T> {
         match self.scene.structure() {
             vademecum_eval::Structure::Diagonal => 1,
             vademecum_eval::Structure::Block => 2,
+            vademecum_eval::Structure::Exact => 4,
         }
     }
 

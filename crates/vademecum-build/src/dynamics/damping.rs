@@ -111,6 +111,9 @@ pub struct NumericalDamping {
 /// The elongation is measured against the damped period `2π/(ω√(1−ζ²))`. An `Ω` so large or small that the
 /// step has no finite entries has no radius (NaN) and no motion.
 pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> NumericalDamping {
+    if table.is_exact() {
+        return exact(omega_dt, ratio);
+    }
     let step = step_matrix(table, omega_dt, ratio);
     let matrix = Mat::from_fn(3, 3, |i, j| step[i][j]);
     let none = NumericalDamping { spectral_radius: f64::NAN, ratio: None, period_elongation: None };
@@ -128,6 +131,18 @@ pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> Nume
         spectral_radius,
         ratio: Some(decay / decay.hypot(angle)),
         period_elongation: Some(omega_dt * (1.0 - ratio * ratio).sqrt() / angle - 1.0),
+    }
+}
+
+/// Of an exact step: what the oscillator has itself.
+fn exact(omega_dt: f64, ratio: f64) -> NumericalDamping {
+    let swings = ratio < 1.0;
+    // Beyond critical damping the slower of two decays is what is left.
+    let decay = if swings { ratio } else { 1.0 / (ratio + (ratio * ratio - 1.0).sqrt()) };
+    NumericalDamping {
+        spectral_radius: (-decay * omega_dt).exp(),
+        ratio: swings.then_some(ratio),
+        period_elongation: swings.then_some(0.0),
     }
 }
 

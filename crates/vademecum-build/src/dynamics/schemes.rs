@@ -32,6 +32,8 @@ const STAGE: usize = 3;
     expecting = "a table with the scheme's name, such as { name = \"bathe\" }"
 )]
 pub enum SchemeKind {
+    /// No scheme: each mode is moved exactly, for loads that are linear over a step.
+    Exact {},
     /// Trapezoidal rule to the half step, three-point backward difference to the end (Bathe and Baig 2005).
     // With braces: serde lets a unit variant take any key.
     Bathe {},
@@ -68,6 +70,7 @@ impl Default for SchemeKind {
 impl std::fmt::Display for SchemeKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Self::Exact {} => write!(f, "exact"),
             Self::Bathe {} => write!(f, "bathe"),
             Self::RhoBathe { rho_infinity } => write!(f, "rho-bathe rho_infinity={rho_infinity}"),
             Self::Newmark { beta, gamma } => write!(f, "newmark beta={beta} gamma={gamma}"),
@@ -101,12 +104,13 @@ pub enum SchemeError {
 }
 
 impl SchemeKind {
-    /// The table of the scheme.
+    /// The table of the scheme; [`SchemeTable::EXACT`] for none.
     ///
     /// # Errors
     /// [`SchemeError`] for a parameter outside its range.
     pub fn table(&self) -> Result<SchemeTable, SchemeError> {
         match *self {
+            SchemeKind::Exact {} => Ok(SchemeTable::EXACT),
             SchemeKind::Bathe {} => Ok(bathe()),
             SchemeKind::RhoBathe { rho_infinity } => rho_bathe(rho_infinity),
             SchemeKind::Newmark { beta, gamma } => newmark(beta, gamma),

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use crate::dynamics::{DampingError, SchemeError};
+use crate::dynamics::{DampingError, SchemeError, SchemeKind};
 use crate::input::toml_file::{self, TomlError};
 use crate::limits::MOST_TEXT;
 use crate::mesh;
@@ -158,6 +158,11 @@ impl Problem {
 }
 
 impl Problem {
+    /// The time scheme: the one asked for, or Bathe's.
+    pub fn scheme(&self) -> SchemeKind {
+        self.time.scheme.unwrap_or(SchemeKind::Bathe {})
+    }
+
     /// Options of the chapter's representation, if it is asked for.
     pub fn chapter(&self) -> Option<ChapterEntry> {
         let asked = self.representation == Representation::Canonical;

@@ -284,8 +284,8 @@ impl Stages<'_> {
             body: &prepared.body,
             order,
             basis,
-            scheme_name: &problem.time.scheme.to_string(),
-            scheme: &prepared.scheme,
+            scheme_name: &problem.scheme().to_string(),
+            scheme: prepared.file_scheme(),
             rayleigh: prepared.rayleigh(),
             diagonal: block.is_some(),
             block,
@@ -301,7 +301,7 @@ impl Stages<'_> {
     fn modes(&self, basis: &Basis) -> Vec<ModeRow> {
         let Self { prepared, .. } = *self;
         let (dt, rayleigh) = (prepared.step.time_step, prepared.rayleigh());
-        mode_table(&basis.quotients(), &basis.energy, &prepared.scheme, &rayleigh, dt)
+        mode_table(&basis.quotients(), &basis.energy, prepared.file_scheme(), &rayleigh, dt)
     }
 
     /// What was done and measured.

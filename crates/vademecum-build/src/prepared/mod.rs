@@ -14,7 +14,8 @@ pub use time_step::TimeStepError;
 use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
-use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError};
+use crate::dynamics::schemes::bathe;
+use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, SchemeKind};
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
 use crate::limits::{Memory, TooMuchMemory};
@@ -60,8 +61,10 @@ pub struct Prepared {
     pub body: Body,
     /// Symbolic factorisation of its pattern.
     pub symbolic: Symbolic,
-    /// The scheme.
+    /// The scheme that the full order is marched with: Bathe's where the file moves its modes exactly.
     pub scheme: SchemeTable,
+    /// Whether the file moves its modes exactly.
+    pub exact: bool,
     /// Live parameters.
     pub space: ParameterSpace,
     /// The step at the values of the problem file.
@@ -72,6 +75,11 @@ impl Prepared {
     /// Rayleigh damping at the values of the problem file.
     pub fn rayleigh(&self) -> Rayleigh {
         Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
+    }
+
+    /// The scheme of the file.
+    pub fn file_scheme(&self) -> &SchemeTable {
+        if self.exact { &SchemeTable::EXACT } else { &self.scheme }
     }
 
     /// The full-order solver at the values of the problem file, its stages factorised.
@@ -114,7 +122,10 @@ pub fn prepare_within(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
-    let scheme = problem.time.scheme.table()?;
+    let (scheme, exact) = match problem.scheme() {
+        SchemeKind::Exact {} => (bathe(), true),
+        kind => (kind.table()?, false),
+    };
     let rayleigh = problem.damping.damping().rayleigh()?;
     let (body, space) = if let Some(source) = &problem.mesh.matrices {
         let read = || MatrixModel::read(problem, source);
@@ -138,7 +149,7 @@ pub fn prepare_within(
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
     }
-    Ok(Prepared { body, symbolic, scheme, space, step })
+    Ok(Prepared { body, symbolic, scheme, exact, space, step })
 }
 
 /// A matrix whose inverse is so many times larger than one over its largest diagonal entry is singular to

@@ -75,7 +75,8 @@ impl Prepared {
         if steps > HOPEFUL.1 {
             return Err(TimeStepError::TooShort { step, period, steps, suggested });
         }
-        if steps < USEFUL.0 {
+        // Exact steps distort nothing; they only show the motion at few instants.
+        if steps < USEFUL.0 && !self.exact {
             listener.note(&format!(
                 "only {steps:.1} steps per first period: the scheme distorts even the first mode; a shorter `time.step`, \
                  for instance {suggested:e}, follows it"
@@ -96,7 +97,7 @@ impl Prepared {
     fn note_numerical_damping(&self, period: f64, suggested: f64, listener: &dyn Listener) {
         let dt = self.step.time_step;
         let (span, name) = if period < 1.0 { (1.0, "second") } else { (period, "period") };
-        let lost = loss(&self.scheme, std::f64::consts::TAU * dt / period, span / dt);
+        let lost = loss(self.file_scheme(), std::f64::consts::TAU * dt / period, span / dt);
         if lost > 0.05 {
             let shorter = match dt > suggested {
                 true => format!("a shorter `time.step`, for instance {suggested:e}, "),

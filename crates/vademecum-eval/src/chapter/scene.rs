@@ -43,7 +43,7 @@ impl Shape {
 
     /// Where the parts of a state lie.
     pub const fn parts(&self) -> Parts {
-        Parts { r: self.r, stride: self.r, padded: 3 * self.r }
+        Parts { count: 3, r: self.r, stride: self.r, padded: 3 * self.r }
     }
 
     /// Old and new state, the stages between them, and the weights of a part's terms.

@@ -86,7 +86,7 @@ pub fn compare_methods(
         March { track: &bound.track, loads: &bound.loads, time_step: study.time_step(), steps, stride: 1 };
     let (split, quick) = (options.split, options.quick);
     let comparison = Comparison { study: &study, groups: &groups, march, split, quick, listener };
-    comparison.table(problem.title.clone(), problem.time.scheme)
+    comparison.table(problem.title.clone(), problem.scheme())
 }
 
 /// The numbers of modes that the snapshots span.

@@ -246,7 +246,7 @@ impl Study {
             body,
             order: &NodeOrder::new(body),
             basis,
-            scheme_name: &self.problem.time.scheme.to_string(),
+            scheme_name: &self.problem.scheme().to_string(),
             scheme,
             rayleigh,
             block,

@@ -11,6 +11,7 @@ pub(crate) fn structure_name(structure: Structure) -> &'static str {
     match structure {
         Structure::Diagonal => "diagonal",
         Structure::Block => "block",
+        Structure::Exact => "exact",
     }
 }
 
@@ -24,17 +25,8 @@ pub struct Body<Scene, State, Loads> {
     pub loads: Loads,
 }
 
-/// What playing a scenario asks of a body, whatever its scene.
-pub trait Playable {
-    /// Precision of the march.
-    type Number: Scalar;
-
-    /// Name of the structure on the command line and in reports.
-    fn structure(&self) -> &'static str;
-    /// `Δt` \[s\].
-    fn time_step(&self) -> f64;
-    /// Instants of a step at which a load is asked for, as fractions of the step.
-    fn instants(&self) -> [f64; INSTANTS];
+/// What takes loads.
+pub trait Loadable {
     /// Takes all loads away.
     fn clear_loads(&mut self);
     /// Adds a contact with its amplitudes at the instants.
@@ -47,11 +39,35 @@ pub trait Playable {
     /// # Errors
     /// A pattern that the evaluator refuses.
     fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
+}
+
+/// What playing a scenario asks of a body, whatever its scene.
+pub trait Playable: Loadable {
+    /// Precision of the march.
+    type Number: Scalar;
+
+    /// Name of the structure on the command line and in reports.
+    fn structure(&self) -> &'static str;
+    /// `Δt` \[s\].
+    fn time_step(&self) -> f64;
+    /// Instants of a step at which a load is asked for, as fractions of the step.
+    fn instants(&self) -> [f64; INSTANTS];
     /// Puts the body where it is undeformed and does not move yet; its acceleration follows from the loads.
     ///
     /// # Errors
     /// As [`Playable::step`].
     fn start(&mut self) -> Result<(), FileError>;
+    /// Whether a step takes a load as linear from its start to its end, and any step can be taken in pieces.
+    fn is_exact(&self) -> bool;
+    /// Takes a part of a step of this length under loads that `apply` adds.
+    ///
+    /// # Errors
+    /// A load or a step that the evaluator refuses.
+    fn step_part(
+        &mut self,
+        length: f64,
+        apply: &dyn Fn(&mut dyn Loadable) -> Result<(), FileError>,
+    ) -> Result<(), FileError>;
     /// One step.
     ///
     /// # Errors
@@ -94,14 +110,6 @@ macro_rules! alike {
             self.scene.instants()
         }
 
-        fn clear_loads(&mut self) {
-            self.loads.clear();
-        }
-
-        fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
-            Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
-        }
-
         fn start(&mut self) -> Result<(), FileError> {
             let zero = vec![0.0; self.scene.n_modes()];
             Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
@@ -135,12 +143,50 @@ macro_rules! alike {
     };
 }
 
+/// What both kinds of loads do by methods of the same names.
+macro_rules! loads_alike {
+    () => {
+        fn clear_loads(&mut self) {
+            self.loads.clear();
+        }
+
+        fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+            Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
+        }
+    };
+}
+
 impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
     alike!();
 
     fn structure(&self) -> &'static str {
         structure_name(self.scene.structure())
     }
+
+    fn is_exact(&self) -> bool {
+        self.scene.structure() == Structure::Exact
+    }
+
+    fn step_part(
+        &mut self,
+        length: f64,
+        apply: &dyn Fn(&mut dyn Loadable) -> Result<(), FileError>,
+    ) -> Result<(), FileError> {
+        // A scene of its own for the part: binding modes is cheap, and the body's scene stays as it is.
+        let sizes = self.scene.own_sizes();
+        let (mut memory, mut work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
+        let mut load_memory = vec![T::ZERO; sizes.loads];
+        let part = self.scene.with_time_step(length, &mut memory, &mut work)?;
+        let mut loads = Loads::new(&part, &mut load_memory)?;
+        apply(&mut Body { scene: &part, state: &mut *self.state, loads: &mut loads })?;
+        self.state.carry(&part)?;
+        part.step(self.state, &loads)?;
+        Ok(self.state.carry(self.scene)?)
+    }
+}
+
+impl<T: Scalar> Loadable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
+    loads_alike!();
 
     fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
         Ok(self.loads.add_pattern_staged(self.scene, index, amplitudes)?)
@@ -153,6 +199,22 @@ impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>
     fn structure(&self) -> &'static str {
         "canonical"
     }
+
+    fn is_exact(&self) -> bool {
+        false
+    }
+
+    fn step_part(
+        &mut self,
+        _: f64,
+        _: &dyn Fn(&mut dyn Loadable) -> Result<(), FileError>,
+    ) -> Result<(), FileError> {
+        self.step()
+    }
+}
+
+impl<T: Scalar> Loadable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>, &mut ChapterLoads<'_, T>> {
+    loads_alike!();
 
     fn add_pattern(&mut self, _: usize, _: &[f64; INSTANTS]) -> Result<(), FileError> {
         Err(FileError::NoPatterns)

@@ -17,9 +17,9 @@ use vademecum_eval::{
 use vademecum_format::{Chapter, File, SectionKind};
 
 pub(crate) use body::structure_name;
-pub use body::{Body, Playable};
+pub use body::{Body, Loadable, Playable};
 use chapter::{nearest_position, positions_of, with_chapter};
-use window::Window;
+use window::{Piece, Window};
 
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
@@ -112,7 +112,7 @@ impl Track {
     fn apply_some(
         &self,
         acting: &[(usize, [f64; INSTANTS])],
-        body: &mut impl Playable,
+        body: &mut (impl Loadable + ?Sized),
     ) -> Result<(), FileError> {
         body.clear_loads();
         for (index, factors) in acting {
@@ -228,18 +228,27 @@ fn march<B: Playable>(
 ) -> Result<(), StudyError> {
     let (instants, time_step) = (body.instants(), body.time_step());
     let mut window = Window::new(track.intervals().copied().collect(), instants, time_step);
-    let mut acting = window.acting(0);
-    track.apply_some(&acting, body)?;
+    let mut acting = Some(window.acting(0));
+    track.apply_some(acting.as_deref().unwrap_or(&[]), body)?;
     body.start()?;
     observe(0, body)?;
     for step in 0..steps {
-        let next = window.acting(step);
-        if next != acting {
-            acting = next;
-            track.apply_some(&acting, body)?;
+        let refused = |source| StudyError::Refused { time: step as f64 * time_step, step, source };
+        let pieces = if body.is_exact() { window.pieces(step) } else { vec![] };
+        if pieces.len() > 1 {
+            for Piece { length, acting } in &pieces {
+                body.step_part(*length, &|part| track.apply_some(acting, part)).map_err(refused)?;
+            }
+            // What the body is loaded with is of an earlier step.
+            acting = None;
+        } else {
+            let next = pieces.into_iter().next().map_or_else(|| window.acting(step), |piece| piece.acting);
+            if acting.as_ref() != Some(&next) {
+                track.apply_some(&next, body)?;
+                acting = Some(next);
+            }
+            body.step().map_err(refused)?;
         }
-        let time = step as f64 * time_step;
-        body.step().map_err(|source| StudyError::Refused { time, step, source })?;
         observe(step + 1, body)?;
         stop_if_asked(listener)?;
     }

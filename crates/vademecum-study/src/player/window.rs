@@ -45,11 +45,67 @@ impl Window {
         let acts = |(_, factors): &(usize, [f64; INSTANTS])| factors.iter().any(|&f| f != 0.0);
         self.active.iter().map(factors).filter(acts).collect()
     }
+
+    /// A step in pieces over which every load is linear in time: the length of each, and the factors of the
+    /// loads at its start and at its end. Steps are asked for in order.
+    pub fn pieces(&mut self, step: usize) -> Vec<Piece> {
+        // Looks for the loads of this step.
+        self.acting(step);
+        let step_ends = [step as f64 * self.time_step, (step + 1) as f64 * self.time_step];
+        let breaks = self.active.iter().flat_map(|&index| self.intervals[index].breaks());
+        let mut ends: Vec<f64> = breaks.filter(|&t| Interval::is_inside(t, step_ends)).collect();
+        ends.push(step_ends[1]);
+        ends.sort_by(f64::total_cmp);
+        let mut start = step_ends[0];
+        let mut pieces = vec![];
+        for end in ends {
+            if start > step_ends[0] && !Interval::is_inside(start, [step_ends[0], end]) {
+                continue;
+            }
+            let factors = |&index: &usize| {
+                let when = &self.intervals[index];
+                let mut factors = [0.0; INSTANTS];
+                (factors[0], factors[1]) = (when.just_after(start), when.just_before(end));
+                (index, factors)
+            };
+            let acts = |(_, factors): &(usize, [f64; INSTANTS])| factors.iter().any(|&f| f != 0.0);
+            let acting = self.active.iter().map(factors).filter(acts).collect();
+            pieces.push(Piece { length: end - start, acting });
+            start = end;
+        }
+        pieces
+    }
+}
+
+/// A part of a step over which every load is linear in time.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Piece {
+    /// Its length \[s\].
+    pub length: f64,
+    /// Loads that act, by number, with their factors at its start and its end.
+    pub acting: Vec<(usize, [f64; INSTANTS])>,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_step_is_split_where_a_load_jumps_or_bends() {
+        let of = |start, end, ramp| Interval { start, end, ramp };
+        let intervals = vec![of(0.25, 1.0, 0.5), of(0.0, 0.75, 0.0), of(0.5, 2.0, 0.0)];
+        let mut window = Window::new(intervals, [0.0, 1.0, 0.0, 0.0], 0.5);
+        let at = |index: usize, start: f64, end: f64| (index, [start, end, 0.0, 0.0]);
+        let piece = |length, acting: &[(usize, [f64; INSTANTS])]| Piece { length, acting: acting.to_vec() };
+        // Starts in the middle of the first step; the second load ends where the first has come to full height.
+        assert_eq!(
+            window.pieces(0),
+            [piece(0.25, &[at(1, 1.0, 1.0)]), piece(0.25, &[at(0, 0.0, 0.5), at(1, 1.0, 1.0)])]
+        );
+        let before = piece(0.25, &[at(0, 0.5, 1.0), at(1, 1.0, 1.0), at(2, 1.0, 1.0)]);
+        assert_eq!(window.pieces(1), [before, piece(0.25, &[at(0, 1.0, 1.0), at(2, 1.0, 1.0)])]);
+        assert_eq!(window.pieces(2), [piece(0.5, &[at(2, 1.0, 1.0)])]);
+    }
 
     #[test]
     fn the_loads_found_are_those_of_the_whole_track() {

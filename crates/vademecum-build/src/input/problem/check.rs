@@ -1,6 +1,7 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
-use super::{ParameterKind, ParameterScale, Problem, ProblemError, Representation};
+use super::{BasisKind, ParameterKind, ParameterScale, Problem, ProblemError, Representation};
+use crate::dynamics::SchemeKind;
 use crate::input::toml_file::TomlError;
 
 impl Problem {
@@ -154,8 +155,11 @@ impl Problem {
 
     fn check_time_and_basis(&self) -> Result<(), ProblemError> {
         self.require(positive(self.time.step), "time.step", self.time.step, "a positive time in seconds")?;
-        let scheme = self.time.scheme.table();
+        let scheme = self.scheme().table();
         scheme.map_err(|source| ProblemError::Scheme { path: self.place("time.scheme"), source })?;
+        if self.scheme() == (SchemeKind::Exact {}) {
+            self.check_exact()?;
+        }
         let plan = &self.snapshots;
         self.require(plan.positions >= 1, "snapshots.positions", plan.positions, "at least 1")?;
         let directions = &plan.directions;
@@ -207,6 +211,29 @@ impl Problem {
             "at least 1e-11, what the separation can reach in f64",
         )?;
         self.require(t.max_terms >= 1, "tolerance.max_terms", t.max_terms, "at least 1")
+    }
+
+    /// Exact steps move modes that do not know of each other.
+    fn check_exact(&self) -> Result<(), ProblemError> {
+        let key = "time.scheme";
+        self.require(
+            self.basis.kind != BasisKind::Pod,
+            key,
+            "exact, beside `basis.kind = \"pod\"`",
+            "a scheme such as `{ name = \"bathe\" }`, or the basis \"ritz\" or \"modes\", whose vectors move apart",
+        )?;
+        self.require(
+            self.representation != Representation::Canonical,
+            key,
+            "exact, beside `representation = \"canonical\"`",
+            "a scheme such as `{ name = \"bathe\" }`: stage maps need stages",
+        )?;
+        self.require(
+            self.parameters.iter().all(|p| p.region == "*"),
+            key,
+            "exact, beside a live parameter of a region",
+            "a scheme such as `{ name = \"bathe\" }`: a region's stiffness or density turns the modes",
+        )
     }
 
     fn check_parameters(&self) -> Result<(), ProblemError> {

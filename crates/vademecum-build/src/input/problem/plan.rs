@@ -11,9 +11,8 @@ use vademecum_format::policy;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimeEntry {
-    /// The scheme.
-    #[serde(default)]
-    pub scheme: SchemeKind,
+    /// The scheme; absent: [`Problem::scheme`](super::Problem::scheme) tells.
+    pub scheme: Option<SchemeKind>,
     /// Δt \[s\].
     pub step: f64,
 }
