@@ -389,8 +389,9 @@ fn contract<T: Scalar>(map: &mut [T]) {
         let [[d11, d12], [d21, d22]] = block;
         for k in 0..LANES {
             let d = [d11[k], d12[k], d21[k], d22[k]].map(T::to_f64);
-            // Damping takes more than rounding gives; what is not a number ends here, too.
-            if !(growth(d) > -64.0 * T::EPSILON) {
+            let excess = growth(d);
+            // Damping takes more than rounding gives.
+            if excess <= -64.0 * T::EPSILON || excess.is_nan() {
                 continue;
             }
             let [_, b, c, _] = nearest_to_one::<T>(d);
@@ -399,7 +400,7 @@ fn contract<T: Scalar>(map: &mut [T]) {
             for push in 0..16 {
                 let d = [d11[k], d12[k], d21[k], d22[k]].map(T::to_f64);
                 let excess = growth(d);
-                if !(excess > 0.0) {
+                if excess <= 0.0 {
                     break;
                 }
                 d11[k] = T::from_f64(d[0] - 1.05 * excess * f64::from(1u16 << push) / (1.0 + d[3]));
