@@ -43,6 +43,14 @@ impl fmt::Display for SectionKind {
             Self::Losses => "Losses",
             Self::Repairs => "Repairs",
             Self::StructureFigures => "StructureFigures",
+            Self::ContactResidual => "ContactResidual",
+            Self::ResidualPairs => "ResidualPairs",
+            Self::PairResidual => "PairResidual",
+            Self::ProbeResidual => "ProbeResidual",
+            Self::PatternResidual => "PatternResidual",
+            Self::PatternProbeResidual => "PatternProbeResidual",
+            Self::StaticBound => "StaticBound",
+            Self::BoundMap => "BoundMap",
         })
     }
 }

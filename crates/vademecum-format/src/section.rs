@@ -96,11 +96,32 @@ pub enum SectionKind {
     /// any run, defect of reciprocity, growth of energy; `f64 (3, 3)`, a row for the diagonal, the block and
     /// the canonical structure, NaN where it was not measured. Since version 1.2.
     StructureFigures = 32,
+    /// `R = K⁻¹ − B Λ⁻¹ Bᵀ` between each loadable node and itself \[m/N\]: xx, xy, xz, yy, yz, zz;
+    /// `f32|f64 (n_load_nodes, 6)`. Since version 1.3, as all below.
+    ContactResidual = 34,
+    /// Pairs of loadable nodes that share a loadable triangle, first below second, ascending;
+    /// `u32 (any, 2)`.
+    ResidualPairs = 35,
+    /// `R` of each pair: row the component of displacement at the first node, column that of force at the
+    /// second; `f32|f64 (any, 9)`.
+    PairResidual = 36,
+    /// A probe's value of `R` under a unit force at a loadable node, `f32|f64 (n_probes, n_load_nodes, 3)`.
+    ProbeResidual = 37,
+    /// `R F_p` at loadable nodes \[m\], `f32|f64 (n_patterns, n_load_nodes, 3)`.
+    PatternResidual = 38,
+    /// A probe's value of `R F_p`, `f64 (n_patterns, n_probes)`.
+    PatternProbeResidual = 39,
+    /// 1 if the bound is rigorous, 0 if it is an estimate; then the worst, the median and the 95th percentile
+    /// of `‖R F‖_M / ‖K⁻¹F‖_M` over loadable nodes and directions; `f64 (4)`.
+    StaticBound = 40,
+    /// `G = Rᵀ M R` of each loadable node \[kg m²/N²\]: xx, xy, xz, yy, yz, zz; then its largest relative
+    /// bound; `f32|f64 (n_load_nodes, 7)`.
+    BoundMap = 41,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 32] = [
+    pub const ALL: [Self; 40] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -133,6 +154,14 @@ impl SectionKind {
         Self::Losses,
         Self::Repairs,
         Self::StructureFigures,
+        Self::ContactResidual,
+        Self::ResidualPairs,
+        Self::PairResidual,
+        Self::ProbeResidual,
+        Self::PatternResidual,
+        Self::PatternProbeResidual,
+        Self::StaticBound,
+        Self::BoundMap,
     ];
 
     /// The kind with this number.
@@ -160,6 +189,7 @@ impl SectionKind {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             Self::StructureFigures => 2,
+            kind if kind.number() > Self::StructureFigures.number() => 3,
             kind if kind.is_chapter() => 1,
             _ => 0,
         }
@@ -198,6 +228,14 @@ impl SectionKind {
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
             Self::EnrichmentHistory => [None, Some(2), Some(1)],
             Self::StructureFigures => two(3, 3),
+            Self::ContactResidual => two(u64::from(m.n_load_nodes), 6),
+            Self::ResidualPairs => [None, Some(2), Some(1)],
+            Self::PairResidual => [None, Some(9), Some(1)],
+            Self::ProbeResidual => three(u64::from(m.n_probes), u64::from(m.n_load_nodes), 3),
+            Self::PatternResidual => three(u64::from(m.n_patterns), u64::from(m.n_load_nodes), 3),
+            Self::PatternProbeResidual => two(u64::from(m.n_patterns), u64::from(m.n_probes)),
+            Self::StaticBound => one(4),
+            Self::BoundMap => two(u64::from(m.n_load_nodes), 7),
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
             Self::CanonicalAxes => [None, Some(CHAPTER_AXIS as u64), Some(1)],
@@ -213,9 +251,16 @@ impl SectionKind {
     pub fn allows(self, element: Element) -> bool {
         match self {
             Self::NodeIds => element == Element::U64,
-            Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions => element == Element::U32,
+            Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions | Self::ResidualPairs => {
+                element == Element::U32
+            }
             Self::PatternNames | Self::ProbeNames | Self::Repairs => element == Element::U8,
-            Self::NodeCoordinates => matches!(element, Element::F32 | Element::F64),
+            Self::NodeCoordinates
+            | Self::ContactResidual
+            | Self::PairResidual
+            | Self::ProbeResidual
+            | Self::PatternResidual
+            | Self::BoundMap => matches!(element, Element::F32 | Element::F64),
             Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
                 matches!(element, Element::F32 | Element::F64 | Element::I16)
             }
