@@ -379,6 +379,14 @@ enums:
     30: losses
     31: repairs
     32: structure_figures
+    34: contact_residual
+    35: residual_pairs
+    36: pair_residual
+    37: probe_residual
+    38: pattern_residual
+    39: pattern_probe_residual
+    40: static_bound
+    41: bound_map
   element:
     0: u8
     1: u32

@@ -18,8 +18,10 @@ GROUP = 128  # numbers that share a scale
 NAMES = """NodeIds NodeCoordinates Triangles ReducedStiffness Eigenvalues SurfaceBasis InteriorBasis
 BlockState BlockLoad PatternBasis PatternBlock PatternNames ProbeNames ProbeRows SingularValues ModeTable
 AxisPoints Factors RegionStiffness RegionMass EnrichmentHistory RadiusSamples CanonicalParts CanonicalAxes CanonicalFactors
-CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses Repairs""".split()
-KINDS = {kind: name for kind, name in enumerate(NAMES, start=1)}
+CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses Repairs StructureFigures""".split()
+RESIDUAL = """ContactResidual ResidualPairs PairResidual ProbeResidual PatternResidual PatternProbeResidual
+StaticBound BoundMap""".split()
+KINDS = {**dict(enumerate(NAMES, start=1)), **dict(enumerate(RESIDUAL, start=34))}
 
 
 class Refused(Exception):

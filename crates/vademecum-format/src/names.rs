@@ -44,6 +44,14 @@ impl fmt::Display for SectionKind {
             Self::Repairs => "Repairs",
             Self::StructureFigures => "StructureFigures",
             Self::DampingRatios => "DampingRatios",
+            Self::ContactResidual => "ContactResidual",
+            Self::ResidualPairs => "ResidualPairs",
+            Self::PairResidual => "PairResidual",
+            Self::ProbeResidual => "ProbeResidual",
+            Self::PatternResidual => "PatternResidual",
+            Self::PatternProbeResidual => "PatternProbeResidual",
+            Self::StaticBound => "StaticBound",
+            Self::BoundMap => "BoundMap",
         })
     }
 }

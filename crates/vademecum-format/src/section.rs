@@ -98,11 +98,32 @@ pub enum SectionKind {
     StructureFigures = 32,
     /// Damping ratio of each mode beside Rayleigh's, `f64 (r)`. Only exact steps know it. Since version 1.3.
     DampingRatios = 33,
+    /// `R = K⁻¹ − B Λ⁻¹ Bᵀ` between each loadable node and itself \[m/N\]: xx, xy, xz, yy, yz, zz;
+    /// `f32|f64 (n_load_nodes, 6)`. Since version 1.3, as all below.
+    ContactResidual = 34,
+    /// Pairs of loadable nodes that share a loadable triangle, first below second, ascending;
+    /// `u32 (any, 2)`.
+    ResidualPairs = 35,
+    /// `R` of each pair: row the component of displacement at the first node, column that of force at the
+    /// second; `f32|f64 (any, 9)`.
+    PairResidual = 36,
+    /// A probe's value of `R` under a unit force at a loadable node, `f32|f64 (n_probes, n_load_nodes, 3)`.
+    ProbeResidual = 37,
+    /// `R F_p` at loadable nodes \[m\], `f32|f64 (n_patterns, n_load_nodes, 3)`.
+    PatternResidual = 38,
+    /// A probe's value of `R F_p`, `f64 (n_patterns, n_probes)`.
+    PatternProbeResidual = 39,
+    /// 1 if the bound is rigorous, 0 if it is an estimate; then the worst, the median and the 95th percentile
+    /// of `‖R F‖_M / ‖K⁻¹F‖_M` over loadable nodes and directions; `f64 (4)`.
+    StaticBound = 40,
+    /// `G = Rᵀ M R` of each loadable node \[kg m²/N²\]: xx, xy, xz, yy, yz, zz; then its largest relative
+    /// bound; `f32|f64 (n_load_nodes, 7)`.
+    BoundMap = 41,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 33] = [
+    pub const ALL: [Self; 41] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -136,6 +157,14 @@ impl SectionKind {
         Self::Repairs,
         Self::StructureFigures,
         Self::DampingRatios,
+        Self::ContactResidual,
+        Self::ResidualPairs,
+        Self::PairResidual,
+        Self::ProbeResidual,
+        Self::PatternResidual,
+        Self::PatternProbeResidual,
+        Self::StaticBound,
+        Self::BoundMap,
     ];
 
     /// The kind with this number.
@@ -163,7 +192,7 @@ impl SectionKind {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             Self::StructureFigures => 2,
-            Self::DampingRatios => 3,
+            kind if kind.number() > Self::StructureFigures.number() => 3,
             kind if kind.is_chapter() => 1,
             _ => 0,
         }
@@ -202,6 +231,14 @@ impl SectionKind {
             Self::RegionStiffness | Self::RegionMass => three(u64::from(m.n_regions), r, r),
             Self::EnrichmentHistory => [None, Some(2), Some(1)],
             Self::StructureFigures => two(3, 3),
+            Self::ContactResidual => two(u64::from(m.n_load_nodes), 6),
+            Self::ResidualPairs => [None, Some(2), Some(1)],
+            Self::PairResidual => [None, Some(9), Some(1)],
+            Self::ProbeResidual => three(u64::from(m.n_probes), u64::from(m.n_load_nodes), 3),
+            Self::PatternResidual => three(u64::from(m.n_patterns), u64::from(m.n_load_nodes), 3),
+            Self::PatternProbeResidual => two(u64::from(m.n_patterns), u64::from(m.n_probes)),
+            Self::StaticBound => one(4),
+            Self::BoundMap => two(u64::from(m.n_load_nodes), 7),
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
             Self::CanonicalAxes => [None, Some(CHAPTER_AXIS as u64), Some(1)],
@@ -217,9 +254,16 @@ impl SectionKind {
     pub fn allows(self, element: Element) -> bool {
         match self {
             Self::NodeIds => element == Element::U64,
-            Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions => element == Element::U32,
+            Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions | Self::ResidualPairs => {
+                element == Element::U32
+            }
             Self::PatternNames | Self::ProbeNames | Self::Repairs => element == Element::U8,
-            Self::NodeCoordinates => matches!(element, Element::F32 | Element::F64),
+            Self::NodeCoordinates
+            | Self::ContactResidual
+            | Self::PairResidual
+            | Self::ProbeResidual
+            | Self::PatternResidual
+            | Self::BoundMap => matches!(element, Element::F32 | Element::F64),
             Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
                 matches!(element, Element::F32 | Element::F64 | Element::I16)
             }

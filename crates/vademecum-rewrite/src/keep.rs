@@ -30,8 +30,20 @@ impl Keep {
                 | S::Repairs
                 | S::StructureFigures
         );
-        let surface =
-            matches!(kind, S::NodeIds | S::NodeCoordinates | S::Triangles | S::SurfaceBasis | S::BlockLoad);
+        let surface = matches!(
+            kind,
+            S::NodeIds
+                | S::NodeCoordinates
+                | S::Triangles
+                | S::SurfaceBasis
+                | S::BlockLoad
+                | S::ContactResidual
+                | S::ResidualPairs
+                | S::PairResidual
+                | S::ProbeResidual
+                | S::PatternResidual
+                | S::BoundMap
+        );
         match self {
             Self::Probes => !(inside || surface || for_people),
             Self::Surface => !inside,

@@ -93,7 +93,7 @@ impl Strip {
 }
 
 /// What nobody can do any more without a section.
-const LOST: [(SectionKind, &str); 11] = [
+const LOST: [(SectionKind, &str); 14] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),
     (SectionKind::Triangles, "no surface to show"),
@@ -105,4 +105,7 @@ const LOST: [(SectionKind, &str); 11] = [
     (SectionKind::RadiusSamples, "no spectral radius over the parameters to report"),
     (SectionKind::Repairs, "no word of what the build repaired"),
     (SectionKind::StructureFigures, "no word of how reciprocal the structures are"),
+    (SectionKind::ContactResidual, "no static residual under a contact"),
+    (SectionKind::ProbeResidual, "no static residual of a contact at the probes"),
+    (SectionKind::BoundMap, "no map of the bound over the surface"),
 ];

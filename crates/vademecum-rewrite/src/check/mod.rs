@@ -6,6 +6,7 @@ mod basis;
 mod claims;
 mod geometry;
 mod matrices;
+mod residual;
 mod step;
 mod symmetric;
 
@@ -82,6 +83,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     matrices::check(&raw)?;
     basis::check(&raw)?;
     step::check(&raw)?;
+    residual::check(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }
