@@ -9,6 +9,7 @@ mod march;
 mod mode_table;
 mod modes;
 pub mod schemes;
+mod truth;
 mod work;
 
 pub use damping::{Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix};
@@ -21,6 +22,9 @@ pub use march::{
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub use modes::{Modes, ModesError, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
+pub use truth::{
+    Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,
+};
 pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};
 
 #[cfg(test)]

@@ -1,0 +1,163 @@
+//! How far other motions are from the truth, in the mass norm.
+//!
+//! Distances are norms of differences: a motion is written over the vectors of the truth and, where it leaves
+//! their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an error of
+//! 1e-10 is measured as well as one of 1.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+
+use super::orthonormal::orthonormalise;
+use super::reference::{Trajectory, WINDOW, Windows};
+use crate::fem::SymmetricMatrix;
+
+/// A motion shown as `u(t) = Σ_j c_j a_j(t)`.
+#[derive(Clone, Copy)]
+pub struct DisplacedBy<'m> {
+    /// `c_j` over the free dofs, shape (n, k); any columns.
+    pub columns: MatRef<'m, f64>,
+    /// `a_j` at each instant, the start included; shape (k, instants).
+    pub amplitudes: MatRef<'m, f64>,
+}
+
+/// Relative L2 distances over all dofs and instants, mass norm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthDistance {
+    /// Of the motion from the truth.
+    pub error: f64,
+    /// Of the truth from its projection on the columns of the first part of the motion: what no coordinates
+    /// on that basis could mend.
+    pub floor: f64,
+}
+
+impl<'t> Trajectory<'t> {
+    /// Distance of a motion from this one. The motion is the sum of its parts: a basis with its coordinates,
+    /// and perhaps columns that follow the loads statically. The floor is that of the first part.
+    ///
+    /// # Panics
+    /// If a part has another number of dofs or of instants.
+    pub fn distance(&self, parts: &[DisplacedBy<'_>]) -> TruthDistance {
+        let truth = self.truth;
+        let (n, m) = (truth.space().nrows(), truth.vectors());
+        let count: usize = parts.iter().map(|part| part.columns.ncols()).sum();
+        let mut columns = Mat::zeros(n, count);
+        let mut at = 0;
+        for part in parts {
+            assert_eq!(part.amplitudes.ncols(), self.instants(), "instants of a motion beside the truth");
+            columns.subcols_mut(at, part.columns.ncols()).copy_from(part.columns);
+            at += part.columns.ncols();
+        }
+        let joined = orthonormalise(truth.pencil.mass(), truth.space(), columns);
+        drop(joined.new);
+        let basis = parts.first().map_or(0, |part| part.columns.ncols());
+        let floor = Floor::new(joined.onto_old.subcols(0, basis), joined.onto_new.subcols(0, basis));
+        let mut sums = [0.0; 3];
+        for (first, window) in self.windows() {
+            let width = window.ncols();
+            let mut amplitudes = Mat::zeros(count, width);
+            let mut at = 0;
+            for part in parts {
+                let rows = part.columns.ncols();
+                amplitudes.subrows_mut(at, rows).copy_from(part.amplitudes.subcols(first, width));
+                at += rows;
+            }
+            sums[0] += window.squared_norm_l2();
+            sums[1] += floor.squared(window.as_ref());
+            let mut apart = window;
+            matmul(apart.as_mut(), Accum::Add, joined.onto_old.as_ref(), amplitudes.as_ref(), -1.0, Par::Seq);
+            debug_assert_eq!(apart.nrows(), m);
+            let mut beyond = Mat::zeros(joined.onto_new.nrows(), width);
+            let beyond_columns = joined.onto_new.as_ref();
+            matmul(beyond.as_mut(), Accum::Replace, beyond_columns, amplitudes.as_ref(), 1.0, Par::Seq);
+            sums[2] += apart.squared_norm_l2() + beyond.squared_norm_l2();
+        }
+        let [norm, floor, error] = sums;
+        TruthDistance { error: (error / norm).sqrt(), floor: (floor / norm).sqrt() }
+    }
+
+    /// A meter of the distance of a motion that is marched at full order.
+    pub fn marched_apart(&self) -> MarchedApart<'t> {
+        let n = self.truth.space().nrows();
+        MarchedApart {
+            mass: self.truth.pencil.mass(),
+            space: self.truth.space(),
+            windows: self.windows(),
+            due: self.instants(),
+            marched: Mat::zeros(n, WINDOW.min(self.instants())),
+            filled: 0,
+            sums: [0.0; 2],
+        }
+    }
+}
+
+/// What is left of coordinates over the truth's space once they are projected on a basis.
+struct Floor {
+    /// Orthonormal basis in those coordinates, its part beyond the space below; shape (m + k', r).
+    basis: Mat<f64>,
+}
+
+impl Floor {
+    fn new(onto_old: MatRef<'_, f64>, onto_new: MatRef<'_, f64>) -> Floor {
+        let (m, beyond, r) = (onto_old.nrows(), onto_new.nrows(), onto_old.ncols());
+        let mut columns = Mat::zeros(m + beyond, r);
+        columns.subrows_mut(0, m).copy_from(onto_old);
+        columns.subrows_mut(m, beyond).copy_from(onto_new);
+        Floor { basis: columns.qr().compute_thin_Q() }
+    }
+
+    fn squared(&self, window: MatRef<'_, f64>) -> f64 {
+        let m = window.nrows();
+        let (inside, beyond) = self.basis.split_at_row(m);
+        let coordinates = inside.transpose() * window;
+        let mut left = window.to_owned();
+        matmul(left.as_mut(), Accum::Add, inside, coordinates.as_ref(), -1.0, Par::Seq);
+        left.squared_norm_l2() + (beyond * coordinates).squared_norm_l2()
+    }
+}
+
+/// Distance of a marched motion from the truth, collected instant by instant.
+pub struct MarchedApart<'t> {
+    mass: &'t SymmetricMatrix,
+    space: MatRef<'t, f64>,
+    windows: Windows<'t>,
+    /// Instants that have not been added yet.
+    due: usize,
+    /// Displacements that wait for their window, shape (n, window).
+    marched: Mat<f64>,
+    filled: usize,
+    /// Squares of the distance and of the truth.
+    sums: [f64; 2],
+}
+
+impl MarchedApart<'_> {
+    /// Adds the next instant, the start first; displacement over the free dofs.
+    ///
+    /// # Panics
+    /// If there are more instants than the truth has, or another number of dofs.
+    pub fn add(&mut self, displacement: &[f64]) {
+        self.marched.col_as_slice_mut(self.filled).copy_from_slice(displacement);
+        self.filled += 1;
+        self.due -= 1;
+        if self.filled == self.marched.ncols() || self.due == 0 {
+            self.compare_window();
+        }
+    }
+
+    fn compare_window(&mut self) {
+        let (_, window) = self.windows.next().expect("a window for every instant of the truth");
+        let mut apart = self.marched.subcols_mut(0, self.filled);
+        matmul(apart.as_mut(), Accum::Add, self.space, window.as_ref(), -1.0, Par::Seq);
+        let mut weighted = Mat::zeros(apart.nrows(), apart.ncols());
+        self.mass.mul_into(apart.as_ref(), weighted.as_mut());
+        for c in 0..apart.ncols() {
+            self.sums[0] += apart.as_ref().col(c).transpose() * weighted.col(c);
+        }
+        self.sums[1] += window.squared_norm_l2();
+        self.filled = 0;
+    }
+
+    /// Relative L2 distance over all dofs and the instants added, mass norm.
+    pub fn error(&self) -> f64 {
+        (self.sums[0].max(0.0) / self.sums[1]).sqrt()
+    }
+}

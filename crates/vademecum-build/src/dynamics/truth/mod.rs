@@ -1,0 +1,29 @@
+//! The response to loads exactly in time, in a space that has converged: what errors are measured against.
+//!
+//! A march at full order has the error of its time scheme, so it cannot judge a motion that has none. Here
+//! the space is the only thing that is approximated, and it is made for the loads: it starts from their
+//! static answers `K⁻¹F` and grows by `K⁻¹M` (Nour-Omid and Clough 1984, load-dependent Ritz vectors). The
+//! pencil projected on it falls apart into modes, and each is moved in closed form
+//! ([`Propagator`](vademecum_format::exact::Propagator)), for loads that are linear in time between their
+//! jumps and kinks. The motion therefore depends on no time step; a step only says when it is looked at.
+//!
+//! All loads share one space, a block of as many columns as there are independent forces. The same number of
+//! vectors in one space per force would cost less to keep orthogonal, but the low modes that all forces
+//! excite would be found once for each, and an error against their sum would have to be measured on vectors
+//! that are not orthogonal.
+//!
+//! How far the space has converged is measured: the answer with all of its vectors against the answer with
+//! the first two thirds of them. A point force that jumps on a body without damping makes its highest modes
+//! ring. Their share falls slowly, and the estimate says so.
+
+mod distance;
+mod motion;
+mod orthonormal;
+mod reference;
+mod space;
+
+pub use distance::{DisplacedBy, MarchedApart, TruthDistance};
+pub use reference::{Decay, Trajectory, Truth, TruthError, TruthOptions};
+
+#[cfg(test)]
+mod tests;

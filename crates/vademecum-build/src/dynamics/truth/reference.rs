@@ -1,0 +1,340 @@
+//! The truth: its space, its modes, and the motion in them.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+
+use super::motion::Motion;
+use super::orthonormal::DEPENDENT;
+use super::space::{Ritz, Space};
+use crate::dynamics::{Interval, Rayleigh, TimedLoad};
+use crate::fem::{FactorError, Pencil, Symbolic};
+use crate::linalg::{NoConvergence, project};
+use crate::progress::{Cancelled, Listener};
+
+/// Instants taken at a time.
+pub(super) const WINDOW: usize = 64;
+
+/// Instants that the estimate of the error looks at, at most; of a longer motion it takes every second or
+/// third, and so on.
+const ESTIMATED: usize = 4096;
+
+/// Size of the space at which its error is first estimated.
+const FIRST: usize = 12;
+
+/// Decay `σ` \[1/s\] of a mode, from its stiffness `λ` \[rad²/s²\] and its place among the modes in ascending
+/// order.
+pub type Decay<'a> = &'a dyn Fn(f64, usize) -> f64;
+
+/// When the space is good enough, and how large it may get.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthOptions {
+    /// Estimated relative error, mass norm over all dofs and instants, at which the space grows no more.
+    pub tolerance: f64,
+    /// Most vectors per independent force.
+    pub vectors_per_force: usize,
+    /// Most memory that the vectors take \[bytes\]; three vectors per force are made whatever it says.
+    pub bytes: u64,
+}
+
+impl Default for TruthOptions {
+    fn default() -> Self {
+        Self { tolerance: 1e-6, vectors_per_force: 400, bytes: 2_000_000_000 }
+    }
+}
+
+impl TruthOptions {
+    /// Most vectors for so many independent forces on a body of `n` dofs.
+    #[must_use]
+    pub fn most_vectors(&self, forces: usize, n: usize) -> usize {
+        let room = self.bytes / (8 * n.max(1) as u64);
+        let room = usize::try_from(room).unwrap_or(usize::MAX);
+        forces.saturating_mul(self.vectors_per_force).min(room).max(3 * forces).min(n)
+    }
+}
+
+/// Why there is no truth.
+#[derive(Debug, thiserror::Error)]
+pub enum TruthError {
+    /// The stiffness does not factorise.
+    #[error("the stiffness matrix, for the reference that is exact in time")]
+    Factor(#[from] FactorError),
+    /// Numbers that double precision does not hold.
+    #[error("the reference that is exact in time")]
+    NoConvergence(#[from] NoConvergence),
+    /// On request.
+    #[error("the reference that is exact in time")]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Trajectories from rest, exact in time, in a space made for their loads.
+pub struct Truth<'a> {
+    pub(super) pencil: &'a Pencil,
+    /// `V`, shape (n, m), orthonormal in the mass.
+    space: Mat<f64>,
+    modes: Modal,
+    loads: Loads,
+    time_step: f64,
+    steps: usize,
+    errors: Vec<f64>,
+}
+
+/// The pencil on a space, mode by mode.
+struct Modal {
+    /// `λ` and `σ` of each mode, `λ` ascending.
+    modes: Vec<[f64; 2]>,
+    /// Modes over the vectors of the space, shape (m, m), orthonormal.
+    vectors: Mat<f64>,
+}
+
+/// Loads on the vectors of a space.
+struct Loads {
+    /// `VᵀF`, shape (m, loads).
+    shares: Mat<f64>,
+    /// When each load acts, and on which trajectory.
+    when: Vec<(usize, Interval)>,
+}
+
+impl<'a> Truth<'a> {
+    /// Finds the space for the trajectories that `loads` drive over `steps` steps of `time_step` \[s\], on the
+    /// pencil whose pattern `symbolic` analyses; each mode decays by `decay`.
+    ///
+    /// Costs one factor of `K`; for each vector of the space one solve and the orthogonalisation against all
+    /// vectors before it (4 n products for each). Memory: the factor, and `n` numbers for each vector, up to
+    /// 2.5 times that while the space grows. Deterministic.
+    ///
+    /// # Errors
+    /// [`TruthError`]. A space that reaches its largest size before the tolerance is no error: see
+    /// [`Trajectory::estimate`].
+    ///
+    /// ```
+    /// use faer::mat;
+    /// use vademecum_build::dynamics::{Interval, TimedLoad, Truth, TruthOptions};
+    /// use vademecum_build::fem::{Pencil, Symbolic};
+    /// use vademecum_build::progress::Silent;
+    ///
+    /// // A mass of 1 kg on a spring of 4 N/m, pushed by 8 N: u = 2 (1 − cos 2t).
+    /// let pencil = Pencil::from_matrices(mat![[1.0]].as_ref(), mat![[4.0]].as_ref())?;
+    /// let when = Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 };
+    /// let loads = [TimedLoad { column: 0, force: vec![8.0], when }];
+    /// let symbolic = Symbolic::analyze(&pencil)?;
+    /// let options = TruthOptions::default();
+    /// let truth = Truth::find(&pencil, &symbolic, &|_, _| 0.0, &loads, (0.1, 20), &options, &Silent)?;
+    /// let u = truth.trajectory(0).along(&[vec![(0, 1.0)]]);
+    /// assert!((u[(0, 20)] - 2.0 * (1.0 - 4.0_f64.cos())).abs() < 1e-14);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn find(
+        pencil: &'a Pencil,
+        symbolic: &Symbolic,
+        decay: Decay<'_>,
+        loads: &[TimedLoad],
+        (time_step, steps): (f64, usize),
+        options: &TruthOptions,
+        listener: &dyn Listener,
+    ) -> Result<Truth<'a>, TruthError> {
+        let factor = symbolic.factorize(pencil.stiffness().clone())?;
+        let mut space = Space::new(pencil, &factor, loads.iter().map(|load| load.force.as_slice()));
+        let most = options.most_vectors(space.used(), pencil.n_dof());
+        let mut aim = FIRST.max(3 * space.used()).min(most);
+        loop {
+            while space.used() < aim && !space.is_closed() {
+                space.grow_to((space.used() + 8).min(aim));
+                listener.checkpoint(space.used(), most)?;
+            }
+            space.project();
+            let loads = Loads::new(space.vectors(), loads);
+            let modes = Modal::new(space.ritz(space.used())?, decay);
+            let closed = space.is_closed();
+            let errors = if closed {
+                // What is missing was taken for rounding.
+                vec![DEPENDENT; loads.columns()]
+            } else {
+                let fewer = (2 * space.used()).div_ceil(3).min(space.used() - 1);
+                let fewer = Modal::new(space.ritz(fewer)?, decay);
+                estimate(&modes, &fewer, &loads, time_step, steps, listener)?
+            };
+            let converged = errors.iter().all(|&error| error <= options.tolerance);
+            if closed || converged || space.used() >= most {
+                let space = space.into_vectors();
+                return Ok(Truth { pencil, space, modes, loads, time_step, steps, errors });
+            }
+            aim = (space.used() + space.used().div_ceil(2)).min(most);
+        }
+    }
+
+    /// Number of vectors of the space.
+    pub fn vectors(&self) -> usize {
+        self.space.ncols()
+    }
+
+    /// `V`, shape (n, vectors), orthonormal in the mass.
+    pub fn space(&self) -> MatRef<'_, f64> {
+        self.space.as_ref()
+    }
+
+    /// `λ` of each mode in the space, ascending \[rad²/s²\].
+    pub fn lambda(&self) -> Vec<f64> {
+        self.modes.modes.iter().map(|mode| mode[0]).collect()
+    }
+
+    /// The trajectory that the loads of this column drive.
+    pub fn trajectory(&self, column: usize) -> Trajectory<'_> {
+        Trajectory { truth: self, column }
+    }
+}
+
+/// One trajectory of a truth.
+#[derive(Clone, Copy)]
+pub struct Trajectory<'t> {
+    pub(super) truth: &'t Truth<'t>,
+    column: usize,
+}
+
+impl<'t> Trajectory<'t> {
+    /// Number of instants, the start included.
+    pub fn instants(&self) -> usize {
+        self.truth.steps + 1
+    }
+
+    /// Estimate of its own error, relative L2 over all dofs and instants, mass norm: how far it is from the
+    /// answer in the first two thirds of the space. Where nothing was left to add to the space it is the part
+    /// that counts as rounding there, 1e-11.
+    pub fn estimate(&self) -> f64 {
+        self.truth.errors.get(self.column).copied().unwrap_or(0.0)
+    }
+
+    /// Coordinates over the space, some instants at a time from the start on.
+    pub fn windows(&self) -> Windows<'t> {
+        let truth = self.truth;
+        Windows::new(&truth.modes, &truth.loads, self.column, truth.time_step, self.instants())
+    }
+
+    /// Coordinates over the space at all instants, shape (vectors, instants): much memory for a long motion,
+    /// which [`Trajectory::windows`] does without.
+    pub fn coordinates(&self) -> Mat<f64> {
+        let mut all = Mat::zeros(self.truth.vectors(), self.instants());
+        for (first, window) in self.windows() {
+            all.subcols_mut(first, window.ncols()).copy_from(window);
+        }
+        all
+    }
+
+    /// Displacement along rows of (dof, weight) at all instants; shape (rows, instants).
+    pub fn along(&self, rows: &[Vec<(u32, f64)>]) -> Mat<f64> {
+        let space = &self.truth.space;
+        let weight = |row: usize, k: usize| {
+            rows[row].iter().map(|&(dof, weight)| weight * space[(dof as usize, k)]).sum::<f64>()
+        };
+        let rows = Mat::from_fn(rows.len(), space.ncols(), weight);
+        let mut all = Mat::zeros(rows.nrows(), self.instants());
+        for (first, window) in self.windows() {
+            let target = all.subcols_mut(first, window.ncols());
+            matmul(target, Accum::Replace, rows.as_ref(), window.as_ref(), 1.0, Par::Seq);
+        }
+        all
+    }
+
+    /// `√Σ ‖u(t_n)‖²` in the mass, over all instants.
+    pub fn norm(&self) -> f64 {
+        self.windows().map(|(_, window)| window.squared_norm_l2()).sum::<f64>().sqrt()
+    }
+}
+
+/// Coordinates of a trajectory over its space, with the first instant of each window.
+pub struct Windows<'t> {
+    motion: Motion<'t>,
+    vectors: MatRef<'t, f64>,
+    next: usize,
+    instants: usize,
+}
+
+impl<'t> Windows<'t> {
+    fn new(modes: &'t Modal, loads: &Loads, column: usize, time_step: f64, instants: usize) -> Self {
+        let (shares, when) = loads.of(column, modes);
+        let motion = Motion::new(&modes.modes, shares, &when, time_step);
+        Self { motion, vectors: modes.vectors.as_ref(), next: 0, instants }
+    }
+}
+
+impl Iterator for Windows<'_> {
+    type Item = (usize, Mat<f64>);
+
+    fn next(&mut self) -> Option<(usize, Mat<f64>)> {
+        let (first, count) = (self.next, WINDOW.min(self.instants - self.next));
+        if count == 0 {
+            return None;
+        }
+        let modal = self.motion.next(count);
+        let mut window = Mat::zeros(self.vectors.nrows(), count);
+        matmul(window.as_mut(), Accum::Replace, self.vectors, modal.as_ref(), 1.0, Par::Seq);
+        self.next += count;
+        Some((first, window))
+    }
+}
+
+impl Modal {
+    fn new(ritz: Ritz, decay: Decay<'_>) -> Modal {
+        let modes = ritz.values.iter().enumerate().map(|(k, &lambda)| [lambda, decay(lambda, k)]).collect();
+        Modal { modes, vectors: ritz.vectors }
+    }
+}
+
+impl Loads {
+    fn new(space: MatRef<'_, f64>, loads: &[TimedLoad]) -> Loads {
+        let mut shares = Mat::zeros(space.ncols(), loads.len());
+        for (j, load) in loads.iter().enumerate() {
+            shares.col_as_slice_mut(j).copy_from_slice(&project(space, &load.force));
+        }
+        Loads { shares, when: loads.iter().map(|load| (load.column, load.when)).collect() }
+    }
+
+    /// Number of trajectories.
+    fn columns(&self) -> usize {
+        self.when.iter().map(|(column, _)| column + 1).max().unwrap_or(0)
+    }
+
+    /// Shares of the modes in the loads of one trajectory, and when these act.
+    fn of(&self, column: usize, modes: &Modal) -> (Mat<f64>, Vec<Interval>) {
+        let mine: Vec<usize> = (0..self.when.len()).filter(|&j| self.when[j].0 == column).collect();
+        let m = modes.vectors.nrows();
+        let shares = Mat::from_fn(m, mine.len(), |i, j| self.shares[(i, mine[j])]);
+        (modes.vectors.transpose() * shares, mine.iter().map(|&j| self.when[j].1).collect())
+    }
+}
+
+/// Distance of the answers in `fewer` vectors from those in all, relative, for each trajectory.
+fn estimate(
+    modes: &Modal,
+    fewer: &Modal,
+    loads: &Loads,
+    time_step: f64,
+    steps: usize,
+    listener: &dyn Listener,
+) -> Result<Vec<f64>, Cancelled> {
+    let stride = steps.div_ceil(ESTIMATED).max(1);
+    let (time_step, instants) = (stride as f64 * time_step, steps / stride + 1);
+    let distance = |column: usize| -> Result<f64, Cancelled> {
+        let all = Windows::new(modes, loads, column, time_step, instants);
+        let part = Windows::new(fewer, loads, column, time_step, instants);
+        let (mut apart, mut norm) = (0.0, 0.0);
+        for ((_, all), (_, part)) in all.zip(part) {
+            let (shared, rest) = all.split_at_row(part.nrows());
+            apart += (shared - part).squared_norm_l2() + rest.squared_norm_l2();
+            norm += all.squared_norm_l2();
+            if listener.cancelled() {
+                return Err(Cancelled);
+            }
+        }
+        // A body that does not move is where it is.
+        Ok(if norm > 0.0 { (apart / norm).sqrt() } else { 0.0 })
+    };
+    (0..loads.columns()).map(distance).collect()
+}
+
+impl Rayleigh {
+    /// Decay `½(α + βλ)` \[1/s\] of a mode of stiffness `lambda` \[rad²/s²\].
+    #[must_use]
+    pub fn decay(&self, lambda: f64) -> f64 {
+        0.5 * (self.alpha + self.beta * lambda)
+    }
+}

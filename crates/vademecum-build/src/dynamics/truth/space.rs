@@ -1,0 +1,161 @@
+//! The space that loads and `K⁻¹M` span, orthonormal in the mass, with the stiffness projected on it.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Accum, Mat, MatRef, Par, Side};
+
+use super::orthonormal::orthonormalise;
+use crate::dynamics::krylov::symmetric_eigen;
+use crate::fem::{Factor, Pencil, Solve};
+use crate::linalg::NoConvergence;
+
+/// Columns solved for together.
+const GROUP: usize = 24;
+
+/// What did not converge.
+const PROJECTED: &str = "the stiffness projected on the space of the loads";
+
+/// A growing space.
+pub(super) struct Space<'a> {
+    pencil: &'a Pencil,
+    factor: &'a Factor,
+    solve: Solve,
+    /// `V`; the first `used` columns count.
+    vectors: Mat<f64>,
+    used: usize,
+    /// Columns whose image under `K⁻¹M` is in the space.
+    expanded: usize,
+    /// `VᵀKV`, its upper triangle, of the first `projected` columns.
+    stiffness: Mat<f64>,
+    projected: usize,
+}
+
+/// The modes of the pencil projected on the first `m` columns of a space.
+pub(super) struct Ritz {
+    /// `λ`, ascending.
+    pub values: Vec<f64>,
+    /// Coordinates over those columns, orthonormal; shape (m, m).
+    pub vectors: Mat<f64>,
+}
+
+impl<'a> Space<'a> {
+    /// The space of the static answers to the forces.
+    pub fn new<'f>(
+        pencil: &'a Pencil,
+        factor: &'a Factor,
+        forces: impl Iterator<Item = &'f [f64]>,
+    ) -> Space<'a> {
+        let n = pencil.n_dof();
+        let mut space = Space {
+            pencil,
+            factor,
+            solve: Solve::new(factor.symbolic(), GROUP, false),
+            vectors: Mat::zeros(n, 0),
+            used: 0,
+            expanded: 0,
+            stiffness: Mat::zeros(0, 0),
+            projected: 0,
+        };
+        let forces: Vec<&[f64]> = forces.collect();
+        // The static answers decide the compliance under a force, so their rounding is refined away.
+        let mut solve = Solve::new(factor.symbolic(), GROUP.min(forces.len().max(1)), true);
+        for group in forces.chunks(GROUP) {
+            let mut answers = Mat::from_fn(n, group.len(), |i, j| group[j][i]);
+            solve.solve_in_place(factor, answers.as_mut());
+            space.append(answers);
+        }
+        space
+    }
+
+    /// Number of vectors.
+    pub fn used(&self) -> usize {
+        self.used
+    }
+
+    /// Whether `K⁻¹M` leads nowhere else.
+    pub fn is_closed(&self) -> bool {
+        self.expanded == self.used || self.used == self.vectors.nrows()
+    }
+
+    /// Grows to `count` vectors, or less if the space closes.
+    pub fn grow_to(&mut self, count: usize) {
+        let n = self.vectors.nrows();
+        while self.used < count && !self.is_closed() {
+            let width = (self.used - self.expanded).min(GROUP).min(count - self.used);
+            let mut image = Mat::zeros(n, width);
+            self.pencil.mass().mul_into(self.vectors.subcols(self.expanded, width), image.as_mut());
+            self.solve.solve_in_place(self.factor, image.as_mut());
+            self.expanded += width;
+            self.append(image);
+        }
+    }
+
+    fn append(&mut self, block: Mat<f64>) {
+        let joined = orthonormalise(self.pencil.mass(), self.vectors(), block);
+        let width = joined.new.ncols();
+        let room = self.vectors.ncols();
+        if self.used + width > room {
+            // Half as much again: what is copied stays below three times what is kept.
+            let room = (self.used + width).max(room + room / 2).min(self.vectors.nrows());
+            self.vectors.resize_with(self.vectors.nrows(), room, |_, _| 0.0);
+        }
+        self.vectors.subcols_mut(self.used, width).copy_from(joined.new);
+        self.used += width;
+    }
+
+    /// The vectors, orthonormal in the mass; shape (n, used).
+    pub fn vectors(&self) -> MatRef<'_, f64> {
+        self.vectors.subcols(0, self.used)
+    }
+
+    /// Gives the vectors away.
+    pub fn into_vectors(mut self) -> Mat<f64> {
+        let n = self.vectors.nrows();
+        self.vectors.resize_with(n, self.used, |_, _| 0.0);
+        self.vectors
+    }
+
+    /// Projects the stiffness on the columns that are new.
+    pub fn project(&mut self) {
+        let (n, used) = (self.vectors.nrows(), self.used);
+        self.stiffness.resize_with(used, used, |_, _| 0.0);
+        while self.projected < used {
+            let first = self.projected;
+            let width = GROUP.min(used - first);
+            let mut forces = Mat::zeros(n, width);
+            self.pencil.stiffness().mul_into(self.vectors.subcols(first, width), forces.as_mut());
+            let target = self.stiffness.submatrix_mut(0, first, first + width, width);
+            let before = self.vectors.subcols(0, first + width).transpose();
+            matmul(target, Accum::Replace, before, forces.as_ref(), 1.0, Par::Seq);
+            self.projected += width;
+        }
+    }
+
+    /// The modes of the pencil on the first `m` columns, all of which are projected.
+    ///
+    /// They are those of the inverse: the columns go from smooth to rough, so that the lowest `λ` are parts
+    /// in 1e8 and less of the highest and would drown in its rounding.
+    ///
+    /// # Errors
+    /// [`NoConvergence`]: a stiffness that is not positive definite, or not of numbers.
+    pub fn ritz(&self, m: usize) -> Result<Ritz, NoConvergence> {
+        let stiffness = Mat::from_fn(m, m, |i, j| self.stiffness[(i.min(j), i.max(j))]);
+        let lower = stiffness.llt(Side::Lower).map_err(|_| NoConvergence { what: PROJECTED })?;
+        let mut inverse = Mat::identity(m, m);
+        solve_lower_triangular_in_place(lower.L(), inverse.as_mut(), Par::Seq);
+        let mut compliance = Mat::zeros(m, m);
+        let inverse = inverse.as_ref();
+        matmul(compliance.as_mut(), Accum::Replace, inverse.transpose(), inverse, 1.0, Par::Seq);
+        let (_, vectors) = symmetric_eigen(compliance.as_ref())?;
+        // Rayleigh quotients are free of the rounding of the inverse.
+        let mut forces = Mat::zeros(m, m);
+        matmul(forces.as_mut(), Accum::Replace, stiffness.as_ref(), vectors.as_ref(), 1.0, Par::Seq);
+        let quotients: Vec<f64> = (0..m).map(|k| vectors.col(k).transpose() * forces.col(k)).collect();
+        let mut order: Vec<usize> = (0..m).rev().collect();
+        order.sort_by(|&a, &b| quotients[a].total_cmp(&quotients[b]));
+        Ok(Ritz {
+            values: order.iter().map(|&k| quotients[k]).collect(),
+            vectors: Mat::from_fn(m, m, |i, k| vectors[(i, order[k])]),
+        })
+    }
+}
