@@ -80,6 +80,7 @@ pub mod pipeline;
 pub mod prepared;
 pub mod progress;
 pub mod report;
+pub mod residual;
 pub mod response;
 pub mod separated;
 pub mod store;

@@ -16,6 +16,7 @@ use crate::limits::Memory;
 use crate::prepared::{ParameterSpace, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
 use crate::report::{BuildPlan, BuildReport, ToleranceMissed};
+use crate::residual::StaticResidual;
 use crate::store::{Kept, Store};
 
 /// What the user may change without changing the problem.
@@ -88,6 +89,8 @@ struct Stages<'a> {
     order: &'a NodeOrder,
     kept: &'a Kept<'a>,
     options: &'a BuildOptions<'a>,
+    /// Of the basis at hand.
+    residual: Option<&'a StaticResidual>,
 }
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -109,7 +112,7 @@ pub fn build(
     let open = problem.tolerance.steps.is_none();
     let unseen = &UnseenLoads { open, ..UnseenLoads::draw(body, runs, steps) };
     let (order, kept) = (&NodeOrder::new(body), &Kept::new(options.store, prepared, listener));
-    let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, options };
+    let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, options, residual: None };
 
     let mut missed = None;
     for modes in basis_sizes(problem, &prepared.space) {
@@ -178,9 +181,11 @@ impl Stages<'_> {
         kept.listener.note(&format!("ahead: {}", plan::in_words(&plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
-        let vademecum = self.certified(problem, &basis, watch)?;
-        let bytes = watch.stage("encode", || self.file(problem, &basis, &vademecum))?;
-        let mut report = self.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
+        let residual = self.static_residual(problem, &basis, watch)?;
+        let sized = Stages { residual: residual.as_ref(), ..*self };
+        let vademecum = sized.certified(problem, &basis, watch)?;
+        let bytes = watch.stage("encode", || sized.file(problem, &basis, &vademecum))?;
+        let mut report = sized.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
         report.plan = plan;
         Ok(Built { bytes, report })
     }

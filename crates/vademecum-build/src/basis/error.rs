@@ -4,6 +4,7 @@ use super::snapshots::SnapshotError;
 use crate::dynamics::{FullOrderError, ModesError};
 use crate::fem::FactorError;
 use crate::linalg::NoConvergence;
+use crate::residual::ResidualError;
 
 /// Why there is no basis.
 #[derive(Debug, thiserror::Error)]
@@ -23,6 +24,25 @@ pub enum BasisError {
     /// A decomposition met numbers that double precision does not hold.
     #[error("the basis")]
     NoConvergence(#[from] NoConvergence),
+    /// No bound of the natural modes.
+    #[error("the bound of natural modes")]
+    Residual(#[from] ResidualError),
+    /// No number of natural modes keeps the bound asked for.
+    #[error(
+        "{path}: `basis.error` is {asked:e}; {modes} natural modes, the most that are tried on this body, reach \
+         {reached:.2e} at the worst loadable node: ask for no less than that, or for `modes`, or choose a smaller \
+         `load.surface`"
+    )]
+    BoundMissed {
+        /// The problem file and line.
+        path: String,
+        /// The bound asked for.
+        asked: f64,
+        /// Modes tried.
+        modes: usize,
+        /// The bound they reach.
+        reached: f64,
+    },
     /// More modes asked for than the snapshots span.
     #[error(
         "{path}: `basis.modes` is {asked}; the snapshots span {found} dimensions: add positions, directions or time to `[snapshots]`"

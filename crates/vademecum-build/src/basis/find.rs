@@ -12,6 +12,7 @@ use crate::fem::Solve;
 use crate::input::{BasisKind, InnerProduct, Problem};
 use crate::prepared::{Body, Prepared};
 use crate::progress::Listener;
+use crate::residual::{Enough, modes_within};
 use crate::store::{Inputs, Kept};
 
 /// The snapshots of the plan, or those of another program, decomposed; none for natural modes, which need
@@ -90,8 +91,13 @@ fn nominal_basis(
 ) -> Result<(Basis, usize), BasisError> {
     let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
     let Some(pod) = decompose(problem, body, full, runs, listener)? else {
-        let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
-        let Modes { vectors, eigenvalues, .. } = lowest_modes(pencil, &prepared.symbolic, count)?;
+        let Modes { vectors, eigenvalues, .. } = match problem.basis.error {
+            Some(error) => enough_modes(problem, prepared, error, listener)?,
+            None => {
+                let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
+                lowest_modes(pencil, &prepared.symbolic, count)?
+            }
+        };
         return Ok((modes_basis(vectors, eigenvalues), 0));
     };
     let found = pod.singular_values.len();
@@ -104,6 +110,26 @@ fn nominal_basis(
         return Err(BasisError::TooManyModes { path: problem.place("basis.modes"), asked: count, found });
     }
     Ok((basis_of_pod(problem, prepared, &pod, count)?, pod.n_snapshots))
+}
+
+/// The fewest natural modes that keep the bound asked for.
+fn enough_modes(
+    problem: &Problem,
+    prepared: &Prepared,
+    error: f64,
+    listener: &dyn Listener,
+) -> Result<Modes, BasisError> {
+    match modes_within(&prepared.body, &prepared.symbolic, error, listener)? {
+        Enough::Modes(modes, reached) => {
+            listener
+                .note(&format!("{} natural modes have a bound of {reached:.2e}", modes.eigenvalues.len()));
+            Ok(modes)
+        }
+        Enough::Missed { modes, reached } => {
+            let path = problem.place("basis.error");
+            Err(BasisError::BoundMissed { path, asked: error, modes, reached })
+        }
+    }
 }
 
 /// The basis of the kind asked for, `pod` or `ritz`, from a decomposition of the snapshots.

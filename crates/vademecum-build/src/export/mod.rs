@@ -5,9 +5,11 @@
 mod curve;
 mod draft;
 mod order;
+mod residual;
 
 pub use draft::Draft;
 pub use order::NodeOrder;
+pub use residual::residual_sections;
 
 use faer::{Mat, MatRef};
 use vademecum_format::FormatError;

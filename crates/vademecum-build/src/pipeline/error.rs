@@ -9,6 +9,7 @@ use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
 use crate::limits::TooMuchMemory;
 use crate::parametric::ParametricError;
 use crate::prepared::{PrepareError, TimeStepError};
+use crate::residual::ResidualError;
 use crate::response::ResponseError;
 
 /// Why a build ended without a file, by stage.
@@ -35,6 +36,9 @@ pub enum BuildError {
     /// No basis.
     #[error(transparent)]
     Basis(#[from] BasisError),
+    /// No static residual.
+    #[error("the static residual")]
+    Residual(#[from] ResidualError),
     /// A stage has no response.
     #[error(transparent)]
     Response(#[from] ResponseError),

@@ -14,12 +14,13 @@ use crate::chapter::{
     self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
 };
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
-use crate::export::{Draft, Parts, encode};
-use crate::input::{ChapterEntry, Problem};
+use crate::export::{Draft, Parts, encode, residual_sections};
+use crate::input::{BasisKind, ChapterEntry, Problem};
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
 use crate::prepared::Prepared;
 use crate::progress::{StageTiming, Stopwatch};
 use crate::report::{BuildPlan, BuildReport, CertificateReport};
+use crate::residual::{Reduced, StaticResidual, static_residual};
 use crate::response::{BlockTerms, StageResponse, stage_responses};
 use crate::store::Inputs;
 
@@ -73,6 +74,36 @@ pub(super) struct Certified {
 }
 
 impl Stages<'_> {
+    /// What the basis leaves out of static answers, where the file has the diagonal structure and room for it.
+    pub(super) fn static_residual(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Option<StaticResidual>, BuildError> {
+        let Self { prepared, order, kept, .. } = *self;
+        let body = &prepared.body;
+        let wanted = problem.output.residual
+            && problem.chapter().is_none()
+            && !prepared.space.has_region_parameters()
+            && order.n_load > 0;
+        let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
+        // A scheme without stages is exact in time.
+        let rigorous = problem.basis.kind == BasisKind::Modes && prepared.scheme.n_stages == 0;
+        let vectors = basis.vectors.as_ref();
+        let reduced = Reduced { body, symbolic: &prepared.symbolic, vectors, eigenvalues, rigorous };
+        let nodes = &order.nodes[..order.n_load];
+        let triangles = &order.triangles[..order.n_load_triangles];
+        let inputs = |inputs: Inputs| {
+            let inputs = inputs.value(&(rigorous, &body.probes)).with(basis).indices(nodes);
+            let inputs = inputs.indices(triangles.as_flattened());
+            body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
+        };
+        let solve = || static_residual(&reduced, nodes, triangles, kept.listener);
+        let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
+        Ok(Some(found))
+    }
+
     /// The vademecum a problem asks for, and its certificate.
     pub(super) fn certified(
         &self,
@@ -279,6 +310,8 @@ impl Stages<'_> {
         let [diagonal, of_block] = [&measured.diagonal, &measured.block].map(|m| m.figures);
         let figures = FileFigures { diagonal, block: of_block, chapter };
         others.push(Draft::f64s(SectionKind::StructureFigures, [3, FIGURES, 1], figures.numbers()));
+        let residual = self.residual.map(|residual| residual_sections(residual, problem.output.precision));
+        others.extend(residual.into_iter().flatten());
         let parts = Parts {
             problem,
             body: &prepared.body,

@@ -4,6 +4,9 @@ use super::{BasisKind, ParameterKind, ParameterScale, Problem, ProblemError, Rep
 use crate::dynamics::SchemeKind;
 use crate::input::toml_file::TomlError;
 
+/// The least bound that can be asked for: below it rounding counts.
+const LEAST_BOUND: f64 = 1e-5;
+
 impl Problem {
     pub(super) fn check(&self) -> Result<(), ProblemError> {
         self.check_texts()?;
@@ -191,6 +194,25 @@ impl Problem {
         )?;
         let energy = basis.energy.is_none_or(|e| e > 0.0 && e < 1.0);
         self.require(energy, "basis.energy", basis.energy.unwrap_or(0.0), "a fraction above 0 and below 1")?;
+        self.require(
+            basis.error.is_none() || basis.kind == BasisKind::Modes,
+            "basis.error",
+            basis.error.unwrap_or(0.0),
+            "`kind = \"modes\"` beside it",
+        )?;
+        self.require(
+            basis.error.is_none() || (basis.modes.is_none() && basis.energy.is_none()),
+            "basis",
+            "`error` beside `modes` or `energy`",
+            "one of them",
+        )?;
+        let error = basis.error.is_none_or(|e| (LEAST_BOUND..1.0).contains(&e));
+        self.require(
+            error,
+            "basis.error",
+            basis.error.unwrap_or(0.0),
+            "at least 1e-5 and below 1: a share of the static answer",
+        )?;
         self.require(basis.oversampling >= 1, "basis.oversampling", basis.oversampling, "at least 1")?;
         let t = &self.tolerance;
         self.require(t.floor_ratio >= 1.0, "tolerance.floor_ratio", t.floor_ratio, "at least 1")?;

@@ -80,6 +80,8 @@ pub struct BasisEntry {
     pub modes: Option<usize>,
     /// Fraction of the snapshot energy to keep, in (0, 1).
     pub energy: Option<f64>,
+    /// Largest relative bound of natural modes, which then are as many as it takes.
+    pub error: Option<f64>,
     /// POD vectors per kept Ritz vector.
     #[serde(default = "default_oversampling")]
     pub oversampling: usize,
@@ -98,6 +100,7 @@ impl Default for BasisEntry {
             kind: BasisKind::default(),
             modes: None,
             energy: None,
+            error: None,
             oversampling: default_oversampling(),
             inner_product: InnerProduct::default(),
         }
@@ -188,7 +191,7 @@ impl Default for Tolerances {
 }
 
 /// What the file can show.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputEntry {
     /// Fields kept.
@@ -197,9 +200,22 @@ pub struct OutputEntry {
     /// Number type of the fields.
     #[serde(default)]
     pub precision: Precision,
+    /// Whether the static residual and its bound are computed and kept.
+    #[serde(default = "kept")]
+    pub residual: bool,
     /// Named values read at every step.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,
+}
+
+fn kept() -> bool {
+    true
+}
+
+impl Default for OutputEntry {
+    fn default() -> Self {
+        Self { fields: Fields::default(), precision: Precision::default(), residual: kept(), probes: vec![] }
+    }
 }
 
 /// Fields kept in the file.

@@ -1,0 +1,179 @@
+//! `K⁻¹` and what a basis takes of it.
+//!
+//! `R F = K⁻¹F − B Λ⁻¹ BᵀF` is often a thousandth of `K⁻¹F`, so rounding of the solve shows. What it adds
+//! along `B` is taken away by a second projection, `y − B Λ⁻¹ (KB)ᵀ y`; the rest is what the refined solve
+//! leaves.
+
+use faer::linalg::matmul::matmul;
+use faer::prelude::ReborrowMut;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+use crate::fem::{Factor, FactorError, Pencil, Solve, Symbolic};
+use crate::linalg::column_groups;
+use crate::prepared::Body;
+
+/// Columns that one thread works on at a time: three groups of the solver, and eight nodes.
+pub(super) const GROUP: usize = 24;
+
+/// `K⁻¹` and a basis with `BᵀKB = Λ`.
+pub(super) struct Complement<'a> {
+    body: &'a Body,
+    factor: Factor,
+    vectors: MatRef<'a, f64>,
+    /// `K B`.
+    images: Mat<f64>,
+    /// `1/λ`.
+    compliances: Vec<f64>,
+}
+
+/// Memory for as many columns as are worked on at once.
+pub(super) struct Workspace {
+    /// Forces, then answers; shape (n, columns).
+    pub columns: Mat<f64>,
+    /// `M` times the answers.
+    pub images: Mat<f64>,
+    solve: Solve,
+}
+
+impl<'a> Complement<'a> {
+    pub fn new(
+        body: &'a Body,
+        symbolic: &Symbolic,
+        vectors: MatRef<'a, f64>,
+        eigenvalues: &[f64],
+    ) -> Result<Self, FactorError> {
+        let stiffness = body.model.pencil().stiffness();
+        let factor = symbolic.factorize(stiffness.clone())?;
+        let mut images = Mat::zeros(vectors.nrows(), vectors.ncols());
+        // Whole matrices may be wide; groups keep what the product needs beside it small.
+        for (image, group) in column_groups(images.as_mut(), GROUP).into_iter().zip(groups(vectors)) {
+            stiffness.mul_into(group, image);
+        }
+        let compliances = eigenvalues.iter().map(|lambda| 1.0 / lambda).collect();
+        Ok(Self { body, factor, vectors, images, compliances })
+    }
+
+    pub fn pencil(&self) -> &Pencil {
+        self.body.model.pencil()
+    }
+
+    /// Columns worked on at once: one group a thread.
+    pub fn at_once() -> usize {
+        GROUP * rayon::current_num_threads().max(1)
+    }
+
+    /// Memory for `columns` columns.
+    pub fn workspace(&self, columns: usize) -> Workspace {
+        let n = self.pencil().n_dof();
+        let [own, images] = [Mat::zeros(n, columns), Mat::zeros(n, columns)];
+        Workspace { columns: own, images, solve: Solve::new(self.factor.symbolic(), columns, true) }
+    }
+
+    /// Place of a component of a node among the free dofs; `None` where it is held.
+    pub fn free(&self, node: u32, component: usize) -> Option<usize> {
+        self.body.model.dofs().free(3 * node as usize + component).map(|free| free as usize)
+    }
+
+    /// Overwrites the first `used` columns, forces `F`, by `R F`.
+    pub fn apply(&self, memory: &mut Workspace, used: usize) {
+        let r = self.compliances.len();
+        let groups = used.div_ceil(GROUP);
+        let mut shares = vec![Mat::zeros(r, GROUP); groups];
+        let mut columns = memory.columns.as_mut().subcols_mut(0, used);
+        let own = column_groups(columns.rb_mut(), GROUP);
+        own.into_par_iter().zip(&mut shares).for_each(|(forces, shares)| {
+            self.shares_into(self.vectors, forces.as_ref(), shares);
+        });
+        memory.solve.solve_in_place(&self.factor, columns.rb_mut());
+        let own = column_groups(columns, GROUP);
+        own.into_par_iter().zip(&mut shares).for_each(|(mut answers, shares)| {
+            self.take_away(answers.rb_mut(), shares);
+            self.shares_into(self.images.as_ref(), answers.as_ref(), shares);
+            self.take_away(answers, shares);
+        });
+    }
+
+    /// `M` times the first `used` columns.
+    pub fn weigh(&self, memory: &mut Workspace, used: usize) {
+        let Workspace { columns, images, .. } = memory;
+        let images = images.as_mut().subcols_mut(0, used);
+        self.pencil().mass().mul_into(columns.as_ref().subcols(0, used), images);
+    }
+
+    /// `Λ⁻¹ VᵀX`, shape (r, columns).
+    fn shares_into(&self, vectors: MatRef<'_, f64>, columns: MatRef<'_, f64>, shares: &mut Mat<f64>) {
+        if self.compliances.is_empty() {
+            return;
+        }
+        let mut shares = shares.as_mut().subcols_mut(0, columns.ncols());
+        matmul(shares.rb_mut(), Accum::Replace, vectors.transpose(), columns, 1.0, Par::Seq);
+        for column in shares.col_iter_mut() {
+            column.iter_mut().zip(&self.compliances).for_each(|(share, compliance)| *share *= compliance);
+        }
+    }
+
+    /// `X ← X − B C`.
+    fn take_away(&self, columns: MatMut<'_, f64>, shares: &Mat<f64>) {
+        if !self.compliances.is_empty() {
+            let shares = shares.as_ref().subcols(0, columns.ncols());
+            matmul(columns, Accum::Add, self.vectors, shares, -1.0, Par::Seq);
+        }
+    }
+
+    /// `Λ⁻¹Bᵀ` of unit forces at a node, shape (r, 3): what the modes answer.
+    pub fn modal(&self, node: u32) -> Mat<f64> {
+        let row = |k: usize, c: usize| {
+            self.free(node, c).map_or(0.0, |free| self.compliances[k] * self.vectors[(free, k)])
+        };
+        Mat::from_fn(self.compliances.len(), 3, row)
+    }
+
+    /// `Bᵀ` times three weighed columns, shape (r, 3).
+    pub fn project(&self, weighed: MatRef<'_, f64>) -> Mat<f64> {
+        let mut product = Mat::zeros(self.compliances.len(), weighed.ncols());
+        if !self.compliances.is_empty() {
+            let product = product.as_mut();
+            matmul(product, Accum::Replace, self.vectors.transpose(), weighed, 1.0, Par::Seq);
+        }
+        product
+    }
+
+    /// The displacement of a node in one column.
+    pub fn row(&self, column: MatRef<'_, f64>, node: u32) -> [f64; 3] {
+        std::array::from_fn(|c| self.free(node, c).map_or(0.0, |free| column[(free, 0)]))
+    }
+
+    /// The displacements of a node in three columns, row by row.
+    pub fn rows(&self, columns: MatRef<'_, f64>, node: u32) -> [f64; 9] {
+        std::array::from_fn(|at| self.free(node, at / 3).map_or(0.0, |free| columns[(free, at % 3)]))
+    }
+
+    /// Forces of all probes (a unit force along what each looks at), then of all patterns.
+    pub fn loads(&self) -> Vec<Vec<f64>> {
+        let probe = |probe: &crate::prepared::Probe| {
+            let mut force = vec![0.0; self.pencil().n_dof()];
+            self.body.model.add_point_force(&[probe.node], &[1.0], probe.direction, &mut force);
+            force
+        };
+        let patterns = self.body.patterns.iter().map(|(_, force)| force.clone());
+        self.body.probes.iter().map(probe).chain(patterns).collect()
+    }
+
+    /// Values of all probes in one column.
+    pub fn probe_values(&self, column: MatRef<'_, f64>) -> Vec<f64> {
+        let value = |probe: &crate::prepared::Probe| {
+            let at = self.row(column, probe.node);
+            (0..3).map(|c| probe.direction[c] * at[c]).sum()
+        };
+        self.body.probes.iter().map(value).collect()
+    }
+}
+
+/// The columns of a matrix in groups.
+fn groups(vectors: MatRef<'_, f64>) -> impl Iterator<Item = MatRef<'_, f64>> {
+    let last = vectors.ncols();
+    let group = move |first: usize| vectors.subcols(first, GROUP.min(last - first));
+    // No columns are one group of none, as `column_groups` has it.
+    (0..last.max(1)).step_by(GROUP).map(group)
+}

@@ -1,0 +1,100 @@
+//! As many natural modes as a bound asks for.
+//!
+//! Static answers are solved for once. With one mode more, `G = (R e)ᵀM(R e)` loses `c cᵀ`, where `c` is the
+//! row of the mode at the node over its eigenvalue; so the bounds of every number of modes follow from the
+//! answers and the modes without another solve.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use super::ResidualError;
+use super::bound::relative_bound;
+use super::complement::Complement;
+use super::small::{Symmetric, semidefinite};
+use super::sweep::sweep;
+use crate::dynamics::{Modes, lowest_modes};
+use crate::fem::Symbolic;
+use crate::limits::Memory;
+use crate::prepared::Body;
+use crate::progress::Listener;
+
+/// Natural modes tried first.
+const FIRST: usize = 16;
+/// Natural modes at most: beyond them every mode more takes next to nothing off the bound.
+const MOST: usize = 512;
+
+/// What was found.
+pub enum Enough {
+    /// The fewest modes that keep the bound, and what they reach.
+    Modes(Modes, f64),
+    /// So many modes reach no more than this.
+    Missed {
+        /// Modes tried.
+        modes: usize,
+        /// The bound they reach.
+        reached: f64,
+    },
+}
+
+/// The fewest natural modes whose relative bound is at most `error` at every loadable node and in every
+/// direction; at most 512, and no more than memory holds.
+///
+/// # Errors
+/// [`ResidualError`].
+pub fn modes_within(
+    body: &Body,
+    symbolic: &Symbolic,
+    error: f64,
+    listener: &dyn Listener,
+) -> Result<Enough, ResidualError> {
+    let (pencil, nodes) = (body.model.pencil(), &body.load_nodes);
+    let none = Mat::<f64>::zeros(pencil.n_dof(), 0);
+    let complement = Complement::new(body, symbolic, none.as_ref(), &[])?;
+    let answers: Vec<Symmetric> =
+        sweep(&complement, nodes, listener, |_, _| ())?.into_iter().map(|node| node.answer).collect();
+    let limit = Memory::asked_or_available(None).limit() as f64;
+    let mut missed = 0;
+    let mut count = FIRST.min(pencil.n_dof());
+    loop {
+        let modes = lowest_modes(pencil, symbolic, count)?;
+        // From the beginning: two modes of one frequency may have turned.
+        let mut grams = answers.clone();
+        let mut reached = f64::INFINITY;
+        for k in 0..count {
+            let column = modes.vectors.col_as_slice(k);
+            let take = |(gram, &node): (&mut Symmetric, &u32)| {
+                let at = |c| complement.free(node, c).map_or(0.0, |free| column[free]);
+                let [x, y, z] = [0, 1, 2].map(|c| at(c) / modes.eigenvalues[k]);
+                let own = [x * x, x * y, x * z, y * y, y * z, z * z];
+                gram.iter_mut().zip(own).for_each(|(g, own)| *g -= own);
+            };
+            grams.par_iter_mut().zip(nodes).for_each(take);
+            if k < missed {
+                continue;
+            }
+            let bounds = grams.par_iter().zip(&answers);
+            let bounds = bounds.map(|(gram, answer)| relative_bound(&semidefinite(*gram), answer));
+            reached = bounds.reduce(|| 0.0, f64::max);
+            if reached <= error {
+                return Ok(Enough::Modes(first(modes, k + 1), reached));
+            }
+        }
+        missed = count;
+        let next = (2 * count).min(MOST).min(pencil.n_dof());
+        // Twice the Krylov space of `lowest_modes`.
+        let bytes = 2.0 * 8.0 * pencil.n_dof() as f64 * (3 * next + 128) as f64;
+        if next == count || bytes > limit {
+            return Ok(Enough::Missed { modes: count, reached });
+        }
+        listener.note(&format!("{count} natural modes have a bound of {reached:.2e}: trying {next}"));
+        count = next;
+    }
+}
+
+/// The first modes of a list.
+fn first(modes: Modes, count: usize) -> Modes {
+    let Modes { mut eigenvalues, vectors, mut residuals } = modes;
+    eigenvalues.truncate(count);
+    residuals.truncate(count);
+    Modes { eigenvalues, vectors: vectors.subcols(0, count).to_owned(), residuals }
+}

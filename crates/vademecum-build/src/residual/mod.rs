@@ -1,0 +1,161 @@
+//! The static residual: what a basis leaves out of the answer to a load that stays.
+//!
+//! ```text
+//! R = K⁻¹ − B Λ⁻¹ Bᵀ        Λ = BᵀKB, diagonal
+//! ```
+//!
+//! `R` is symmetric and positive semidefinite for every basis: it is `K⁻¹` after a projection that is
+//! orthogonal in `K` (MacNeal 1971; Rubin 1975; Craig and Chang 1977). A file keeps the blocks that a contact
+//! needs. `‖R F‖_M`, as a share of the static answer `‖K⁻¹F‖_M`, is also the bound of what the basis can miss
+//! after a jump of the load.
+
+mod bound;
+mod complement;
+mod count;
+mod small;
+mod sweep;
+
+pub use bound::StaticBound;
+pub use count::{Enough, modes_within};
+
+use crate::fem::FactorError;
+use crate::prepared::Body;
+use crate::progress::{Cancelled, Listener};
+
+use bound::relative_bound;
+use complement::Complement;
+use faer::MatRef;
+use small::{Symmetric, semidefinite};
+use sweep::{answers, sweep};
+
+/// Why there is no residual.
+#[derive(Debug, thiserror::Error)]
+pub enum ResidualError {
+    /// The stiffness does not factorise.
+    #[error("the stiffness does not factorise")]
+    Factor(#[from] FactorError),
+    /// No natural modes.
+    #[error("natural modes")]
+    Modes(#[from] crate::dynamics::ModesError),
+    /// Stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Where the residual is asked for, and what the basis leaves out of.
+#[derive(Clone, Copy)]
+pub struct Reduced<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Symbolic factorisation of its pattern.
+    pub symbolic: &'a crate::fem::Symbolic,
+    /// `B`, shape (n, r), `BᵀMB = I`.
+    pub vectors: MatRef<'a, f64>,
+    /// `Λ`, the diagonal of `BᵀKB`.
+    pub eigenvalues: &'a [f64],
+    /// Whether `B` are natural modes and the step is exact in time: whether the bound is rigorous.
+    pub rigorous: bool,
+}
+
+/// `R` where a file keeps it, and its bound.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct StaticResidual {
+    /// `R` between each loadable node and itself \[m/N\].
+    pub contact: Vec<Symmetric>,
+    /// Pairs of loadable nodes with a loadable triangle in common, the first below the second, ascending.
+    pub pairs: Vec<[u32; 2]>,
+    /// `R` of each pair \[m/N\]: row the displacement at the first, column the force at the second.
+    pub pair_blocks: Vec<[f64; 9]>,
+    /// Per probe, its value under unit forces at each loadable node \[m/N\].
+    pub probes: Vec<Vec<[f64; 3]>>,
+    /// Per pattern, the displacement `R F_p` of each loadable node \[m\].
+    pub patterns: Vec<Vec<[f64; 3]>>,
+    /// Per pattern, the value of each probe under `R F_p` \[m\].
+    pub pattern_probes: Vec<Vec<f64>>,
+    /// `G = RᵀMR` of each loadable node \[kg m²/N²\].
+    pub gram: Vec<Symmetric>,
+    /// Largest relative bound of each loadable node.
+    pub at_nodes: Vec<f64>,
+    /// The bound over all of them.
+    pub bound: StaticBound,
+}
+
+/// The residual at the loadable nodes, given in the order in which they are counted, and between those that
+/// share one of `triangles`, which are made of their places.
+///
+/// Two solves for each component of each node, probe and pattern. The bytes do not depend on the number of
+/// threads.
+///
+/// # Errors
+/// [`ResidualError`].
+pub fn static_residual(
+    reduced: &Reduced<'_>,
+    nodes: &[u32],
+    triangles: &[[u32; 3]],
+    listener: &dyn Listener,
+) -> Result<StaticResidual, ResidualError> {
+    let body = reduced.body;
+    let complement = &Complement::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
+    let pairs = edges(triangles);
+    let firsts = firsts_of(&pairs, nodes.len());
+    let at = |answer: MatRef<'_, f64>, node: u32| complement.rows(answer, node);
+    let found = sweep(complement, nodes, listener, |place, columns| {
+        let own = at(columns, nodes[place]);
+        let others = firsts[place].iter().map(|&first| at(columns, nodes[first as usize]));
+        (semidefinite(small::symmetric(&own)), others.collect::<Vec<[f64; 9]>>())
+    })?;
+    let loads = complement.loads();
+    let rows = answers(complement, &loads, listener, |column| {
+        let at = |&node: &u32| complement.row(column, node);
+        (nodes.iter().map(at).collect::<Vec<[f64; 3]>>(), complement.probe_values(column))
+    })?;
+    let mut rows = rows.into_iter();
+    let probes = rows.by_ref().take(body.probes.len()).map(|(at_nodes, _)| at_nodes).collect();
+    let (patterns, pattern_probes) = rows.unzip();
+
+    let mut pair_blocks = vec![[0.0; 9]; pairs.len()];
+    let mut contact = vec![];
+    let (mut gram, mut answer) = (vec![], vec![]);
+    for (place, node) in found.into_iter().enumerate() {
+        let (own, others) = node.taken;
+        contact.push(own);
+        for (&first, block) in firsts[place].iter().zip(others) {
+            let pair = pairs.binary_search(&[first, place as u32]).expect("a pair of the list");
+            pair_blocks[pair] = block;
+        }
+        gram.push(semidefinite(node.gram));
+        answer.push(node.answer);
+    }
+    let at_nodes: Vec<f64> = gram.iter().zip(&answer).map(|(g, s)| relative_bound(g, s)).collect();
+    let bound = StaticBound::new(reduced.rigorous, &gram, &answer, &at_nodes);
+    Ok(StaticResidual {
+        contact,
+        pairs,
+        pair_blocks,
+        probes,
+        patterns,
+        pattern_probes,
+        gram,
+        at_nodes,
+        bound,
+    })
+}
+
+/// Edges of triangles, each once, ascending.
+fn edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let of = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [a, c]].map(|[a, b]| [a.min(b), a.max(b)]);
+    let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(of).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// For each node the first nodes of the pairs in which it is the second.
+fn firsts_of(pairs: &[[u32; 2]], count: usize) -> Vec<Vec<u32>> {
+    let mut firsts = vec![vec![]; count];
+    pairs.iter().for_each(|&[first, second]| firsts[second as usize].push(first));
+    firsts
+}
+
+#[cfg(test)]
+mod tests;

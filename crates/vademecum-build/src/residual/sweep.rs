@@ -1,0 +1,90 @@
+//! Residual answers in batches: one group of columns per thread is in memory at a time.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+use rayon::prelude::*;
+
+use super::ResidualError;
+use super::complement::Complement;
+use super::small::{Symmetric, symmetric};
+use crate::progress::Listener;
+
+/// What is kept of the answers to forces at one node.
+pub(super) struct AtNode<T> {
+    /// What the caller took of the three columns `R e`.
+    pub taken: T,
+    /// `(R e)ᵀ M (R e)`.
+    pub gram: Symmetric,
+    /// `(K⁻¹e)ᵀ M (K⁻¹e)`.
+    pub answer: Symmetric,
+}
+
+/// The columns of `R` at each node, shape (n, 3), shown to `take` with the place of the node; nodes in order.
+pub(super) fn sweep<T: Send>(
+    complement: &Complement<'_>,
+    nodes: &[u32],
+    listener: &dyn Listener,
+    take: impl Fn(usize, MatRef<'_, f64>) -> T + Sync,
+) -> Result<Vec<AtNode<T>>, ResidualError> {
+    let at_once = (Complement::at_once() / 3).min(nodes.len());
+    let mut memory = complement.workspace(3 * at_once);
+    let mut found = Vec::with_capacity(nodes.len());
+    for (batch, some) in nodes.chunks(at_once.max(1)).enumerate() {
+        listener.checkpoint(found.len(), nodes.len())?;
+        let used = 3 * some.len();
+        memory.columns.fill(0.0);
+        for (place, &node) in some.iter().enumerate() {
+            for c in 0..3 {
+                if let Some(free) = complement.free(node, c) {
+                    memory.columns[(free, 3 * place + c)] = 1.0;
+                }
+            }
+        }
+        complement.apply(&mut memory, used);
+        complement.weigh(&mut memory, used);
+        let (columns, weighed) = (memory.columns.as_ref(), memory.images.as_ref());
+        let at = |(place, &node): (usize, &u32)| {
+            let [own, weighed] = [columns, weighed].map(|m| m.subcols(3 * place, 3));
+            let gram = product(own, weighed);
+            // K⁻¹e = R e + B c, and BᵀMB = I.
+            let (modal, overlap) = (complement.modal(node), complement.project(weighed));
+            let [twice, modes] =
+                [product(modal.as_ref(), overlap.as_ref()), product(modal.as_ref(), modal.as_ref())];
+            let answer = std::array::from_fn(|k| gram[k] + 2.0 * twice[k] + modes[k]);
+            AtNode { taken: take(batch * at_once + place, own), gram, answer }
+        };
+        found.par_extend(some.par_iter().enumerate().map(at));
+    }
+    listener.checkpoint(nodes.len(), nodes.len())?;
+    Ok(found)
+}
+
+/// `R` of each load, shown to `take` as one column; loads in order.
+pub(super) fn answers<T>(
+    complement: &Complement<'_>,
+    loads: &[Vec<f64>],
+    listener: &dyn Listener,
+    take: impl Fn(MatRef<'_, f64>) -> T,
+) -> Result<Vec<T>, ResidualError> {
+    let at_once = Complement::at_once().min(loads.len());
+    let mut memory = complement.workspace(at_once);
+    let mut found = Vec::with_capacity(loads.len());
+    for some in loads.chunks(at_once.max(1)) {
+        listener.checkpoint(found.len(), loads.len())?;
+        for (column, load) in some.iter().enumerate() {
+            memory.columns.col_as_slice_mut(column).copy_from_slice(load);
+        }
+        complement.apply(&mut memory, some.len());
+        found.extend((0..some.len()).map(|column| take(memory.columns.as_ref().subcols(column, 1))));
+    }
+    Ok(found)
+}
+
+/// The symmetric part of `AᵀB`, for two matrices of three columns.
+fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Symmetric {
+    let mut product = Mat::zeros(3, 3);
+    if a.nrows() > 0 {
+        matmul(product.as_mut(), Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
+    }
+    symmetric(&std::array::from_fn(|at| product[(at / 3, at % 3)]))
+}
