@@ -220,6 +220,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
                 *out = *self.states.get(at).ok_or(StepError::Mismatch)?;
             }
         }
+        state.statics.clear();
         state.y.unstarted = self.unstarted.get(instance).is_some_and(|&flag| flag != T::ZERO);
         state.y.at_rest = state.y.unstarted || self.status(instance) == Ok(Status::AtRest);
         Ok(())

@@ -10,6 +10,7 @@ use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::lend::{Lender, Short, put};
 use crate::options::{SceneOptions, Structure};
+use crate::residual::Residual;
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
@@ -29,6 +30,8 @@ pub(crate) struct Sections<'m> {
     pub pattern_block: Option<Numbers<'m>>,
     /// `ζ_k` beside Rayleigh's, for exact steps.
     pub damping_ratios: Option<&'m [[u8; 8]]>,
+    /// The static residual.
+    pub residual: Residual<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
 }
@@ -95,6 +98,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         block_load: optional(S::BlockLoad),
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
+        residual: Residual::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,
     })

@@ -141,6 +141,11 @@ pub enum LoadError {
         /// Its kind.
         kind: SectionKind,
     },
+    /// The contacts stand on more nodes than the options made room for.
+    TooManyContacts {
+        /// [`SceneOptions::contacts`](crate::SceneOptions::contacts).
+        contacts: usize,
+    },
     /// The loads were made for a scene of another shape.
     Mismatch,
     /// The loads hold contacts from before the scene's parameters changed; clear them and add again.
@@ -298,6 +303,11 @@ impl fmt::Display for LoadError {
                 write!(out, "there is no load pattern {index}; the file has {count}")
             }
             Self::Missing { kind } => missing(out, kind),
+            Self::TooManyContacts { contacts } => write!(
+                out,
+                "more contacts on nodes of their own than the {contacts} there is room for; raise \
+                 `SceneOptions::contacts`, or leave `residual` out"
+            ),
             Self::Mismatch => write!(out, "these loads belong to a scene of another shape"),
             Self::NoInstance { index, count } => {
                 write!(out, "there is no instance {index}; the batch has {count}")

@@ -53,7 +53,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// Number `(i, j)` of `D`.
-    fn increment(&self, i: usize, j: usize) -> Result<f64, Short> {
+    pub(crate) fn increment(&self, i: usize, j: usize) -> Result<f64, Short> {
         let r = self.shape.r.max(1);
         let at = match self.shape.structure {
             Structure::Diagonal | Structure::Exact if i % r != j % r => return Ok(0.0),

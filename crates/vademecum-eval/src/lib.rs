@@ -121,6 +121,7 @@ mod batch;
 mod bind;
 #[cfg(feature = "chapter")]
 pub mod chapter;
+mod compliance;
 mod coordinates;
 mod cost;
 mod eigen;
@@ -139,6 +140,7 @@ mod output;
 mod quantised;
 mod rebind;
 mod reconstruct;
+mod residual;
 mod rest;
 mod rows;
 mod scalar;

@@ -10,6 +10,7 @@ use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
 use crate::lend::Lender;
 use crate::options::Structure;
+use crate::residual::Statics;
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
@@ -44,19 +45,22 @@ pub struct Loads<'m, T> {
     /// The scene's generation when the first load was added.
     pub(crate) generation: u64,
     pub(crate) active: bool,
+    /// Forces at the end of the step, for what the modes leave out.
+    pub(crate) statics: Statics<'m, T>,
 }
 
 /// How a load's amplitude runs over a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Amplitudes {
     pub start: f64,
+    pub end: f64,
     pub stages: [f64; MAX_STAGES],
 }
 
 impl Amplitudes {
     /// Held over the step.
     pub const fn held(amplitude: f64) -> Self {
-        Self { start: amplitude, stages: [amplitude; MAX_STAGES] }
+        Self { start: amplitude, end: amplitude, stages: [amplitude; MAX_STAGES] }
     }
 
     /// Given at the scheme's instants; at the start and the end of an exact step.
@@ -68,12 +72,17 @@ impl Amplitudes {
         for (out, stage) in stages.iter_mut().zip(scheme.active()) {
             *out = stage.load.iter().zip(amplitudes).map(|(f, a)| f * a).sum();
         }
-        Self { start: amplitudes[0], stages }
+        let [start, rest @ ..] = *amplitudes;
+        // The last stage of a scheme lies at the end of the step.
+        let last = if scheme.is_exact() { 1 } else { scheme.active().len() };
+        let end = rest.into_iter().take(last).last().unwrap_or(start);
+        Self { start, end, stages }
     }
 
     /// Refuses what is not finite.
     pub fn check(&self) -> Result<(), LoadError> {
-        let finite = self.start.is_finite() && self.stages.iter().all(|x| x.is_finite());
+        let finite =
+            self.start.is_finite() && self.end.is_finite() && self.stages.iter().all(|x| x.is_finite());
         if finite { Ok(()) } else { Err(LoadError::NotFinite) }
     }
 }
@@ -129,7 +138,8 @@ impl<'m, T: Scalar> Loads<'m, T> {
         let (force, direct) = (memory.take(shape.r)?, memory.take(shape.r)?);
         let stages = memory.take(shape.n_stages * shape.r)?;
         let generation = scene.generation;
-        let mut loads = Self { shape, increment, force, direct, stages, generation, active: false };
+        let statics = Statics::new(shape.statics, &mut memory)?;
+        let mut loads = Self { shape, increment, force, direct, stages, generation, active: false, statics };
         loads.clear();
         Ok(loads)
     }
@@ -151,6 +161,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
     pub fn clear(&mut self) {
         self.increment.fill(T::ZERO);
         self.force.fill(T::ZERO);
+        self.statics.clear();
         self.active = false;
     }
 
@@ -249,6 +260,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
     fn contact(&mut self, scene: &Scene<'_, T>, contact: &Contact, p: Amplitudes) -> Result<(), LoadError> {
         self.check(scene, p)?;
         contact.check(scene.metadata.n_load_nodes)?;
+        self.statics.check(contact)?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
         contact.project(&scene.sections.rows, self.direct)?;
         self.start_stages();
@@ -262,7 +274,9 @@ impl<'m, T: Scalar> Loads<'m, T> {
                 self.add_term(scene, t, row, weight * force)?;
             }
         }
-        self.apply(scene, p)
+        self.apply(scene, p)?;
+        self.statics.add_contact(contact, p.end);
+        Ok(())
     }
 
     fn pattern(&mut self, scene: &Scene<'_, T>, index: usize, p: Amplitudes) -> Result<(), LoadError> {
@@ -283,7 +297,9 @@ impl<'m, T: Scalar> Loads<'m, T> {
             let row = row.ok_or(LoadError::Missing { kind: SectionKind::PatternBlock })?;
             self.add_term(scene, t, row, 1.0)?;
         }
-        self.apply(scene, p)
+        self.apply(scene, p)?;
+        self.statics.add_pattern(index, p.end);
+        Ok(())
     }
 
     fn check(&self, scene: &Scene<'_, T>, p: Amplitudes) -> Result<(), LoadError> {

@@ -28,7 +28,9 @@ impl<T: Scalar> Scene<'_, T> {
             return Err(StepError::Mismatch);
         }
         self.check_fresh(loads)?;
-        self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)
+        self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)?;
+        state.statics.copy(&loads.statics);
+        Ok(())
     }
 
     pub(crate) const fn equation(&self) -> Equation<'_, '_> {

@@ -64,6 +64,11 @@ pub struct SceneOptions {
     /// `vademecum info --terms-for`, and no certificate of the file speaks of it. Binding, parameters,
     /// contacts and patterns then neither read nor add up the other terms.
     pub terms: Option<usize>,
+    /// Whether outputs add what the modes leave out of the static answer to the loads, where the file has it.
+    pub residual: bool,
+    /// With a residual: for so many contacts with nodes of their own there is room. Contacts on the same nodes
+    /// share it.
+    pub contacts: usize,
 }
 
 impl Default for SceneOptions {
@@ -80,6 +85,8 @@ impl Default for SceneOptions {
             beta: None,
             rest_below: 0.0,
             terms: None,
+            residual: true,
+            contacts: 16,
         }
     }
 }

@@ -27,7 +27,11 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError`].
     pub fn probe(&self, state: &State<'_, T>, index: usize, field: Field) -> Result<f64, OutputError> {
-        self.sections.rows.probe(index, self.factors(state, field)?)
+        let moving = self.sections.rows.probe(index, self.factors(state, field)?)?;
+        if !shows_statics(state, field) {
+            return Ok(moving);
+        }
+        Ok(moving + self.sections.residual.probe(index, &state.statics) / self.parameters.stiffness)
     }
 
     /// Displacement or velocity of `node` (file order), three components. `O(r)`.
@@ -52,7 +56,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError`].
     pub fn node(&self, state: &State<'_, T>, node: usize, field: Field) -> Result<[f64; 3], OutputError> {
-        self.sections.rows.node(node, self.factors(state, field)?)
+        let mut value = self.sections.rows.node(node, self.factors(state, field)?)?;
+        self.add_static(state, field, node, 1.0, &mut value);
+        Ok(value)
     }
 
     /// Displacement or velocity of a point of the surface, three components. `O(r)`.
@@ -82,7 +88,11 @@ impl<T: Scalar> Scene<'_, T> {
         point: &SurfacePoint,
         field: Field,
     ) -> Result<[f64; 3], OutputError> {
-        self.sections.rows.point(point, self.factors(state, field)?)
+        let mut value = self.sections.rows.point(point, self.factors(state, field)?)?;
+        for (&node, weight) in point.nodes.iter().zip(point.weights) {
+            self.add_static(state, field, node as usize, weight, &mut value);
+        }
+        Ok(value)
     }
 
     /// The surface, `out` of shape `(n_surface_nodes, 3)`. Bound by reading the basis once.
@@ -105,7 +115,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError`].
     pub fn surface_into(&self, state: &State<'_, T>, field: Field, out: &mut [T]) -> Result<(), OutputError> {
-        self.sections.rows.surface_into(self.factors(state, field)?, out)
+        self.sections.rows.surface_into(self.factors(state, field)?, out)?;
+        self.add_static_field(state, field, out);
+        Ok(())
     }
 
     /// The whole body, `out` of shape `(n_nodes, 3)`. Bound by reading the basis once.
@@ -113,7 +125,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError`].
     pub fn body_into(&self, state: &State<'_, T>, field: Field, out: &mut [T]) -> Result<(), OutputError> {
-        self.sections.rows.body_into(self.factors(state, field)?, out)
+        self.sections.rows.body_into(self.factors(state, field)?, out)?;
+        self.add_static_field(state, field, out);
+        Ok(())
     }
 
     /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions
@@ -136,7 +150,28 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`OutputError::Mismatch`].
     pub fn energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
         self.check(state)?;
-        self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
+        let moving = self.equation().energy(&state.y).ok_or(OutputError::Mismatch)?;
+        if state.statics.is_empty() {
+            return Ok(moving);
+        }
+        Ok(moving + self.sections.residual.energy(&state.statics) / self.parameters.stiffness)
+    }
+
+    /// Adds to `value` what the modes leave out of the displacement of a node.
+    fn add_static(&self, state: &State<'_, T>, field: Field, node: usize, weight: f64, value: &mut [f64; 3]) {
+        if shows_statics(state, field) {
+            let rest = self.sections.residual.node(node, &state.statics);
+            let scale = weight / self.parameters.stiffness;
+            value.iter_mut().zip(rest).for_each(|(value, rest)| *value += scale * rest);
+        }
+    }
+
+    /// The same for the nodes around contacts of a whole field; the loadable nodes are its first.
+    fn add_static_field(&self, state: &State<'_, T>, field: Field, out: &mut [T]) {
+        if shows_statics(state, field) {
+            let scale = 1.0 / self.parameters.stiffness;
+            self.sections.residual.add_to_surface(&state.statics, scale, out);
+        }
     }
 
     fn factors<'s>(&self, state: &'s State<'_, T>, field: Field) -> Result<Factors<'s, T>, OutputError> {
@@ -147,4 +182,9 @@ impl<T: Scalar> Scene<'_, T> {
     fn check(&self, state: &State<'_, T>) -> Result<(), OutputError> {
         if state.shape == self.shape { Ok(()) } else { Err(OutputError::Mismatch) }
     }
+}
+
+/// What the modes leave out is static: it has no velocity.
+fn shows_statics<T: Scalar>(state: &State<'_, T>, field: Field) -> bool {
+    field == Field::Displacement && !state.statics.is_empty()
 }

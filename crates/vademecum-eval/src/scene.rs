@@ -49,7 +49,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
     /// # Errors
     /// [`BindError::NoStructure`], [`BindError::NotDiagonal`] and [`BindError::BadOption`].
     pub fn sizes(file: &File<'_>, options: &SceneOptions) -> Result<Sizes, BindError> {
-        Ok(shape(file, options)?.sizes())
+        Ok(shape::<T>(file, options)?.sizes())
     }
 
     /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not
@@ -84,7 +84,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         memory: &'m mut [T],
         work: &mut [f64],
     ) -> Result<Self, BindError> {
-        let shape = shape(file, options)?;
+        let shape = shape::<T>(file, options)?;
         Self::of_sections(*file.metadata(), sections(file, shape.structure)?, shape, options, memory, work)
     }
 
@@ -170,6 +170,13 @@ impl<'m, T: Scalar> Scene<'m, T> {
     #[must_use]
     pub const fn structure(&self) -> Structure {
         self.shape.structure
+    }
+
+    /// Numbers of a state that [`State::save_into`](crate::State::save_into) writes: `3r`, or `2r` of the exact
+    /// structure.
+    #[must_use]
+    pub const fn state_numbers(&self) -> usize {
+        self.shape.n_parts() * self.shape.r
     }
 
     /// `r`: the number of modes.

@@ -5,6 +5,8 @@ use crate::coordinates::Parts;
 use crate::error::BindError;
 use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
+use crate::residual::room;
+use crate::scalar::Scalar;
 use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
 use vademecum_format::scheme::fuse_work_len;
 use vademecum_format::{AxisRole, File, Metadata, StructureCertificate};
@@ -20,6 +22,8 @@ pub(crate) struct Shape {
     pub n_terms: usize,
     /// Points of all axes.
     pub n_points: usize,
+    /// Nodes and patterns whose forces are remembered for the static residual.
+    pub statics: [usize; 2],
 }
 
 impl Shape {
@@ -54,12 +58,17 @@ impl Shape {
 
     /// A state: old and new.
     pub const fn state_len(&self) -> usize {
-        2 * self.padded()
+        2 * self.padded() + self.statics_len()
     }
 
     /// Length of loads.
     pub const fn loads_len(&self) -> usize {
-        self.padded() + (2 + self.n_stages) * self.r
+        self.padded() + (2 + self.n_stages) * self.r + self.statics_len()
+    }
+
+    /// Length of the forces that are remembered.
+    const fn statics_len(&self) -> usize {
+        4 * self.statics[0] + self.statics[1]
     }
 
     /// Length of the step map.
@@ -111,7 +120,7 @@ impl Shape {
 }
 
 /// The shape of a scene of these options.
-pub(crate) fn shape(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
+pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
     check(options)?;
     let metadata = file.metadata();
     let structure = choose(metadata, options)?;
@@ -123,7 +132,11 @@ pub(crate) fn shape(file: &File<'_>, options: &SceneOptions) -> Result<Shape, Bi
         Structure::Exact => 2,
         Structure::Diagonal | Structure::Block => metadata.scheme.active().len(),
     };
-    Ok(Shape { structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points })
+    let statics = match structure {
+        Structure::Diagonal | Structure::Exact => room::<T>(file, options),
+        Structure::Block => [0; 2],
+    };
+    Ok(Shape { structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points, statics })
 }
 
 /// The terms a block scene of these options adds up: the first of the file's.

@@ -3,6 +3,7 @@
 use crate::coordinates::Coordinates;
 use crate::error::{BindError, StepError};
 use crate::lend::Lender;
+use crate::residual::Statics;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::shape::Shape;
@@ -12,6 +13,8 @@ use crate::shape::Shape;
 pub struct State<'m, T> {
     pub(crate) shape: Shape,
     pub(crate) y: Coordinates<'m, T>,
+    /// Forces of the last step, for what the modes leave out.
+    pub(crate) statics: Statics<'m, T>,
 }
 
 impl<'m, T: Scalar> State<'m, T> {
@@ -37,13 +40,16 @@ impl<'m, T: Scalar> State<'m, T> {
         let (shape, found) = (scene.shape, memory.len());
         let short = BindError::LentMemory { found, needed: shape.state_len() };
         let memory = memory.get_mut(..shape.state_len()).ok_or(short)?;
-        let y = Coordinates::new(shape.parts(), scene.parameters.time_step, &mut Lender::new(memory))?;
-        Ok(Self { shape, y })
+        let mut memory = Lender::new(memory);
+        let y = Coordinates::new(shape.parts(), scene.parameters.time_step, &mut memory)?;
+        let statics = Statics::new(shape.statics, &mut memory)?;
+        Ok(Self { shape, y, statics })
     }
 
     /// Puts the body at rest, as [`State::new`] does: the next step is again a first one.
     pub fn rest(&mut self) {
         self.y.rest();
+        self.statics.clear();
     }
 
     /// `Δt` \[s\] by which this state is scaled: that of the scene it was made for, set in or carried to.
@@ -133,6 +139,8 @@ impl<'m, T: Scalar> State<'m, T> {
     /// [`StepError::Mismatch`] if the length is not `3r`, [`StepError::NotFinite`] if a number is not; the
     /// state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
-        self.y.restore(saved)
+        self.y.restore(saved)?;
+        self.statics.clear();
+        Ok(())
     }
 }

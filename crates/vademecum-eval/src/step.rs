@@ -45,6 +45,7 @@ impl<T: Scalar> Scene<'_, T> {
         if state.y.at_rest {
             if !loads.active {
                 state.y.unstarted = false;
+                state.statics.clear();
                 return Ok(Status::AtRest);
             }
             if state.y.unstarted {
@@ -75,7 +76,9 @@ impl<T: Scalar> Scene<'_, T> {
             Structure::Exact => step_exact(blocks(self.map), old, load, new)?,
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
         };
-        state.y.settle(magnitude, loads.active, self.rest_below)
+        let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
+        state.statics.copy(&loads.statics);
+        Ok(status)
     }
 
     pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {

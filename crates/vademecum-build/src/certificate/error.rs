@@ -3,7 +3,7 @@
 use vademecum_eval::{BindError, LoadError, OutputError, ParameterError, StepError};
 use vademecum_format::FormatError;
 
-use crate::dynamics::{FullOrderError, MarchError, ModesError};
+use crate::dynamics::{FullOrderError, MarchError, ModesError, TruthError};
 use crate::parametric::ParametricError;
 use crate::progress::Cancelled;
 
@@ -16,6 +16,9 @@ pub enum CertificateError {
     /// The full-order march at a corner of the box cannot start.
     #[error("the certificate's full-order march cannot start")]
     FullOrder(#[from] FullOrderError),
+    /// There is no motion exact in time to compare with.
+    #[error("the certificate's reference")]
+    Truth(#[from] TruthError),
     /// No first natural mode at a corner of the box.
     #[error("natural modes at a corner of the box")]
     Modes(#[from] ModesError),

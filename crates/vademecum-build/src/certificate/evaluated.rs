@@ -1,7 +1,7 @@
 //! The march of a certificate through the evaluator, on the encoded bytes.
 
 use faer::{Mat, MatRef};
-use vademecum_eval::{Contact, Loads, Scene, SceneOptions, Sizes, State};
+use vademecum_eval::{Contact, Loads, Scene, SceneOptions, Sizes, State, Structure};
 use vademecum_format::File;
 use vademecum_format::scheme::MAX_STAGES;
 
@@ -10,9 +10,12 @@ use super::growth::free_states;
 use super::unseen::{UnseenLoad, UnseenLoads};
 use super::verdict::StructureMeasured;
 use crate::basis::Basis;
-use crate::dynamics::{ErrorMeter, FullOrder, TrajectoryError, march_full_order};
+use crate::dynamics::{
+    Decay, DisplacedBy, ErrorMeter, FullOrder, TrajectoryError, Truth, TruthDistance, TruthOptions,
+    march_full_order,
+};
 use crate::export::NodeOrder;
-use crate::fem::SymmetricMatrix;
+use crate::fem::{Pencil, Symbolic, SymmetricMatrix};
 use crate::linalg::project;
 use crate::progress::{Cancelled, Listener};
 
@@ -55,7 +58,6 @@ struct Trajectory<'m> {
 struct March<'m> {
     scene: Scene<'m, f64>,
     trajectories: Vec<Trajectory<'m>>,
-    meter: ErrorMeter<'m>,
     reciprocity: Reciprocity,
 }
 
@@ -138,25 +140,74 @@ pub fn measure(
     };
     let mut memories = files.iter().zip(candidates).map(memory).collect::<Result<Vec<_>, _>>()?;
     let bound = files.iter().zip(candidates).zip(&mut memories);
-    let bind = |((file, candidate), memory)| March::bind(file, candidate, memory, order, unseen, mass);
+    let bind = |((file, candidate), memory)| March::bind(file, candidate, memory, order, unseen);
     let mut marches = bound.map(bind).collect::<Result<Vec<_>, _>>()?;
+    let bases = candidates.iter().map(|candidate| candidate.basis.vectors.as_ref());
+    let mut meters: Vec<_> = bases.map(|basis| ErrorMeter::new(mass, basis, columns)).collect();
     let mut refused = None;
     march_full_order(full, &unseen.timed(), columns, unseen.steps, listener, |step, state| {
-        for march in &mut marches {
+        for (march, meter) in marches.iter_mut().zip(&mut meters) {
             if step == 0 || refused.is_some() {
                 continue;
             }
             match march.step(step - 1) {
-                Ok(()) => march.observe(state.displacement.as_ref()),
+                Ok(coordinates) => meter.add(state.displacement.as_ref(), coordinates.as_ref()),
                 Err(error) => refused = Some(error),
             }
         }
     })?;
     match refused {
         Some(error) => Err(error),
-        None => marches.iter_mut().map(|march| march.measured(listener)).collect(),
+        None => {
+            let each = marches.iter_mut().zip(&meters);
+            each.map(|(march, meter)| march.measured(meter.errors(), listener)).collect()
+        }
     }
 }
+
+/// Steps the unseen loads through a file that moves its modes exactly, beside the motion that is exact in time
+/// in a space that has converged for them: there is no march at full order. The loads end on whole steps.
+///
+/// # Errors
+/// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.
+pub fn certify_exact(
+    candidate: &Candidate<'_>,
+    order: &NodeOrder,
+    (pencil, symbolic): (&Pencil, &Symbolic),
+    decay: Decay<'_>,
+    unseen: &UnseenLoads,
+    listener: &dyn Listener,
+) -> Result<StructureMeasured, CertificateError> {
+    let file = File::parse(candidate.bytes)?;
+    let time_step = candidate.options.time_step.unwrap_or(file.metadata().time_step);
+    let unseen = &unseen.on_steps(time_step);
+    let columns = unseen.loads.len();
+    let mut memory = Memory::new(&Scene::<f64>::sizes(&file, candidate.options)?, columns);
+    let mut march = March::bind(&file, candidate, &mut memory, order, unseen)?;
+    let r = candidate.basis.n_modes();
+    let mut coordinates = vec![Mat::zeros(r, 1 + unseen.steps); columns];
+    for step in 0..unseen.steps {
+        let now = march.step(step)?;
+        for (j, all) in coordinates.iter_mut().enumerate() {
+            all.col_mut(step + 1).copy_from(now.col(j));
+        }
+        listener.checkpoint(step + 1, unseen.steps)?;
+    }
+    let (span, loads) = ((time_step, unseen.steps), unseen.timed());
+    let truth = Truth::find(pencil, symbolic, decay, &loads, span, &REFERENCE, listener)?;
+    let columns = candidate.basis.vectors.as_ref();
+    let errors = coordinates.iter().enumerate().map(|(j, coordinates)| {
+        let shown = DisplacedBy { columns, amplitudes: coordinates.as_ref() };
+        let TruthDistance { error, floor } = truth.trajectory(j).distance(&[shown]);
+        TrajectoryError { error, floor }
+    });
+    let measured = march.measured(errors.collect(), listener)?;
+    Ok(measured.structure(unseen.steps))
+}
+
+/// What the reference of a certificate has to reach: a hundredth of an error that would be worth a note, and
+/// no more vectors than a build has room for.
+const REFERENCE: TruthOptions = TruthOptions { tolerance: 1e-5, vectors_per_force: 80, bytes: 500_000_000 };
 
 impl<'m> March<'m> {
     fn bind(
@@ -165,7 +216,6 @@ impl<'m> March<'m> {
         memory: &'m mut Memory,
         order: &NodeOrder,
         unseen: &'m UnseenLoads,
-        mass: &'m SymmetricMatrix,
     ) -> Result<Self, CertificateError> {
         let scene = Scene::bind(file, candidate.options, &mut memory.scene, &mut memory.work)?;
         let lent = memory.states.iter_mut().zip(&mut memory.loads);
@@ -181,18 +231,21 @@ impl<'m> March<'m> {
             Ok(trajectory)
         });
         let trajectories = trajectories.collect::<Result<_, CertificateError>>()?;
-        let meter = ErrorMeter::new(mass, candidate.basis.vectors.as_ref(), unseen.loads.len());
         let forces = unseen.loads.iter().map(|load| &load.timed.force[..]);
         let reciprocity = Reciprocity::new(candidate.basis, forces);
-        Ok(Self { scene, trajectories, meter, reciprocity })
+        Ok(Self { scene, trajectories, reciprocity })
     }
 
-    fn measured(&mut self, listener: &dyn Listener) -> Result<Measured, CertificateError> {
+    fn measured(
+        &mut self,
+        errors: Vec<TrajectoryError>,
+        listener: &dyn Listener,
+    ) -> Result<Measured, CertificateError> {
         let increment = increment(&self.scene)?;
         let energy_growth = self.energy_growth(increment.as_ref())?;
         Ok(Measured {
-            errors: self.meter.errors(),
-            spectral_radius: radius_of_increment(increment.as_ref())?,
+            errors,
+            spectral_radius: radius(&self.scene)?,
             energy_ratio: self.free_run_energy(listener)?,
             reciprocity: self.reciprocity.defect(),
             energy_growth,
@@ -202,7 +255,7 @@ impl<'m> March<'m> {
     /// Largest energy that the motions left by the loads reach in a million free steps, over that at their
     /// start. Takes the loads away and leaves the states as they are.
     fn energy_growth(&mut self, increment: MatRef<'_, f64>) -> Result<f64, CertificateError> {
-        let n = 3 * self.scene.n_modes();
+        let n = self.scene.state_numbers();
         let mut starts = Mat::zeros(n, self.trajectories.len());
         let mut energies = vec![];
         let mut left = vec![0.0; n];
@@ -232,19 +285,15 @@ impl<'m> March<'m> {
         Ok(largest)
     }
 
-    /// Takes in the instant that every trajectory has reached.
-    fn observe(&mut self, displacement: MatRef<'_, f64>) {
-        let coordinates = self.coordinates();
-        self.meter.add(displacement, coordinates.as_ref());
-        self.reciprocity.add(coordinates.as_ref());
-    }
-
-    fn step(&mut self, step: usize) -> Result<(), CertificateError> {
+    /// One step of every trajectory: their ζ, shape (r, trajectories).
+    fn step(&mut self, step: usize) -> Result<Mat<f64>, CertificateError> {
         for trajectory in &mut self.trajectories {
             trajectory.load_step(&self.scene, step)?;
             self.scene.step(&mut trajectory.state, &trajectory.loads)?;
         }
-        Ok(())
+        let coordinates = self.coordinates();
+        self.reciprocity.add(coordinates.as_ref());
+        Ok(coordinates)
     }
 
     /// ζ of every trajectory, shape (r, trajectories).
@@ -277,7 +326,12 @@ impl Trajectory<'_> {
     /// Puts the load of step `step` into `loads` where it differs from that of the step before.
     fn load_step(&mut self, scene: &Scene<'_, f64>, step: usize) -> Result<(), CertificateError> {
         let time_step = scene.parameters().time_step;
-        let factors = scene.instants().map(|c| self.load.timed.when.factor((step as f64 + c) * time_step));
+        let (when, time) = (&self.load.timed.when, |c: f64| (step as f64 + c) * time_step);
+        let mut factors = scene.instants().map(|c| when.factor(time(c)));
+        if scene.structure() == Structure::Exact {
+            // What the load is within the step, up to the step's very end.
+            (factors[0], factors[1]) = (when.just_after(time(0.0)), when.just_before(time(1.0)));
+        }
         if factors != self.factors {
             self.factors = factors;
             self.loads.clear();
@@ -331,12 +385,38 @@ pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, C
     let sizes = Scene::<f64>::sizes(file, options)?;
     let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
     let scene = Scene::bind(file, options, &mut memory, &mut work)?;
-    radius_of_increment(increment(&scene)?.as_ref())
+    radius(&scene)
 }
 
-/// The increment map `D` of `y ← y + D y` as the scene holds it, shape (3r, 3r).
+/// Spectral radius of the step of a scene.
+fn radius(scene: &Scene<'_, f64>) -> Result<f64, CertificateError> {
+    let increment = increment(scene)?;
+    match scene.structure() {
+        Structure::Exact => Ok(radius_of_modes(increment.as_ref())),
+        _ => radius_of_increment(increment.as_ref()),
+    }
+}
+
+/// The same of modes with a 2×2 block each: displacements and velocities of a fast mode differ by so much that
+/// the eigenvalues of the whole would lose digits.
+fn radius_of_modes(increment: MatRef<'_, f64>) -> f64 {
+    let r = increment.nrows() / 2;
+    let of_mode = |k: usize| {
+        let [a, b, c, d] = [(k, k), (k, r + k), (r + k, k), (r + k, r + k)].map(|place| increment[place]);
+        let (half, determinant) = (0.5 * (a + d), a * d - b * c);
+        let apart = half * half - determinant;
+        if apart < 0.0 {
+            return (1.0 + 2.0 * half + determinant).sqrt();
+        }
+        let root = apart.sqrt();
+        (1.0 + half + root).abs().max((1.0 + half - root).abs())
+    };
+    (0..r).map(of_mode).fold(0.0, f64::max)
+}
+
+/// The increment map `D` of `y ← y + D y` as the scene holds it.
 pub(super) fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateError> {
-    let n = 3 * scene.n_modes();
+    let n = scene.state_numbers();
     let mut map = vec![0.0; n * n];
     scene.increment_into(&mut map)?;
     Ok(MatRef::from_column_major_slice(&map, n, n).to_owned())

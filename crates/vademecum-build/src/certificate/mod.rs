@@ -16,7 +16,7 @@ mod unseen;
 mod verdict;
 
 pub use error::CertificateError;
-pub use evaluated::{Candidate, Measured, certify, measure, spectral_radius};
+pub use evaluated::{Candidate, Measured, certify, certify_exact, measure, spectral_radius};
 pub use figures::{FIGURES, Figures, FileFigures};
 pub use over_box::{BoxCertificate, certify_box};
 pub(crate) use unseen::TRAJECTORIES;

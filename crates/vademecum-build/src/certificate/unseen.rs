@@ -63,6 +63,16 @@ impl UnseenLoads {
         Self { loads: self.loads.clone(), steps, open: self.open }
     }
 
+    /// The same loads, ending on whole steps of `time_step`.
+    pub(super) fn on_steps(&self, time_step: f64) -> Self {
+        let mut loads = self.loads.clone();
+        for load in &mut loads {
+            let when = &mut load.timed.when;
+            when.end = (when.end / time_step).round().max(1.0) * time_step;
+        }
+        Self { loads, ..*self }
+    }
+
     /// As the full-order solver takes them.
     pub fn timed(&self) -> Vec<TimedLoad> {
         self.loads.iter().map(|load| load.timed.clone()).collect()

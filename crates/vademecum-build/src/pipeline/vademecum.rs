@@ -2,13 +2,13 @@
 
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::policy::STABLE_RADIUS;
-use vademecum_format::{Certificate, SectionKind};
+use vademecum_format::{Certificate, File, SectionKind};
 
 use super::{BuildError, Stages};
 use crate::basis::Basis;
 use crate::certificate::{
-    Candidate, FIGURES, Figures, FileFigures, StructureMeasured, StructureReport, certify, certify_box,
-    kept_certificate,
+    Candidate, CertificateError, FIGURES, Figures, FileFigures, StructureMeasured, StructureReport, certify,
+    certify_box, certify_exact, kept_certificate,
 };
 use crate::chapter::{
     self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
@@ -28,6 +28,8 @@ use crate::store::Inputs;
 enum Vademecum {
     /// Stage responses at the values of the problem file.
     Fixed(Vec<StageResponse>),
+    /// Modes that are moved exactly: the basis is all there is.
+    Exact,
     /// Stage responses over the box of the live parameters.
     Parametric(Box<Parametric>),
     /// Stage maps in the chapter's representation, and what was measured of them.
@@ -38,6 +40,7 @@ enum Vademecum {
 #[derive(Clone, Copy)]
 enum Step<'a> {
     Fixed(&'a [StageResponse]),
+    Exact,
     Parametric(&'a Parametric),
     Chapter(&'a ChapterMap, &'a ChapterCertificate),
 }
@@ -46,6 +49,7 @@ impl Vademecum {
     fn step(&self) -> Step<'_> {
         match self {
             Self::Fixed(responses) => Step::Fixed(responses),
+            Self::Exact => Step::Exact,
             Self::Parametric(parametric) => Step::Parametric(parametric),
             Self::Chapter(map, certificate) => Step::Chapter(map, certificate),
         }
@@ -89,7 +93,7 @@ impl Stages<'_> {
             && order.n_load > 0;
         let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
         // A scheme without stages is exact in time.
-        let rigorous = problem.basis.kind == BasisKind::Modes && prepared.scheme.n_stages == 0;
+        let rigorous = problem.basis.kind == BasisKind::Modes && prepared.exact;
         let vectors = basis.vectors.as_ref();
         let reduced = Reduced { body, symbolic: &prepared.symbolic, vectors, eigenvalues, rigorous };
         let nodes = &order.nodes[..order.n_load];
@@ -113,11 +117,59 @@ impl Stages<'_> {
     ) -> Result<Certified, BuildError> {
         if let Some(entry) = problem.chapter() {
             self.chapter(problem, &entry, basis, watch)
+        } else if self.prepared.exact {
+            self.exact(problem, basis, watch)
         } else if self.prepared.space.parameters.is_empty() {
             self.fixed(problem, basis, watch)
         } else {
             self.parametric(problem, basis, watch)
         }
+    }
+
+    /// Modes moved exactly, at the values of the problem file and at the corners of the box of its parameters.
+    fn exact(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Certified, BuildError> {
+        let Self { prepared, unseen, order, kept, .. } = *self;
+        let space = &prepared.space;
+        let mut settings = vec![space.nominal()];
+        if !space.parameters.is_empty() {
+            settings.extend(space.corners());
+        }
+        let certify = || {
+            let bytes = self.encode(problem, basis, Step::Exact, &Measured::default(), None)?;
+            let file = File::parse(&bytes)?;
+            let mut worst: Option<StructureMeasured> = None;
+            for (place, values) in settings.iter().enumerate() {
+                let setting = space.setting(values);
+                let mut options =
+                    SceneOptions { structure: StructureChoice::Exact, ..SceneOptions::default() };
+                for (parameter, &value) in values.iter().enumerate() {
+                    options.set(file.metadata(), parameter, value).map_err(CertificateError::from)?;
+                }
+                let inputs = |inputs: Inputs| {
+                    inputs.value(&(&setting, problem.output.precision, "exact")).with(basis).with(unseen)
+                };
+                let measure = || -> Result<_, CertificateError> {
+                    let pencil = setting.pencil(prepared.body.model.pencil());
+                    let rayleigh = setting.rayleigh();
+                    let decay = |lambda: f64, _| 0.5 * (rayleigh.alpha + rayleigh.beta * lambda);
+                    let candidate = Candidate { bytes: &bytes, basis, options: &options };
+                    let model = (&pencil, &prepared.symbolic);
+                    Ok(vec![certify_exact(&candidate, order, model, &decay, unseen, kept.listener)?])
+                };
+                let found = kept_certificate(kept, &format!("certificate-exact-{place}"), inputs, measure)?;
+                let found = found.into_iter().next().expect("one structure was measured");
+                worst = Some(worst.map_or(found.clone(), |worst| worst.worse(found)));
+            }
+            Ok::<_, BuildError>(worst.expect("a setting"))
+        };
+        let diagonal = watch.stage("certificate", certify)?;
+        let measured = Measured { diagonal, block: StructureMeasured::default() };
+        Ok(Certified { vademecum: Vademecum::Exact, measured, separation: None })
     }
 
     /// Both structures at fixed parameters.
@@ -300,6 +352,7 @@ impl Stages<'_> {
         let Self { prepared, order, .. } = *self;
         let (block, mut others) = match vademecum {
             Step::Fixed(responses) => (Some(BlockTerms::fixed(responses)), vec![]),
+            Step::Exact => (None, vec![]),
             Step::Parametric(parametric) => (Some(parametric.terms()?), vec![]),
             Step::Chapter(map, certificate) => (None, chapter::sections(map, certificate, order)),
         };
@@ -320,7 +373,7 @@ impl Stages<'_> {
             scheme_name: &problem.scheme().to_string(),
             scheme: prepared.file_scheme(),
             rayleigh: prepared.rayleigh(),
-            diagonal: block.is_some(),
+            diagonal: block.is_some() || matches!(vademecum, Step::Exact),
             block,
             others,
             parameters: Some(&prepared.space),
@@ -374,7 +427,8 @@ fn certificate_report(problem: &Problem, basis: &Basis, built: &Certified) -> Ce
         _ => {
             let diagonal = basis.eigenvalues.is_some();
             let diagonal = diagonal.then(|| StructureReport::measured(&built.measured.diagonal));
-            (diagonal, Some(StructureReport::measured(&built.measured.block)), None)
+            let block = !matches!(built.vademecum, Vademecum::Exact);
+            (diagonal, block.then(|| StructureReport::measured(&built.measured.block)), None)
         }
     };
     CertificateReport {
