@@ -95,7 +95,8 @@ impl Stages<'_> {
         let nodes = &order.nodes[..order.n_load];
         let triangles = &order.triangles[..order.n_load_triangles];
         let inputs = |inputs: Inputs| {
-            let inputs = inputs.value(&(rigorous, &body.probes)).with(basis).indices(nodes);
+            let probes: Vec<_> = body.probes.iter().map(|probe| (probe.node, probe.direction)).collect();
+            let inputs = inputs.value(&(rigorous, probes)).with(basis).indices(nodes);
             let inputs = inputs.indices(triangles.as_flattened());
             body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
         };

@@ -37,8 +37,8 @@ pub enum ResidualError {
     /// No natural modes.
     #[error("natural modes")]
     Modes(#[from] crate::dynamics::ModesError),
-    /// Stopped.
-    #[error(transparent)]
+    /// On request.
+    #[error("the residual of the loadable nodes")]
     Cancelled(#[from] Cancelled),
 }
 
