@@ -50,13 +50,14 @@ fn with() -> &'static [u8] {
 /// The short beam without a residual.
 fn without() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
-    BYTES.get_or_init(|| built(&format!("{}[output]\nresidual = false\n", probe_last(&short_beam()))))
+    BYTES.get_or_init(|| built(&with_output("residual = false")))
 }
 
-/// The same problem with its probe in front, so that `[output]` can follow.
-fn probe_last(text: &str) -> String {
-    let (head, probe) = text.split_once("[[output.probe]]").expect("a probe");
-    format!("[[output.probe]]{probe}\n{head}")
+/// The short beam with a line in its `[output]`.
+fn with_output(line: &str) -> String {
+    let text = short_beam().replace("[[output.probe]]", &format!("[output]\n{line}\n[[output.probe]]"));
+    assert!(text.contains(line));
+    text
 }
 
 fn present(bytes: &[u8]) -> Vec<S> {
@@ -78,8 +79,7 @@ fn a_build_keeps_the_residual_unless_it_is_told_not_to() {
     assert_eq!([with(), without()].map(|bytes| File::parse(bytes).expect("a file").minor()), [3, 2]);
     check(with()).expect("sound");
     check(without()).expect("sound");
-    let single = format!("{}[output]\nprecision = \"f32\"\n", probe_last(&short_beam()));
-    let single = built(&single);
+    let single = built(&with_output("precision = \"f32\""));
     check(&single).expect("sound");
     let file = File::parse(&single).expect("a file");
     assert_eq!(file.section(S::ContactResidual).expect("present").element(), Element::F32);
@@ -140,7 +140,7 @@ fn strip_keeps_what_is_of_use_and_pack_loses_nothing() {
         check(&packed).expect("sound");
         assert!(packed.len() < bytes.len());
         let file = File::parse(bytes).expect("a file");
-        let whole = unpack(&packed).expect("unpacked");
+        let whole = unpack(&packed, 1 << 30).expect("unpacked");
         let again = File::parse(&whole).expect("a file");
         for kind in present(bytes) {
             let [one, other] =
@@ -182,10 +182,17 @@ fn fault(bytes: &[u8], kind: S) -> Fault {
 
 #[test]
 fn numbers_that_no_residual_has_are_found() {
-    // A block that takes energy out of nothing: its largest entry off the diagonal, and a negative diagonal.
-    let swung = changed(S::ContactResidual, |x| x[7] = 2.0 * (x[6].abs() + x[9].abs()));
-    assert_eq!(fault(&swung, S::ContactResidual), Fault::Negative);
-    assert_eq!(fault(&changed(S::BoundMap, |x| x[3] = -x[3] - x[0]), S::BoundMap), Fault::Negative);
+    // Blocks that take energy out of nothing, where the body moves most: an entry off the diagonal that is
+    // larger than those on it, and a negative diagonal.
+    let swung = |x: &mut [f64], width: usize| {
+        let most = (0..x.len() / width).max_by(|a, b| x[a * width].total_cmp(&x[b * width])).expect("nodes");
+        let row = &mut x[most * width..][..width];
+        row[1] = 2.0 * (row[0] + row[3]);
+    };
+    assert_eq!(fault(&changed(S::ContactResidual, |x| swung(x, 6)), S::ContactResidual), Fault::Negative);
+    assert_eq!(fault(&changed(S::BoundMap, |x| swung(x, 7)), S::BoundMap), Fault::Negative);
+    let turned = |x: &mut [f64]| x.iter_mut().for_each(|x| *x = -*x);
+    assert_eq!(fault(&changed(S::ContactResidual, turned), S::ContactResidual), Fault::Negative);
     let last = |x: &mut [f64]| x[6] = -0.5;
     assert_eq!(fault(&changed(S::BoundMap, last), S::BoundMap), Fault::Negative);
     // Worst, median, 95th percentile out of order, and no kind of bound.
@@ -215,10 +222,13 @@ fn pairs_are_the_edges_of_the_loadable_triangles() {
     assert!(matches!(check(&past), Err(RewriteError::Index { kind: S::ResidualPairs, place: 1, .. })));
     // Ascending, and none of the triangles'.
     let other = edited(&|p| {
-        let [a, b] = *p.last_chunk::<2>().expect("a pair");
-        let at = p.len() - 2;
-        let free = (a + 1..n).rev().find(|&c| c > b).unwrap_or(b);
-        (p[at], p[at + 1]) = if free == b { (a + 1, b) } else { (a, free) };
+        let all: Vec<[u32; 2]> = p.as_chunks().0.to_vec();
+        let fits = |&i: &usize| {
+            let next = [all[i][0], all[i][1] + 1];
+            next[1] < n && all.get(i + 1).is_some_and(|after| next < *after)
+        };
+        let place = (0..all.len()).find(fits).expect("a gap");
+        p[2 * place + 1] += 1;
     });
     assert_eq!(fault(&other, S::ResidualPairs), Fault::Disagrees);
     // Blocks that belong to nobody.
