@@ -4,6 +4,7 @@ use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Certificate, SectionKind};
 
+use super::plan::wants_residual;
 use super::{BuildError, Stages};
 use crate::basis::Basis;
 use crate::certificate::{
@@ -74,7 +75,7 @@ pub(super) struct Certified {
 }
 
 impl Stages<'_> {
-    /// What the basis leaves out of static answers, where the file has the diagonal structure and room for it.
+    /// What the basis leaves out of static answers, where the file has the diagonal structure.
     pub(super) fn static_residual(
         &self,
         problem: &Problem,
@@ -83,10 +84,7 @@ impl Stages<'_> {
     ) -> Result<Option<StaticResidual>, BuildError> {
         let Self { prepared, order, kept, .. } = *self;
         let body = &prepared.body;
-        let wanted = problem.output.residual
-            && problem.chapter().is_none()
-            && !prepared.space.has_region_parameters()
-            && order.n_load > 0;
+        let wanted = wants_residual(problem, prepared) && order.n_load > 0;
         let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
         // A scheme without stages is exact in time.
         let rigorous = problem.basis.kind == BasisKind::Modes && prepared.scheme.n_stages == 0;

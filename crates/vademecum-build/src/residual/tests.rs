@@ -379,6 +379,6 @@ impl Listener for Stop {
 fn it_stops_on_request() {
     let (vectors, eigenvalues) = WHOLE.natural(2);
     let stopped = WHOLE.residual_heard(vectors.as_ref(), &eigenvalues, &Stop(0));
-    let error = stopped.err().expect("an end");
+    let error = stopped.expect_err("an end");
     assert!(is_cancelled(&crate::pipeline::BuildError::from(error)));
 }
