@@ -209,9 +209,9 @@ impl From<BuildError> for Failure {
             }
             BuildError::Prepare(PrepareError::Factor(_)) => (Cause::Numerics, ""),
             BuildError::Prepare(_) => (Cause::Input, PROBLEM_KEYS),
-            BuildError::Basis(BasisError::Snapshots(_) | BasisError::TooManyModes { .. }) => {
-                (Cause::Input, "")
-            }
+            BuildError::Basis(
+                BasisError::Snapshots(_) | BasisError::TooManyModes { .. } | BasisError::BoundMissed { .. },
+            ) => (Cause::Input, ""),
             BuildError::Format(_) => (Cause::File, ""),
             _ => (Cause::Numerics, ""),
         };

@@ -4,6 +4,7 @@
 
 use vademecum_build::certificate::FileFigures;
 use vademecum_build::dynamics::ModeRow;
+use vademecum_build::residual::StaticBound;
 use vademecum_format::{File, Section, SectionKind};
 use vademecum_rewrite::{decode, default_limit};
 
@@ -39,6 +40,20 @@ pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError
 /// As [`numbers`].
 pub fn figures(file: &File<'_>) -> Result<FileFigures, FileError> {
     Ok(FileFigures::from_numbers(&numbers(file, SectionKind::StructureFigures)?))
+}
+
+/// How much of a static answer the modes leave out; nothing if the file does not keep it.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn bound(file: &File<'_>) -> Result<Option<StaticBound>, FileError> {
+    let found = numbers(file, SectionKind::StaticBound)?;
+    Ok(found.first_chunk().map(|&[rigorous, worst, median, most]| StaticBound {
+        rigorous: rigorous == 1.0,
+        worst,
+        median,
+        most,
+    }))
 }
 
 /// A section that a study cannot do without.

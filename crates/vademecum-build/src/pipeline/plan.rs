@@ -11,6 +11,7 @@ use crate::input::{BasisKind, Problem};
 use crate::limits::{Memory, TooMuchMemory, memory_in_words};
 use crate::prepared::Prepared;
 use crate::report::BuildPlan;
+use crate::residual;
 
 /// Bytes of a number.
 const NUMBER: f64 = 8.0;
@@ -63,6 +64,24 @@ pub(super) fn check_model(
     })
 }
 
+/// Whether a file gets the static residual, if its basis is diagonal.
+pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
+    let diagonal = problem.chapter().is_none() && problem.basis.kind != BasisKind::Pod;
+    problem.output.residual && diagonal && !prepared.space.has_region_parameters()
+}
+
+/// Seconds for the static residual, by full-order steps, which solve twice for a column too; and bytes.
+fn residual_ahead(problem: &Problem, prepared: &Prepared, full: &FullOrder<'_>) -> (f64, f64) {
+    let chosen = f64::from(u8::from(problem.basis.error.is_some()));
+    let sweeps = chosen + f64::from(u8::from(wants_residual(problem, prepared)));
+    if sweeps == 0.0 {
+        return (0.0, 0.0);
+    }
+    let (n, columns) = (prepared.body.n_dof() as f64, residual::columns_at_once());
+    let batches = (3.0 * prepared.body.load_nodes.len() as f64 / columns as f64).ceil();
+    (sweeps * batches * seconds_per_step(full, columns), NUMBER * 4.0 * n * columns as f64)
+}
+
 /// What is ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
 fn plan(
     problem: &Problem,
@@ -96,7 +115,10 @@ fn plan(
     let corners = if prepared.space.parameters.is_empty() { 1 } else { prepared.space.corners().len() };
     let certificates = corners as f64 + if live { 0.0 } else { f64::from(u8::from(corners > 1)) };
     work = work.and(march.times(certificates));
-    BuildPlan { work, memory_bytes: model_memory(problem, prepared) + snapshots }
+    let (seconds, columns) = residual_ahead(problem, prepared, full);
+    work.seconds += seconds;
+    // Snapshots are gone when the residual begins.
+    BuildPlan { work, memory_bytes: model_memory(problem, prepared) + snapshots.max(columns) }
 }
 
 /// What is ahead, if it fits the machine and does not take longer than was asked for.

@@ -4,6 +4,7 @@ use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Certificate, File, SectionKind};
 
+use super::plan::wants_residual;
 use super::{BuildError, Stages};
 use crate::basis::Basis;
 use crate::certificate::{
@@ -78,7 +79,7 @@ pub(super) struct Certified {
 }
 
 impl Stages<'_> {
-    /// What the basis leaves out of static answers, where the file has the diagonal structure and room for it.
+    /// What the basis leaves out of static answers, where the file has the diagonal structure.
     pub(super) fn static_residual(
         &self,
         problem: &Problem,
@@ -87,10 +88,7 @@ impl Stages<'_> {
     ) -> Result<Option<StaticResidual>, BuildError> {
         let Self { prepared, order, kept, .. } = *self;
         let body = &prepared.body;
-        let wanted = problem.output.residual
-            && problem.chapter().is_none()
-            && !prepared.space.has_region_parameters()
-            && order.n_load > 0;
+        let wanted = wants_residual(problem, prepared) && order.n_load > 0;
         let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
         // A scheme without stages is exact in time.
         let rigorous = problem.basis.kind == BasisKind::Modes && prepared.exact;
@@ -99,7 +97,8 @@ impl Stages<'_> {
         let nodes = &order.nodes[..order.n_load];
         let triangles = &order.triangles[..order.n_load_triangles];
         let inputs = |inputs: Inputs| {
-            let inputs = inputs.value(&(rigorous, &body.probes)).with(basis).indices(nodes);
+            let probes: Vec<_> = body.probes.iter().map(|probe| (probe.node, probe.direction)).collect();
+            let inputs = inputs.value(&(rigorous, probes)).with(basis).indices(nodes);
             let inputs = inputs.indices(triangles.as_flattened());
             body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
         };

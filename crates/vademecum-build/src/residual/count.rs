@@ -7,9 +7,9 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::ResidualError;
 use super::bound::relative_bound;
 use super::complement::Complement;
+use super::error::ResidualError;
 use super::small::{Symmetric, semidefinite};
 use super::sweep::sweep;
 use crate::dynamics::{Modes, lowest_modes};

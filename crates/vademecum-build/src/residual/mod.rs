@@ -12,35 +12,22 @@
 mod bound;
 mod complement;
 mod count;
+mod error;
 mod small;
 mod sweep;
 
 pub use bound::StaticBound;
 pub use count::{Enough, modes_within};
+pub use error::ResidualError;
 
-use crate::fem::FactorError;
 use crate::prepared::Body;
-use crate::progress::{Cancelled, Listener};
+use crate::progress::Listener;
 
 use bound::relative_bound;
 use complement::Complement;
 use faer::MatRef;
 use small::{Symmetric, semidefinite};
 use sweep::{answers, sweep};
-
-/// Why there is no residual.
-#[derive(Debug, thiserror::Error)]
-pub enum ResidualError {
-    /// The stiffness does not factorise.
-    #[error("the stiffness does not factorise")]
-    Factor(#[from] FactorError),
-    /// No natural modes.
-    #[error("natural modes")]
-    Modes(#[from] crate::dynamics::ModesError),
-    /// Stopped.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
 
 /// Where the residual is asked for, and what the basis leaves out of.
 #[derive(Clone, Copy)]
@@ -78,6 +65,11 @@ pub struct StaticResidual {
     pub at_nodes: Vec<f64>,
     /// The bound over all of them.
     pub bound: StaticBound,
+}
+
+/// Columns that are solved for at once: one group a thread.
+pub fn columns_at_once() -> usize {
+    Complement::at_once()
 }
 
 /// The residual at the loadable nodes, given in the order in which they are counted, and between those that

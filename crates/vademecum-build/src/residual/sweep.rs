@@ -4,8 +4,8 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
-use super::ResidualError;
 use super::complement::Complement;
+use super::error::ResidualError;
 use super::small::{Symmetric, symmetric};
 use crate::progress::Listener;
 
