@@ -36,6 +36,7 @@ alpha = 20.0
 [load]
 surface = { nodes = [200] }     # forces act on the last mass only; without this line, on any
 [time]
+scheme.name = \"bathe\"
 step = 1e-3
 [snapshots]
 directions = [[1.0, 0.0, 0.0]]

@@ -11,7 +11,7 @@ use vademecum_tests::program::{Ran, vademecum};
 fn problem(mesh: &str, step: &str, more: &str) -> String {
     format!(
         "{mesh}\n[[material]]\nyoung = 2e9\npoisson = 0.3\ndensity = 1200.0\n[[support]]\non = {{ plane = {{ axis = \
-         \"x\", at = 0.0 }} }}\n[load]\n[time]\nstep = {step}\n[snapshots]\npositions = 4\n{more}"
+         \"x\", at = 0.0 }} }}\n[load]\n[time]\nscheme.name = \"bathe\"\nstep = {step}\n[snapshots]\npositions = 4\n{more}"
     )
 }
 

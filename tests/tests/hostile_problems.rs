@@ -25,6 +25,7 @@ on = { group = "x_min" }
 [load]
 
 [time]
+scheme.name = "bathe"
 step = 1e-3
 "#;
 

@@ -70,7 +70,7 @@ fn arguments_that_are_no_regular_files_are_refused_by_what_they_are() {
 #[test]
 fn files_that_a_problem_names_are_refused_by_what_they_are() {
     let (folder, _socket) = odd_folder();
-    let end = "[load]\n[time]\nstep = 1e-3\n";
+    let end = "[load]\n[time]\nscheme.name = \"bathe\"\nstep = 1e-3\n";
     let material = "[[material]]\nyoung = 1e9\npoisson = 0.3\ndensity = 1e3\n";
     let block = "[mesh]\nblock = { lengths = [1.0, 1.0, 1.0], divisions = [1, 1, 1] }\n\
                  [[support]]\non = { group = \"x_min\" }\n";
@@ -141,7 +141,7 @@ fn a_mesh_that_is_refused_is_not_sent_to_the_same_command_again() {
         write(
             "p.toml",
             &format!(
-                "[mesh]\nfile = \"{name}\"\n[[material]]\nyoung = 1e9\npoisson = 0.3\ndensity = 1e3\n[load]\n[time]\nstep = 1e-3\n"
+                "[mesh]\nfile = \"{name}\"\n[[material]]\nyoung = 1e9\npoisson = 0.3\ndensity = 1e3\n[load]\n[time]\nscheme.name = \"bathe\"\nstep = 1e-3\n"
             ),
         );
         let problem = folder.path().join("p.toml").display().to_string();

@@ -294,7 +294,10 @@ fn no_command_writes_what_its_problem_reads() {
     place.succeeds("export matrices p.toml --modes 4 -o @", "m");
     let matrices = "matrices = { mass = \"m/mass.mtx\", stiffness = \"m/stiffness.mtx\", dofs = \"m/dofs.csv\", \
                     nodes = \"m/nodes.csv\", triangles = \"m/triangles.csv\" }";
-    place.write("q.toml", format!("[mesh]\n{matrices}\n[load]\n[time]\nstep = 1e-3\n"));
+    place.write(
+        "q.toml",
+        format!("[mesh]\n{matrices}\n[load]\n[time]\nscheme.name = \"bathe\"\nstep = 1e-3\n"),
+    );
     for input in ["mass.mtx", "stiffness.mtx", "dofs.csv", "nodes.csv", "triangles.csv"] {
         refuses_input(&place, "build q.toml -o @", &format!("m/{input}"));
     }

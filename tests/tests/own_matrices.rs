@@ -14,7 +14,7 @@ use vademecum_format::{File, SectionKind};
 use vademecum_tests::program::{repository, vademecum};
 
 /// The end of every problem here: a small basis of few runs, and a probe at the tip of the short beam.
-const REST: &str = "[load]\n[time]\nstep = 1e-3\n[snapshots]\npositions = 2\nduration = 0.1\n\
+const REST: &str = "[load]\n[time]\nscheme.name = \"bathe\"\nstep = 1e-3\n[snapshots]\npositions = 2\nduration = 0.1\n\
                     [basis]\nmodes = 4\n\
                     [[output.probe]]\nname = \"tip\"\npoint = [1.0, 0.1, 0.1]\ndirection = [0.0, 0.0, 1.0]\n";
 
@@ -258,7 +258,7 @@ impl Chain {
 const CHAIN: Chain = Chain { count: 300, mass: 0.5, spring: 2e6 };
 
 /// What a problem of the chain needs beside its matrices.
-const CHAIN_REST: &str = "[load]\n[time]\nstep = 2e-3\n[snapshots]\npositions = 3\n\
+const CHAIN_REST: &str = "[load]\n[time]\nscheme.name = \"bathe\"\nstep = 2e-3\n[snapshots]\npositions = 3\n\
                           directions = [[1.0, 0.0, 0.0]]\n[basis]\nmodes = 6\n[tolerance]\nsteps = 100\nerror = 0.9\n";
 
 #[test]

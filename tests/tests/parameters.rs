@@ -28,6 +28,7 @@ density = 1200.0
 on = { group = "x_min" }
 [load]
 [time]
+scheme.name = "bathe"
 step = 1e-3
 [snapshots]
 positions = 2

@@ -228,7 +228,7 @@ fn two_regions(fixed: Option<[f64; 5]>) -> String {
          [[mesh.region]]\nname = \"tip\"\non = {{ fraction = {{ axis = \"x\", side = \"max\", fraction = 0.5 }} }}\n\
          [[support]]\non = {{ group = \"x_min\" }}\n\
          [load]\nsurface = {{ group = \"z_max\" }}\n\
-         [time]\nstep = {step:e}\n[damping]\nbeta = {beta:e}\n\
+         [time]\nscheme.name = \"bathe\"\nstep = {step:e}\n[damping]\nbeta = {beta:e}\n\
          [snapshots]\npositions = 4\ndirections = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n\
          [basis]\nmodes = 10\n"
     );

@@ -50,7 +50,7 @@ impl Uniform {
             "[mesh]\nblock = {{ lengths = [1.0, 0.16, 0.1], divisions = [6, 1, 1] }}\n\
              [[material]]\nyoung = {young:e}\npoisson = 0.3\ndensity = {density:e}\n\
              [damping]\nalpha = {alpha:e}\nbeta = {beta:e}\n\
-             [[support]]\non = {{ group = \"x_min\" }}\n[load]\n[time]\nstep = {time_step:e}\n\
+             [[support]]\non = {{ group = \"x_min\" }}\n[load]\n[time]\nscheme.name = \"bathe\"\nstep = {time_step:e}\n\
              [basis]\nkind = \"modes\"\nmodes = {MODES}\n[tolerance]\nsteps = 10\n"
         );
         Problem::parse(&text, "uniform.toml", PathBuf::new()).expect("a problem")

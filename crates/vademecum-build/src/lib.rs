@@ -44,6 +44,7 @@
 //! [load]
 //! surface = { group = "z_max" }
 //! [time]
+//! scheme.name = "bathe"
 //! step = 1e-3
 //! [basis]
 //! modes = 4

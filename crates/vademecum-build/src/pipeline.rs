@@ -194,7 +194,7 @@ impl Stages<'_> {
 /// Sizes of the basis to try, smallest first: the one asked for, unless live regions turn the eigenvectors
 /// and the problem leaves the number open.
 fn basis_sizes(problem: &Problem, space: &ParameterSpace) -> Vec<Option<usize>> {
-    let asked = problem.basis.modes.is_some() || problem.basis.kind == BasisKind::Modes;
+    let asked = problem.basis.modes.is_some() || problem.basis_kind() == BasisKind::Modes;
     let fixed = asked || !space.has_region_parameters();
     if fixed { vec![problem.basis.modes] } else { [8, 16, 32, 64].map(Some).to_vec() }
 }

@@ -19,7 +19,7 @@ const FILES: [(&str, &str); 5] = [
 const PROBLEM: &str = "[mesh.matrices]\nmass = \"m.mtx\"\nstiffness = \"k.mtx\"\ndofs = \"d.csv\"\n\
                        nodes = \"n.csv\"\ntriangles = \"t.csv\"\n\
                        [load]\n[[load.pattern]]\nname = \"g\"\nacceleration = [1, 2, 3]\n\
-                       [time]\nstep = 1e-3\n";
+                       [time]\nscheme.name = \"bathe\"\nstep = 1e-3\n";
 
 fn write_all(folder: &Path) {
     for (name, text) in FILES {

@@ -109,7 +109,7 @@ fn text(case: &Case) -> String {
          [[material]]\nyoung = 2.1e9\npoisson = 0.3\ndensity = 1200.0\n\
          [[support]]\non = {{ group = \"x_min\" }}\n\
          [load]\nsurface = {{ fraction = {{ axis = \"x\", side = \"max\", fraction = {loadable} }} }}\n\
-         [time]\nstep = 1e-4\n\
+         [time]\nscheme.name = \"bathe\"\nstep = 1e-4\n\
          [snapshots]\npositions = 2\nduration = 1e-2\nhold = 3e-3\nstride = 2\n\
          [basis]\nmodes = {modes}\n\
          [tolerance]\nsteps = 100\nmap = 1e-5\n"

@@ -251,7 +251,7 @@ pub fn little_memory(place: &Place<'_>, dice: &mut Dice) -> Done {
         place.write("p.toml", texts::problem(dice).text);
         let text = format!(
             "[mesh]\nblock = {{ lengths = [1.0, 0.1, 0.1], divisions = {huge} }}\n[[material]]\nyoung = 1e9\n\
-             poisson = 0.3\ndensity = 1e3\n[[support]]\non = {{ group = \"x_min\" }}\n[load]\n[time]\nstep = 1e-3\n"
+             poisson = 0.3\ndensity = 1e3\n[[support]]\non = {{ group = \"x_min\" }}\n[load]\n[time]\nscheme.name = \"bathe\"\nstep = 1e-3\n"
         );
         place.write("p.toml", text);
         let mut launch = Launch::new(&["build", "p.toml", "-o", "a.vdm"], place.limit);
@@ -337,7 +337,7 @@ pub fn odd_inputs(place: &Place<'_>, dice: &mut Dice) -> Done {
     let _ = Command::new("mkfifo").arg(place.path("fifo")).status();
     let _socket = std::os::unix::net::UnixListener::bind(place.path("socket"));
     let odd = *dice.pick(&["/dev/zero", "/dev/random", "fifo", "folder", "socket"]);
-    let table = "[load]\n[time]\nstep = 1e-3\n";
+    let table = "[load]\n[time]\nscheme.name = \"bathe\"\nstep = 1e-3\n";
     let material = "[[material]]\nyoung = 1e9\npoisson = 0.3\ndensity = 1e3\n";
     let block = "[mesh]\nblock = { lengths = [1.0, 1.0, 1.0], divisions = [1, 1, 1] }\n\
                  [[support]]\non = { group = \"x_min\" }\n";

@@ -110,7 +110,7 @@ pub fn own_matrices(place: &Place<'_>, dice: &mut Dice) -> Done {
     let modes = dice.whole(1, 4);
     let text = format!(
         "[mesh.matrices]\nmass = \"m/mass.mtx\"\nstiffness = \"m/stiffness.mtx\"\ndofs = \"m/dofs.csv\"\n\
-         nodes = \"m/nodes.csv\"\ntriangles = \"m/triangles.csv\"\n[load]\n[time]\nstep = {:?}\n[snapshots]\n\
+         nodes = \"m/nodes.csv\"\ntriangles = \"m/triangles.csv\"\n[load]\n[time]\nscheme.name = \"bathe\"\nstep = {:?}\n[snapshots]\n\
          positions = 2\n[basis]\nmodes = {modes}\n[tolerance]\nfloor_ratio = 3.0\nabsolute = 1e-3\nsteps = 30\n",
         built.problem.step
     );

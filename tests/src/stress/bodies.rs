@@ -91,7 +91,7 @@ impl Beam {
             "[load]\n[[load.pattern]]\nname = \"pull\"\ntraction = {traction:?}\non = {{ group = \"x_max\" \
              }}\n"
         ));
-        table("[time]\nstep = 1.0\n[snapshots]\npositions = 2\n[output]\n");
+        table("[time]\nscheme.name = \"bathe\"\nstep = 1.0\n[snapshots]\npositions = 2\n[output]\n");
         let _ = write!(text, "[basis]\nmodes = {modes}\n{more}");
         text
     }

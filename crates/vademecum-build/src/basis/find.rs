@@ -27,7 +27,7 @@ pub fn decompose(
     runs: &Runs,
     listener: &dyn Listener,
 ) -> Result<Option<Pod>, SnapshotError> {
-    if problem.basis.kind == BasisKind::Modes {
+    if problem.basis_kind() == BasisKind::Modes {
         return Ok(None);
     }
     let pencil = body.model.pencil();
@@ -56,7 +56,7 @@ pub(crate) fn most_vectors(problem: &Problem) -> usize {
 }
 
 fn oversampling(problem: &Problem) -> usize {
-    if problem.basis.kind == BasisKind::Ritz { problem.basis.oversampling } else { 1 }
+    if problem.basis_kind() == BasisKind::Ritz { problem.basis.oversampling } else { 1 }
 }
 
 const DEFAULT_MODES: usize = 8;
@@ -72,7 +72,7 @@ pub fn find_basis(
     runs: &Runs,
     kept: &Kept<'_>,
 ) -> Result<(Basis, usize), BasisError> {
-    if prepared.space.has_region_parameters() && problem.basis.kind != BasisKind::Modes {
+    if prepared.space.has_region_parameters() && problem.basis_kind() != BasisKind::Modes {
         let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
         let carrier = carrier_basis(problem, prepared, runs, count, kept)?;
         return Ok((carrier.basis, carrier.n_snapshots));
@@ -144,7 +144,7 @@ pub fn basis_of_pod(
 ) -> Result<Basis, BasisError> {
     let pencil = prepared.body.model.pencil();
     let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
-    let basis = if problem.basis.kind == BasisKind::Pod {
+    let basis = if problem.basis_kind() == BasisKind::Pod {
         pod_basis(&mass, &stiffness, pod, count)?
     } else {
         let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
@@ -162,7 +162,7 @@ fn basis_inputs(inputs: Inputs, problem: &Problem, prepared: &Prepared, runs: &R
     let Prepared { scheme, step, body, .. } = prepared;
     let plan = &problem.snapshots;
     let imported = plan.npy.iter().chain(plan.vtu.iter().flatten());
-    match problem.basis.kind {
+    match problem.basis_kind() {
         BasisKind::Modes => inputs.value(&problem.basis),
         _ if plan.npy.is_some() || plan.vtu.is_some() => {
             let known = inputs.value(&(&problem.basis, &plan.field, body.mesh_hash));

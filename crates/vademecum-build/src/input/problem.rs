@@ -158,9 +158,22 @@ impl Problem {
 }
 
 impl Problem {
-    /// The time scheme: the one asked for, or Bathe's.
+    /// The time scheme: the one asked for, or else exact steps where modes move apart, and Bathe's where the
+    /// file needs stages.
     pub fn scheme(&self) -> SchemeKind {
-        self.time.scheme.unwrap_or(SchemeKind::Bathe {})
+        let stages = self.representation == Representation::Canonical
+            || self.basis.kind == Some(BasisKind::Pod)
+            || self.parameters.iter().any(|parameter| parameter.region != "*");
+        let usual = if stages { SchemeKind::Bathe {} } else { SchemeKind::Exact {} };
+        self.time.scheme.unwrap_or(usual)
+    }
+
+    /// The kind of basis: the one asked for, or else natural modes for exact steps, if nothing of the
+    /// snapshots is asked for, and Ritz vectors of snapshots otherwise.
+    pub fn basis_kind(&self) -> BasisKind {
+        let imported = self.snapshots.npy.is_some() || self.snapshots.vtu.is_some();
+        let modes = self.scheme() == (SchemeKind::Exact {}) && !imported && self.basis.energy.is_none();
+        self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
     }
 
     /// Options of the chapter's representation, if it is asked for.

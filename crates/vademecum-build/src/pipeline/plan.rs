@@ -35,7 +35,7 @@ fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
     let stages = prepared.scheme.active().len() as f64;
     let factors = prepared.symbolic.factor_bytes() as f64 * if live { 1.0 + threads() } else { 1.0 + stages };
     let modes = problem.basis.modes.unwrap_or(8) as f64;
-    let vectors = match problem.basis.kind {
+    let vectors = match problem.basis_kind() {
         // The Krylov space and its image in the mass.
         BasisKind::Modes => 2.0 * (3.0 * modes + 128.0).min(n),
         // The snapshots' vectors, a batch of as many, and their orthonormal copies.
@@ -66,7 +66,7 @@ pub(super) fn check_model(
 
 /// Whether a file gets the static residual, if its basis is diagonal.
 pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
-    let diagonal = problem.chapter().is_none() && problem.basis.kind != BasisKind::Pod;
+    let diagonal = problem.chapter().is_none() && problem.basis_kind() != BasisKind::Pod;
     problem.output.residual && diagonal && !prepared.space.has_region_parameters()
 }
 
@@ -93,7 +93,7 @@ fn plan(
     let n = prepared.body.n_dof();
     let live = prepared.space.has_region_parameters();
     let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
-    let marched = problem.basis.kind != BasisKind::Modes && (live || !imported);
+    let marched = problem.basis_kind() != BasisKind::Modes && (live || !imported);
     let mut work = Work::default();
     let mut snapshots = 0.0;
     if marched {

@@ -91,7 +91,7 @@ impl Stages<'_> {
         let wanted = wants_residual(problem, prepared) && order.n_load > 0;
         let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
         // A scheme without stages is exact in time.
-        let rigorous = problem.basis.kind == BasisKind::Modes && prepared.exact;
+        let rigorous = problem.basis_kind() == BasisKind::Modes && prepared.exact;
         let vectors = basis.vectors.as_ref();
         let reduced = Reduced { body, symbolic: &prepared.symbolic, vectors, eigenvalues, rigorous };
         let nodes = &order.nodes[..order.n_load];

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use faer::Mat;
 use vademecum_build::basis::{Basis, BasisError, Pod, Runs, basis_of_pod, modes_basis};
-use vademecum_build::dynamics::{FullOrder, TimedLoad, announce, lowest_modes, mode_table, table_matrix};
+use vademecum_build::dynamics::{FullOrder, SchemeKind, TimedLoad, announce, lowest_modes, mode_table, table_matrix};
 use vademecum_build::export::{Draft, NodeOrder, Parts, encode};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::input::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
@@ -92,7 +92,11 @@ impl Study {
             problem.parameters.clear();
         }
         (problem.basis.kind, problem.basis.modes, problem.basis.energy) =
-            (BasisKind::Ritz, Some(max_modes), None);
+            (Some(BasisKind::Ritz), Some(max_modes), None);
+        if problem.scheme() == (SchemeKind::Exact {}) {
+            // What is compared moves by stages, beside a step that is exact.
+            problem.time.scheme = Some(SchemeKind::Bathe {});
+        }
         let prepared = Timed::of(|| prepare(&problem, &mut Stopwatch::new(listener), listener))?;
         listener.stage("snapshots");
         let pod = Timed::of(|| decompose(&problem, &prepared.value, long, listener))?;
@@ -174,7 +178,7 @@ impl Study {
                 return Err(BasisError::TooManyModes { path, asked: modes, found: self.max_modes() }.into());
             }
             let mut problem = self.problem.clone();
-            problem.basis.kind = kind;
+            problem.basis.kind = Some(kind);
             Ok(basis_of_pod(&problem, &self.prepared, &self.pod, modes)?)
         })
     }

@@ -195,7 +195,7 @@ impl Problem {
         let energy = basis.energy.is_none_or(|e| e > 0.0 && e < 1.0);
         self.require(energy, "basis.energy", basis.energy.unwrap_or(0.0), "a fraction above 0 and below 1")?;
         self.require(
-            basis.error.is_none() || basis.kind == BasisKind::Modes,
+            basis.error.is_none() || self.basis_kind() == BasisKind::Modes,
             "basis.error",
             basis.error.unwrap_or(0.0),
             "`kind = \"modes\"` beside it",
@@ -239,7 +239,7 @@ impl Problem {
     fn check_exact(&self) -> Result<(), ProblemError> {
         let key = "time.scheme";
         self.require(
-            self.basis.kind != BasisKind::Pod,
+            self.basis.kind != Some(BasisKind::Pod),
             key,
             "exact, beside `basis.kind = \"pod\"`",
             "a scheme such as `{ name = \"bathe\" }`, or the basis \"ritz\" or \"modes\", whose vectors move apart",

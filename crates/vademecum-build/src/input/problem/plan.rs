@@ -73,9 +73,8 @@ impl Default for SnapshotPlan {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BasisEntry {
-    /// Kind of basis.
-    #[serde(default)]
-    pub kind: BasisKind,
+    /// Kind of basis; absent: [`Problem::basis_kind`](super::Problem::basis_kind) tells.
+    pub kind: Option<BasisKind>,
     /// Number of modes; absent: by `energy`, else 8.
     pub modes: Option<usize>,
     /// Fraction of the snapshot energy to keep, in (0, 1).
@@ -97,7 +96,7 @@ fn default_oversampling() -> usize {
 impl Default for BasisEntry {
     fn default() -> Self {
         Self {
-            kind: BasisKind::default(),
+            kind: None,
             modes: None,
             energy: None,
             error: None,
@@ -108,11 +107,10 @@ impl Default for BasisEntry {
 }
 
 /// Kind of basis.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum BasisKind {
     /// Ritz vectors of an oversampled POD and of its static response (docs/theory/4-basis.md).
-    #[default]
     Ritz,
     /// Plain POD, as the chapter has it.
     Pod,

@@ -23,7 +23,7 @@ fn parse(text: &str) -> Result<Problem, ProblemError> {
 #[test]
 fn the_smallest_problem_has_the_documented_defaults() {
     let p = parse(SMALL).unwrap();
-    assert_eq!(p.basis.kind, BasisKind::Ritz);
+    assert_eq!((p.scheme(), p.basis_kind()), (SchemeKind::Exact {}, BasisKind::Modes));
     assert_eq!(p.basis.oversampling, 4);
     assert_eq!(p.snapshots.positions, 12);
 }
