@@ -41,10 +41,10 @@ fn run_build(text: &str, folder: &Path) -> Ran {
     vademecum(&["build", &problem, "-o", &file, "--keep-missed"])
 }
 
-/// The short beam as it is.
+/// The short beam with its residual.
 fn with() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
-    BYTES.get_or_init(|| built(&short_beam()))
+    BYTES.get_or_init(|| built(&with_output("residual = true")))
 }
 
 /// The short beam without a residual.

@@ -82,7 +82,8 @@ const LEAST_STEPS: f64 = 500.0;
 /// What every stage of one build reads.
 struct Stages<'a> {
     prepared: &'a Prepared,
-    full: &'a FullOrder<'a>,
+    /// What marches at full order; absent where nothing does.
+    full: Option<&'a FullOrder<'a>>,
     first_period: f64,
     runs: &'a Runs,
     unseen: &'a UnseenLoads,
@@ -105,7 +106,9 @@ pub fn build(
     let mut watch = Stopwatch::new(listener);
     let (prepared, first_period) = &model(problem, options, &mut watch, listener)?;
     let (body, time_step, first_period) = (&prepared.body, prepared.step.time_step, *first_period);
-    let full = &watch.stage("factorise stages", || prepared.full_order())?;
+    let marches = marches(problem, prepared);
+    let full = marches.then(|| watch.stage("factorise stages", || prepared.full_order())).transpose()?;
+    let full = full.as_ref();
     let runs = &Runs::plan(&problem.snapshots, body, time_step, first_period);
     let steps = certificate_steps(problem, first_period / time_step);
     note_short_certificate(steps, first_period / time_step, listener);
@@ -166,13 +169,23 @@ pub fn plan_build(
     listener: &dyn Listener,
 ) -> Result<BuildPlan, BuildError> {
     let (prepared, first_period) = &model(problem, options, &mut Stopwatch::new(listener), listener)?;
-    let full = prepared.full_order()?;
+    let full = marches(problem, prepared).then(|| prepared.full_order()).transpose()?;
     let runs = Runs::plan(&problem.snapshots, &prepared.body, prepared.step.time_step, *first_period);
     let steps = certificate_steps(problem, *first_period / prepared.step.time_step);
-    plan::checked(problem, (options.long, options.memory()), (prepared, &full, &runs), steps)
+    plan::checked(problem, (options.long, options.memory()), (prepared, full.as_ref(), &runs), steps)
 }
 
-impl Stages<'_> {
+/// Whether a build marches anything at full order: snapshots, or the certificate of a scheme with stages.
+fn marches(problem: &Problem, prepared: &Prepared) -> bool {
+    !prepared.exact || problem.basis_kind() != BasisKind::Modes
+}
+
+impl<'a> Stages<'a> {
+    /// What marches, where something does.
+    fn full(&self) -> &'a FullOrder<'a> {
+        self.full.expect("stages are marched at full order")
+    }
+
     /// One file, at one size of the basis.
     fn build(&self, problem: &Problem, watch: &mut Stopwatch<'_>) -> Result<Built, BuildError> {
         let Self { prepared, full, runs, kept, .. } = *self;

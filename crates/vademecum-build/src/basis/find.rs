@@ -23,7 +23,7 @@ use crate::store::{Inputs, Kept};
 pub fn decompose(
     problem: &Problem,
     body: &Body,
-    full: &FullOrder<'_>,
+    full: Option<&FullOrder<'_>>,
     runs: &Runs,
     listener: &dyn Listener,
 ) -> Result<Option<Pod>, SnapshotError> {
@@ -43,7 +43,14 @@ pub fn decompose(
     let pod = if imported {
         import(body, problem, inner_product, rank, listener)?
     } else {
-        compute(body, full, runs, inner_product, rank, listener)?
+        compute(
+            body,
+            full.expect("snapshots are marched at full order"),
+            runs,
+            inner_product,
+            rank,
+            listener,
+        )?
     };
     Ok(Some(pod))
 }
@@ -61,14 +68,15 @@ fn oversampling(problem: &Problem) -> usize {
 
 const DEFAULT_MODES: usize = 8;
 
-/// Snapshots and the basis of the kind asked for, with the number of snapshots.
+/// Snapshots and the basis of the kind asked for, with the number of snapshots. `full` marches the snapshots;
+/// natural modes do without.
 ///
 /// # Errors
 /// [`BasisError`].
 pub fn find_basis(
     problem: &Problem,
     prepared: &Prepared,
-    full: &FullOrder<'_>,
+    full: Option<&FullOrder<'_>>,
     runs: &Runs,
     kept: &Kept<'_>,
 ) -> Result<(Basis, usize), BasisError> {
@@ -85,7 +93,7 @@ pub fn find_basis(
 fn nominal_basis(
     problem: &Problem,
     prepared: &Prepared,
-    full: &FullOrder<'_>,
+    full: Option<&FullOrder<'_>>,
     runs: &Runs,
     listener: &dyn Listener,
 ) -> Result<(Basis, usize), BasisError> {

@@ -67,11 +67,11 @@ pub(super) fn check_model(
 /// Whether a file gets the static residual, if its basis is diagonal.
 pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
     let diagonal = problem.chapter().is_none() && problem.basis_kind() != BasisKind::Pod;
-    problem.output.residual && diagonal && !prepared.space.has_region_parameters()
+    problem.output.residual.unwrap_or(prepared.exact) && diagonal && !prepared.space.has_region_parameters()
 }
 
 /// Seconds for the static residual, by full-order steps, which solve twice for a column too; and bytes.
-fn residual_ahead(problem: &Problem, prepared: &Prepared, full: &FullOrder<'_>) -> (f64, f64) {
+fn residual_ahead(problem: &Problem, prepared: &Prepared, full: Option<&FullOrder<'_>>) -> (f64, f64) {
     let chosen = f64::from(u8::from(problem.basis.error.is_some()));
     let sweeps = chosen + f64::from(u8::from(wants_residual(problem, prepared)));
     if sweeps == 0.0 {
@@ -79,14 +79,17 @@ fn residual_ahead(problem: &Problem, prepared: &Prepared, full: &FullOrder<'_>) 
     }
     let (n, columns) = (prepared.body.n_dof() as f64, residual::columns_at_once());
     let batches = (3.0 * prepared.body.load_nodes.len() as f64 / columns as f64).ceil();
-    (sweeps * batches * seconds_per_step(full, columns), NUMBER * 4.0 * n * columns as f64)
+    (
+        sweeps * batches * full.map_or(0.0, |full| seconds_per_step(full, columns)),
+        NUMBER * 4.0 * n * columns as f64,
+    )
 }
 
 /// What is ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
 fn plan(
     problem: &Problem,
     prepared: &Prepared,
-    full: &FullOrder<'_>,
+    full: Option<&FullOrder<'_>>,
     runs: &Runs,
     unseen: usize,
 ) -> BuildPlan {
@@ -96,7 +99,7 @@ fn plan(
     let marched = problem.basis_kind() != BasisKind::Modes && (live || !imported);
     let mut work = Work::default();
     let mut snapshots = 0.0;
-    if marched {
+    if let Some(full) = full.filter(|_| marched) {
         let side_by_side = runs.side_by_side(n).min(runs.count());
         let groups = (runs.count() as f64 / side_by_side as f64).ceil();
         let at_once = threads().min(groups);
@@ -110,11 +113,13 @@ fn plan(
         snapshots = NUMBER * n as f64 * side_by_side as f64 * at_once * kept;
     }
     let steps = unseen as f64;
-    let march =
-        Work { steps: TRAJECTORIES as f64 * steps, seconds: steps * seconds_per_step(full, TRAJECTORIES) };
+    let seconds = |columns: usize| full.map_or(0.0, |full| seconds_per_step(full, columns));
+    let march = Work { steps: TRAJECTORIES as f64 * steps, seconds: steps * seconds(TRAJECTORIES) };
     let corners = if prepared.space.parameters.is_empty() { 1 } else { prepared.space.corners().len() };
     let certificates = corners as f64 + if live { 0.0 } else { f64::from(u8::from(corners > 1)) };
-    work = work.and(march.times(certificates));
+    if !prepared.exact {
+        work = work.and(march.times(certificates));
+    }
     let (seconds, columns) = residual_ahead(problem, prepared, full);
     work.seconds += seconds;
     // Snapshots are gone when the residual begins.
@@ -128,7 +133,7 @@ fn plan(
 pub(super) fn checked(
     problem: &Problem,
     (long, memory): (bool, Memory),
-    (prepared, full, runs): (&Prepared, &FullOrder<'_>, &Runs),
+    (prepared, full, runs): (&Prepared, Option<&FullOrder<'_>>, &Runs),
     unseen: usize,
 ) -> Result<BuildPlan, BuildError> {
     let plan = plan(problem, prepared, full, runs, unseen);

@@ -282,7 +282,7 @@ impl Stages<'_> {
         vademecum: Step<'_>,
         structures: &[StructureChoice],
     ) -> Result<Vec<StructureMeasured>, BuildError> {
-        let Self { prepared, full, unseen, order, kept, .. } = *self;
+        let Self { prepared, unseen, order, kept, .. } = *self;
         let inputs = |inputs: Inputs| {
             let step = (&prepared.scheme, &prepared.step, problem.output.precision);
             inputs.value(&step).with(basis).with(unseen)
@@ -294,7 +294,7 @@ impl Stages<'_> {
             let candidate = |options| Candidate { bytes: &bytes, basis, options };
             let candidates: Vec<Candidate<'_>> = options.iter().map(candidate).collect();
             let mass = prepared.body.model.pencil().mass();
-            Ok(certify(&candidates, order, mass, full, unseen, kept.listener)?)
+            Ok(certify(&candidates, order, mass, self.full(), unseen, kept.listener)?)
         })
     }
 
@@ -306,7 +306,8 @@ impl Stages<'_> {
         basis: &Basis,
         watch: &mut Stopwatch<'_>,
     ) -> Result<Certified, BuildError> {
-        let Self { prepared, full, runs, order, .. } = *self;
+        let Self { prepared, runs, order, .. } = *self;
+        let full = self.full();
         let listener = self.kept.listener;
         let setting = watch.stage("ranges of the axes", || {
             ChapterSetting::new(entry, prepared, basis, full, runs, listener)

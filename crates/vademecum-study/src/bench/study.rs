@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use faer::Mat;
 use vademecum_build::basis::{Basis, BasisError, Pod, Runs, basis_of_pod, modes_basis};
-use vademecum_build::dynamics::{FullOrder, SchemeKind, TimedLoad, announce, lowest_modes, mode_table, table_matrix};
+use vademecum_build::dynamics::{
+    FullOrder, SchemeKind, TimedLoad, announce, lowest_modes, mode_table, table_matrix,
+};
 use vademecum_build::export::{Draft, NodeOrder, Parts, encode};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::input::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
@@ -353,6 +355,6 @@ fn decompose(
     let at_once = runs.side_by_side(body.n_dof()).min(runs.count());
     let steps = runs.steps as f64 * runs.count().div_ceil(at_once) as f64;
     announce("snapshots to compare on", &full, at_once, steps, long, listener)?;
-    let pod = vademecum_build::basis::decompose(problem, body, &full, &runs, listener)?;
+    let pod = vademecum_build::basis::decompose(problem, body, Some(&full), &runs, listener)?;
     Ok((runs, pod.expect("a Ritz basis is made of snapshots"), first_period))
 }

@@ -198,21 +198,16 @@ pub struct OutputEntry {
     /// Number type of the fields.
     #[serde(default)]
     pub precision: Precision,
-    /// Whether the static residual and its bound are computed and kept.
-    #[serde(default = "kept")]
-    pub residual: bool,
+    /// Whether the static residual and its bound are computed and kept; absent: with exact steps.
+    pub residual: Option<bool>,
     /// Named values read at every step.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,
 }
 
-fn kept() -> bool {
-    true
-}
-
 impl Default for OutputEntry {
     fn default() -> Self {
-        Self { fields: Fields::default(), precision: Precision::default(), residual: kept(), probes: vec![] }
+        Self { fields: Fields::default(), precision: Precision::default(), residual: None, probes: vec![] }
     }
 }
 
