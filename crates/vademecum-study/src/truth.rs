@@ -135,3 +135,48 @@ impl<'m> UnderContacts<'m> {
         &self.rows * self.coordinates.subcols(first, count)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use faer::mat;
+    use vademecum_build::dynamics::Interval;
+    use vademecum_build::progress::Silent;
+
+    use super::*;
+
+    #[test]
+    fn a_contact_counts_while_its_force_acts_and_the_worst_contact_counts() {
+        // Two masses on springs of their own; the file shows each by one coordinate.
+        let mass = mat![[1.0, 0.0], [0.0, 2.0]];
+        let stiffness = mat![[3.0, 0.0], [0.0, 5.0]];
+        let pencil = Pencil::from_matrices(mass.as_ref(), stiffness.as_ref()).expect("a pencil");
+        let symbolic = Symbolic::analyze(&pencil).expect("a pattern");
+        let load = |force: [f64; 2], end: f64| TimedLoad {
+            column: 0,
+            force: force.to_vec(),
+            when: Interval { start: 0.0, end, ramp: 0.0 },
+        };
+        let contacts = [load([-7.0, 0.0], 1.0), load([0.0, 4.0], 2.0)];
+        let damping = Rayleigh { alpha: 0.1, beta: 0.01 };
+        let truth = find_truth(&pencil, &symbolic, damping, &contacts, (0.1, 30), &Silent).expect("a truth");
+        let exact = truth.trajectory(0).along(&[vec![(0, 1.0)], vec![(1, 1.0)]]);
+        let identity = Mat::<f64>::identity(2, 2);
+        // The first is 1 % off while its force acts, the second 2 %; later both are anywhere.
+        let shown = Mat::from_fn(2, 31, |i, n| match n {
+            0..10 => exact[(i, n)] * [1.01, 0.98][i],
+            10..20 => exact[(i, n)] * [9.0, 0.98][i],
+            _ => 1e3,
+        });
+        let file = |amplitudes| DisplacedBy { columns: identity.as_ref(), amplitudes };
+        let error = |contacts: &[TimedLoad], shown: &Mat<f64>| {
+            contact_error(&truth, file(shown.as_ref()), contacts, 0.1)
+        };
+        let close =
+            |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;
+        assert!(close(error(&contacts[..1], &shown), 0.01));
+        assert!(close(error(&contacts, &shown), 0.02));
+        // No contact, and one that pushes nothing.
+        assert_eq!(error(&[], &shown), None);
+        assert_eq!(error(&[load([0.0; 2], 1.0)], &shown), None);
+    }
+}
