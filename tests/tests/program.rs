@@ -148,6 +148,15 @@ fn verify_compares_with_the_full_order_march() {
         // Nothing acts after release, and the scheme takes energy away.
         assert!(number("energy_drift") <= 1e-12 && number("energy_ratio") <= 1.0 + 1e-12, "{report}");
         assert!(number("energy_drift_full_order") <= 1e-12, "{report}");
+        // All 324 dofs are in the space of the truth, so nothing is missing but what was taken for rounding.
+        assert!(number("truth_error") <= 1e-6, "{report}");
+        // File − truth is what the coordinates add, the scheme's part in the basis, and what lies beyond it.
+        // The rest is relative to the march, whose size is that of the truth within the time error.
+        let [total, time, basis] = ["total_error", "time_error", "basis_error"].map(number);
+        let parts = time + basis + (1.0 + time) * number("rest_error");
+        assert!(basis <= total && total <= parts + number("truth_error"), "{report}");
+        assert!(time > 1e-3, "a jump at 40 steps a period costs Bathe's scheme percents: {report}");
+        assert!((1e-4..0.1).contains(&number("contact_error")), "{report}");
     }
 }
 

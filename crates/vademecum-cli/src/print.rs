@@ -141,6 +141,17 @@ pub fn print_verification(v: &Verification) {
         v.trajectory_error
     );
     println!("projection floor       {:.3e}  (error ÷ floor {:.4})", v.projection_floor, v.floor_ratio);
+    let truth = &v.truth;
+    println!(
+        "error in all           {:.3e}  (against a motion exact in time, itself good to about {:.0e}: {} vectors)",
+        truth.total_error, truth.truth_error, truth.truth_vectors
+    );
+    println!("  of which time        {:.3e}  (the same scheme at full order)", truth.time_error);
+    println!("  of which basis       {:.3e}  (what no coordinates could mend)", truth.basis_error);
+    println!("  the rest             {:.3e}  (what the file's coordinates add)", truth.rest_error);
+    if let Some(error) = truth.contact_error {
+        println!("under the contacts     {error:.3e}  (along the force, while it acts; the largest)");
+    }
     println!("spectral radius        1 {:+.2e}", v.spectral_radius - 1.0);
     println!(
         "energy after release   {:+.3e}  (full order {:+.3e}); largest ÷ at release {:.9}",

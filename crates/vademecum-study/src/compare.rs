@@ -6,7 +6,7 @@
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par, Side};
 
-use vademecum_build::dynamics::{ErrorMeter, FullOrder, TimedLoad, TrajectoryError, march_full_order};
+use vademecum_build::dynamics::{ErrorMeter, FullOrder, State, TimedLoad, TrajectoryError, march_full_order};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::prepared::Body;
 use vademecum_build::progress::Listener;
@@ -36,7 +36,8 @@ pub struct Reduced<'a> {
     pub probes: &'a [Vec<(u32, f64)>],
 }
 
-/// Marches the loads from rest and measures the reduced trajectory against it.
+/// Marches the loads from rest and measures the reduced trajectory against it. `observe` sees every state, the
+/// start first.
 ///
 /// # Errors
 /// [`StudyError::March`]: as [`march_full_order`]; [`FileError::DependentColumns`].
@@ -46,6 +47,7 @@ pub fn compare(
     loads: &[TimedLoad],
     reduced: &Reduced<'_>,
     listener: &dyn Listener,
+    mut observe: impl FnMut(&State),
 ) -> Result<Comparison, StudyError> {
     let steps = reduced.coordinates.ncols() - 1;
     let mass = body.model.pencil().mass();
@@ -53,6 +55,7 @@ pub fn compare(
     let mut meter = ErrorMeter::new(mass, basis.as_ref(), 1);
     let (mut energy, mut probes) = (Vec::with_capacity(steps + 1), vec![]);
     let seconds = march_full_order(full, loads, 1, steps, listener, |step, state| {
+        observe(state);
         meter.add(state.displacement.as_ref(), coordinates.as_ref().subcols(step, 1));
         energy.push(full.energy(state, 0));
         let u = state.displacement.col_as_slice(0);

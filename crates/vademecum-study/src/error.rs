@@ -6,7 +6,9 @@
 use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;
 use vademecum_build::chapter::ChapterError;
-use vademecum_build::dynamics::{FullOrderError, MarchError, ModesError, SchemeError, TooMuchWork};
+use vademecum_build::dynamics::{
+    FullOrderError, MarchError, ModesError, SchemeError, TooMuchWork, TruthError,
+};
 use vademecum_build::fem::FactorError;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
@@ -28,6 +30,9 @@ pub enum StudyError {
     /// The full-order march failed.
     #[error(transparent)]
     March(#[from] MarchError),
+    /// There is no reference that is exact in time.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
     /// The scheme refuses a parameter.
     #[error("`time.scheme`")]
     Table(#[from] TableError),

@@ -25,6 +25,8 @@ pub mod soundness;
 mod statistics;
 pub mod target;
 pub mod timings;
+mod truth;
 pub mod verify;
 
 pub use error::{FileError, StudyError};
+pub use truth::TruthErrors;

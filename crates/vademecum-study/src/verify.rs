@@ -7,13 +7,13 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{FullOrder, TimedLoad, announce};
+use vademecum_build::dynamics::{DisplacedBy, FullOrder, TimedLoad, announce};
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Body, Prepared, Probe};
 use vademecum_build::progress::Listener;
 use vademecum_format::{File, SectionKind};
 
-use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
+use crate::compare::{Reduced, compare, coordinate_matrix};
 use crate::contents::{lines, section};
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
@@ -22,6 +22,7 @@ use crate::player::chapter::step_radius;
 use crate::player::{PlacedContact, PlayOptions, Track, long_run, play};
 use crate::run::finite;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
+use crate::truth::{TruthErrors, find_truth, truth_errors};
 
 /// Most memory that the loads take at full order \[bytes\].
 const MOST_LOAD_BYTES: u64 = 4_000_000_000;
@@ -50,6 +51,9 @@ pub struct Verification {
     pub projection_floor: f64,
     /// Error ÷ floor.
     pub floor_ratio: f64,
+    /// The file against a motion that is exact in time.
+    #[serde(flatten)]
+    pub truth: TruthErrors,
     /// Of the step as the evaluator marches it.
     pub spectral_radius: f64,
     /// Energy at the end over energy at release, less 1, through the file.
@@ -128,13 +132,26 @@ pub fn verify(
     let full = FullOrder::new(&pencil, symbolic, scheme, time_step, setting.rayleigh())?;
     announce("the full-order march beside the file", &full, 1, steps as f64, options.long, listener)?;
 
+    let loads = full_order_loads(file, &track, body, &file_nodes)?;
+    let truth = find_truth(&pencil, symbolic, setting.rayleigh(), &loads, (time_step, steps), listener)?;
+
     listener.stage("step the file");
     let shown = show(file, options, &track, steps, time_step, listener)?;
     let timing = long_run(file, options, &track, TIMED_STEPS, listener)?;
     let spectral_radius = step_radius(file, options)?;
 
     listener.stage("march full order");
-    let full = compare_full_order(file, body, &full, &track, &file_nodes, &shown, listener)?;
+    let basis = free_basis(file, body, &file_nodes)?;
+    let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
+    let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
+    let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
+    let mut marched = truth.trajectory(0).marched_apart();
+    let full = compare(body, &full, &loads, &reduced, listener, |state| {
+        marched.add(state.displacement.col_as_slice(0));
+    })?;
+    let contacts = &loads[..track.contacts.len()];
+    let motion = DisplacedBy { columns: basis.as_ref(), amplitudes: coordinates.as_ref() };
+    let truth = truth_errors(&truth, &marched, motion, contacts, time_step, &full.error);
     let release = ((track.release() / time_step).ceil() as usize).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
@@ -148,6 +165,7 @@ pub fn verify(
         trajectory_error: full.error.error,
         projection_floor: full.error.floor,
         floor_ratio: full.error.error / full.error.floor,
+        truth,
         spectral_radius,
         energy_drift: drift(&shown.energy),
         energy_drift_full_order: drift(&full.energy),
@@ -189,23 +207,6 @@ fn show(
         Ok(())
     })?;
     Ok(shown)
-}
-
-fn compare_full_order(
-    file: &File<'_>,
-    body: &Body,
-    full: &FullOrder<'_>,
-    track: &Track,
-    file_nodes: &[u32],
-    shown: &Shown,
-    listener: &dyn Listener,
-) -> Result<Comparison, StudyError> {
-    let basis = free_basis(file, body, file_nodes)?;
-    let coordinates = coordinate_matrix(file.metadata().n_modes as usize, &shown.coordinates);
-    let loads = full_order_loads(file, track, body, file_nodes)?;
-    let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
-    let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
-    compare(body, full, &loads, &reduced, listener)
 }
 
 /// Mesh node of each file node, by the ids in the file.

@@ -221,17 +221,25 @@ impl<'t> Trajectory<'t> {
 
     /// Displacement along rows of (dof, weight) at all instants; shape (rows, instants).
     pub fn along(&self, rows: &[Vec<(u32, f64)>]) -> Mat<f64> {
+        let mut all = Mat::zeros(rows.len(), self.instants());
+        for (first, window) in self.along_windows(rows) {
+            all.subcols_mut(first, window.ncols()).copy_from(window);
+        }
+        all
+    }
+
+    /// The same some instants at a time, each window with its first instant.
+    pub fn along_windows(&self, rows: &[Vec<(u32, f64)>]) -> impl Iterator<Item = (usize, Mat<f64>)> + 't {
         let space = &self.truth.space;
         let weight = |row: usize, k: usize| {
             rows[row].iter().map(|&(dof, weight)| weight * space[(dof as usize, k)]).sum::<f64>()
         };
         let rows = Mat::from_fn(rows.len(), space.ncols(), weight);
-        let mut all = Mat::zeros(rows.nrows(), self.instants());
-        for (first, window) in self.windows() {
-            let target = all.subcols_mut(first, window.ncols());
-            matmul(target, Accum::Replace, rows.as_ref(), window.as_ref(), 1.0, Par::Seq);
-        }
-        all
+        self.windows().map(move |(first, window)| {
+            let mut along = Mat::zeros(rows.nrows(), window.ncols());
+            matmul(along.as_mut(), Accum::Replace, rows.as_ref(), window.as_ref(), 1.0, Par::Seq);
+            (first, along)
+        })
     }
 
     /// `√Σ ‖u(t_n)‖²` in the mass, over all instants.

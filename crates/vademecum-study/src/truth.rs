@@ -1,0 +1,182 @@
+//! A file against a motion that is exact in time: its whole error, and what makes it.
+//!
+//! A march at full order has the error of its time scheme, and the file was made with the same scheme. So the
+//! two may agree to six digits where both are wrong in the second. The reference here marches nothing
+//! ([`Truth`]).
+
+use faer::{Mat, MatRef};
+use serde::Serialize;
+use vademecum_build::dynamics::{
+    DisplacedBy, MarchedApart, Rayleigh, TimedLoad, TrajectoryError, Truth, TruthError, TruthOptions,
+};
+use vademecum_build::fem::{Pencil, Symbolic};
+use vademecum_build::limits::memory_in_words;
+use vademecum_build::linalg::project;
+use vademecum_build::progress::Listener;
+
+/// Errors of a file against a motion that is exact in time; each is relative L2 over all steps and, where
+/// nothing else is said, in the mass norm over all dofs.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TruthErrors {
+    /// Of the file's displacement.
+    pub total_error: f64,
+    /// Estimate of the error of the reference itself.
+    pub truth_error: f64,
+    /// Vectors of the space of the reference.
+    pub truth_vectors: usize,
+    /// Of the march at full order with the file's scheme: what the scheme does to the motion.
+    pub time_error: f64,
+    /// Of the projection of the exact motion on the basis: what no coordinates could mend.
+    pub basis_error: f64,
+    /// Of the file against the projection of the march at full order: what its coordinates add. Relative to
+    /// that march.
+    pub rest_error: f64,
+    /// Of the displacement under a contact, along its force, while the force acts; the largest of all
+    /// contacts. None if the scenario has no contact that moves its point.
+    pub contact_error: Option<f64>,
+}
+
+/// The reference for the loads of a scenario.
+///
+/// # Errors
+/// [`TruthError`].
+pub(crate) fn find_truth<'a>(
+    pencil: &'a Pencil,
+    symbolic: &Symbolic,
+    damping: Rayleigh,
+    loads: &[TimedLoad],
+    steps: (f64, usize),
+    listener: &dyn Listener,
+) -> Result<Truth<'a>, TruthError> {
+    listener.stage("find the motion that is exact in time");
+    let options = TruthOptions::default();
+    let n = pencil.n_dof();
+    let most = options.most_vectors(loads.len(), n);
+    let bytes = memory_in_words(8 * (most * n) as u64);
+    listener
+        .note(&format!("the reference that is exact in time: at most {most} vectors of {n} dofs, {bytes}"));
+    Truth::find(pencil, symbolic, &|lambda, _| damping.decay(lambda), loads, steps, &options, listener)
+}
+
+/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, `same_scheme` the
+/// file beside the march at full order.
+pub(crate) fn truth_errors(
+    truth: &Truth<'_>,
+    marched: &MarchedApart<'_>,
+    file: DisplacedBy<'_>,
+    contacts: &[TimedLoad],
+    time_step: f64,
+    same_scheme: &TrajectoryError,
+) -> TruthErrors {
+    let distance = truth.trajectory(0).distance(&[file]);
+    let TrajectoryError { error, floor } = *same_scheme;
+    TruthErrors {
+        total_error: distance.error,
+        truth_error: truth.trajectory(0).estimate(),
+        truth_vectors: truth.vectors(),
+        time_error: marched.error(),
+        basis_error: distance.floor,
+        // The two are legs and hypotenuse; below the rounding of the squares nothing is left.
+        rest_error: ((error - floor).max(0.0) * (error + floor)).sqrt(),
+        contact_error: contact_error(truth, file, contacts, time_step),
+    }
+}
+
+/// The largest relative L2 error of the displacement under a contact, along its force, over the instants at
+/// which the force acts.
+fn contact_error(
+    truth: &Truth<'_>,
+    file: DisplacedBy<'_>,
+    contacts: &[TimedLoad],
+    time_step: f64,
+) -> Option<f64> {
+    // Squares of the error and of the displacement, contact by contact.
+    let mut sums = vec![[0.0; 2]; contacts.len()];
+    let rows: Vec<_> = contacts.iter().map(force_row).collect();
+    let file = UnderContacts::new(file, contacts);
+    for (first, exact) in truth.trajectory(0).along_windows(&rows) {
+        let shown = file.at(first, exact.ncols());
+        for ((sums, load), c) in sums.iter_mut().zip(contacts).zip(0..) {
+            for t in (0..exact.ncols()).filter(|&t| load.when.factor((first + t) as f64 * time_step) > 0.0) {
+                let (exact, shown): (f64, f64) = (exact[(c, t)], shown[(c, t)]);
+                sums[0] += (exact - shown).powi(2);
+                sums[1] += exact.powi(2);
+            }
+        }
+    }
+    let moved = sums.iter().filter(|[_, norm]| *norm > 0.0);
+    moved.map(|[error, norm]| (error / norm).sqrt()).reduce(f64::max)
+}
+
+/// A force as weights on its dofs: what it does per displacement, so the displacement along it but for a
+/// factor.
+fn force_row(load: &TimedLoad) -> Vec<(u32, f64)> {
+    let acts = load.force.iter().enumerate().filter(|(_, force)| **force != 0.0);
+    acts.map(|(dof, force)| (dof as u32, *force)).collect()
+}
+
+/// What a file shows under the contacts, along their forces and times their size: the one place that knows
+/// how a file displaces the point under a force.
+struct UnderContacts<'m> {
+    /// `Fᵀ B` of each contact, shape (contacts, r).
+    rows: Mat<f64>,
+    coordinates: MatRef<'m, f64>,
+}
+
+impl<'m> UnderContacts<'m> {
+    fn new(file: DisplacedBy<'m>, contacts: &[TimedLoad]) -> Self {
+        let rows: Vec<_> = contacts.iter().map(|load| project(file.columns, &load.force)).collect();
+        let rows = Mat::from_fn(rows.len(), file.columns.ncols(), |c, k| rows[c][k]);
+        Self { rows, coordinates: file.amplitudes }
+    }
+
+    /// At so many instants from `first` on, shape (contacts, count).
+    fn at(&self, first: usize, count: usize) -> Mat<f64> {
+        &self.rows * self.coordinates.subcols(first, count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::mat;
+    use vademecum_build::dynamics::Interval;
+    use vademecum_build::progress::Silent;
+
+    use super::*;
+
+    #[test]
+    fn a_contact_counts_while_its_force_acts_and_the_worst_contact_counts() {
+        // Two masses on springs of their own; the file shows each by one coordinate.
+        let mass = mat![[1.0, 0.0], [0.0, 2.0]];
+        let stiffness = mat![[3.0, 0.0], [0.0, 5.0]];
+        let pencil = Pencil::from_matrices(mass.as_ref(), stiffness.as_ref()).expect("a pencil");
+        let symbolic = Symbolic::analyze(&pencil).expect("a pattern");
+        let load = |force: [f64; 2], end: f64| TimedLoad {
+            column: 0,
+            force: force.to_vec(),
+            when: Interval { start: 0.0, end, ramp: 0.0 },
+        };
+        let contacts = [load([-7.0, 0.0], 1.0), load([0.0, 4.0], 2.0)];
+        let damping = Rayleigh { alpha: 0.1, beta: 0.01 };
+        let truth = find_truth(&pencil, &symbolic, damping, &contacts, (0.1, 30), &Silent).expect("a truth");
+        let exact = truth.trajectory(0).along(&[vec![(0, 1.0)], vec![(1, 1.0)]]);
+        let identity = Mat::<f64>::identity(2, 2);
+        // The first is 1 % off while its force acts, the second 2 %; later both are anywhere.
+        let shown = Mat::from_fn(2, 31, |i, n| match n {
+            0..10 => exact[(i, n)] * [1.01, 0.98][i],
+            10..20 => exact[(i, n)] * [9.0, 0.98][i],
+            _ => 1e3,
+        });
+        let file = |amplitudes| DisplacedBy { columns: identity.as_ref(), amplitudes };
+        let error = |contacts: &[TimedLoad], shown: &Mat<f64>| {
+            contact_error(&truth, file(shown.as_ref()), contacts, 0.1)
+        };
+        let close =
+            |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;
+        assert!(close(error(&contacts[..1], &shown), 0.01));
+        assert!(close(error(&contacts, &shown), 0.02));
+        // No contact, and one that pushes nothing.
+        assert_eq!(error(&[], &shown), None);
+        assert_eq!(error(&[load([0.0; 2], 1.0)], &shown), None);
+    }
+}
