@@ -4,14 +4,14 @@
 //! two may agree to six digits where both are wrong in the second. The reference here marches nothing
 //! ([`Truth`]).
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 use serde::Serialize;
 use vademecum_build::dynamics::{
-    DisplacedBy, MarchedApart, Rayleigh, TimedLoad, TrajectoryError, Truth, TruthError, TruthOptions,
+    DisplacedBy, MarchedApart, Rayleigh, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError,
+    TruthOptions,
 };
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::limits::memory_in_words;
-use vademecum_build::linalg::project;
 use vademecum_build::progress::Listener;
 
 /// Errors of a file against a motion that is exact in time; each is relative L2 over all steps and, where
@@ -24,12 +24,15 @@ pub struct TruthErrors {
     pub truth_error: f64,
     /// Vectors of the space of the reference.
     pub truth_vectors: usize,
-    /// Of the march at full order with the file's scheme: what the scheme does to the motion.
-    pub time_error: f64,
+    /// Of the march at full order beside the file.
+    pub march_error: f64,
+    /// The same where the march is by the file's own scheme: what the scheme does to the motion. None of a file
+    /// that moves its modes exactly.
+    pub time_error: Option<f64>,
     /// Of the projection of the exact motion on the basis: what no coordinates could mend.
     pub basis_error: f64,
-    /// Of the file against the projection of the march at full order: what its coordinates add. Relative to
-    /// that march.
+    /// Of the file against the projection of the march at full order by its own scheme, or of the exact motion
+    /// where it has none: what its coordinates add. Relative to that motion.
     pub rest_error: f64,
     /// Of the displacement under a contact, along its force, while the force acts; the largest of all
     /// contacts. None if the scenario has no contact that moves its point.
@@ -58,47 +61,47 @@ pub(crate) fn find_truth<'a>(
     Truth::find(pencil, symbolic, &|lambda, _| damping.decay(lambda), loads, steps, &options, listener)
 }
 
-/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, `same_scheme` the
-/// file beside the march at full order.
+/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts and what the file
+/// shows under each, along its force and times its size, shape (contacts, instants); `same_scheme` is the file
+/// beside the march at full order by its own scheme, if it has one.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
     marched: &MarchedApart<'_>,
     file: DisplacedBy<'_>,
-    contacts: &[TimedLoad],
+    contacts: (&[TimedLoad], MatRef<'_, f64>),
     time_step: f64,
-    same_scheme: &TrajectoryError,
+    same_scheme: Option<&TrajectoryError>,
 ) -> TruthErrors {
     let distance = truth.trajectory(0).distance(&[file]);
-    let TrajectoryError { error, floor } = *same_scheme;
+    let TruthDistance { error, floor } = distance;
+    let TrajectoryError { error, floor } = same_scheme.copied().unwrap_or(TrajectoryError { error, floor });
     TruthErrors {
         total_error: distance.error,
         truth_error: truth.trajectory(0).estimate(),
         truth_vectors: truth.vectors(),
-        time_error: marched.error(),
+        march_error: marched.error(),
+        time_error: same_scheme.map(|_| marched.error()),
         basis_error: distance.floor,
         // The two are legs and hypotenuse; below the rounding of the squares nothing is left.
         rest_error: ((error - floor).max(0.0) * (error + floor)).sqrt(),
-        contact_error: contact_error(truth, file, contacts, time_step),
+        contact_error: contact_error(truth, contacts, time_step),
     }
 }
 
-/// The largest relative L2 error of the displacement under a contact, along its force, over the instants at
-/// which the force acts.
+/// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the instants
+/// at which the force acts.
 fn contact_error(
     truth: &Truth<'_>,
-    file: DisplacedBy<'_>,
-    contacts: &[TimedLoad],
+    (contacts, shown): (&[TimedLoad], MatRef<'_, f64>),
     time_step: f64,
 ) -> Option<f64> {
     // Squares of the error and of the displacement, contact by contact.
     let mut sums = vec![[0.0; 2]; contacts.len()];
     let rows: Vec<_> = contacts.iter().map(force_row).collect();
-    let file = UnderContacts::new(file, contacts);
     for (first, exact) in truth.trajectory(0).along_windows(&rows) {
-        let shown = file.at(first, exact.ncols());
         for ((sums, load), c) in sums.iter_mut().zip(contacts).zip(0..) {
             for t in (0..exact.ncols()).filter(|&t| load.when.factor((first + t) as f64 * time_step) > 0.0) {
-                let (exact, shown): (f64, f64) = (exact[(c, t)], shown[(c, t)]);
+                let (exact, shown): (f64, f64) = (exact[(c, t)], shown[(c, first + t)]);
                 sums[0] += (exact - shown).powi(2);
                 sums[1] += exact.powi(2);
             }
@@ -115,30 +118,9 @@ fn force_row(load: &TimedLoad) -> Vec<(u32, f64)> {
     acts.map(|(dof, force)| (dof as u32, *force)).collect()
 }
 
-/// What a file shows under the contacts, along their forces and times their size: the one place that knows
-/// how a file displaces the point under a force.
-struct UnderContacts<'m> {
-    /// `Fᵀ B` of each contact, shape (contacts, r).
-    rows: Mat<f64>,
-    coordinates: MatRef<'m, f64>,
-}
-
-impl<'m> UnderContacts<'m> {
-    fn new(file: DisplacedBy<'m>, contacts: &[TimedLoad]) -> Self {
-        let rows: Vec<_> = contacts.iter().map(|load| project(file.columns, &load.force)).collect();
-        let rows = Mat::from_fn(rows.len(), file.columns.ncols(), |c, k| rows[c][k]);
-        Self { rows, coordinates: file.amplitudes }
-    }
-
-    /// At so many instants from `first` on, shape (contacts, count).
-    fn at(&self, first: usize, count: usize) -> Mat<f64> {
-        &self.rows * self.coordinates.subcols(first, count)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use faer::mat;
+    use faer::{Mat, mat};
     use vademecum_build::dynamics::Interval;
     use vademecum_build::progress::Silent;
 
@@ -160,23 +142,25 @@ mod tests {
         let damping = Rayleigh { alpha: 0.1, beta: 0.01 };
         let truth = find_truth(&pencil, &symbolic, damping, &contacts, (0.1, 30), &Silent).expect("a truth");
         let exact = truth.trajectory(0).along(&[vec![(0, 1.0)], vec![(1, 1.0)]]);
-        let identity = Mat::<f64>::identity(2, 2);
         // The first is 1 % off while its force acts, the second 2 %; later both are anywhere.
         let shown = Mat::from_fn(2, 31, |i, n| match n {
             0..10 => exact[(i, n)] * [1.01, 0.98][i],
             10..20 => exact[(i, n)] * [9.0, 0.98][i],
             _ => 1e3,
         });
-        let file = |amplitudes| DisplacedBy { columns: identity.as_ref(), amplitudes };
-        let error = |contacts: &[TimedLoad], shown: &Mat<f64>| {
-            contact_error(&truth, file(shown.as_ref()), contacts, 0.1)
+        // What is shown under a contact is the displacement along its force, times its size.
+        let under = |contacts: &[TimedLoad]| {
+            Mat::from_fn(contacts.len(), 31, |c, n| {
+                (0..2).map(|i| contacts[c].force[i] * shown[(i, n)]).sum::<f64>()
+            })
         };
+        let error = |contacts: &[TimedLoad]| contact_error(&truth, (contacts, under(contacts).as_ref()), 0.1);
         let close =
             |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;
-        assert!(close(error(&contacts[..1], &shown), 0.01));
-        assert!(close(error(&contacts, &shown), 0.02));
+        assert!(close(error(&contacts[..1]), 0.01));
+        assert!(close(error(&contacts), 0.02));
         // No contact, and one that pushes nothing.
-        assert_eq!(error(&[], &shown), None);
-        assert_eq!(error(&[load([0.0; 2], 1.0)], &shown), None);
+        assert_eq!(error(&[]), None);
+        assert_eq!(error(&[load([0.0; 2], 1.0)]), None);
     }
 }

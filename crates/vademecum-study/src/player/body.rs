@@ -2,7 +2,7 @@
 
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
-use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, State, Structure};
+use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, State, Structure, SurfacePoint};
 
 use crate::error::FileError;
 
@@ -85,6 +85,11 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file without this probe.
     fn probe(&self, index: usize) -> Result<f64, FileError>;
+    /// Displacement of a point of the surface \[m\].
+    ///
+    /// # Errors
+    /// A file without its surface.
+    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError>;
     /// A field of the surface, shape (n_surface_nodes, 3).
     ///
     /// # Errors
@@ -131,6 +136,10 @@ macro_rules! alike {
 
         fn probe(&self, index: usize) -> Result<f64, FileError> {
             Ok(self.scene.probe(self.state, index, Field::Displacement)?)
+        }
+
+        fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
+            Ok(self.scene.point(self.state, point, Field::Displacement)?)
         }
 
         fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
