@@ -58,8 +58,8 @@ pub(crate) fn find_truth<'a>(
     Truth::find(pencil, symbolic, &|lambda, _| damping.decay(lambda), loads, steps, &options, listener)
 }
 
-/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, `same_scheme` the
-/// file beside the march at full order.
+/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, `same_scheme`
+/// the file beside the march at full order.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
     marched: &MarchedApart<'_>,
@@ -167,9 +167,9 @@ mod tests {
             10..20 => exact[(i, n)] * [9.0, 0.98][i],
             _ => 1e3,
         });
-        let file = |amplitudes| DisplacedBy { columns: identity.as_ref(), amplitudes };
         let error = |contacts: &[TimedLoad], shown: &Mat<f64>| {
-            contact_error(&truth, file(shown.as_ref()), contacts, 0.1)
+            let file = DisplacedBy { columns: identity.as_ref(), amplitudes: shown.as_ref() };
+            contact_error(&truth, file, contacts, 0.1)
         };
         let close =
             |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;
