@@ -146,7 +146,13 @@ pub fn print_verification(v: &Verification) {
         "error in all           {:.3e}  (against a motion exact in time, itself good to about {:.0e}: {} vectors)",
         truth.total_error, truth.truth_error, truth.truth_vectors
     );
-    println!("  of which time        {:.3e}  (the same scheme at full order)", truth.time_error);
+    match truth.time_error {
+        Some(error) => println!("  of which time        {error:.3e}  (the same scheme at full order)"),
+        None => println!(
+            "  of which time        none       (a march by Bathe's scheme has {:.3e})",
+            truth.march_error
+        ),
+    }
     println!("  of which basis       {:.3e}  (what no coordinates could mend)", truth.basis_error);
     println!("  the rest             {:.3e}  (what the file's coordinates add)", truth.rest_error);
     if let Some(error) = truth.contact_error {

@@ -36,8 +36,8 @@ pub struct Reduced<'a> {
     pub probes: &'a [Vec<(u32, f64)>],
 }
 
-/// Marches the loads from rest and measures the reduced trajectory against it. `observe` sees every state, the
-/// start first.
+/// Marches the loads from rest and measures the reduced trajectory against it. `observe` sees every state,
+/// the start first.
 ///
 /// # Errors
 /// [`StudyError::March`]: as [`march_full_order`]; [`FileError::DependentColumns`].

@@ -17,8 +17,8 @@ use crate::failure::Failure;
 use crate::files::{is_stepped, open, read_file, usable_file};
 use crate::print::{print_json, print_verification};
 
-/// Marches a scenario full order and through the file, and prints how far apart they are; or checks the file
-/// alone.
+/// Marches a scenario full order and through the file, and prints how far apart they are, and how far from a
+/// motion that is exact in time; or checks the file alone.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum verify body.vdm --problem body.toml --scenario push.toml --json

@@ -1,8 +1,8 @@
 //! How far other motions are from the truth, in the mass norm.
 //!
 //! Distances are norms of differences: a motion is written over the vectors of the truth and, where it leaves
-//! their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an error of
-//! 1e-10 is measured as well as one of 1.
+//! their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an error
+//! of 1e-10 is measured as well as one of 1.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};

@@ -95,8 +95,8 @@ struct Loads {
 }
 
 impl<'a> Truth<'a> {
-    /// Finds the space for the trajectories that `loads` drive over `steps` steps of `time_step` \[s\], on the
-    /// pencil whose pattern `symbolic` analyses; each mode decays by `decay`.
+    /// Finds the space for the trajectories that `loads` drive over `steps` steps of `time_step` \[s\], on
+    /// the pencil whose pattern `symbolic` analyses; each mode decays by `decay`.
     ///
     /// Costs one factor of `K`; for each vector of the space one solve and the orthogonalisation against all
     /// vectors before it (4 n products for each). Memory: the factor, and `n` numbers for each vector, up to
