@@ -364,13 +364,13 @@ impl Contents {
         self.certificate.repairs.iter().for_each(|done| println!("repaired: {done}"));
         self.print_separation();
         println!(
-            "\nsection            element  codec     shape                     bytes  rounded, relative"
+            "\nsection               element  codec     shape                     bytes  rounded, relative"
         );
         for s in &self.sections {
             let shape = format!("{} × {} × {}", s.shape[0], s.shape[1], s.shape[2]);
             let loss = s.loss.map_or(String::new(), |loss| format!("  {:.1e}", loss.displacement));
             println!(
-                "{:<17}  {:<7}  {:<8}  {shape:<20}  {:>9}{loss}",
+                "{:<20}  {:<7}  {:<8}  {shape:<20}  {:>9}{loss}",
                 s.kind, s.element, s.codec, s.stored_bytes
             );
         }
