@@ -10,15 +10,15 @@
 //!     [ −w² S  −2sS − w² φ  ]
 //! ```
 //!
-//! where `S(τ)` is the displacement after a unit velocity, `φ = ∫₀¹ S` and `ψ = ∫₀¹ ∫₀^τ S`: the response to a
-//! unit step and to a unit ramp. Nothing in `D` cancels once the three are known. They are found
+//! where `S(τ)` is the displacement after a unit velocity, `φ = ∫₀¹ S` and `ψ = ∫₀¹ ∫₀^τ S`: the response to
+//! a unit step and to a unit ramp. Nothing in `D` cancels once the three are known. They are found
 //!
 //! - by their power series where `w` and `s` are below 1;
 //! - through `e^{−s} cosh √z` and `e^{−s} sinh √z / √z` with `z = s² − w²`, both smooth through critical
 //!   damping `z = 0`, where `z` is below ¼;
 //! - through the two real decays `r₁ = s + √z` and `r₂ = w²/r₁` beyond that.
 //!
-//! Source: the closed form for a piecewise linear load (Nigam and Jennings 1969; `docs/bibliography.md`).
+//! Source: the closed form for a piecewise linear load (Nigam and Jennings 1969).
 
 /// `e^{AΔt} − I` of one mode, and its answers to a load held over the step and to one that rises over it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

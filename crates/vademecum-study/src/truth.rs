@@ -7,8 +7,7 @@
 use faer::MatRef;
 use serde::Serialize;
 use vademecum_build::dynamics::{
-    DisplacedBy, MarchedApart, Rayleigh, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError,
-    TruthOptions,
+    DisplacedBy, Rayleigh, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError, TruthOptions,
 };
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::limits::memory_in_words;
@@ -24,9 +23,7 @@ pub struct TruthErrors {
     pub truth_error: f64,
     /// Vectors of the space of the reference.
     pub truth_vectors: usize,
-    /// Of the march at full order beside the file.
-    pub march_error: f64,
-    /// The same where the march is by the file's own scheme: what the scheme does to the motion. None of a file
+    /// Of the march at full order with the file's scheme: what the scheme does to the motion. None of a file
     /// that moves its modes exactly.
     pub time_error: Option<f64>,
     /// Of the projection of the exact motion on the basis: what no coordinates could mend.
@@ -38,6 +35,10 @@ pub struct TruthErrors {
     /// contacts. None if the scenario has no contact that moves its point.
     pub contact_error: Option<f64>,
 }
+
+/// Vectors of the reference for each force: without damping a point force that jumps would take as many as
+/// there are, and what the last ones add is far below what a file misses.
+const MOST_VECTORS: usize = 200;
 
 /// The reference for the loads of a scenario.
 ///
@@ -52,7 +53,7 @@ pub(crate) fn find_truth<'a>(
     listener: &dyn Listener,
 ) -> Result<Truth<'a>, TruthError> {
     listener.stage("find the motion that is exact in time");
-    let options = TruthOptions::default();
+    let options = TruthOptions { vectors_per_force: MOST_VECTORS, ..TruthOptions::default() };
     let n = pencil.n_dof();
     let most = options.most_vectors(loads.len(), n);
     let bytes = memory_in_words(8 * (most * n) as u64);
@@ -63,24 +64,23 @@ pub(crate) fn find_truth<'a>(
 
 /// What a file misses of the reference. `contacts` are the loads of the scenario's contacts and what the file
 /// shows under each, along its force and times its size, shape (contacts, instants); `same_scheme` is the file
-/// beside the march at full order by its own scheme, if it has one.
+/// beside the march at full order by its own scheme, and that march beside the truth; if it has a scheme.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
-    marched: &MarchedApart<'_>,
     file: DisplacedBy<'_>,
     contacts: (&[TimedLoad], MatRef<'_, f64>),
     time_step: f64,
-    same_scheme: Option<&TrajectoryError>,
+    same_scheme: Option<(TrajectoryError, f64)>,
 ) -> TruthErrors {
     let distance = truth.trajectory(0).distance(&[file]);
     let TruthDistance { error, floor } = distance;
-    let TrajectoryError { error, floor } = same_scheme.copied().unwrap_or(TrajectoryError { error, floor });
+    let TrajectoryError { error, floor } =
+        same_scheme.map_or(TrajectoryError { error, floor }, |same| same.0);
     TruthErrors {
         total_error: distance.error,
         truth_error: truth.trajectory(0).estimate(),
         truth_vectors: truth.vectors(),
-        march_error: marched.error(),
-        time_error: same_scheme.map(|_| marched.error()),
+        time_error: same_scheme.map(|same| same.1),
         basis_error: distance.floor,
         // The two are legs and hypotenuse; below the rounding of the squares nothing is left.
         rest_error: ((error - floor).max(0.0) * (error + floor)).sqrt(),

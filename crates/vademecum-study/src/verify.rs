@@ -7,13 +7,14 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{DisplacedBy, FullOrder, TimedLoad, announce};
+use vademecum_build::dynamics::{DisplacedBy, FullOrder, TimedLoad, Truth, announce, seconds_per_step};
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Body, Prepared, Probe};
 use vademecum_build::progress::Listener;
+use vademecum_eval::StructureChoice;
 use vademecum_format::{File, SectionKind};
 
-use crate::compare::{Reduced, compare, coordinate_matrix};
+use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
 use crate::contents::{lines, section};
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
@@ -133,7 +134,10 @@ pub fn verify(
     let Prepared { symbolic, scheme, .. } = prepared;
     let pencil = setting.pencil(body.model.pencil());
     let full = FullOrder::new(&pencil, symbolic, scheme, time_step, setting.rayleigh())?;
-    announce("the full-order march beside the file", &full, 1, steps as f64, options.long, listener)?;
+    let exact = moves_exactly(file, options);
+    if !exact {
+        announce("the full-order march beside the file", &full, 1, steps as f64, options.long, listener)?;
+    }
 
     let loads = full_order_loads(file, &track, body, &file_nodes)?;
     let truth = find_truth(&pencil, symbolic, setting.rayleigh(), &loads, (time_step, steps), listener)?;
@@ -143,26 +147,31 @@ pub fn verify(
     let timing = long_run(file, options, &track, TIMED_STEPS, listener)?;
     let spectral_radius = step_radius(file, options)?;
 
-    listener.stage("march full order");
     let basis = free_basis(file, body, &file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
     let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
-    let mut marched = truth.trajectory(0).marched_apart();
-    let full = compare(body, &full, &loads, &reduced, listener, |state| {
-        marched.add(state.displacement.col_as_slice(0));
-    })?;
+    let (full, same_scheme) = if exact {
+        (motion_of(&truth, &full, &rows), None)
+    } else {
+        listener.stage("march full order");
+        let mut marched = truth.trajectory(0).marched_apart();
+        let compared = compare(body, &full, &loads, &reduced, listener, |state| {
+            marched.add(state.displacement.col_as_slice(0));
+        })?;
+        let Comparison { error, energy, probes, seconds_per_step } = compared;
+        (FullMotion { energy, probes, seconds_per_step }, Some((error, marched.error())))
+    };
     let contacts = &loads[..track.contacts.len()];
     let motion = DisplacedBy { columns: basis.as_ref(), amplitudes: coordinates.as_ref() };
     let under = coordinate_matrix(contacts.len(), &shown.under_contacts);
-    let own_scheme = !metadata.scheme.is_exact() && shown.structure != "exact";
-    let same_scheme = own_scheme.then_some(&full.error);
-    let truth = truth_errors(&truth, &marched, motion, (contacts, under.as_ref()), time_step, same_scheme);
+    let truth = truth_errors(&truth, motion, (contacts, under.as_ref()), time_step, same_scheme);
     let [trajectory_error, projection_floor] = match same_scheme {
-        Some(same) => [same.error, same.floor],
+        Some((same, _)) => [same.error, same.floor],
         None => [truth.total_error, truth.basis_error],
     };
-    let release = ((track.release() / time_step).ceil() as usize).min(steps);
+    // The static part of a file that moves its modes exactly goes with the load.
+    let release = ((track.release() / time_step).ceil() as usize + usize::from(exact)).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
     let figures = Verification {
@@ -190,6 +199,30 @@ pub fn verify(
         probe_series: [full.probes, shown.probes],
         energy_series: [full.energy, shown.energy],
     })
+}
+
+/// The motion of the full order beside the file.
+struct FullMotion {
+    energy: Vec<f64>,
+    /// Probe values, shape (instants, probes), row-major.
+    probes: Vec<f64>,
+    seconds_per_step: f64,
+}
+
+/// The motion that is exact in time; what a step at full order would take is measured on two of them.
+fn motion_of(truth: &Truth<'_>, full: &FullOrder<'_>, rows: &[Vec<(u32, f64)>]) -> FullMotion {
+    let motion = truth.trajectory(0);
+    let probes = motion.along(rows);
+    // Column by column, an instant after the other.
+    let probes = (0..probes.ncols()).flat_map(|t| probes.col_as_slice(t).to_vec()).collect();
+    FullMotion { energy: motion.energy(), probes, seconds_per_step: seconds_per_step(full, 1) }
+}
+
+/// Whether a scenario is played through modes that are moved exactly.
+fn moves_exactly(file: &File<'_>, options: &PlayOptions) -> bool {
+    let asked = options.scene.structure;
+    let own = file.metadata().scheme.is_exact() && asked == StructureChoice::Auto;
+    !options.takes_chapter(file) && (own || asked == StructureChoice::Exact)
 }
 
 fn show(

@@ -38,11 +38,10 @@ pub struct Demo {
 }
 
 /// What is written, beside problem and scenario.
-const FILES: [(&str, Kind); 6] = [
+const FILES: [(&str, Kind); 5] = [
     ("demo.vdm", Kind::Vademecum),
     ("demo.json", Kind::Json),
     ("mesh.svg", Kind::Svg),
-    ("singular-values.svg", Kind::Svg),
     ("tip.svg", Kind::Svg),
     ("energy.svg", Kind::Svg),
 ];
@@ -84,7 +83,7 @@ impl Demo {
         let held = geometry.held(&file).map_err(unread)?.into_iter().map(|place| (0, place));
         let pushed = track.contacts.iter().map(|contact| (1, contact.point.position));
         let marks: Vec<_> = held.chain(pushed).collect();
-        self.draw(&outputs, &built.report, &verified, &geometry, &marks)?;
+        self.draw(&outputs, &verified, &geometry, &marks)?;
         let report = DemoReport { verify: &verified.figures, long_run: &long, build: &built.report };
         write_bytes(&outputs, &self.output.join("demo.json"), Kind::Json, json(&report).as_bytes())?;
         self.print(&built.report, &verified, &long);
@@ -94,7 +93,6 @@ impl Demo {
     fn draw(
         &self,
         outputs: &Outputs,
-        report: &BuildReport,
         verified: &Verified,
         geometry: &Geometry,
         marks: &[(usize, [f64; 3])],
@@ -103,14 +101,6 @@ impl Demo {
         let title = "mesh (blue: held nodes, red: contacts)";
         let Geometry { nodes, triangles } = geometry;
         write("mesh.svg", outline(&Outline { title, marks }, nodes, triangles))?;
-
-        let values = report.singular_values.iter().enumerate();
-        let first = report.singular_values.first().copied().unwrap_or(1.0);
-        let singular =
-            Series { name: "", points: values.map(|(i, s)| ((i + 1) as f64, s / first)).collect() };
-        let chart =
-            Chart { title: "singular values of the snapshots", x: "number", y: "σ / σ₁", log_y: true };
-        write("singular-values.svg", line_chart(&chart, &[singular]))?;
 
         let [full, file] = &verified.probe_series;
         let tip = Chart { title: "tip displacement", x: "time [s]", y: "displacement [m]", log_y: false };
@@ -135,7 +125,7 @@ impl Demo {
         );
         println!("\nwrote to {}:", self.output.display());
         println!("  demo.vdm, demo.json, problem.toml, scenario.toml");
-        println!("  mesh.svg, singular-values.svg, tip.svg, energy.svg");
+        println!("  mesh.svg, tip.svg, energy.svg");
     }
 }
 

@@ -102,6 +102,19 @@ impl<'a> Motion<'a> {
         shown
     }
 
+    /// Energy at the next instant, the start first.
+    pub fn next_energy(&mut self) -> f64 {
+        if self.shown {
+            self.step();
+        }
+        self.shown = true;
+        let of_mode = |([q, v], [lambda, _]): (&[f64; 2], &[f64; 2])| {
+            let rate = v / self.time_step;
+            0.5 * (rate * rate + lambda * q * q)
+        };
+        self.state.iter().zip(self.modes).map(of_mode).sum()
+    }
+
     /// To the next instant, piece by piece.
     fn step(&mut self) {
         let (mut from, next) = (self.instant as f64, (self.instant + 1) as f64);

@@ -242,6 +242,12 @@ impl<'t> Trajectory<'t> {
         })
     }
 
+    /// Kinetic plus elastic energy at each instant \[J\].
+    pub fn energy(&self) -> Vec<f64> {
+        let mut windows = self.windows();
+        (0..self.instants()).map(|_| windows.motion.next_energy()).collect()
+    }
+
     /// `√Σ ‖u(t_n)‖²` in the mass, over all instants.
     pub fn norm(&self) -> f64 {
         self.windows().map(|(_, window)| window.squared_norm_l2()).sum::<f64>().sqrt()
