@@ -238,6 +238,9 @@ types:
     seq:
       - id: n_stages
         type: u1
+        doc: 0 means exact steps of the modes; all numbers below are then zero.
+        valid:
+          max: 3
       - id: stages
         type: stage
         repeat: expr
@@ -379,6 +382,7 @@ enums:
     30: losses
     31: repairs
     32: structure_figures
+    33: damping_ratios
     34: contact_residual
     35: residual_pairs
     36: pair_residual

@@ -1,12 +1,15 @@
-//! The golden files: small files of format versions 1.0 and 1.1 made from numbers alone, the same bytes on
+//! The golden files: small files of format versions 1.0, 1.1 and 1.3 made from numbers alone, the same bytes on
 //! every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on the way: libraries round
 //! those differently; `+ − × ÷ √` they do not.
 
 use crate::canonical::Terms;
 use crate::regions::TwoRegions;
 use crate::synthetic::{Body, Layout, bathe, newmark, rewritten};
-use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind, encode_into, encoded_len};
+use vademecum_format::scheme::{SchemeTable, StepParameters};
+use vademecum_format::{
+    Axis, Codec, Element, File, Parameter, ParameterRole, Section, SectionInput, SectionKind, encode_into,
+    encoded_len,
+};
 use vademecum_rewrite::{Keep, strip};
 
 const LAYOUT: Layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
@@ -127,7 +130,97 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("probes.vdm", probes),
         ("quadratic.vdm", quadratic()),
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
+        ("exact-f64.vdm", exact(&body(LAYOUT, 4).file(&bathe(), &STEP, Element::F64))),
     ]
+}
+
+/// The file with exact steps in place of its scheme: no block structure, a live stiffness, damping ratios of
+/// the modes (light, none, overdamped) and a static residual with its bound. The numbers are small fractions
+/// whose denominators are powers of two; blocks are dominated by their diagonals.
+fn exact(bytes: &[u8]) -> Vec<u8> {
+    use Element::{F64, U32};
+    use SectionKind as S;
+    let file = File::parse(bytes).expect("a file");
+    let metadata = file.metadata();
+    let (nodes, probes) = (metadata.n_load_nodes as usize, metadata.n_probes as usize);
+    let patterns = metadata.n_patterns as usize;
+    let edges = loadable_edges(&file);
+    // Residual answers of a ten-thousandth of a metre a newton, as large as what the modes show.
+    let unit = 1.0 / 8192.0;
+    let wave = |i: usize, period: usize| (i % period) as f64 - (period / 2) as f64;
+    let diagonal = |node: usize| {
+        let own = (8 + node) as f64;
+        [own, 1.0, -0.5, own + 2.0, 0.25, own + 1.0].map(|x| unit * x)
+    };
+    let contact: Vec<f64> = (0..nodes).flat_map(diagonal).collect();
+    let pairs: Vec<f64> = (0..9 * edges.len()).map(|i| unit * wave(i, 7) / 8.0).collect();
+    let at_probes: Vec<f64> = (0..3 * probes * nodes).map(|i| unit * wave(i, 5)).collect();
+    let of_patterns: Vec<f64> = (0..3 * patterns * nodes).map(|i| unit * wave(i, 11)).collect();
+    let patterns_at_probes: Vec<f64> = (0..patterns * probes).map(|i| unit * (i + 1) as f64).collect();
+    let relative = |node: usize| (nodes - node) as f64 / 16.0;
+    let map: Vec<f64> = (0..nodes)
+        .flat_map(|node| diagonal(node).map(|x| unit * x).into_iter().chain([relative(node)]))
+        .collect();
+    let bound = [0.0, relative(0), relative(nodes / 2), relative(1)];
+    let little = |values: &[f64]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let pair_bytes = edges.iter().flatten().flat_map(|node| node.to_le_bytes()).collect();
+    let counts = [nodes, probes, patterns, edges.len()].map(|n| n as u64);
+    let [n, p, q, e] = counts;
+    let more: Vec<(SectionKind, Element, [u64; 3], Vec<u8>)> = vec![
+        (S::DampingRatios, F64, [3, 1, 1], little(&[0.03125, 0.0, 1.5])),
+        (S::ContactResidual, F64, [n, 6, 1], little(&contact)),
+        (S::ResidualPairs, U32, [e, 2, 1], pair_bytes),
+        (S::PairResidual, F64, [e, 9, 1], little(&pairs)),
+        (S::ProbeResidual, F64, [p, n, 3], little(&at_probes)),
+        (S::PatternResidual, F64, [q, n, 3], little(&of_patterns)),
+        (S::PatternProbeResidual, F64, [q, p, 1], little(&patterns_at_probes)),
+        (S::StaticBound, F64, [4, 1, 1], little(&bound)),
+        (S::BoundMap, F64, [n, 7, 1], little(&map)),
+    ];
+    let of_stages =
+        |kind| matches!(kind, S::BlockState | S::BlockLoad | S::PatternBlock | S::AxisPoints | S::Factors);
+    let kept = file.sections().filter(|s| !of_stages(s.kind())).map(SectionInput::from);
+    let added = more.iter().map(|(kind, element, shape, stored)| SectionInput {
+        kind: *kind,
+        element: *element,
+        codec: Codec::Raw,
+        required: *kind == S::DampingRatios,
+        shape: *shape,
+        decoded_length: stored.len() as u64,
+        stored,
+    });
+    let inputs: Vec<SectionInput<'_>> = kept.chain(added).collect();
+    let mut metadata = *metadata;
+    (metadata.scheme_name, metadata.scheme) = ("exact", SchemeTable::EXACT);
+    (metadata.block, metadata.n_terms, metadata.n_axes, metadata.axes[0]) = (false, 0, 0, Axis::UNUSED);
+    metadata.n_parameters = 1;
+    metadata.parameters[0] = Parameter {
+        name: "stiffness",
+        unit: "",
+        role: ParameterRole::Stiffness,
+        log: false,
+        lower: 0.5,
+        upper: 2.0,
+        nominal: 1.0,
+    };
+    let mut out = vec![0; encoded_len(&metadata, &inputs).expect("a length")];
+    encode_into(&metadata, &inputs, &mut out).expect("written");
+    out
+}
+
+/// Pairs of nodes that share a loadable triangle, the first below the second, ascending.
+fn loadable_edges(file: &File<'_>) -> Vec<[u32; 2]> {
+    let triangles = file.section(SectionKind::Triangles).expect("triangles").u32s().expect("numbers");
+    let loadable = triangles.as_chunks::<3>().0.iter().take(file.metadata().n_load_triangles as usize);
+    let mut edges: Vec<[u32; 2]> = loadable
+        .flat_map(|triangle| {
+            let [a, b, c] = triangle.map(u32::from_le_bytes);
+            [[a, b], [b, c], [a, c]].map(|[a, b]| [a.min(b), a.max(b)])
+        })
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
 }
 
 /// The file with its space sections as 16-bit numbers, each column with a scale of its own. Scales have few

@@ -204,9 +204,12 @@ fn the_bits_of_every_result_stay() {
     let mut found = vec![];
     for (name, bytes) in fixtures("golden") {
         let metadata = *File::parse(&bytes).expect("a file").metadata();
-        for (structure, present) in
-            [(StructureChoice::Diagonal, metadata.diagonal), (StructureChoice::Block, metadata.block)]
-        {
+        let exact = metadata.scheme.is_exact();
+        for (structure, present) in [
+            (StructureChoice::Diagonal, metadata.diagonal && !exact),
+            (StructureChoice::Block, metadata.block),
+            (StructureChoice::Exact, exact),
+        ] {
             if present {
                 let both = [ordinary::<f32>(&bytes, structure), ordinary::<f64>(&bytes, structure)];
                 found.push((format!("{name}, {structure:?}"), both));

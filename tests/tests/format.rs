@@ -3,10 +3,10 @@
 //! every cut is refused, nothing panics.
 
 use proptest::prelude::*;
-use vademecum_format::scheme::{StepParameters, TableError};
+use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 use vademecum_format::{
-    AxisRole, BLOCK, Codec, Element, File, FormatError, MAX_REGIONS, Metadata, Parameter, ParameterRole,
-    Quantity, SectionInput, SectionKind, encode_into, encoded_len,
+    AxisRole, BLOCK, Chapter, Codec, Element, File, FormatError, MAX_REGIONS, Metadata, Parameter,
+    ParameterRole, Quantity, SectionInput, SectionKind, encode_into, encoded_len,
 };
 use vademecum_tests::hostile::{entry, put, reseal, u32_at};
 use vademecum_tests::program::repository;
@@ -135,6 +135,91 @@ fn refusals_13_to_17_metadata() {
         (m.diagonal, m.block, m.n_terms, m.n_axes, m.axes[0]) = (false, false, 0, 0, m.axes[1])
     });
     assert_eq!(nothing, Err(FormatError::NoStructure));
+}
+
+/// A file of exact steps and no other structure, as metadata.
+fn moved_exactly(metadata: &mut Metadata<'_>) {
+    metadata.scheme = SchemeTable::EXACT;
+    (metadata.block, metadata.n_terms, metadata.n_axes) = (false, 0, 0);
+    metadata.axes[0] = metadata.axes[1];
+}
+
+#[test]
+fn refusal_15_no_stages() {
+    assert!(rewritten(moved_exactly).is_ok());
+    let none = Err(FormatError::Scheme(TableError::StageCount { found: 0 }));
+    assert_eq!(rewritten(|m| m.scheme = SchemeTable::EXACT), none, "beside the block structure");
+    let alone = rewritten(|m| {
+        moved_exactly(m);
+        m.diagonal = false;
+    });
+    assert_eq!(alone, none, "without the diagonal structure");
+    // Sections of the blocks alone do not count: the metadata say what the file has.
+    type Edit = fn(&mut SchemeTable);
+    let not_zero: [(&str, Edit); 5] = [
+        ("stages", |scheme| *scheme = SchemeTable { n_stages: 0, ..bathe() }),
+        ("an instant", |scheme| scheme.stages[0].time = 1.0),
+        ("a history", |scheme| scheme.stages[2].stiffness_history[5] = 1e-300),
+        ("a finish", |scheme| scheme.finish[0][0] = 1.0),
+        ("a number that is none", |scheme| scheme.stages[1].load[3] = f64::NAN),
+    ];
+    for (what, edit) in not_zero {
+        let found = rewritten(|m| {
+            moved_exactly(m);
+            edit(&mut m.scheme);
+        });
+        assert_eq!(found, none, "{what} in a table of no stages");
+    }
+}
+
+#[test]
+fn refusal_15_no_stages_beside_the_canonical_structure() {
+    let golden = vademecum_tests::golden::named("canonical.vdm");
+    let file = File::parse(&golden).expect("a file");
+    assert!(Chapter::read(&file).expect("sound tables").is_some());
+    let sections: Vec<SectionInput<'_>> = file.sections().map(SectionInput::from).collect();
+    let eigenvalues: Vec<u8> =
+        (1..=file.metadata().n_modes).flat_map(|k| f64::from(k).to_le_bytes()).collect();
+    let with_diagonal = |scheme: SchemeTable| {
+        let mut metadata = *file.metadata();
+        (metadata.diagonal, metadata.scheme) = (true, scheme);
+        let mut sections = sections.clone();
+        sections.retain(|section| section.kind != SectionKind::Eigenvalues);
+        sections.push(SectionInput {
+            kind: SectionKind::Eigenvalues,
+            element: Element::F64,
+            codec: Codec::Raw,
+            required: true,
+            shape: [eigenvalues.len() as u64 / 8, 1, 1],
+            decoded_length: eigenvalues.len() as u64,
+            stored: &eigenvalues,
+        });
+        let mut out = vec![0; encoded_len(&metadata, &sections)?];
+        encode_into(&metadata, &sections, &mut out)
+    };
+    // The diagonal structure itself may stand there; it is the table that may not.
+    assert!(with_diagonal(file.metadata().scheme).is_ok());
+    let found = with_diagonal(SchemeTable::EXACT);
+    assert_eq!(found, Err(FormatError::Scheme(TableError::StageCount { found: 0 })));
+}
+
+#[test]
+fn exact_steps_alone_make_a_file_of_version_1_3() {
+    let bytes = vademecum_tests::golden::named("fixed-f64.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let stages = |kind: SectionKind| {
+        use SectionKind as S;
+        matches!(kind, S::BlockState | S::BlockLoad | S::PatternBlock | S::AxisPoints | S::Factors)
+    };
+    let sections: Vec<SectionInput<'_>> =
+        file.sections().filter(|s| !stages(s.kind())).map(SectionInput::from).collect();
+    let mut metadata = *file.metadata();
+    moved_exactly(&mut metadata);
+    let mut out = vec![0; encoded_len(&metadata, &sections).expect("a length")];
+    encode_into(&metadata, &sections, &mut out).expect("written");
+    let made = File::parse(&out).expect("a file");
+    assert_eq!((made.minor(), made.metadata().scheme), (3, SchemeTable::EXACT));
+    assert!(made.sections().all(|section| section.kind().since() == 0));
 }
 
 /// A coordinate with the stiffness scale of a region in it.

@@ -20,9 +20,12 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     if let Some(numbers) = reals_of(file, S::CanonicalCertificate)? {
         chapter(&numbers)?;
     }
-    for (kind, what) in
-        [(S::SingularValues, "singular value"), (S::EnrichmentHistory, "number"), (S::Losses, "number")]
-    {
+    for (kind, what) in [
+        (S::SingularValues, "singular value"),
+        (S::EnrichmentHistory, "number"),
+        (S::Losses, "number"),
+        (S::DampingRatios, "damping ratio"),
+    ] {
         if let Some(values) = reals_of(file, kind)? {
             not_negative(kind, what, &values)?;
         }
