@@ -16,6 +16,8 @@ MAPS = {
     "fixed-f64.vdm": ["Eigenvalues", "BlockState", "BlockLoad", "PatternBasis", "PatternBlock", "Factors",
                       "SurfaceBasis", "ProbeRows", "InteriorBasis"],
     "parameters.vdm": ["BlockState", "BlockLoad", "AxisPoints", "Factors", "RegionStiffness", "RegionMass"],
+    "exact-f64.vdm": ["Eigenvalues", "DampingRatios", "ContactResidual", "PairResidual", "ProbeResidual",
+                      "PatternResidual", "PatternProbeResidual"],
     "canonical.vdm": ["CanonicalTerms", "CanonicalFactors", "ReducedStiffness"],
 }
 

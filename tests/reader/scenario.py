@@ -75,17 +75,66 @@ def factor(entry, t):
     return 1.0 if ramp == 0.0 else min(1.0, (t - start) / ramp)
 
 
+def factor_beside(entry, t, side):
+    """The factor right after an instant (side 1) or right before it (side -1)."""
+    start, end, ramp = entry.get("start", 0.0), entry.get("end", math.inf), entry.get("ramp", 0.0)
+    meant = t * (1 + side * 1e-9)
+    if meant < start or meant >= end:
+        return 0.0
+    return 1.0 if meant >= start + ramp else min(max((t - start) / ramp, 0.0), 1.0)
+
+
+def is_inside(t, start, end):
+    return start * (1 + 1e-9) < t < end * (1 - 1e-9)
+
+
+def parts_of(loads, start, end):
+    """Ends of the parts of a step, split where a load begins, is at full height or ends."""
+    breaks = set()
+    for _, when in loads:
+        begin = when.get("start", 0.0)
+        breaks |= {begin, begin + when.get("ramp", 0.0), when.get("end", math.inf)}
+    ends = []
+    for t in sorted(t for t in breaks if is_inside(t, start, end)):
+        if is_inside(t, ends[-1] if ends else start, end):
+            ends.append(t)
+    return [start, *ends, end]
+
+
+def exact_step(scene, y, loads, start, end):
+    """A step of `loads`, pairs of a reduced load with its factor and when it acts, in its parts."""
+    ends = parts_of(loads, start, end)
+    whole = len(ends) == 2
+    for a, b in zip(ends, ends[1:]):
+        part = scene if whole else scene.part(b - a)
+        factors = [[factor_beside(when, a, 1), factor_beside(when, b, -1)] for _, when in loads]
+        acting = [(load, at) for (load, _), at in zip(loads, factors) if any(at)]
+        y = scene.carry(part, part.step(part.carry(scene, y), acting))
+    return y
+
+
+def factor_shown(scene, when, n):
+    """The factor at the end of the step that leads to instant `n`, or at the start of the march."""
+    if n == 0:
+        return factor(when, 0.0)
+    if isinstance(scene, step.Exact):
+        return factor_beside(when, n * scene.v.dt, -1)
+    return factor(when, (n - 1 + scene.instants[-1]) * scene.v.dt)
+
+
 def loads_of(scene, scenario):
-    """Reduced load, `BᵀF`, amplitude, and the entry that says when."""
+    """Reduced load, `BᵀF`, the load itself, and the entry that says when."""
     loads = []
     for contact in scenario.get("contact", []):
         push = *place(scene, contact["point"]), contact["force"]
-        loads.append((scene.load_of_contact(*push), scene.contact(*push), 1.0, contact))
+        named = dict(zip(("nodes", "weights", "force"), push))
+        loads.append((scene.load_of_contact(*push), scene.contact(*push), named, 1.0, contact))
     names = scene.file.lines("PatternNames")
     for pattern in scenario.get("pattern", []):
         index = names.index(pattern["name"])
         amplitude = pattern.get("amplitude", 1.0)
-        loads.append((scene.load_of_pattern(index), scene.pattern(index), amplitude, pattern))
+        reduced = scene.load_of_pattern(index), scene.pattern(index)
+        loads.append((*reduced, {"pattern": index}, amplitude, pattern))
     return loads
 
 
@@ -94,15 +143,21 @@ def play(scene, scenario):
     dt = scene.v.dt
     every = scenario.get("output", {}).get("probes_every", 1)
     loads = loads_of(scene, scenario)
-    force = sum((p * factor(when, 0.0) * plain for _, plain, p, when in loads), np.zeros(scene.r))
+    exact = isinstance(scene, step.Exact)
+    force = sum((p * factor(when, 0.0) * plain for _, plain, _, p, when in loads), np.zeros(scene.r))
     y = scene.start(np.zeros(scene.r), np.zeros(scene.r), force)
     steps = max(1, math.floor(scenario["duration"] / dt + 0.5))
     scene.farthest = 0.0
     for n in range(steps + 1):
         scene.farthest = max(scene.farthest, np.abs(y[0]).max())
         if n % every == 0:
-            yield [n * dt, scene.energy(y), *scene.probes(y[0])]
-        amplitudes = [[p * factor(when, (n + c) * dt) for c in scene.instants] for _, _, p, when in loads]
+            seen = [(push, p * factor_shown(scene, when, n)) for _, _, push, p, when in loads]
+            yield [n * dt, scene.energy(y, seen), *scene.probes(y[0], seen)]
+        if exact:
+            scaled = [(p * load, when) for load, _, _, p, when in loads]
+            y = exact_step(scene, y, scaled, n * dt, (n + 1) * dt)
+            continue
+        amplitudes = [[p * factor(when, (n + c) * dt) for c in scene.instants] for _, _, _, p, when in loads]
         y = scene.step(y, [(load[0], at) for load, at in zip(loads, amplitudes) if any(at)])
 
 

@@ -1,6 +1,7 @@
 """Steps a vademecum file, from the part "The step" of `formats/vademecum-1.md`. Arithmetic is binary64."""
 
 import math
+from decimal import Decimal, localcontext
 
 import numpy as np
 
@@ -103,11 +104,85 @@ def weights_of_terms(file, stage, theta, v):
 # --- Scenes
 
 
+class Residual:
+    """What the modes leave out of static answers; zeros where the file has no section 34."""
+
+    def __init__(self, file):
+        self.file, self.nodes, self.pairs = file, file.meta["n_load_nodes"], {}
+        self.there = "ContactResidual" in file
+        if "ResidualPairs" in file:
+            blocks = self.section("PairResidual", (-1, 3, 3))
+            for (first, second), block in zip(file.section("ResidualPairs").reshape(-1, 2), blocks):
+                self.pairs[int(first), int(second)] = block
+
+    def section(self, name, shape):
+        return self.file.section(name).reshape(shape)
+
+    def between(self, shown, loaded):
+        """`R` with the displacement of one loadable node and the force at another."""
+        if shown == loaded:
+            xx, xy, xz, yy, yz, zz = self.section("ContactResidual", (-1, 6))[shown]
+            return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if (shown, loaded) in self.pairs:
+            return self.pairs[shown, loaded]
+        if (loaded, shown) in self.pairs:
+            return self.pairs[loaded, shown].T
+        return np.zeros((3, 3))
+
+    def node(self, node, forces, patterns):
+        if not self.there or node >= self.nodes:
+            return np.zeros(3)
+        sum_ = sum((self.between(node, loaded) @ force for loaded, force in forces.items()), np.zeros(3))
+        if "PatternResidual" in self.file:
+            for index, amplitude in patterns.items():
+                sum_ = sum_ + amplitude * self.section("PatternResidual", (-1, self.nodes, 3))[index, node]
+        return sum_
+
+    def probes(self, count, forces, patterns):
+        sum_ = np.zeros(count)
+        if not self.there or count == 0:
+            return sum_
+        if "ProbeResidual" in self.file:
+            table = self.section("ProbeResidual", (count, self.nodes, 3))
+            for loaded, force in forces.items():
+                sum_ = sum_ + table[:, loaded] @ force
+        if "PatternProbeResidual" in self.file:
+            for index, amplitude in patterns.items():
+                sum_ = sum_ + amplitude * self.section("PatternProbeResidual", (-1, count))[index]
+        return sum_
+
+    def energy(self, forces):
+        if not self.there:
+            return 0.0
+        work = (a @ self.between(m, n) @ b for m, a in forces.items() for n, b in forces.items())
+        return 0.5 * float(sum(work))
+
+
+def forces_of(pushes):
+    """Forces at nodes, and amplitudes of patterns, of pairs of a load and its amplitude."""
+    forces, patterns = {}, {}
+    for push, amplitude in pushes:
+        if "pattern" in push:
+            patterns[push["pattern"]] = patterns.get(push["pattern"], 0.0) + amplitude
+            continue
+        for node, weight in zip(push["nodes"], push["weights"]):
+            share = amplitude * weight * np.asarray(push["force"], dtype=np.float64)
+            forces[int(node)] = forces.get(int(node), np.zeros(3)) + share
+    return forces, patterns
+
+
 class Scene:
-    """What every structure has in common: outputs, energy, the acceleration at the start."""
+    """What every structure has in common: outputs, energy, the acceleration at the start.
+
+    Outputs take the loads of a state as pairs of a load and its amplitude; only the diagonal structure shows
+    what they leave, and has a residual.
+    """
+
+    residual = None
 
     def __init__(self, file, settings=None, scales=None):
         self.file, self.meta = file, file.meta
+        self.settings, self.scales = settings or {}, scales or {}
         self.v = Values(file.meta, settings or {}, scales or {})
         self.r = file.meta["n_modes"]
         self.stages = file.meta["scheme"]["stages"]
@@ -136,19 +211,29 @@ class Scene:
             return self.file.section("SurfaceBasis")[node, component]
         return self.file.section("InteriorBasis")[node - surface, component]
 
-    def displacement(self, y, node):
-        return np.array([self.row(node, c) @ y[0] for c in range(3)])
+    def displacement(self, y, node, pushes=()):
+        moved = np.array([self.row(node, c) @ y[0] for c in range(3)])
+        if self.residual:
+            moved = moved + self.residual.node(node, *forces_of(pushes)) / self.v.stiffness
+        return moved
 
-    def probes(self, zeta):
+    def probes(self, zeta, pushes=()):
+        """With loads the displacement; without, also a velocity."""
         if "ProbeRows" not in self.file:
             return np.zeros(0)
-        return self.file.section("ProbeRows").reshape(-1, self.r) @ zeta
+        values = self.file.section("ProbeRows").reshape(-1, self.r) @ zeta
+        if self.residual:
+            values = values + self.residual.probes(len(values), *forces_of(pushes)) / self.v.stiffness
+        return values
 
-    def energy(self, y):
-        """`½ s_ρ ζ̇ᵀM_rζ̇ + ½ s_K ζᵀK_rζ` in joules."""
+    def energy(self, y, pushes=()):
+        """`½ s_ρ ζ̇ᵀM_rζ̇ + ½ s_K ζᵀK_rζ` in joules, and what the residual stores."""
         velocity = y[1] / self.v.dt
         kinetic = self.v.density * velocity @ self.mass @ velocity
-        return 0.5 * (kinetic + self.v.stiffness * y[0] @ self.stiffness @ y[0])
+        moving = 0.5 * (kinetic + self.v.stiffness * y[0] @ self.stiffness @ y[0])
+        if self.residual:
+            moving = moving + self.residual.energy(forces_of(pushes)[0]) / self.v.stiffness
+        return moving
 
     def start(self, zeta, velocity, force):
         """The state of displacement and velocity, with the acceleration that belongs to the force `BᵀF`."""
@@ -161,7 +246,7 @@ class Scene:
     def carry(self, before, y):
         """The state of the scene `before` at the parameters of this one."""
         ratio = self.v.dt / before.v.dt
-        return y * np.array([[1.0], [ratio], [ratio**2]])
+        return y * np.array([[1.0], [ratio], [ratio**2]])[: len(y)]
 
     def contact(self, nodes, weights, force):
         """`BᵀF` of a contact."""
@@ -197,6 +282,8 @@ class Diagonal(Linear):
     def __init__(self, file, settings=None, scales=None):
         super().__init__(file, settings, scales)
         need(file.meta["diagonal"], "NoStructure")
+        need(self.stages, "NoStructure")
+        self.residual = Residual(file)
         self.lam = file.section("Eigenvalues").ravel()
         self.e = [-theta * self.lam / (1 + theta * self.lam) for _, _, theta, _, _ in self.numbers]
 
@@ -208,6 +295,62 @@ class Diagonal(Linear):
 
     def load_of_pattern(self, index):
         return [self.pattern(index) * (1 + e) for e in self.e]
+
+
+def responses(w2, s):
+    """`S`, `φ` and `ψ` of a mode: their power series, with digits enough for what cancels in it."""
+    w2, s = Decimal(float(w2)), Decimal(float(s))
+    with localcontext() as context:
+        # The terms grow to e^(w + 2s), and their sum is no smaller than e^(-2s) by far.
+        context.prec = 50 + int(2 * w2.sqrt() + 4 * s)
+        before, now, n = Decimal(0), Decimal(1), 1
+        sums = [Decimal(0)] * 3
+        while before or now:
+            for place, by in enumerate((1, n + 1, (n + 1) * (n + 2))):
+                sums[place] += now / by
+            before, now, n = now, -(2 * s * n * now + w2 * before) / (n * (n + 1)), n + 1
+            small = max(abs(before), abs(now)) < abs(sums[2]) * Decimal(10) ** -40
+            if small and n > 2 * (w2.sqrt() + 2 * s):
+                break
+        return [float(x) for x in sums]
+
+
+class Exact(Scene):
+    """The diagonal structure, each mode moved in closed form. The state is `(ζ, Δt ζ̇)`, a load `BᵀF`."""
+
+    def __init__(self, file, settings=None, scales=None):
+        super().__init__(file, settings, scales)
+        need(file.meta["diagonal"], "NoStructure")
+        self.residual, self.instants, v = Residual(file), [0.0, 1.0], self.v
+        lam = v.stiffness * file.section("Eigenvalues").ravel() / v.density
+        ratios = file.section("DampingRatios").ravel() if "DampingRatios" in file else np.zeros(self.r)
+        sigma = 0.5 * (v.alpha + v.beta * lam) + ratios * np.sqrt(lam)
+        w2, s, dt2 = lam * v.dt**2, sigma * v.dt, v.dt**2
+        impulse, phi, psi = np.array([responses(*mode) for mode in zip(w2, s)]).T
+        self.d = np.array([[-w2 * phi, impulse], [-w2 * impulse, -2 * s * impulse - w2 * phi]])
+        self.held, self.rising = dt2 * np.array([phi, impulse]), dt2 * np.array([psi, phi])
+
+    def load_of_contact(self, nodes, weights, force):
+        return self.contact(nodes, weights, force)
+
+    def load_of_pattern(self, index):
+        return self.pattern(index)
+
+    def start(self, zeta, velocity, force):
+        """No acceleration: the force at the start is met by the step."""
+        return np.array([zeta, self.v.dt * velocity])
+
+    def part(self, length):
+        """The scene of a part of a step."""
+        return Exact(self.file, self.settings, {**self.scales, "dt": length})
+
+    def step(self, y, loads):
+        """One step. `loads` holds pairs of a reduced load and its amplitudes at start and end."""
+        zero = np.zeros(self.r)
+        first = sum((p[0] * load for load, p in loads), zero)
+        change = sum(((p[1] - p[0]) * load for load, p in loads), zero)
+        added = (self.held * first + self.rising * change) / self.v.density
+        return y + np.einsum("ijk,jk->ik", self.d, y) + added
 
 
 class Block(Linear):
@@ -320,5 +463,5 @@ class Canonical(Scene):
         return self.finish[:, : len(z)] @ np.array(z)
 
 
-STRUCTURES = {"diagonal": Diagonal, "block": Block, "canonical": Canonical}
-__all__ = ["Block", "Canonical", "Diagonal", "Refused", "STRUCTURES"]
+STRUCTURES = {"diagonal": Diagonal, "exact": Exact, "block": Block, "canonical": Canonical}
+__all__ = ["Block", "Canonical", "Diagonal", "Exact", "Refused", "STRUCTURES"]

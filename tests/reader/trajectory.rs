@@ -60,7 +60,12 @@ fn swelling(t: f64) -> f64 {
 }
 
 /// The loads a file can take.
-fn loads_of(metadata: &Metadata<'_>, chapter: Option<&Chapter<'_>>, surface: bool) -> Vec<Load> {
+fn loads_of(
+    metadata: &Metadata<'_>,
+    chapter: Option<&Chapter<'_>>,
+    surface: bool,
+    triangle: Option<[u32; 3]>,
+) -> Vec<Load> {
     let mut loads = Vec::new();
     if let Some(chapter) = chapter {
         let positions: Vec<u32> = chapter.positions().filter(|_| surface).collect();
@@ -85,6 +90,10 @@ fn loads_of(metadata: &Metadata<'_>, chapter: Option<&Chapter<'_>>, surface: boo
         let other = contact([0.6, 0.1, 0.3], [-0.7, 0.4, 1.5]);
         loads.push(Load { push: other, amplitude: swelling, during: [20, 90] });
     }
+    if let Some(nodes) = triangle {
+        let contact = Contact { nodes, weights: [0.5, 0.3, 0.2], force: [0.3, 1.1, -0.9] };
+        loads.push(Load { push: Push::Contact(contact), amplitude: swelling, during: [10, 100] });
+    }
     for index in 0..metadata.n_patterns as usize {
         let push = Push::Pattern(index);
         loads.push(Load { push, amplitude: |t| 1.0 - 0.01 * t, during: [30, 70] });
@@ -100,6 +109,7 @@ trait Body {
     fn set(&mut self, zeta: &[f64], rate: &[f64]);
     /// Whether the step was taken.
     fn step(&mut self) -> bool;
+    /// Displacement, velocity and acceleration, the last empty where the structure has none.
     fn state(&self) -> [&[f64]; 3];
     fn probe(&self, index: usize, field: Field) -> f64;
     fn node(&self, node: usize) -> [f64; 3];
@@ -246,7 +256,7 @@ impl March<'_> {
                 (0..count).map(|index| body.probe(index, field)).collect::<Vec<f64>>()
             });
             rows.push(json!({
-                "state": body.state(),
+                "state": body.state().into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>(),
                 "probes": probes,
                 "nodes": self.nodes.iter().map(|&node| body.node(node)).collect::<Vec<_>>(),
                 "energy": body.energy(),
@@ -277,7 +287,7 @@ fn settings(metadata: &Metadata<'_>, structure: Structure) -> Vec<(Value, SceneO
         }
         found.push((json!({ "parameters": named }), options));
     }
-    if structure == Structure::Diagonal {
+    if structure != Structure::Block {
         let options = SceneOptions {
             time_step: Some(1.7 * metadata.time_step),
             stiffness: 1.3,
@@ -306,10 +316,18 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
     let metadata = *file.metadata();
     let chapter = Chapter::read(&file).expect("sound tables");
     let has = |kind| file.section(kind).is_some();
-    let pushes = loads_of(&metadata, chapter.as_ref(), has(SectionKind::SurfaceBasis));
+    let surface = has(SectionKind::SurfaceBasis);
+    // Where there is a static residual, a contact inside of a triangle is wanted, whose nodes have pairs.
+    let triangle = loadable_triangle(&file).filter(|_| surface && has(SectionKind::ContactResidual));
+    let pushes = loads_of(&metadata, chapter.as_ref(), surface, triangle);
     let mut nodes = Vec::new();
-    if has(SectionKind::SurfaceBasis) {
+    if surface {
         nodes.push(0);
+    }
+    if let Some(triangle) = triangle {
+        nodes.extend(triangle.map(|node| node as usize));
+        nodes.push(metadata.n_load_nodes as usize - 1);
+        nodes.push(metadata.n_surface_nodes as usize - 1);
     }
     if has(SectionKind::InteriorBasis) && metadata.n_nodes > metadata.n_surface_nodes {
         nodes.push(metadata.n_nodes as usize - 1);
@@ -338,8 +356,10 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
             });
         }
     }
+    let stages = !metadata.scheme.is_exact();
     let present = [
-        (StructureChoice::Diagonal, Structure::Diagonal, "diagonal", metadata.diagonal),
+        (StructureChoice::Diagonal, Structure::Diagonal, "diagonal", metadata.diagonal && stages),
+        (StructureChoice::Exact, Structure::Exact, "exact", metadata.diagonal),
         (StructureChoice::Block, Structure::Block, "block", metadata.block),
     ];
     for (choice, structure, word, _) in present.into_iter().filter(|s| s.3) {
@@ -384,6 +404,13 @@ fn march_scene(
     let instants = scene.instants();
     let mut body = Ours { scene: &mut scene, state, loads, work: &mut work, then };
     (march.rows(&mut body, start), instants)
+}
+
+/// Nodes of the first loadable triangle.
+fn loadable_triangle(file: &File<'_>) -> Option<[u32; 3]> {
+    let triangles = file.section(SectionKind::Triangles)?.u32s().ok()?;
+    let first = triangles.as_chunks::<3>().0.first().filter(|_| file.metadata().n_load_triangles > 0)?;
+    Some(first.map(u32::from_le_bytes))
 }
 
 /// The axis that a scene leaves, counted from 0.

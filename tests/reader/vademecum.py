@@ -18,10 +18,10 @@ GROUP = 128  # numbers that share a scale
 NAMES = """NodeIds NodeCoordinates Triangles ReducedStiffness Eigenvalues SurfaceBasis InteriorBasis
 BlockState BlockLoad PatternBasis PatternBlock PatternNames ProbeNames ProbeRows SingularValues ModeTable
 AxisPoints Factors RegionStiffness RegionMass EnrichmentHistory RadiusSamples CanonicalParts CanonicalAxes CanonicalFactors
-CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses Repairs StructureFigures""".split()
-RESIDUAL = """ContactResidual ResidualPairs PairResidual ProbeResidual PatternResidual PatternProbeResidual
+CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses Repairs StructureFigures
+DampingRatios ContactResidual ResidualPairs PairResidual ProbeResidual PatternResidual PatternProbeResidual
 StaticBound BoundMap""".split()
-KINDS = {**dict(enumerate(NAMES, start=1)), **dict(enumerate(RESIDUAL, start=34))}
+KINDS = dict(enumerate(NAMES, start=1))
 
 
 class Refused(Exception):
@@ -73,9 +73,13 @@ def read_stage(cursor):
 
 def read_scheme(cursor):
     count = cursor.take("B")
-    need(1 <= count <= 3, "Scheme")
+    need(count <= 3, "Scheme")
+    start = cursor.at
     stages = [read_stage(cursor) for _ in range(3)]
-    return {"stages": stages[:count], "finish": cursor.take("18d").reshape(3, 6)}
+    finish = cursor.take("18d").reshape(3, 6)
+    # No stages: exact steps, and all numbers are zero.
+    need(count > 0 or not any(cursor.data[start : cursor.at]), "Scheme")
+    return {"stages": stages[:count], "finish": finish}
 
 
 def read_parameter(cursor):
@@ -202,6 +206,10 @@ class File:
         start, length = self.metadata_at
         need(zlib.crc32(data[start : start + length]) == self.metadata_crc, "MetadataChecksum")
         self.meta = read_metadata(data[start : start + length])
+        if not self.meta["scheme"]["stages"]:
+            canonical = "CanonicalParts" in self.entries
+            need(self.meta["diagonal"] and not self.meta["block"] and not canonical, "Scheme")
+            need(self.minor >= 3, "Scheme")
         self.check_places(start + length)
 
     def read_header(self):

@@ -32,7 +32,7 @@ def encode(file, stored, codecs):
         entries += struct.pack("<QQQQQQ", *entry["shape"], at + padding, *lengths)
         entries += struct.pack("<II", zlib.crc32(section), 0)
         at += padding + len(section)
-    minor = 1 if any(codec >= 2 for codec in codecs.values()) else file.minor
+    minor = max(file.minor, 1 if any(codec >= 2 for codec in codecs.values()) else 0)
     header = vademecum.MAGIC + struct.pack("<HHIQQQ", 1, minor, len(file.entries), at, start, length)
     header += struct.pack("<II", zlib.crc32(metadata), zlib.crc32(entries)) + b"\0" * 12
     return header + struct.pack("<I", zlib.crc32(header)) + entries + metadata + body

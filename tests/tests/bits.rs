@@ -18,6 +18,7 @@ use vademecum_tests::synthetic::{Body, Layout, bathe};
 /// Checksums of `name, structure`: in f32, in f64.
 const KNOWN: &[(&str, [u32; 2])] = &[
     ("canonical.vdm, chapter", [0xd6dfe1f6, 0xc4f64533]),
+    ("exact-f64.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
     ("fixed-f32.vdm, Diagonal", [0x7605947e, 0xd107ad49]),
     ("fixed-f32.vdm, Block", [0xf1eed633, 0x21683f0c]),
     ("fixed-f64.vdm, Diagonal", [0x9e0d3e3c, 0xe22eb3ee]),
@@ -155,7 +156,8 @@ fn in_a_batch<T: Scalar>(
     let mut memory = vec![T::ZERO; Batch::len_for(scene, 20)];
     let mut batch = Batch::new(scene, 20, &mut memory).expect("a batch");
     // Set at rest, instance 3 starts without the acceleration that a new one gets.
-    let (mut placed, zeros) = (vec![T::ZERO; 3 * scene.n_modes()], vec![T::ZERO; 3 * scene.n_modes()]);
+    let zeros = vec![T::ZERO; scene.state_numbers()];
+    let mut placed = zeros.clone();
     state.save_into(&mut placed).expect("saved");
     state.restore(&zeros).expect("at rest");
     batch.set(3, state).expect("at rest");

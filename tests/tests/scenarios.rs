@@ -123,6 +123,31 @@ fn what_acts_on_nothing_is_said_in_words() {
 }
 
 #[test]
+fn exact_steps_meet_a_touch_inside_of_a_step_and_begin_a_ramp_at_zero() {
+    let file = repository().join("fixtures/golden/exact-f64.vdm");
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let probes = |contact: &str| -> Vec<Vec<f64>> {
+        let place = "[[contact]]\npoint = [0.5, 0.25, 0.0]\nforce = [0.0, 0.0, 1.0]\n";
+        let scenario = text(folder.path(), "s.toml", &format!("duration = 0.004\n{place}{contact}"));
+        let ran = run([&"run", &file, &"--scenario", &scenario, &"-o", &out]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert!(!ran.stderr.contains("moves nothing"), "{}", ran.stderr);
+        let table = std::fs::read_to_string(out.join("probes.csv")).expect("rows");
+        let row = |line: &str| line.split(',').map(|x| x.parse().expect("a number")).collect();
+        table.lines().skip(1).map(row).collect()
+    };
+    // The file's step is a millisecond. A touch of a tenth of one is a push of a tenth.
+    let [touch, held] = [probes("start = 0.0012\nend = 0.0013\n"), probes("")];
+    assert!(touch[..2].iter().all(|row| row[1..] == [0.0; 4]), "{touch:?}");
+    assert!(touch[2..].iter().all(|row| row[1] > 0.0), "{touch:?}");
+    // What a held force leaves out of the modes is there at once; a ramp is still zero when it begins.
+    assert!(held[0][1] > 0.0 && held[0][2..].iter().any(|&x| x != 0.0), "{held:?}");
+    let ramp = probes("ramp = 0.002\n");
+    assert!(ramp[0][1..] == [0.0; 4] && ramp[1][1] > 0.0, "{ramp:?}");
+}
+
+#[test]
 fn a_run_prints_its_notes_and_a_build_says_where_a_probe_looks() {
     let folder = tempfile::tempdir().expect("a folder");
     let scenario = "duration = 0.01\n[[contact]]\npoint = [0, 0.05, 0.05]\nforce = [0, 0, 1]\n";

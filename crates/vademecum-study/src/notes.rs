@@ -25,8 +25,10 @@ pub(crate) fn notes(
     time_step: f64,
     steps: usize,
 ) -> Result<Vec<String>, FileError> {
-    let (r, instants) = (file.metadata().n_modes as usize, file.metadata().scheme.instants());
-    let never = |when: Interval| never(when, &instants, time_step, steps);
+    let (r, scheme) = (file.metadata().n_modes as usize, file.metadata().scheme);
+    // Exact steps look at every instant.
+    let instants = (!scheme.is_exact()).then(|| scheme.instants());
+    let never = |when: Interval| never(when, instants.as_ref(), time_step, steps);
     let (basis, patterns) = (raw(file, SectionKind::SurfaceBasis), raw(file, SectionKind::PatternBasis));
     let mut notes = vec![];
     for (i, (entry, placed)) in scenario.contacts.iter().zip(&track.contacts).enumerate() {
@@ -90,20 +92,28 @@ fn held(r: usize, basis: &Numbers<'_>, placed: &PlacedContact) -> bool {
     dofs.all(|(node, c)| contact.force[c] == 0.0 || is_zero(basis, 3 * node + c, r))
 }
 
-/// Why a load acts at no instant of a march; `None` if it acts.
-fn never(when: Interval, instants: &[f64; INSTANTS], time_step: f64, steps: usize) -> Option<String> {
+/// Why a load acts at no instant of a march that looks at these instants of a step, or at all; `None` if it
+/// acts.
+fn never(when: Interval, instants: Option<&[f64; INSTANTS]>, time_step: f64, steps: usize) -> Option<String> {
     let Interval { start, end, .. } = when;
     // A load as long as two steps acts at the start of one of them; a shorter one is over in the third.
     let first = (start / time_step - 1.0).max(0.0).floor();
     if first < steps as f64 {
         let first = first as usize;
-        let acts = |step: usize| instants.iter().any(|c| when.factor((step as f64 + c) * time_step) != 0.0);
+        let acts = |step: usize| {
+            let mut looked_at = instants.into_iter().flatten();
+            looked_at.any(|c| when.factor((step as f64 + c) * time_step) != 0.0)
+        };
         if (first..steps.min(first + 4)).any(acts) {
             return None;
         }
     }
     let last = steps as f64 * time_step;
-    Some(if start * (1.0 + 1e-9) >= last {
+    let late = start * (1.0 + 1e-9) >= last;
+    if !late && instants.is_none() {
+        return None;
+    }
+    Some(if late {
         format!("it starts at {start} s, and the scenario ends at {last} s")
     } else {
         format!("no instant that a step of {time_step} s looks at lies from {start} s to {end} s")

@@ -59,7 +59,9 @@ pub fn check_file(bytes: &[u8], limit: u64) -> Result<Soundness, StudyError> {
     }
     let own = &metadata.certificate;
     if metadata.diagonal {
-        let options = SceneOptions { structure: StructureChoice::Diagonal, ..SceneOptions::default() };
+        let exact = metadata.scheme.is_exact();
+        let structure = if exact { StructureChoice::Exact } else { StructureChoice::Diagonal };
+        let options = SceneOptions { structure, ..SceneOptions::default() };
         found.hold(&file, "diagonal", &own.diagonal, &options, String::new)?;
     }
     if metadata.block {
