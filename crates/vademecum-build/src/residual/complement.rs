@@ -1,8 +1,8 @@
 //! `K⁻¹` and what a basis takes of it.
 //!
 //! `R F = K⁻¹F − B Λ⁻¹ BᵀF` is often a thousandth of `K⁻¹F`, so rounding of the solve shows. What it adds
-//! along `B` is taken away by a second projection, `y − B Λ⁻¹ (KB)ᵀ y`; the rest is what the refined solve
-//! leaves.
+//! along `B` is taken away by a second projection, `y − B Λ⁻¹ (KB)ᵀ y`. The solve is not refined: what it
+//! leaves beside `B` is far below what a contact feels, and refining would solve twice.
 
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
@@ -67,7 +67,7 @@ impl<'a> Complement<'a> {
     pub fn workspace(&self, columns: usize) -> Workspace {
         let n = self.pencil().n_dof();
         let [own, images] = [Mat::zeros(n, columns), Mat::zeros(n, columns)];
-        Workspace { columns: own, images, solve: Solve::new(self.factor.symbolic(), columns, true) }
+        Workspace { columns: own, images, solve: Solve::new(self.factor.symbolic(), columns, false) }
     }
 
     /// Place of a component of a node among the free dofs; `None` where it is held.
