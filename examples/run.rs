@@ -46,6 +46,16 @@ fn haptic_loop_pushes_what_pushes_back() {
 }
 
 #[test]
+fn press_a_sphere_never_goes_in() {
+    let output = output("press_a_sphere");
+    let [_, push, inside] = numbers(line(&output, "600 steps"))[..] else { panic!("{output}") };
+    // As a static push of 2 mm on a cantilever at half its length: 3 E I / L³ of 112 N/mm, and ringing.
+    assert!((224.0..2000.0).contains(&push), "{push}");
+    assert!(inside <= 1e-6, "{inside}");
+    assert!(output.contains("sticks") && output.contains("slips") && output.contains("open"));
+}
+
+#[test]
 fn many_props_move_each_on_its_own() {
     let output = output("many_props");
     assert_eq!(line(&output, "512 props"), "512 props: 384 move, 128 rest, 0 refused");

@@ -51,6 +51,11 @@ fn diagonal<T: Scalar>(bencher: Bencher<'_, '_>, r: usize) {
     step::<T>(bencher, StructureChoice::Diagonal, r);
 }
 
+#[divan::bench(types = [f32, f64], args = [8, 16, 32, 64])]
+fn exact<T: Scalar>(bencher: Bencher<'_, '_>, r: usize) {
+    step::<T>(bencher, StructureChoice::Exact, r);
+}
+
 #[divan::bench(types = [f32, f64], args = [8, 24, 64])]
 fn dense<T: Scalar>(bencher: Bencher<'_, '_>, r: usize) {
     step::<T>(bencher, StructureChoice::Block, r);

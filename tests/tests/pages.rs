@@ -204,6 +204,8 @@ fn bad_problems() -> Vec<(usize, String)> {
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
         (63, many_parameters()),
+        (64, text("[basis]\nkind = \"ritz\"\nerror = 0.1")),
+        (65, text("[basis]\nkind = \"modes\"\nmodes = 4\nerror = 0.1")),
     ]
 }
 

@@ -235,7 +235,9 @@ fn ctrl_c_in_a_build_leaves_nothing_behind() {
         std::fs::read_to_string(repository().join("fixtures/problems/cantilever.toml")).expect("the fixture");
     let folder = tempfile::tempdir().expect("a folder");
     let problem = folder.path().join("long.toml");
-    std::fs::write(&problem, text + "\n[snapshots]\npositions = 480\n").expect("written");
+    let marched = text.replace("modes = 16", "modes = 16\nkind = \"ritz\"");
+    assert_ne!(marched, text);
+    std::fs::write(&problem, marched + "\n[snapshots]\npositions = 480\n").expect("written");
     let mut command = Command::new(command::<&str>(&[]).get_program());
     command.arg("build").arg(&problem).arg("-o").arg(folder.path().join("long.vdm"));
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");

@@ -36,7 +36,10 @@ struct Place {
 impl Place {
     fn new(more: &str) -> Self {
         let text = std::fs::read_to_string(repository().join("fixtures/problems/short-beam.toml"));
-        Self { folder: tempfile::tempdir().expect("a folder"), text: text.expect("the fixture") + more }
+        let residual = "[output]\nresidual = true\n[[output.probe]]";
+        let text = text.expect("the fixture").replacen("[[output.probe]]", residual, 1);
+        assert!(text.contains(residual));
+        Self { folder: tempfile::tempdir().expect("a folder"), text: text + more }
     }
 
     fn path(&self, name: &str) -> PathBuf {

@@ -97,3 +97,7 @@ struct OneOscillator;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/theory/5a-separation-by-hand.md")]
 struct SeparationByHand;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/theory/7-exact-steps.md")]
+struct ExactSteps;

@@ -63,6 +63,8 @@ pub enum StructureArgument {
     Diagonal,
     /// One dense map.
     Block,
+    /// Each mode moved exactly.
+    Exact,
     /// The chapter's separated stage maps.
     Canonical,
 }
@@ -73,6 +75,7 @@ impl StructureArgument {
         let structure = match self {
             Self::Diagonal => StructureChoice::Diagonal,
             Self::Block => StructureChoice::Block,
+            Self::Exact => StructureChoice::Exact,
             Self::Auto | Self::Canonical => StructureChoice::Auto,
         };
         let scene = SceneOptions { structure, ..SceneOptions::default() };

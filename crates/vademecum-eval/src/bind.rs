@@ -413,8 +413,8 @@ fn contract<T: Scalar>(map: &mut [T]) {
     }
 }
 
-/// A 2×2 `D` whose numbers beside the diagonal are moved by at most sixteen units in the last place of `T`, so
-/// that `det(I + D)` is the largest that is not above 1; as it is, where they do not reach.
+/// A 2×2 `D` whose numbers beside the diagonal are moved by at most sixteen units in the last place of `T`,
+/// so that `det(I + D)` is the largest that is not above 1; as it is, where they do not reach.
 fn nearest_to_one<T: Scalar>(d: [f64; 4]) -> [f64; 4] {
     const UNITS: i8 = 16;
     let unit = |x: f64| libm::ldexp(T::EPSILON, libm::frexp(x).1);

@@ -10,10 +10,11 @@
 //! of contact mechanics. With it a loop of its caller can solve for stick, slip and release at the end of the
 //! step, and is stable whatever the stiffness of what touches the body.
 
+use crate::contact::Contact;
 use crate::error::{LoadError, StepError};
 use crate::kernel::add_row;
 use crate::lend::{Lender, Short};
-use crate::loads::{Contact, Loads};
+use crate::loads::Loads;
 use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
@@ -28,9 +29,9 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// How the body yields at contacts to forces held over the coming step: `w` of shape `(3n, 3n)` for `n`
-    /// contacts, row by row \[m/N\]; number `(3c + i, 3d + j)` is the displacement of contact `c` in direction
-    /// `i` at the end of the step for each newton at contact `d` in direction `j`. The forces of `contacts`
-    /// are not looked at. Symmetric. `O(n² r)`; for the diagonal and the exact structure.
+    /// contacts, row by row \[m/N\]; number `(3c + i, 3d + j)` is the displacement of contact `c` in
+    /// direction `i` at the end of the step for each newton at contact `d` in direction `j`. The forces of
+    /// `contacts` are not looked at. Symmetric. `O(n² r)`; for the diagonal and the exact structure.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

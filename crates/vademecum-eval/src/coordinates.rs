@@ -1,6 +1,6 @@
-//! The reduced coordinates of a body and their rates, `y = (ζ, Δt ζ̇, Δt² ζ̈)`, the last only where a time scheme
-//! wants it, twice in lent memory: as they
-//! are, and where a step writes the new ones. The states of both kinds of scene are made of them.
+//! The reduced coordinates of a body and their rates, `y = (ζ, Δt ζ̇, Δt² ζ̈)`, the last only where a time
+//! scheme wants it, twice in lent memory: as they are, and where a step writes the new ones. The states of
+//! both kinds of scene are made of them.
 
 use crate::error::StepError;
 use crate::lend::{Lender, Short};
@@ -124,8 +124,8 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         self.now.get_mut(start..start + self.parts.r).unwrap_or(&mut [])
     }
 
-    /// Copies `y` to `out`, as long as all parts. The sign of the last number, a zero, tells a body that has not
-    /// started yet.
+    /// Copies `y` to `out`, as long as all parts. The sign of the last number, a zero, tells a body that has
+    /// not started yet.
     pub fn save_into(&self, out: &mut [T]) -> Result<(), StepError> {
         if out.len() != self.parts.count * self.parts.r {
             return Err(StepError::Mismatch);

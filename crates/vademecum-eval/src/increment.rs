@@ -13,8 +13,8 @@ impl<T: Scalar> Scene<'_, T> {
     /// holds it in its precision; each number is converted to `f64`, which is exact.
     ///
     /// `out` has shape `(3r, 3r)`, column-major: number `(i, j)` is at `3r j + i`; `2r` in place of `3r` for
-    /// the exact structure, `y = (ζ, Δt ζ̇)`. The diagonal structure has a 3×3 block per mode and the exact one
-    /// a 2×2 block, so all numbers between different modes are 0. The step's own map is `I + D`; its
+    /// the exact structure, `y = (ζ, Δt ζ̇)`. The diagonal structure has a 3×3 block per mode and the exact
+    /// one a 2×2 block, so all numbers between different modes are 0. The step's own map is `I + D`; its
     /// spectral radius tells whether a free body stays bounded. `O(r²)`.
     ///
     /// ```

@@ -122,6 +122,7 @@ mod bind;
 #[cfg(feature = "chapter")]
 pub mod chapter;
 mod compliance;
+mod contact;
 mod coordinates;
 mod cost;
 mod eigen;
@@ -152,9 +153,10 @@ mod step;
 mod surface;
 
 pub use batch::{Batch, BatchStatus};
+pub use contact::Contact;
 pub use cost::Cost;
 pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
-pub use loads::{Contact, Loads};
+pub use loads::Loads;
 #[cfg(feature = "mmap")]
 pub use mmap::{Mapped, OpenError};
 pub use modal::{Modal, ModalSizes};

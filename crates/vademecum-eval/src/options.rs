@@ -19,9 +19,9 @@ pub enum Structure {
 /// Which structure a scene shall take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StructureChoice {
-    /// The exact one if the file was built for it. Otherwise the cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error.
-    /// The block one if a region's scale is not 1; a scene that will be set to such scales later asks for the
-    /// block one from the start.
+    /// The exact one if the file was built for it. Otherwise the cheapest whose certificate keeps the
+    /// tolerance, or else the one with the smaller certified error. The block one if a region's scale is not
+    /// 1; a scene that will be set to such scales later asks for the block one from the start.
     #[default]
     Auto,
     /// The diagonal one.
@@ -66,8 +66,8 @@ pub struct SceneOptions {
     pub terms: Option<usize>,
     /// Whether outputs add what the modes leave out of the static answer to the loads, where the file has it.
     pub residual: bool,
-    /// With a residual: for so many contacts with nodes of their own there is room. Contacts on the same nodes
-    /// share it.
+    /// With a residual: for so many contacts with nodes of their own there is room. Contacts on the same
+    /// nodes share it.
     pub contacts: usize,
 }
 

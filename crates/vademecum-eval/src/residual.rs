@@ -5,9 +5,9 @@
 //! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
 //! residual together.
 
+use crate::contact::Contact;
 use crate::error::LoadError;
 use crate::lend::{Lender, Short};
-use crate::loads::Contact;
 use crate::options::SceneOptions;
 use crate::scalar::Scalar;
 use vademecum_format::{File, Numbers, SectionKind};
@@ -30,15 +30,14 @@ type Block = [[f64; 3]; 3];
 
 /// How many nodes and patterns a scene of these options remembers forces of; zeros without residual.
 pub(crate) fn room<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> [usize; 2] {
+    use SectionKind as S;
     let metadata = file.metadata();
-    let there = file.section(SectionKind::ContactResidual).is_some_and(|s| s.numbers().is_ok());
+    let there = |kind| options.residual && file.section(kind).is_some_and(|s| s.numbers().is_ok());
     // The number of a node has to be a number of the precision.
     let countable = f64::from(metadata.n_load_nodes) * T::EPSILON < 0.5;
-    if options.residual && there && countable {
-        [options.contacts.saturating_mul(3), metadata.n_patterns as usize]
-    } else {
-        [0; 2]
-    }
+    let nodes = if there(S::ContactResidual) && countable { options.contacts.saturating_mul(3) } else { 0 };
+    let patterns = there(S::PatternResidual) || there(S::PatternProbeResidual);
+    [nodes, if patterns { metadata.n_patterns as usize } else { 0 }]
 }
 
 impl<'m> Residual<'m> {

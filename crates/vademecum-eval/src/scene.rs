@@ -88,9 +88,9 @@ impl<'m, T: Scalar> Scene<'m, T> {
         Self::of_sections(*file.metadata(), sections(file, shape.structure)?, shape, options, memory, work)
     }
 
-    /// The same file at the same parameters with another `Δt` \[s\], beside this scene: for a step that is cut
-    /// where a load jumps, and for a loop whose steps differ. Memory and work as for [`Scene::bind`]; a state
-    /// goes from one to the other by [`State::carry`](crate::State::carry).
+    /// The same file at the same parameters with another `Δt` \[s\], beside this scene: for a step that is
+    /// cut where a load jumps, and for a loop whose steps differ. Memory and work as for [`Scene::bind`]; a
+    /// state goes from one to the other by [`State::carry`](crate::State::carry).
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -172,8 +172,8 @@ impl<'m, T: Scalar> Scene<'m, T> {
         self.shape.structure
     }
 
-    /// Numbers of a state that [`State::save_into`](crate::State::save_into) writes: `3r`, or `2r` of the exact
-    /// structure.
+    /// Numbers of a state that [`State::save_into`](crate::State::save_into) writes: `3r`, or `2r` of the
+    /// exact structure.
     #[must_use]
     pub const fn state_numbers(&self) -> usize {
         self.shape.n_parts() * self.shape.r

@@ -215,8 +215,9 @@ impl SchemeTable {
         instants
     }
 
-    /// Checks that the table is [`SchemeTable::EXACT`], or finite and consistent: `Σh^M = m`, `Σh^C = d`, `k − Σh^K = 1` over the
-    /// displacement columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over them.
+    /// Checks that the table is [`SchemeTable::EXACT`], or finite and consistent: `Σh^M = m`, `Σh^C = d`,
+    /// `k − Σh^K = 1` over the displacement columns, `Σf = 1`, and `finish` rows summing to 1, 0, 0 over
+    /// them.
     ///
     /// # Errors
     /// [`TableError`] naming the stage.

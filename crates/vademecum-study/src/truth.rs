@@ -28,8 +28,8 @@ pub struct TruthErrors {
     pub time_error: Option<f64>,
     /// Of the projection of the exact motion on the basis: what no coordinates could mend.
     pub basis_error: f64,
-    /// Of the file against the projection of the march at full order by its own scheme, or of the exact motion
-    /// where it has none: what its coordinates add. Relative to that motion.
+    /// Of the file against the projection of the march at full order by its own scheme, or of the exact
+    /// motion where it has none: what its coordinates add. Relative to that motion.
     pub rest_error: f64,
     /// Of the displacement under a contact, along its force, while the force acts; the largest of all
     /// contacts. None if the scenario has no contact that moves its point.
@@ -63,8 +63,9 @@ pub(crate) fn find_truth<'a>(
 }
 
 /// What a file misses of the reference. `contacts` are the loads of the scenario's contacts and what the file
-/// shows under each, along its force and times its size, shape (contacts, instants); `same_scheme` is the file
-/// beside the march at full order by its own scheme, and that march beside the truth; if it has a scheme.
+/// shows under each, along its force and times its size, shape (contacts, instants); `same_scheme` is the
+/// file beside the march at full order by its own scheme, and that march beside the truth; if it has a
+/// scheme.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
     file: DisplacedBy<'_>,
@@ -88,8 +89,8 @@ pub(crate) fn truth_errors(
     }
 }
 
-/// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the instants
-/// at which the force acts.
+/// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the
+/// instants at which the force acts.
 fn contact_error(
     truth: &Truth<'_>,
     (contacts, shown): (&[TimedLoad], MatRef<'_, f64>),

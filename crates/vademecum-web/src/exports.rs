@@ -217,7 +217,7 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     1
 }
 
-/// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block), `Δt` \[s\], scales of stiffness
+/// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block, 4 exact), `Δt` \[s\], scales of stiffness
 /// and density, `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's stiffness
 /// and of each region's density, 8 and 8.
 fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
@@ -228,6 +228,7 @@ fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     let structure = match structure as u32 {
         1 => StructureChoice::Diagonal,
         2 => StructureChoice::Block,
+        4 => StructureChoice::Exact,
         _ => StructureChoice::Auto,
     };
     SceneOptions {

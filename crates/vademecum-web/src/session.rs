@@ -101,7 +101,7 @@ impl<'m, T: Scalar> Session<'m, T> {
 
 /// What a page asks of a session, whatever its precision.
 pub trait Player {
-    /// 1 for the diagonal structure, 2 for the block structure.
+    /// 1 for the diagonal structure, 2 for the block structure, 3 for the chapter's, 4 for the exact one.
     fn structure(&self) -> u32;
     /// Takes all loads away.
     fn clear_loads(&mut self);

@@ -125,10 +125,10 @@ fn the_web_module_gives_the_native_bits() {
         let file = File::parse(&bytes).unwrap();
         let mut numbers = vec![];
         let mut native = Native { file: &file, numbers: &mut numbers };
-        for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
+        for structure in [StructureChoice::Diagonal, StructureChoice::Block, StructureChoice::Exact] {
             native.march::<f32>(structure);
         }
-        for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
+        for structure in [StructureChoice::Diagonal, StructureChoice::Block, StructureChoice::Exact] {
             native.march::<f64>(structure);
         }
         native.march_elsewhere();

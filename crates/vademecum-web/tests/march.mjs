@@ -8,7 +8,7 @@ const evaluator = await Evaluator.open(readFileSync(wasm), readFileSync(file));
 const numbers = [];
 const contact = { nodes: [1, 4, 3], weights: [0.25, 0.5, 0.25] };
 for (const double of [false, true]) {
-  for (const structure of [1, 2]) {
+  for (const structure of [1, 2, 4]) {
     evaluator.bind({ double, structure });
     evaluator.watch(contact, [0.6, 0, 0.8]);
     evaluator.addContact(contact, [1.0, -2.0, 0.7]);

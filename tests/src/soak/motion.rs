@@ -2,7 +2,7 @@
 //! parameters, reciprocity, superposition, energy.
 
 use vademecum_build::certificate::BOUNDED;
-use vademecum_eval::format::File;
+use vademecum_eval::format::{File, Metadata};
 use vademecum_eval::{
     BindError, Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
     SurfacePoint,
@@ -60,7 +60,7 @@ fn walk_in<T: Scalar + PartialEq>(built: &Built, dice: &mut Dice) -> Held {
                 (false, 1) => high,
                 (false, _) => dice.between(low, high),
             };
-            let length = 3 * file.metadata().n_modes as usize;
+            let length = scene.state_numbers();
             let [before, after] = &mut saved;
             state.save_into(&mut before[..length]).map_err(unexpected("save"))?;
             let set = scene.set_parameter(index, value, &mut state, &mut work);
@@ -149,7 +149,7 @@ pub fn laws(place: &Place<'_>, dice: &mut Dice) -> Done {
     // Roundings of a step carry through the rest at most in proportion to the steps, twice over: one sum over
     // the modes a step.
     let rounding = 8.0 * f64::EPSILON * f64::from(metadata.n_modes) * (STEPS * STEPS) as f64;
-    let choices = [(metadata.diagonal, StructureChoice::Diagonal), (metadata.block, StructureChoice::Block)];
+    let choices = [(metadata.diagonal, of_modes(metadata)), (metadata.block, StructureChoice::Block)];
     for (_, structure) in choices.into_iter().filter(|(there, _)| *there) {
         let options = SceneOptions { structure, ..SceneOptions::default() };
         let [one, other, both] =
@@ -160,7 +160,7 @@ pub fn laws(place: &Place<'_>, dice: &mut Dice) -> Done {
         agree("superposition", &sum, &both, size, rounding)?;
         // Forces are read from one row of the basis, displacements from the other: the same numbers in double
         // precision alone.
-        if structure == StructureChoice::Diagonal && built.problem.double {
+        if structure == of_modes(metadata) && built.problem.double {
             let at_b: Vec<f64> = one.iter().skip(1).step_by(2).copied().collect();
             let at_a: Vec<f64> = other.iter().step_by(2).copied().collect();
             agree("reciprocity", &at_b, &at_a, size, rounding)?;
@@ -172,15 +172,21 @@ pub fn laws(place: &Place<'_>, dice: &mut Dice) -> Done {
     Ok("done")
 }
 
+/// Free steps after which the acceleration under a force that is gone has faded.
+const FADING: usize = 20;
+
+/// The structure that moves each mode by itself.
+fn of_modes(metadata: &Metadata<'_>) -> StructureChoice {
+    if metadata.scheme.is_exact() { StructureChoice::Exact } else { StructureChoice::Diagonal }
+}
+
 /// Pushed, let go: the energy of the structure whose certificate keeps the tolerance.
 fn energy(built: &Built, push: &Push, dice: &mut Dice) -> Held {
     let held = dice.whole(1, 40);
-    let structure = match built.problem.dissipative && built.problem.double {
-        true => StructureChoice::Diagonal,
-        false => StructureChoice::Auto,
-    };
     let file = File::parse(&built.bytes).map_err(unexpected("the file"))?;
-    let diagonal = structure == StructureChoice::Diagonal && file.metadata().diagonal;
+    let dissipative = built.problem.dissipative && built.problem.double;
+    let structure = if dissipative { of_modes(file.metadata()) } else { StructureChoice::Auto };
+    let diagonal = dissipative && file.metadata().diagonal;
     // Every mode by itself loses energy in these schemes, or keeps it but for rounding.
     let bound = if diagonal { 1.0 + 1e-9 } else { BOUNDED };
     let structure = if diagonal { structure } else { StructureChoice::Auto };
@@ -197,7 +203,12 @@ fn energy(built: &Built, push: &Push, dice: &mut Dice) -> Held {
                 step(loads)?;
             }
             loads.clear();
-            // The old acceleration still holds the force: the first free step lets it fade.
+            // The old acceleration still holds the force. One free step lets it fade where a scheme begins
+            // each step anew; generalized-α carries a part of it on, which shrinks by at least a half in each
+            // step.
+            for _ in 0..FADING {
+                step(loads)?;
+            }
             (0..1000).map(|_| step(loads)).collect()
         })?;
     no_growth(&energies, bound)

@@ -177,12 +177,13 @@ fn loads(dice: &mut Dice, made: &mut Problem, young: f64) {
 fn scheme(dice: &mut Dice, made: &mut Problem) {
     let rho = dice.between(0.0, 1.0);
     let gamma = dice.between(0.5, 0.9);
-    let (name, dissipative) = match dice.below(7) {
+    let (name, dissipative) = match dice.below(9) {
         0 => (format!("{{ name = \"rho-bathe\", rho_infinity = {rho:?} }}"), false),
         1 => (format!("{{ name = \"newmark\", beta = {:?}, gamma = {gamma:?} }}", gamma / 2.0 + 0.01), false),
         2 => ("{ name = \"newmark\", beta = 0.25, gamma = 0.5 }".into(), true),
         3 => (format!("{{ name = \"hht-alpha\", alpha = {:?} }}", -rho / 3.0), false),
         4 => (format!("{{ name = \"generalized-alpha\", rho_infinity = {rho:?} }}"), false),
+        5 | 6 => ("{ name = \"exact\" }".into(), true),
         _ => ("{ name = \"bathe\" }".into(), true),
     };
     made.dissipative = dissipative;

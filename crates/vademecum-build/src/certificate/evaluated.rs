@@ -165,8 +165,9 @@ pub fn measure(
     }
 }
 
-/// Steps the unseen loads through a file that moves its modes exactly, beside the motion that is exact in time
-/// in a space that has converged for them: there is no march at full order. The loads end on whole steps.
+/// Steps the unseen loads through a file that moves its modes exactly, beside the motion that is exact in
+/// time in a space that has converged for them: there is no march at full order. The loads end on whole
+/// steps.
 ///
 /// # Errors
 /// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.
@@ -397,8 +398,8 @@ fn radius(scene: &Scene<'_, f64>) -> Result<f64, CertificateError> {
     }
 }
 
-/// The same of modes with a 2×2 block each: displacements and velocities of a fast mode differ by so much that
-/// the eigenvalues of the whole would lose digits.
+/// The same of modes with a 2×2 block each: displacements and velocities of a fast mode differ by so much
+/// that the eigenvalues of the whole would lose digits.
 fn radius_of_modes(increment: MatRef<'_, f64>) -> f64 {
     let r = increment.nrows() / 2;
     let of_mode = |k: usize| {

@@ -125,7 +125,8 @@ impl Stages<'_> {
         }
     }
 
-    /// Modes moved exactly, at the values of the problem file and at the corners of the box of its parameters.
+    /// Modes moved exactly, at the values of the problem file and at the corners of the box of its
+    /// parameters.
     fn exact(
         &self,
         problem: &Problem,

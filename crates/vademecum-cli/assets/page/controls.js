@@ -61,7 +61,7 @@ export class Controls {
       find(id).checked = renderer[id];
       find(id).addEventListener("change", (event) => (renderer[id] = event.target.checked));
     }
-    for (const [value, present] of [["1", this.evaluator.has.diagonal], ["2", this.evaluator.has.block]]) {
+    for (const [value, present] of [["1", this.evaluator.has.diagonal && !this.evaluator.exact], ["2", this.evaluator.has.block], ["4", this.evaluator.has.diagonal]]) {
       find("structure").querySelector(`[value="${value}"]`).disabled = !present;
     }
     find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
@@ -157,12 +157,12 @@ export class Controls {
 
   file() {
     const e = this.evaluator;
-    const of = e.structure === 1 ? e.certificate.diagonal : e.certificate.block;
+    const of = e.structure === 2 ? e.certificate.block : e.certificate.diagonal;
     const rows = {
       program: e.program, nodes: `${e.counts.nodes} (${3 * e.counts.nodes} components), ${e.counts.surfaceNodes} on the surface`,
       loadable: `${e.counts.loadNodes} nodes, ${e.counts.loadTriangles} of ${e.counts.triangles} triangles`,
       modes: e.counts.modes, scheme: `${e.scheme}, Δt ${short(e.built.timeStep, "s")}`,
-      structures: [e.has.diagonal && "diagonal", e.has.block && `block (${e.counts.terms} terms)`].filter(Boolean).join(", "),
+      structures: [e.has.diagonal && (e.exact ? "exact" : "diagonal"), e.has.block && `block (${e.counts.terms} terms)`].filter(Boolean).join(", "),
       "certified error": `${Number(of.error.toPrecision(3))} (floor ${Number(of.floor.toPrecision(3))})`, units: e.units,
       "first mode": `${Number(this.firstFrequency().toPrecision(4))} Hz`,
     };
@@ -210,7 +210,7 @@ export class Controls {
     find("step-rate").textContent = rate >= 1e4 ? `${Math.round(rate / 1000)} k` : String(Math.round(rate));
     find("factor").textContent = player.paused ? "paused" : `× ${factor.toPrecision(2)}`;
     find("frame").textContent = `${(1000 * frame).toFixed(1)} ms, ${Math.round(frames)}/s`;
-    find("modes").textContent = `${evaluator.counts.modes}, ${evaluator.structure === 1 ? "diagonal" : `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
+    find("modes").textContent = `${evaluator.counts.modes}, ${{ 1: "diagonal", 4: "exact" }[evaluator.structure] ?? `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
     find("time").textContent = `${player.time.toFixed(3)} s`;
   }
 

@@ -76,6 +76,7 @@ export class Evaluator {
       diagonal: { error: diagonalError, floor: diagonalFloor }, block: { error: blockError, floor: blockFloor },
     };
     [this.program, this.problem, this.units, this.scheme] = [0, 1, 2, 3].map((which) => this.text(which));
+    this.exact = this.scheme === "exact";
     this.parameters = Array.from({ length: parameters }, (_, index) => this.parameter(index)).filter((known) => known);
     this.probeNames = this.names(SECTION.probeNames);
     this.patternNames = this.names(SECTION.patternNames);
@@ -110,7 +111,7 @@ export class Evaluator {
   }
 
   /**
-   * Binds the file: `{ double, structure (0 chosen, 1 diagonal, 2 block), timeStep [s], stiffness, density, alpha [1/s],
+   * Binds the file: `{ double, structure (0 chosen, 1 diagonal, 2 block, 4 exact), timeStep [s], stiffness, density, alpha [1/s],
    * beta [s], restBelow, regionStiffness, regionDensity (8 scales each) }`. The body is at rest and unloaded afterwards. A refusal throws and leaves nothing bound.
    */
   bind(options) {

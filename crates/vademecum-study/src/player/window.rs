@@ -97,7 +97,8 @@ mod tests {
         let mut window = Window::new(intervals, [0.0, 1.0, 0.0, 0.0], 0.5);
         let at = |index: usize, start: f64, end: f64| (index, [start, end, 0.0, 0.0]);
         let piece = |length, acting: &[(usize, [f64; INSTANTS])]| Piece { length, acting: acting.to_vec() };
-        // Starts in the middle of the first step; the second load ends where the first has come to full height.
+        // Starts in the middle of the first step; the second load ends where the first has come to full
+        // height.
         assert_eq!(
             window.pieces(0),
             [piece(0.25, &[at(1, 1.0, 1.0)]), piece(0.25, &[at(0, 0.0, 0.5), at(1, 1.0, 1.0)])]
