@@ -147,6 +147,7 @@ fn of_the_step(kind: SectionKind) -> bool {
         kind,
         S::ReducedStiffness
             | S::Eigenvalues
+            | S::DampingRatios
             | S::BlockState
             | S::AxisPoints
             | S::Factors

@@ -228,8 +228,8 @@ fn march<B: Playable>(
 ) -> Result<(), StudyError> {
     let (instants, time_step) = (body.instants(), body.time_step());
     let mut window = Window::new(track.intervals().copied().collect(), instants, time_step);
-    // The body starts under the loads of the first instant, and what the modes leave out of the answer to them
-    // is shown with it: a ramp that begins there is still zero, whatever it is at the end of the step.
+    // The body starts under the loads of the first instant, and what the modes leave out of the answer to
+    // them is shown with it: a ramp that begins there is still zero, whatever it is at the end of the step.
     let first = window.acting(0).into_iter().map(|(index, factors)| (index, [factors[0]; INSTANTS]));
     track.apply_some(&first.collect::<Vec<_>>(), body)?;
     body.start()?;
