@@ -258,8 +258,8 @@ fn a_pattern_ends_where_statics_says() {
     assert!(off(modes, expected) > 1e-6);
 }
 
-/// Presses a sphere on a body without damping and checks every step.
-fn checked(bytes: &[u8], steps: usize, still_from: usize, path: impl Fn(usize) -> Sphere) {
+/// Presses a sphere on a body without damping and checks every step; at how many places at once it pushed.
+fn checked(bytes: &[u8], steps: usize, still_from: usize, path: impl Fn(usize) -> Sphere) -> usize {
     let file = File::parse(bytes).expect("a file");
     let body = Body::new(&file).expect("a surface");
     let with = SceneOptions { time_step: Some(1e-3), ..undamped() };
@@ -331,6 +331,7 @@ fn checked(bytes: &[u8], steps: usize, still_from: usize, path: impl Fn(usize) -
     });
     println!("deepest {deepest:.1e} of the radius, balance {balance:.1e}, {most} at once, {words:?}");
     assert!(["sticks", "slips", "open"].iter().all(|word| words.contains(word)), "{words:?}");
+    most
 }
 
 fn pressed_beam() -> &'static [u8] {
@@ -358,15 +359,34 @@ fn a_sphere_on_the_liver_neither_goes_in_nor_gives_energy() {
     let extent =
         nodes.iter().map(|x| x[0]).fold(0.0, f64::max) - nodes.iter().map(|x| x[0]).fold(0.0, f64::min);
     let radius = 0.1 * extent;
-    checked(&bytes, 600, 500, |step| {
+    let path = drag(radius, top, [0.0, 0.5 * radius], [0.05 * radius, 0.1 * radius, 1.5 * radius]);
+    checked(&bytes, 600, 500, path);
+}
+
+/// A sphere that comes down on a place from a height, presses to a depth, is dragged in x and y, and lifted.
+fn drag(
+    radius: f64,
+    place: [f64; 3],
+    over: [f64; 2],
+    [height, depth, lift]: [f64; 3],
+) -> impl Fn(usize) -> Sphere {
+    move |step| {
         let at = |step: usize| {
             let share = |from: usize, steps: f64| (step.saturating_sub(from) as f64 / steps).min(1.0);
-            let height = radius * (1.05 - 0.15 * share(0, 100.0) + 1.5 * share(400, 100.0));
-            [top[0], top[1] + 0.5 * radius * share(100, 300.0), top[2] + height]
+            let [x, y] = over.map(|way| way * share(100, 300.0));
+            let above = height - (height + depth) * share(0, 100.0) + lift * share(400, 100.0);
+            [place[0] + x, place[1] + y, place[2] + radius + above]
         };
         let centre = at(step);
         Sphere { radius, friction: 0.3, centre, moves: minus(centre, at(step - 1)) }
-    });
+    }
+}
+
+#[test]
+fn a_sphere_that_touches_at_several_places_does_neither() {
+    let path = drag(20.0, [0.6, 0.04, 0.1], [0.2, 0.0], [1e-3, 2e-3, 20e-3]);
+    let most = checked(pressed_beam(), 600, 500, path);
+    assert!(most >= 3, "{most}");
 }
 
 #[test]
