@@ -2,8 +2,8 @@
 //!
 //! What you learn: how a tool that is much stiffer than the body stays stable. A spring between tool and body
 //! has to be softer than the body is within one step. This loop has no spring: it asks how the body yields at
-//! the contacts (`compliance`) and where they go without force (`free_motion`), and solves for the forces with
-//! which the sphere and the body just touch when the step ends.
+//! the contacts (`compliance`) and where they go without force (`free_motion`), and solves for the forces
+//! with which the sphere and the body just touch when the step ends.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -243,8 +243,8 @@ pub fn beam() -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(build(&problem, &BuildOptions::default(), &Silent)?.kept()?.bytes)
 }
 
-/// The sphere after so many steps of a millisecond: it comes down on the beam, is dragged to its tip side, and
-/// is lifted.
+/// The sphere after so many steps of a millisecond: it comes down on the beam, is dragged to its tip side,
+/// and is lifted.
 #[must_use]
 pub fn path(step: usize) -> Sphere {
     let at = |step: usize| {

@@ -6,9 +6,11 @@
 //!
 //! `H_c` shares a force among the nodes of contact `c`, `P₀` is the answer of each mode to a unit load held
 //! over the step, and `R` is the static residual, which is a contact's own: between two contacts it is left
-//! out, so that `W` stays positive semidefinite whatever the file holds of it. This is the Delassus operator
-//! of contact mechanics. With it a loop of its caller can solve for stick, slip and release at the end of the
-//! step, and is stable whatever the stiffness of what touches the body.
+//! out, so that `W` stays positive semidefinite whatever the file holds of it. Of contacts that share no
+//! triangle, `W` says exactly what a step does; of contacts that share one, a step shows the residual between
+//! them too. This is the Delassus operator of contact mechanics. With it a loop of its caller can solve for
+//! stick, slip and release at the end of the step, and is stable whatever the stiffness of what touches the
+//! body.
 
 use crate::contact::Contact;
 use crate::error::{LoadError, StepError};
@@ -31,7 +33,8 @@ impl<T: Scalar> Scene<'_, T> {
     /// How the body yields at contacts to forces held over the coming step: `w` of shape `(3n, 3n)` for `n`
     /// contacts, row by row \[m/N\]; number `(3c + i, 3d + j)` is the displacement of contact `c` in
     /// direction `i` at the end of the step for each newton at contact `d` in direction `j`. The forces of
-    /// `contacts` are not looked at. Symmetric. `O(n² r)`; for the diagonal and the exact structure.
+    /// `contacts` are not looked at. Symmetric and positive semidefinite. `O(n² r)`; for the diagonal and the
+    /// exact structure. For contacts that share no triangle it is exactly what a step does.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -80,6 +80,10 @@
 //!   step: [`Surface::locate`] where the finger has moved, [`Loads::clear`] and [`Loads::add_contact`] where
 //!   the force has changed, [`Scene::step`], and [`Scene::point`] for the finger or [`Scene::surface_into`]
 //!   for the picture.
+//! - **A stiff tool presses a body.** A force that a spring gives is stable only if the spring is softer than
+//!   the body within one step. Ask [`Scene::compliance`] and [`Scene::free_motion`] instead, solve for the
+//!   forces with which tool and body just touch at the end of the step, and give them to
+//!   [`Loads::add_contact`] (`examples/press_a_sphere.rs`).
 //! - **A slider changes the body.** [`SceneOptions::find`] tells the index of a live parameter by its name;
 //!   [`Scene::set_parameter`] sets it, in 5 µs for 8 modes and 270 µs for 64, and carries the state over. The
 //!   loads from before are stale: clear them and add them again. For several parameters at once, or several

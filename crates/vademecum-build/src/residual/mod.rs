@@ -75,7 +75,7 @@ pub fn columns_at_once() -> usize {
 /// The residual at the loadable nodes, given in the order in which they are counted, and between those that
 /// share one of `triangles`, which are made of their places.
 ///
-/// Two solves for each component of each node, probe and pattern. The bytes do not depend on the number of
+/// One solve for each component of each node, probe and pattern. The bytes do not depend on the number of
 /// threads.
 ///
 /// # Errors
