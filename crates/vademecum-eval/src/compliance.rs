@@ -12,10 +12,11 @@
 //! stick, slip and release at the end of the step, and is stable whatever the stiffness of what touches the
 //! body.
 
+use crate::contact::Contact;
 use crate::error::{LoadError, StepError};
 use crate::kernel::add_row;
 use crate::lend::{Lender, Short};
-use crate::loads::{Contact, Loads};
+use crate::loads::Loads;
 use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;

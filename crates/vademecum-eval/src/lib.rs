@@ -126,6 +126,7 @@ mod bind;
 #[cfg(feature = "chapter")]
 pub mod chapter;
 mod compliance;
+mod contact;
 mod coordinates;
 mod cost;
 mod eigen;
@@ -156,9 +157,10 @@ mod step;
 mod surface;
 
 pub use batch::{Batch, BatchStatus};
+pub use contact::Contact;
 pub use cost::Cost;
 pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
-pub use loads::{Contact, Loads};
+pub use loads::Loads;
 #[cfg(feature = "mmap")]
 pub use mmap::{Mapped, OpenError};
 pub use modal::{Modal, ModalSizes};

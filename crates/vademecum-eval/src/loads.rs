@@ -6,29 +6,17 @@
 //! when the scene's parameters change, what was added means nothing any more and is refused until it is
 //! cleared.
 
+use crate::contact::Contact;
 use crate::error::{BindError, LoadError};
 use crate::kernel::{add_dense, add_row};
 use crate::lend::Lender;
 use crate::options::Structure;
 use crate::residual::Statics;
-use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 use vademecum_format::{Numbers, SectionKind};
-
-/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum
-/// to 1).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Loadable nodes, in file order.
-    pub nodes: [u32; 3],
-    /// Their shares.
-    pub weights: [f64; 3],
-    /// Force \[N\].
-    pub force: [f64; 3],
-}
 
 /// Loads of a step, in lent memory.
 #[derive(Debug)]
@@ -75,7 +63,7 @@ impl Amplitudes {
         let [start, rest @ ..] = *amplitudes;
         // The last stage of a scheme lies at the end of the step.
         let last = if scheme.is_exact() { 1 } else { scheme.active().len() };
-        let end = rest.into_iter().take(last).last().unwrap_or(start);
+        let end = rest.into_iter().take(last).next_back().unwrap_or(start);
         Self { start, end, stages }
     }
 
@@ -84,33 +72,6 @@ impl Amplitudes {
         let finite =
             self.start.is_finite() && self.end.is_finite() && self.stages.iter().all(|x| x.is_finite());
         if finite { Ok(()) } else { Err(LoadError::NotFinite) }
-    }
-}
-
-impl Contact {
-    /// Refuses what is not finite, and nodes that are not loadable.
-    pub(crate) fn check(&self, limit: u32) -> Result<(), LoadError> {
-        if !self.weights.iter().chain(&self.force).all(|x| x.is_finite()) {
-            return Err(LoadError::NotFinite);
-        }
-        match self.nodes.iter().find(|&&node| node >= limit) {
-            Some(&node) => Err(LoadError::NotLoadable { node, limit }),
-            None => Ok(()),
-        }
-    }
-
-    /// `BᵀF` of this contact into `g`, length `r`.
-    pub(crate) fn project<T: Scalar>(&self, rows: &Rows<'_>, g: &mut [T]) -> Result<(), LoadError> {
-        let (kind, r) = (SectionKind::SurfaceBasis, g.len());
-        let basis = rows.surface.ok_or(LoadError::Missing { kind })?;
-        g.fill(T::ZERO);
-        for (&node, weight) in self.nodes.iter().zip(self.weights) {
-            for (component, force) in self.force.iter().enumerate() {
-                let row = basis.row((3 * node as usize + component) * r, r);
-                add_row(row.ok_or(LoadError::Missing { kind })?, T::from_f64(weight * force), g);
-            }
-        }
-        Ok(())
     }
 }
 

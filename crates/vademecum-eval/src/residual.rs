@@ -5,9 +5,9 @@
 //! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
 //! residual together.
 
+use crate::contact::Contact;
 use crate::error::LoadError;
 use crate::lend::{Lender, Short};
-use crate::loads::Contact;
 use crate::options::SceneOptions;
 use crate::scalar::Scalar;
 use vademecum_format::{File, Numbers, SectionKind};

@@ -4,9 +4,10 @@
 use super::error::{ChapterBindError, ChapterLoadError};
 use super::scene::{ChapterScene, Shape};
 use super::terms::{Unknown, pieces, place};
+use crate::contact::Contact;
 use crate::error::{BindError, LoadError};
 use crate::lend::{Lender, Short};
-use crate::loads::{Amplitudes, Contact};
+use crate::loads::Amplitudes;
 use crate::scalar::Scalar;
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{Chapter, ChapterAxis, ChapterRole};
