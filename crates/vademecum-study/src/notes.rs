@@ -135,7 +135,7 @@ mod tests {
         (instants[1], instants[2]) = (0.5, 1.0);
         let (dt, steps) = (1e-3, 100);
         let found = |start: f64, end: f64, ramp: f64| {
-            never(Interval { start, end, ramp }, &instants, dt, steps).unwrap_or_else(|| "acts".into())
+            never(Interval { start, end, ramp }, Some(&instants), dt, steps).unwrap_or_else(|| "acts".into())
         };
         assert_eq!(found(0.0, f64::MAX, 0.0), "acts");
         assert_eq!(found(0.0, f64::MAX, 10.0), "acts");
