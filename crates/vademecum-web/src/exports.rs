@@ -217,9 +217,9 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     1
 }
 
-/// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block, 4 exact), `Δt` \[s\], scales of stiffness
-/// and density, `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's stiffness
-/// and of each region's density, 8 and 8.
+/// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block, 4 exact), `Δt` \[s\], scales of
+/// stiffness and density, `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's
+/// stiffness and of each region's density, 8 and 8.
 fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     let [structure, time_step, stiffness, density, alpha, beta, rest_below, regions @ ..] = *numbers;
     let (mut region_stiffness, mut region_density) = ([1.0; MAX_REGIONS], [1.0; MAX_REGIONS]);

@@ -189,7 +189,7 @@ impl Default for Tolerances {
 }
 
 /// What the file can show.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputEntry {
     /// Fields kept.
@@ -203,12 +203,6 @@ pub struct OutputEntry {
     /// Named values read at every step.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,
-}
-
-impl Default for OutputEntry {
-    fn default() -> Self {
-        Self { fields: Fields::default(), precision: Precision::default(), residual: None, probes: vec![] }
-    }
 }
 
 /// Fields kept in the file.
