@@ -63,7 +63,7 @@ impl Amplitudes {
         let [start, rest @ ..] = *amplitudes;
         // The last stage of a scheme lies at the end of the step.
         let last = if scheme.is_exact() { 1 } else { scheme.active().len() };
-        let end = rest.into_iter().take(last).last().unwrap_or(start);
+        let end = rest.into_iter().take(last).next_back().unwrap_or(start);
         Self { start, end, stages }
     }
 
