@@ -144,5 +144,9 @@ mod tests {
         assert!(found(0.0501, 0.0504, 0.0).contains("looks at lies from 0.0501 s to 0.0504 s"));
         assert!(found(0.2, 1.0, 0.0).contains("starts at 0.2 s, and the scenario ends at 0.1 s"));
         assert!(found(1e300, f64::MAX, 0.0).contains("the scenario ends"));
+        // Exact steps miss none but those that come too late.
+        let exact = |start: f64, end: f64| never(Interval { start, end, ramp: 0.0 }, None, dt, steps);
+        assert_eq!(exact(0.0501, 0.0504), None);
+        assert!(exact(0.2, 1.0).is_some_and(|why| why.contains("the scenario ends at 0.1 s")));
     }
 }
