@@ -105,7 +105,7 @@ def weights_of_terms(file, stage, theta, v):
 
 
 class Residual:
-    """What the modes leave out of static answers; zeros where the file has no section 34."""
+    """What the modes leave out of static answers; zeros where the file has no section for it."""
 
     def __init__(self, file):
         self.file, self.nodes, self.pairs = file, file.meta["n_load_nodes"], {}
@@ -140,9 +140,9 @@ class Residual:
 
     def probes(self, count, forces, patterns):
         sum_ = np.zeros(count)
-        if not self.there or count == 0:
+        if count == 0:
             return sum_
-        if "ProbeResidual" in self.file:
+        if self.there and "ProbeResidual" in self.file:
             table = self.section("ProbeResidual", (count, self.nodes, 3))
             for loaded, force in forces.items():
                 sum_ = sum_ + table[:, loaded] @ force
