@@ -137,7 +137,10 @@ fn verify_compares_with_the_full_order_march() {
             &"--json",
         ];
         let report = run(arguments).json();
-        has_keys(&report, &["dofs", "modes", "full_order_seconds_per_step", "vademecum_seconds_per_step"]);
+        has_keys(
+            &report,
+            &["dofs", "modes", "bound", "full_order_seconds_per_step", "vademecum_seconds_per_step"],
+        );
         let number = |key: &str| report[key].as_f64().expect(key);
         assert_eq!(report["steps"], 200);
         assert_eq!(report["structure"], structure);

@@ -155,6 +155,12 @@ pub fn print_verification(v: &Verification) {
     if let Some(error) = truth.contact_error {
         println!("under the contacts     {error:.3e}  (along the force, while it acts; the largest)");
     }
+    if let Some(bound) = &v.bound {
+        println!(
+            "certified for any load {:.1e} in the median, {:.1e} for 95 %, {:.1e} at worst ({}, beside the static part)",
+            bound.median, bound.p95, bound.worst, bound.kind
+        );
+    }
     println!("spectral radius        1 {:+.2e}", v.spectral_radius - 1.0);
     println!(
         "energy after release   {:+.3e}  (full order {:+.3e}); largest ÷ at release {:.9}",

@@ -2,9 +2,9 @@
 //!
 //! Sections may be compressed; each is decoded where it is asked for.
 
+use serde::Serialize;
 use vademecum_build::certificate::FileFigures;
 use vademecum_build::dynamics::ModeRow;
-use vademecum_build::residual::StaticBound;
 use vademecum_format::{File, Section, SectionKind};
 use vademecum_rewrite::{decode, default_limit};
 
@@ -42,17 +42,31 @@ pub fn figures(file: &File<'_>) -> Result<FileFigures, FileError> {
     Ok(FileFigures::from_numbers(&numbers(file, SectionKind::StructureFigures)?))
 }
 
+/// The largest share of a static answer that the modes leave out, over loadable nodes and directions; mass
+/// norm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Bound {
+    /// At the worst node, in its worst direction.
+    pub worst: f64,
+    /// Median over nodes and directions.
+    pub median: f64,
+    /// 95th percentile of the same.
+    pub p95: f64,
+    /// `bound`: it holds at every instant after a jump of the load; `estimate`: it does not have to.
+    pub kind: &'static str,
+}
+
 /// How much of a static answer the modes leave out; nothing if the file does not keep it.
 ///
 /// # Errors
 /// As [`numbers`].
-pub fn bound(file: &File<'_>) -> Result<Option<StaticBound>, FileError> {
+pub fn bound(file: &File<'_>) -> Result<Option<Bound>, FileError> {
     let found = numbers(file, SectionKind::StaticBound)?;
-    Ok(found.first_chunk().map(|&[rigorous, worst, median, most]| StaticBound {
-        rigorous: rigorous == 1.0,
+    Ok(found.first_chunk().map(|&[rigorous, worst, median, p95]| Bound {
         worst,
         median,
-        most,
+        p95,
+        kind: if rigorous == 1.0 { "bound" } else { "estimate" },
     }))
 }
 

@@ -15,7 +15,7 @@ use vademecum_eval::StructureChoice;
 use vademecum_format::{File, SectionKind};
 
 use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
-use crate::contents::{lines, section};
+use crate::contents::{Bound, bound, lines, section};
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
 use crate::parameters::{ParameterValue, setting, values};
@@ -56,6 +56,8 @@ pub struct Verification {
     /// The file against a motion that is exact in time.
     #[serde(flatten)]
     pub truth: TruthErrors,
+    /// What the file says of loads in general; none if it does not keep it.
+    pub bound: Option<Bound>,
     /// Of the step as the evaluator marches it.
     pub spectral_radius: f64,
     /// Energy at the end over energy at release, less 1, through the file.
@@ -185,6 +187,7 @@ pub fn verify(
         projection_floor,
         floor_ratio: trajectory_error / projection_floor,
         truth,
+        bound: bound(file)?,
         spectral_radius,
         energy_drift: drift(&shown.energy),
         energy_drift_full_order: drift(&full.energy),

@@ -7,11 +7,10 @@ use vademecum_build::certificate::StructureReport;
 use vademecum_build::chapter::ChapterReport;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
-use vademecum_build::residual::StaticBound;
 use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
-use vademecum_study::contents::{bound, figures, lines};
+use vademecum_study::contents::{Bound, bound, figures, lines};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::arguments::Limit;
@@ -116,22 +115,6 @@ struct Certificates {
     canonical: Option<ChapterReport>,
     /// What the modes leave out of static answers; `null` where the file does not keep it.
     bound: Option<Bound>,
-}
-
-/// The largest share of a static answer that the modes leave out, over loadable nodes and directions.
-#[derive(Serialize)]
-struct Bound {
-    worst: f64,
-    median: f64,
-    p95: f64,
-    /// `bound`: it holds at every instant after a jump of the load; `estimate`: it does not have to.
-    kind: &'static str,
-}
-
-impl From<StaticBound> for Bound {
-    fn from(StaticBound { rigorous, worst, median, most }: StaticBound) -> Self {
-        Self { worst, median, p95: most, kind: if rigorous { "bound" } else { "estimate" } }
-    }
 }
 
 /// Axes of the canonical structure of one stage, and where its load can stand.
@@ -282,7 +265,7 @@ impl Info {
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal, &figures.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block, &figures.block)),
                 canonical: canonical_report,
-                bound: bound(file)?.map(Bound::from),
+                bound: bound(file)?,
             },
             enrichment_history: enrichment_history(file)?,
             fewest_terms: self.terms_for.map(|t| fewest_terms(file.bytes(), t)).transpose()?,
