@@ -70,19 +70,12 @@ pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
     problem.output.residual.unwrap_or(prepared.exact) && diagonal && !prepared.space.has_region_parameters()
 }
 
-/// Seconds for the static residual, by full-order steps, which solve twice for a column too; and bytes.
-fn residual_ahead(problem: &Problem, prepared: &Prepared, full: Option<&FullOrder<'_>>) -> (f64, f64) {
-    let chosen = f64::from(u8::from(problem.basis.error.is_some()));
-    let sweeps = chosen + f64::from(u8::from(wants_residual(problem, prepared)));
-    if sweeps == 0.0 {
-        return (0.0, 0.0);
+/// Bytes for the static residual. Its time is told by the sweep over the nodes, which measures it.
+fn residual_ahead(problem: &Problem, prepared: &Prepared) -> f64 {
+    if problem.basis.error.is_none() && !wants_residual(problem, prepared) {
+        return 0.0;
     }
-    let (n, columns) = (prepared.body.n_dof() as f64, residual::columns_at_once());
-    let batches = (3.0 * prepared.body.load_nodes.len() as f64 / columns as f64).ceil();
-    (
-        sweeps * batches * full.map_or(0.0, |full| seconds_per_step(full, columns)),
-        NUMBER * 4.0 * n * columns as f64,
-    )
+    NUMBER * 4.0 * prepared.body.n_dof() as f64 * residual::columns_at_once() as f64
 }
 
 /// What is ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
@@ -120,8 +113,7 @@ fn plan(
     if !prepared.exact {
         work = work.and(march.times(certificates));
     }
-    let (seconds, columns) = residual_ahead(problem, prepared, full);
-    work.seconds += seconds;
+    let columns = residual_ahead(problem, prepared);
     // Snapshots are gone when the residual begins.
     BuildPlan { work, memory_bytes: model_memory(problem, prepared) + snapshots.max(columns) }
 }
@@ -145,5 +137,9 @@ pub(super) fn checked(
 
 /// In words, for the user.
 pub(super) fn in_words(plan: &BuildPlan) -> String {
-    format!("{}; {} of memory at least", plan.work.in_words(), memory_in_words(plan.memory_bytes as u64))
+    let memory = memory_in_words(plan.memory_bytes as u64);
+    if plan.work.steps == 0.0 {
+        return format!("nothing is marched; {memory} of memory at least");
+    }
+    format!("{}; {memory} of memory at least", plan.work.in_words())
 }

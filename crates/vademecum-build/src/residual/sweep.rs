@@ -1,5 +1,7 @@
 //! Residual answers in batches: one group of columns per thread is in memory at a time.
 
+use std::time::Instant;
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
@@ -7,6 +9,7 @@ use rayon::prelude::*;
 use super::complement::Complement;
 use super::error::ResidualError;
 use super::small::{Symmetric, symmetric};
+use crate::dynamics::time_in_words;
 use crate::progress::Listener;
 
 /// What is kept of the answers to forces at one node.
@@ -29,8 +32,13 @@ pub(super) fn sweep<T: Send>(
     let at_once = (Complement::at_once() / 3).min(nodes.len());
     let mut memory = complement.workspace(3 * at_once);
     let mut found = Vec::with_capacity(nodes.len());
+    let start = Instant::now();
     for (batch, some) in nodes.chunks(at_once.max(1)).enumerate() {
         listener.checkpoint(found.len(), nodes.len())?;
+        if batch == 1 {
+            let seconds = start.elapsed().as_secs_f64() * nodes.len() as f64 / at_once as f64;
+            note_long(seconds, nodes.len(), listener);
+        }
         let used = 3 * some.len();
         memory.columns.fill(0.0);
         for (place, &node) in some.iter().enumerate() {
@@ -57,6 +65,14 @@ pub(super) fn sweep<T: Send>(
     }
     listener.checkpoint(nodes.len(), nodes.len())?;
     Ok(found)
+}
+
+/// Announces a sweep that takes more than a minute, by its first batch.
+fn note_long(seconds: f64, nodes: usize, listener: &dyn Listener) {
+    if seconds > 60.0 {
+        let time = time_in_words(seconds);
+        listener.note(&format!("static answers at {nodes} loadable nodes: about {time}"));
+    }
 }
 
 /// `R` of each load, shown to `take` as one column; loads in order.
