@@ -275,3 +275,25 @@ fn a_limit_on_the_process_ends_in_a_sentence_and_not_in_an_abort() {
         }
     }
 }
+
+/// However little memory there is, a build ends by its code and in words, or by an allocation of the standard
+/// library that names its size.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_that_is_refused_anywhere_is_told_in_words() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = write(folder.path(), &BEAM.replace("[4, 1, 1]", "[24, 6, 6]"));
+    let run =
+        command(&["build".as_ref(), path.as_os_str(), "-o".as_ref(), "a.vdm".as_ref(), "--fresh".as_ref()]);
+    let mut refused = 0;
+    for limit in (60..240).step_by(6) {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "ulimit -v \"$0\"; exec \"$@\"", &(limit << 10).to_string()]);
+        shell.current_dir(folder.path()).env("RAYON_NUM_THREADS", "2");
+        let ran = shell.arg(run.get_program()).args(run.get_args()).output().expect("a shell");
+        let told = String::from_utf8_lossy(&ran.stderr);
+        assert!(!told.contains("panicked"), "{limit} MiB: {told}");
+        refused += usize::from(told.contains("the system refused a memory allocation of"));
+    }
+    assert!(refused > 0, "no limit met a matrix");
+}

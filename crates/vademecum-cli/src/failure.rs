@@ -25,6 +25,8 @@ const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every pr
 const UNREAD: &str = "name a file that exists and that you may read";
 /// What to do about a disk that refuses.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
+/// What to do when memory runs out.
+const MEMORY: &str = "close other programs, lift the limit on this one, or ask for fewer modes or cells";
 /// What to do about a vademecum file that says what cannot be.
 pub const DAMAGED: &str =
     "the file was damaged after it was written, or not written by this program: copy or build it again";
@@ -147,6 +149,23 @@ impl fmt::Display for Failure {
         }
         if self.remedy.is_empty() { Ok(()) } else { write!(f, "\n  try: {}", self.remedy) }
     }
+}
+
+/// Tells in a sentence that the system refused memory, and ends the program.
+///
+/// The standard library's collections end the program by themselves then; the matrices panic.
+pub fn end_where_memory_is_refused() {
+    let others = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        let words = info.payload_as_str().unwrap_or_default();
+        let Some((_, layout)) = words.split_once("AllocError { layout: Layout { size: ") else {
+            return others(info);
+        };
+        let bytes = layout.split(',').next().unwrap_or_default();
+        let error = format!("the system refused a memory allocation of {bytes} bytes");
+        eprintln!("{}", Failure::new(Cause::Machine, error).remedy(MEMORY));
+        std::process::exit(Cause::Machine as i32);
+    }));
 }
 
 impl From<OutputError> for Failure {

@@ -71,6 +71,7 @@ enum Command {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     console::listen_for_ctrl_c();
+    failure::end_where_memory_is_refused();
     let console = console::Console::new(arguments.quiet);
     let result = match &arguments.command {
         Command::Build(command) => command.run(&console),
