@@ -10,7 +10,7 @@ pub use error::BuildError;
 use crate::basis::{BasisError, Runs, find_basis};
 use crate::certificate::UnseenLoads;
 use crate::dynamics::{FullOrder, lowest_modes};
-use crate::export::NodeOrder;
+use crate::export::{Draft, NodeOrder};
 use crate::input::{BasisKind, Problem};
 use crate::limits::Memory;
 use crate::prepared::{ParameterSpace, Prepared, prepare_within};
@@ -74,6 +74,9 @@ impl Outcome {
     }
 }
 
+/// Largest factor of the stiffness that a file takes without being asked to \[bytes\].
+const FACTOR_UNASKED: usize = 256_000_000;
+
 /// First periods that a certificate covers.
 const PERIODS: f64 = 3.0;
 /// Steps that it marches at least.
@@ -92,6 +95,8 @@ struct Stages<'a> {
     options: &'a BuildOptions<'a>,
     /// Of the basis at hand.
     residual: Option<&'a StaticResidual>,
+    /// The factor of the stiffness as the file keeps it; empty where it does not.
+    factor: &'a [Draft],
 }
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -115,7 +120,18 @@ pub fn build(
     let open = problem.tolerance.steps.is_none();
     let unseen = &UnseenLoads { open, ..UnseenLoads::draw(body, runs, steps) };
     let (order, kept) = (&NodeOrder::new(body), &Kept::new(options.store, prepared, listener));
-    let stages = Stages { prepared, full, first_period, runs, unseen, order, kept, options, residual: None };
+    let stages = Stages {
+        prepared,
+        full,
+        first_period,
+        runs,
+        unseen,
+        order,
+        kept,
+        options,
+        residual: None,
+        factor: &[],
+    };
 
     let mut missed = None;
     for modes in basis_sizes(problem, &prepared.space) {
@@ -195,8 +211,23 @@ impl<'a> Stages<'a> {
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let residual = self.static_residual(problem, &basis, watch)?;
-        let sized = Stages { residual: residual.as_ref(), ..*self };
-        let vademecum = sized.certified(problem, &basis, watch)?;
+        let mut sized = Stages { residual: residual.as_ref(), ..*self };
+        let mut factor = vec![];
+        let mut vademecum = None;
+        if problem.output.static_fields != Some(true) {
+            let certified = sized.certified(problem, &basis, watch)?;
+            if !sized.wants_factor(problem, &certified) {
+                vademecum = Some(certified);
+            }
+        }
+        let vademecum = match vademecum {
+            Some(vademecum) => vademecum,
+            None => {
+                factor = sized.factor(problem, watch)?;
+                sized.factor = &factor;
+                sized.certified(problem, &basis, watch)?
+            }
+        };
         let bytes = watch.stage("encode", || sized.file(problem, &basis, &vademecum))?;
         let mut report = sized.report(problem, &basis, &vademecum, n_snapshots, watch.timings(), bytes.len());
         report.plan = plan;

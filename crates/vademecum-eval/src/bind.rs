@@ -7,6 +7,7 @@
 use crate::axes::{Axes, StagePlace};
 use crate::equation::{Matrices, Stiffness};
 use crate::error::BindError;
+use crate::factor::Factor;
 use crate::kernel::{LANES, TILE};
 use crate::lend::{Lender, Short, put};
 use crate::options::{SceneOptions, Structure};
@@ -32,6 +33,8 @@ pub(crate) struct Sections<'m> {
     pub damping_ratios: Option<&'m [[u8; 8]]>,
     /// The static residual.
     pub residual: Residual<'m>,
+    /// The factor of the stiffness.
+    pub factor: Factor<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
 }
@@ -99,6 +102,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
         residual: Residual::of(file),
+        factor: Factor::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,
     })

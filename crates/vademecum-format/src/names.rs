@@ -52,6 +52,11 @@ impl fmt::Display for SectionKind {
             Self::PatternProbeResidual => "PatternProbeResidual",
             Self::StaticBound => "StaticBound",
             Self::BoundMap => "BoundMap",
+            Self::FactorOrder => "FactorOrder",
+            Self::FactorGroups => "FactorGroups",
+            Self::FactorRows => "FactorRows",
+            Self::FactorValues => "FactorValues",
+            Self::PatternAnswer => "PatternAnswer",
         })
     }
 }

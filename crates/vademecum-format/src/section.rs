@@ -119,11 +119,24 @@ pub enum SectionKind {
     /// `G = Rᵀ M R` of each loadable node \[kg m²/N²\]: xx, xy, xz, yy, yz, zz; then its largest relative
     /// bound; `f32|f64 (n_load_nodes, 7)`.
     BoundMap = 41,
+    /// Columns of the factor `L` of `K = L Lᵀ` in the order in which they are eliminated: the displacement,
+    /// `3 node + component`, that each stands for; held ones are absent. `u32 (any)`. Since version 1.4, as
+    /// all below.
+    FactorOrder = 42,
+    /// Groups of columns of `L` with the same rows below them: columns, and rows below; `u32 (any, 2)`.
+    FactorGroups = 43,
+    /// Rows of `L` below each group, ascending, one group after the other; `u32 (any)`.
+    FactorRows = 44,
+    /// `L` \[(N/m)^½\], group by group, each column by column from the group's first row on, so that what
+    /// stands above the diagonal is zero; `f32|f64 (any)`.
+    FactorValues = 45,
+    /// `K⁻¹F_p` \[m\] in the order of the factor, `f32|f64 (n_patterns, any)`.
+    PatternAnswer = 46,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 41] = [
+    pub const ALL: [Self; 46] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -165,6 +178,11 @@ impl SectionKind {
         Self::PatternProbeResidual,
         Self::StaticBound,
         Self::BoundMap,
+        Self::FactorOrder,
+        Self::FactorGroups,
+        Self::FactorRows,
+        Self::FactorValues,
+        Self::PatternAnswer,
     ];
 
     /// The kind with this number.
@@ -192,6 +210,7 @@ impl SectionKind {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             Self::StructureFigures => 2,
+            kind if kind.number() > Self::BoundMap.number() => 4,
             kind if kind.number() > Self::StructureFigures.number() => 3,
             kind if kind.is_chapter() => 1,
             _ => 0,
@@ -239,6 +258,9 @@ impl SectionKind {
             Self::PatternProbeResidual => two(u64::from(m.n_patterns), u64::from(m.n_probes)),
             Self::StaticBound => one(4),
             Self::BoundMap => two(u64::from(m.n_load_nodes), 7),
+            Self::FactorOrder | Self::FactorRows | Self::FactorValues => [None, Some(1), Some(1)],
+            Self::FactorGroups => [None, Some(2), Some(1)],
+            Self::PatternAnswer => [Some(u64::from(m.n_patterns)), None, Some(1)],
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
             Self::CanonicalAxes => [None, Some(CHAPTER_AXIS as u64), Some(1)],
@@ -254,16 +276,22 @@ impl SectionKind {
     pub fn allows(self, element: Element) -> bool {
         match self {
             Self::NodeIds => element == Element::U64,
-            Self::Triangles | Self::CanonicalParts | Self::CanonicalPositions | Self::ResidualPairs => {
-                element == Element::U32
-            }
+            Self::Triangles
+            | Self::CanonicalParts
+            | Self::CanonicalPositions
+            | Self::ResidualPairs
+            | Self::FactorOrder
+            | Self::FactorGroups
+            | Self::FactorRows => element == Element::U32,
             Self::PatternNames | Self::ProbeNames | Self::Repairs => element == Element::U8,
             Self::NodeCoordinates
             | Self::ContactResidual
             | Self::PairResidual
             | Self::ProbeResidual
             | Self::PatternResidual
-            | Self::BoundMap => matches!(element, Element::F32 | Element::F64),
+            | Self::BoundMap
+            | Self::FactorValues
+            | Self::PatternAnswer => matches!(element, Element::F32 | Element::F64),
             Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
                 matches!(element, Element::F32 | Element::F64 | Element::I16)
             }

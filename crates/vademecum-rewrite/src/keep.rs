@@ -43,6 +43,11 @@ impl Keep {
                 | S::ProbeResidual
                 | S::PatternResidual
                 | S::BoundMap
+                | S::FactorOrder
+                | S::FactorGroups
+                | S::FactorRows
+                | S::FactorValues
+                | S::PatternAnswer
         );
         match self {
             Self::Probes => !(inside || surface || for_people),

@@ -62,18 +62,19 @@ pub(crate) fn find_truth<'a>(
     Truth::find(pencil, symbolic, &|lambda, _| damping.decay(lambda), loads, steps, &options, listener)
 }
 
-/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts and what the file
+/// What a file misses of the reference. `file` is its basis with its coordinates, then what its fields show
+/// beside them. `contacts` are the loads of the scenario's contacts and what the file
 /// shows under each, along its force and times its size, shape (contacts, instants); `same_scheme` is the
 /// file beside the march at full order by its own scheme, and that march beside the truth; if it has a
 /// scheme.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
-    file: DisplacedBy<'_>,
+    file: &[DisplacedBy<'_>],
     contacts: (&[TimedLoad], MatRef<'_, f64>),
     time_step: f64,
     same_scheme: Option<(TrajectoryError, f64)>,
 ) -> TruthErrors {
-    let distance = truth.trajectory(0).distance(&[file]);
+    let distance = truth.trajectory(0).distance(file);
     let TruthDistance { error, floor } = distance;
     let TrajectoryError { error, floor } =
         same_scheme.map_or(TrajectoryError { error, floor }, |same| same.0);

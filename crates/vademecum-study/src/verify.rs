@@ -7,11 +7,13 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{DisplacedBy, FullOrder, TimedLoad, Truth, announce, seconds_per_step};
+use vademecum_build::dynamics::{
+    DisplacedBy, FullOrder, INSTANTS, TimedLoad, Truth, announce, seconds_per_step,
+};
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Body, Prepared, Probe};
 use vademecum_build::progress::Listener;
-use vademecum_eval::StructureChoice;
+use vademecum_eval::{Field, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
 use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
@@ -20,7 +22,9 @@ use crate::error::{FileError, StudyError};
 use crate::notes::notes;
 use crate::parameters::{ParameterValue, setting, values};
 use crate::player::chapter::step_radius;
-use crate::player::{PlacedContact, PlayOptions, Track, long_run, play};
+use crate::player::{
+    Body as PlayerBody, PlacedContact, PlayOptions, Playable, Track, long_run, play, with_scene,
+};
 use crate::run::finite;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 use crate::truth::{TruthErrors, find_truth, truth_errors};
@@ -165,9 +169,19 @@ pub fn verify(
         (FullMotion { energy, probes, seconds_per_step }, Some((error, marched.error())))
     };
     let contacts = &loads[..track.contacts.len()];
-    let motion = DisplacedBy { columns: basis.as_ref(), amplitudes: coordinates.as_ref() };
+    let statics = static_columns(file, options, &track, body, &file_nodes)?;
+    let acting = Matrix::from_fn(loads.len(), 1 + steps, |j, step| match step {
+        0 => 0.0,
+        step => loads[j].when.just_before(step as f64 * time_step),
+    });
+    let mut motion = vec![DisplacedBy { columns: basis.as_ref(), amplitudes: coordinates.as_ref() }];
+    motion.extend(
+        statics
+            .as_ref()
+            .map(|columns| DisplacedBy { columns: columns.as_ref(), amplitudes: acting.as_ref() }),
+    );
     let under = coordinate_matrix(contacts.len(), &shown.under_contacts);
-    let truth = truth_errors(&truth, motion, (contacts, under.as_ref()), time_step, same_scheme);
+    let truth = truth_errors(&truth, &motion, (contacts, under.as_ref()), time_step, same_scheme);
     let [trajectory_error, projection_floor] = match same_scheme {
         Some((same, _)) => [same.error, same.floor],
         None => [truth.total_error, truth.basis_error],
@@ -201,6 +215,41 @@ pub fn verify(
         probes: lines(file, SectionKind::ProbeNames)?,
         probe_series: [full.probes, shown.probes],
         energy_series: [full.energy, shown.energy],
+    })
+}
+
+/// What the fields of a file show of each load of a track beside the modes, at factor 1 on the load; shape
+/// (n, loads). Nothing where they show no more than the modes.
+fn static_columns(
+    file: &File<'_>,
+    options: &PlayOptions,
+    track: &Track,
+    body: &Body,
+    file_nodes: &[u32],
+) -> Result<Option<Matrix>, StudyError> {
+    if options.takes_chapter(file) || file.section(SectionKind::FactorValues).is_none() {
+        return Ok(None);
+    }
+    with_scene::<f64, _>(file, &options.scene, |scene, state, loads| {
+        if scene.static_field_sizes() == [0; 2] {
+            return Ok(None);
+        }
+        let mut columns = Matrix::zeros(body.n_dof(), track.contacts.len() + track.patterns.len());
+        let mut shown = vec![0.0; 3 * file_nodes.len()];
+        let mut played = PlayerBody { scene, state, loads };
+        for load in 0..columns.ncols() {
+            track.apply_some(&[(load, [1.0; INSTANTS])], &mut played)?;
+            played.start()?;
+            played.body_into(Field::Displacement, &mut shown)?;
+            for (place, &node) in file_nodes.iter().enumerate() {
+                for component in 0..3 {
+                    if let Some(free) = body.model.dofs().free(3 * node as usize + component) {
+                        columns[(free as usize, load)] = shown[3 * place + component];
+                    }
+                }
+            }
+        }
+        Ok(Some(columns))
     })
 }
 

@@ -1,7 +1,9 @@
 //! The march of a certificate through the evaluator, on the encoded bytes.
 
 use faer::{Mat, MatRef};
-use vademecum_eval::{Contact, Loads, Scene, SceneOptions, Sizes, State, Structure};
+use vademecum_eval::{
+    Contact, Field, Loads, OutputError, Scene, SceneOptions, Sizes, State, StaticField, Structure,
+};
 use vademecum_format::File;
 use vademecum_format::scheme::MAX_STAGES;
 
@@ -15,7 +17,7 @@ use crate::dynamics::{
     march_full_order,
 };
 use crate::export::NodeOrder;
-use crate::fem::{Pencil, Symbolic, SymmetricMatrix};
+use crate::fem::{DofMap, Pencil, Symbolic, SymmetricMatrix};
 use crate::linalg::project;
 use crate::progress::{Cancelled, Listener};
 
@@ -167,13 +169,13 @@ pub fn measure(
 
 /// Steps the unseen loads through a file that moves its modes exactly, beside the motion that is exact in
 /// time in a space that has converged for them: there is no march at full order. The loads end on whole
-/// steps.
+/// steps. Where the file has the factor of the stiffness, its fields are compared with the whole static answer.
 ///
 /// # Errors
 /// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.
 pub fn certify_exact(
     candidate: &Candidate<'_>,
-    order: &NodeOrder,
+    (order, dofs): (&NodeOrder, &DofMap),
     (pencil, symbolic): (&Pencil, &Symbolic),
     decay: Decay<'_>,
     unseen: &UnseenLoads,
@@ -187,19 +189,27 @@ pub fn certify_exact(
     let mut march = March::bind(&file, candidate, &mut memory, order, unseen)?;
     let r = candidate.basis.n_modes();
     let mut coordinates = vec![Mat::zeros(r, 1 + unseen.steps); columns];
+    // How much of its load each shows at each instant.
+    let mut acting = vec![Mat::zeros(1, 1 + unseen.steps); columns];
     for step in 0..unseen.steps {
         let now = march.step(step)?;
-        for (j, all) in coordinates.iter_mut().enumerate() {
-            all.col_mut(step + 1).copy_from(now.col(j));
+        for (j, trajectory) in march.trajectories.iter().enumerate() {
+            coordinates[j].col_mut(step + 1).copy_from(now.col(j));
+            // A step shows the load as it is at its very end.
+            acting[j][(0, step + 1)] = trajectory.factors[1];
         }
         listener.checkpoint(step + 1, unseen.steps)?;
     }
+    let statics = march.static_fields(order, dofs)?;
     let (span, loads) = ((time_step, unseen.steps), unseen.timed());
     let truth = Truth::find(pencil, symbolic, decay, &loads, span, &REFERENCE, listener)?;
     let columns = candidate.basis.vectors.as_ref();
-    let errors = coordinates.iter().enumerate().map(|(j, coordinates)| {
-        let shown = DisplacedBy { columns, amplitudes: coordinates.as_ref() };
-        let TruthDistance { error, floor } = truth.trajectory(j).distance(&[shown]);
+    let errors = coordinates.iter().zip(&acting).enumerate().map(|(j, (coordinates, acting))| {
+        let mut shown = vec![DisplacedBy { columns, amplitudes: coordinates.as_ref() }];
+        if let Some(field) = statics.get(j) {
+            shown.push(DisplacedBy { columns: field.as_ref(), amplitudes: acting.as_ref() });
+        }
+        let TruthDistance { error, floor } = truth.trajectory(j).distance(&shown);
         TrajectoryError { error, floor }
     });
     let measured = march.measured(errors.collect(), listener)?;
@@ -284,6 +294,42 @@ impl<'m> March<'m> {
         }
         state.restore(&left)?;
         Ok(largest)
+    }
+
+    /// What the file's fields show of each load beside the modes, over the free dofs of `dofs`, for factor 1
+    /// on the load; nothing where the file does not have the factor of the stiffness or fields inside the
+    /// body. Takes the loads away and leaves the states as they are.
+    fn static_fields(&mut self, order: &NodeOrder, dofs: &DofMap) -> Result<Vec<Mat<f64>>, CertificateError> {
+        let [of_answer, of_rest] = self.scene.static_field_sizes();
+        let (mut answer, mut rest) = (vec![0.0; of_answer], vec![0.0; of_rest]);
+        let mut statics = StaticField::new(&self.scene, &mut answer, &mut rest)?;
+        let mut shown = vec![0.0; 3 * order.nodes.len()];
+        let mut left = vec![0.0; self.scene.state_numbers()];
+        let zero = vec![0.0; self.scene.n_modes()];
+        let mut fields = vec![];
+        for Trajectory { contact, state, loads, factors, .. } in &mut self.trajectories {
+            if of_answer == 0 {
+                break;
+            }
+            state.save_into(&mut left)?;
+            loads.clear();
+            loads.add_contact(&self.scene, contact)?;
+            self.scene.set(state, &zero, &zero, loads)?;
+            self.scene.solve_static_field(state, &mut statics)?;
+            let told = self.scene.body_with(state, Field::Displacement, &mut statics, &mut shown);
+            loads.clear();
+            *factors = [0.0; 1 + MAX_STAGES];
+            state.restore(&left)?;
+            match told {
+                Ok(()) => {}
+                Err(OutputError::Missing { .. }) => return Ok(vec![]),
+                Err(error) => return Err(error.into()),
+            }
+            let value = |&dof: &u32| shown[3 * order.file_node[dof as usize / 3] as usize + dof as usize % 3];
+            let field: Vec<f64> = dofs.dof_of_free().iter().map(value).collect();
+            fields.push(MatRef::from_column_major_slice(&field, field.len(), 1).to_owned());
+        }
+        Ok(fields)
     }
 
     /// One step of every trajectory: their ζ, shape (r, trajectories).

@@ -4,7 +4,11 @@ use vademecum_format::{Codec, Element, SectionInput, SectionKind};
 
 use crate::input::Precision;
 
+/// Sizes that binary32 holds with all its digits, with room for sums.
+const SINGLE: std::ops::Range<f64> = 1e-30..1e30;
+
 /// A section before it is laid out.
+#[derive(Clone)]
 pub struct Draft {
     /// Its kind.
     pub kind: SectionKind,
@@ -50,6 +54,14 @@ impl Draft {
                 Self { kind, element: Element::F32, shape: shape.map(|s| s as u64), bytes }
             }
         }
+    }
+
+    /// Numbers in the precision of the file, unless binary32 cannot hold their size.
+    pub fn fitting(kind: SectionKind, precision: Precision, shape: [usize; 3], values: &[f64]) -> Self {
+        let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let fits = largest == 0.0 || SINGLE.contains(&largest);
+        let precision = if fits { precision } else { Precision::F64 };
+        Self::reals(kind, precision, shape, values.iter().copied())
     }
 
     /// Indices.

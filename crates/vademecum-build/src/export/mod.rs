@@ -4,10 +4,12 @@
 
 mod curve;
 mod draft;
+mod factor;
 mod order;
 mod residual;
 
 pub use draft::Draft;
+pub use factor::factor_sections;
 pub use order::NodeOrder;
 pub use residual::residual_sections;
 

@@ -6,9 +6,6 @@ use super::Draft;
 use crate::input::Precision;
 use crate::residual::StaticResidual;
 
-/// Sizes that binary32 holds with all its digits, with room for sums.
-const SINGLE: std::ops::Range<f64> = 1e-30..1e30;
-
 /// Sections 34 to 41, as far as there is something to keep.
 pub fn residual_sections(residual: &StaticResidual, precision: Precision) -> Vec<Draft> {
     let (nodes, pairs) = (residual.contact.len(), residual.pairs.len());
@@ -18,35 +15,27 @@ pub fn residual_sections(residual: &StaticResidual, precision: Precision) -> Vec
     let map = residual.gram.iter().zip(&residual.at_nodes);
     let map: Vec<f64> = map.flat_map(|(gram, &bound)| gram.iter().copied().chain([bound])).collect();
     let mut drafts = vec![
-        reals(S::ContactResidual, precision, [nodes, 6, 1], residual.contact.as_flattened()),
+        Draft::fitting(S::ContactResidual, precision, [nodes, 6, 1], residual.contact.as_flattened()),
         Draft::f64s(S::StaticBound, [4, 1, 1], of_bound),
-        reals(S::BoundMap, precision, [nodes, 7, 1], &map),
+        Draft::fitting(S::BoundMap, precision, [nodes, 7, 1], &map),
     ];
     if pairs > 0 {
         let indices = residual.pairs.iter().flatten().copied();
         drafts.push(Draft::u32s(S::ResidualPairs, [pairs, 2, 1], indices));
         let blocks = residual.pair_blocks.as_flattened();
-        drafts.push(reals(S::PairResidual, precision, [pairs, 9, 1], blocks));
+        drafts.push(Draft::fitting(S::PairResidual, precision, [pairs, 9, 1], blocks));
     }
     if probes > 0 {
         let rows = residual.probes.concat();
-        drafts.push(reals(S::ProbeResidual, precision, [probes, nodes, 3], rows.as_flattened()));
+        drafts.push(Draft::fitting(S::ProbeResidual, precision, [probes, nodes, 3], rows.as_flattened()));
     }
     if patterns > 0 {
         let rows = residual.patterns.concat();
-        drafts.push(reals(S::PatternResidual, precision, [patterns, nodes, 3], rows.as_flattened()));
+        drafts.push(Draft::fitting(S::PatternResidual, precision, [patterns, nodes, 3], rows.as_flattened()));
     }
     if patterns > 0 && probes > 0 {
         let values = residual.pattern_probes.concat();
         drafts.push(Draft::f64s(S::PatternProbeResidual, [patterns, probes, 1], values));
     }
     drafts
-}
-
-/// Numbers in the precision of the file, unless binary32 cannot hold their size.
-fn reals(kind: S, precision: Precision, shape: [usize; 3], values: &[f64]) -> Draft {
-    let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let fits = largest == 0.0 || SINGLE.contains(&largest);
-    let precision = if fits { precision } else { Precision::F64 };
-    Draft::reals(kind, precision, shape, values.iter().copied())
 }

@@ -13,8 +13,10 @@ use faer::linalg::solvers::LltError;
 use faer::perm::PermRef;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::FaerError;
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::{Conj, Mat, MatMut, Par, Side, Spec};
 use rayon::prelude::*;
@@ -153,11 +155,65 @@ impl Factor {
         &self.symbolic
     }
 
+    /// `L` of `P A Pᵀ = L Lᵀ`, group by group of columns with the same rows below them.
+    pub fn columns(&self) -> FactorColumns {
+        let cholesky = &self.symbolic.cholesky;
+        let n = self.symbolic.n();
+        let order = match cholesky.perm() {
+            Some(permutation) => permutation.arrays().0.to_vec(),
+            None => (0..n as u32).collect(),
+        };
+        let mut columns = FactorColumns {
+            order,
+            groups: vec![],
+            rows: vec![],
+            values: Vec::with_capacity(self.values.len()),
+        };
+        match cholesky.raw() {
+            SymbolicCholeskyRaw::Simplicial(structure) => {
+                for (first, last) in structure.col_ptr().iter().zip(&structure.col_ptr()[1..]) {
+                    // The diagonal is the first of each column.
+                    let column = *first as usize..*last as usize;
+                    columns.rows.extend(&structure.row_idx()[column.clone()][1..]);
+                    columns.groups.push([1, column.len() as u32 - 1]);
+                    columns.values.extend(&self.values[column]);
+                }
+            }
+            SymbolicCholeskyRaw::Supernodal(structure) => {
+                let factor = SupernodalLltRef::new(structure, &self.values);
+                for s in 0..structure.n_supernodes() {
+                    let group = factor.supernode(s);
+                    let (values, rows) = (group.val(), group.pattern());
+                    columns.rows.extend(rows);
+                    columns.groups.push([values.ncols() as u32, rows.len() as u32]);
+                    for j in 0..values.ncols() {
+                        let below = |i: usize| if i < j { 0.0 } else { values[(i, j)] };
+                        columns.values.extend((0..values.nrows()).map(below));
+                    }
+                }
+            }
+        }
+        columns
+    }
+
     /// Solves for the few columns of one group.
     fn solve_group(&self, x: MatMut<'_, f64>, memory: &mut MemBuffer) {
         let factor = LltRef::new(&self.symbolic.cholesky, &self.values);
         factor.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(memory));
     }
+}
+
+/// A factor `L` as a file keeps it.
+#[derive(Clone, Debug)]
+pub struct FactorColumns {
+    /// The row of the matrix that each column stands for, in the order of elimination.
+    pub order: Vec<u32>,
+    /// Columns of each group, and rows below it.
+    pub groups: Vec<[u32; 2]>,
+    /// Rows below each group, ascending, one group after the other.
+    pub rows: Vec<u32>,
+    /// Group by group, each column by column from the first row of the group on; zeros above the diagonal.
+    pub values: Vec<f64>,
 }
 
 /// Memory for solves of up to a fixed number of right-hand sides, lent to one solve at a time.

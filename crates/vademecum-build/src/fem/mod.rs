@@ -13,7 +13,7 @@ mod pencil;
 mod sparse;
 
 pub use element::{ElementError, Material};
-pub use factor::{Factor, FactorError, Solve, Symbolic};
+pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use loads::{Facet, LoadError, surface_facets};
 pub use model::{DofMap, Model, ModelError};
 pub use pencil::{Pencil, PencilError};

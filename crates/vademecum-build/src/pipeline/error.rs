@@ -6,6 +6,7 @@ use crate::basis::BasisError;
 use crate::certificate::CertificateError;
 use crate::chapter::ChapterError;
 use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
+use crate::fem::FactorError;
 use crate::limits::TooMuchMemory;
 use crate::parametric::ParametricError;
 use crate::prepared::{PrepareError, TimeStepError};
@@ -39,6 +40,9 @@ pub enum BuildError {
     /// No static residual.
     #[error("the static residual")]
     Residual(#[from] ResidualError),
+    /// No factor of the stiffness for whole fields.
+    #[error("the factor of the stiffness, for whole fields")]
+    Factor(#[from] FactorError),
     /// A stage has no response.
     #[error(transparent)]
     Response(#[from] ResponseError),

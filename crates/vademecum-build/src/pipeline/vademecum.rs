@@ -5,7 +5,7 @@ use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Certificate, File, SectionKind};
 
 use super::plan::wants_residual;
-use super::{BuildError, Stages};
+use super::{BuildError, FACTOR_UNASKED, Stages};
 use crate::basis::Basis;
 use crate::certificate::{
     Candidate, CertificateError, FIGURES, Figures, FileFigures, StructureMeasured, StructureReport, certify,
@@ -15,8 +15,9 @@ use crate::chapter::{
     self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
 };
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
-use crate::export::{Draft, Parts, encode, residual_sections};
-use crate::input::{BasisKind, ChapterEntry, Problem};
+use crate::export::{Draft, Parts, encode, factor_sections, residual_sections};
+use crate::input::{BasisKind, ChapterEntry, Fields, Precision, Problem};
+use crate::limits::memory_in_words;
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
 use crate::prepared::Prepared;
 use crate::progress::{StageTiming, Stopwatch};
@@ -107,6 +108,36 @@ impl Stages<'_> {
         Ok(Some(found))
     }
 
+    /// Whether whole fields need the whole static answer: the problem leaves it open, its error is too large
+    /// without, and the factor is not too large.
+    pub(super) fn wants_factor(&self, problem: &Problem, certified: &Certified) -> bool {
+        let whole = problem.output.fields == Fields::Body && self.residual.is_some();
+        let open = problem.output.static_fields.is_none() && whole;
+        let error = certified.measured.diagonal.certificate.trajectory_error;
+        let exact = matches!(certified.vademecum, Vademecum::Exact);
+        open && exact && error > problem.tolerance.error && self.factor_bytes(problem) <= FACTOR_UNASKED
+    }
+
+    /// Bytes of the factor in a file, without its indices.
+    fn factor_bytes(&self, problem: &Problem) -> usize {
+        let bytes = self.prepared.symbolic.factor_bytes();
+        if problem.output.precision == Precision::F32 { bytes / 2 } else { bytes }
+    }
+
+    /// The factor of the stiffness as the file keeps it.
+    pub(super) fn factor(
+        &self,
+        problem: &Problem,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Vec<Draft>, BuildError> {
+        let Self { prepared, order, kept, .. } = *self;
+        let bytes = memory_in_words(self.factor_bytes(problem) as u64);
+        kept.listener.note(&format!("the file keeps the factor of the stiffness, about {bytes}: whole fields show the whole static answer"));
+        let precision = problem.output.precision;
+        let sections = || factor_sections(&prepared.body, &prepared.symbolic, order, precision);
+        Ok(watch.stage("factor for whole fields", sections)?)
+    }
+
     /// The vademecum a problem asks for, and its certificate.
     pub(super) fn certified(
         &self,
@@ -139,6 +170,7 @@ impl Stages<'_> {
         if !space.parameters.is_empty() {
             settings.extend(space.corners());
         }
+        let name = if self.factor.is_empty() { "exact" } else { "fields" };
         let certify = || {
             let bytes = self.encode(problem, basis, Step::Exact, &Measured::default(), None)?;
             let file = File::parse(&bytes)?;
@@ -151,7 +183,7 @@ impl Stages<'_> {
                     options.set(file.metadata(), parameter, value).map_err(CertificateError::from)?;
                 }
                 let inputs = |inputs: Inputs| {
-                    inputs.value(&(&setting, problem.output.precision, "exact")).with(basis).with(unseen)
+                    inputs.value(&(&setting, problem.output.precision, name)).with(basis).with(unseen)
                 };
                 let measure = || -> Result<_, CertificateError> {
                     let pencil = setting.pencil(prepared.body.model.pencil());
@@ -159,9 +191,10 @@ impl Stages<'_> {
                     let decay = |lambda: f64, _| 0.5 * (rayleigh.alpha + rayleigh.beta * lambda);
                     let candidate = Candidate { bytes: &bytes, basis, options: &options };
                     let model = (&pencil, &prepared.symbolic);
-                    Ok(vec![certify_exact(&candidate, order, model, &decay, unseen, kept.listener)?])
+                    let nodes = (order, prepared.body.model.dofs());
+                    Ok(vec![certify_exact(&candidate, nodes, model, &decay, unseen, kept.listener)?])
                 };
-                let found = kept_certificate(kept, &format!("certificate-exact-{place}"), inputs, measure)?;
+                let found = kept_certificate(kept, &format!("certificate-{name}-{place}"), inputs, measure)?;
                 let found = found.into_iter().next().expect("one structure was measured");
                 worst = Some(worst.map_or(found.clone(), |worst| worst.worse(found)));
             }
@@ -366,6 +399,7 @@ impl Stages<'_> {
         others.push(Draft::f64s(SectionKind::StructureFigures, [3, FIGURES, 1], figures.numbers()));
         let residual = self.residual.map(|residual| residual_sections(residual, problem.output.precision));
         others.extend(residual.into_iter().flatten());
+        others.extend(self.factor.iter().cloned());
         let parts = Parts {
             problem,
             body: &prepared.body,

@@ -93,7 +93,7 @@ impl Strip {
 }
 
 /// What nobody can do any more without a section.
-const LOST: [(SectionKind, &str); 14] = [
+const LOST: [(SectionKind, &str); 15] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),
     (SectionKind::Triangles, "no surface to show"),
@@ -107,5 +107,6 @@ const LOST: [(SectionKind, &str); 14] = [
     (SectionKind::StructureFigures, "no word of how reciprocal the structures are"),
     (SectionKind::ContactResidual, "no static residual under a contact"),
     (SectionKind::ProbeResidual, "no static residual of a contact at the probes"),
+    (SectionKind::FactorValues, "no static answer in whole fields"),
     (SectionKind::BoundMap, "no map of the bound over the surface"),
 ];

@@ -4,6 +4,7 @@
 
 mod basis;
 mod claims;
+mod factor;
 mod geometry;
 mod matrices;
 mod residual;
@@ -84,6 +85,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     basis::check(&raw)?;
     step::check(&raw)?;
     residual::check(&raw)?;
+    factor::check(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }

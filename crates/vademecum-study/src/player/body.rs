@@ -2,7 +2,9 @@
 
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
-use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, State, Structure, SurfacePoint};
+use vademecum_eval::{
+    Contact, Field, Loads, OutputError, Scalar, Scene, State, StaticField, Structure, SurfacePoint,
+};
 
 use crate::error::FileError;
 
@@ -141,14 +143,6 @@ macro_rules! alike {
         fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
             Ok(self.scene.point(self.state, point, Field::Displacement)?)
         }
-
-        fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-            Ok(self.scene.surface_into(self.state, field, out)?)
-        }
-
-        fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-            Ok(self.scene.body_into(self.state, field, out)?)
-        }
     };
 }
 
@@ -170,6 +164,20 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
 
     fn structure(&self) -> &'static str {
         structure_name(self.scene.structure())
+    }
+
+    fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+        if !self.shows_statics(field) {
+            return Ok(self.scene.surface_into(self.state, field, out)?);
+        }
+        self.with_statics(|statics| self.scene.surface_with(self.state, field, statics, out))
+    }
+
+    fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+        if !self.shows_statics(field) {
+            return Ok(self.scene.body_into(self.state, field, out)?);
+        }
+        self.with_statics(|statics| self.scene.body_with(self.state, field, statics, out))
     }
 
     fn is_exact(&self) -> bool {
@@ -194,6 +202,25 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
     }
 }
 
+impl<T: Scalar> Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
+    /// Whether a field of the file has the whole static answer.
+    fn shows_statics(&self, field: Field) -> bool {
+        field == Field::Displacement && self.scene.static_field_sizes() != [0; 2]
+    }
+
+    /// The static answer to the forces of the last step.
+    fn with_statics(
+        &self,
+        show: impl FnOnce(&mut StaticField<'_, T>) -> Result<(), OutputError>,
+    ) -> Result<(), FileError> {
+        let [answer, rest] = self.scene.static_field_sizes();
+        let (mut answer, mut rest) = (vec![0.0; answer], vec![T::ZERO; rest]);
+        let mut statics = StaticField::new(self.scene, &mut answer, &mut rest)?;
+        self.scene.solve_static_field(self.state, &mut statics)?;
+        Ok(show(&mut statics)?)
+    }
+}
+
 impl<T: Scalar> Loadable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
     loads_alike!();
 
@@ -207,6 +234,14 @@ impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>
 
     fn structure(&self) -> &'static str {
         "canonical"
+    }
+
+    fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+        Ok(self.scene.surface_into(self.state, field, out)?)
+    }
+
+    fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+        Ok(self.scene.body_into(self.state, field, out)?)
     }
 
     fn is_exact(&self) -> bool {

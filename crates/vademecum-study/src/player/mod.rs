@@ -109,7 +109,7 @@ impl Track {
     }
 
     /// Loads a body with loads by number, contacts first, and their amplitudes at the instants.
-    fn apply_some(
+    pub(crate) fn apply_some(
         &self,
         acting: &[(usize, [f64; INSTANTS])],
         body: &mut (impl Loadable + ?Sized),
@@ -230,8 +230,12 @@ fn march<B: Playable>(
     let mut window = Window::new(track.intervals().copied().collect(), instants, time_step);
     // The body starts under the loads of the first instant, and what the modes leave out of the answer to
     // them is shown with it: a ramp that begins there is still zero, whatever it is at the end of the step.
-    let first = window.acting(0).into_iter().map(|(index, factors)| (index, [factors[0]; INSTANTS]));
-    track.apply_some(&first.collect::<Vec<_>>(), body)?;
+    // Modes that are moved exactly need no acceleration, and a load that begins with a jump has moved nothing
+    // yet.
+    if !body.is_exact() {
+        let first = window.acting(0).into_iter().map(|(index, factors)| (index, [factors[0]; INSTANTS]));
+        track.apply_some(&first.collect::<Vec<_>>(), body)?;
+    }
     body.start()?;
     observe(0, body)?;
     let mut acting = None;

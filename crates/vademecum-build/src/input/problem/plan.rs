@@ -200,6 +200,9 @@ pub struct OutputEntry {
     pub precision: Precision,
     /// Whether the static residual and its bound are computed and kept; absent: with exact steps.
     pub residual: Option<bool>,
+    /// Whether whole fields show the whole static answer, by the factor of the stiffness in the file; absent:
+    /// where the certificate would miss `tolerance.error` without it.
+    pub static_fields: Option<bool>,
     /// Named values read at every step.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,
