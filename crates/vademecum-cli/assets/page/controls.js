@@ -24,7 +24,7 @@ export class Controls {
     this.parameters();
     this.patterns();
     this.file();
-    for (const id of ["force", "speed", "magnification", "color"]) find(id).addEventListener("input", () => this.read());
+    for (const id of ["force", "speed", "magnification", "color", "tool", "radius", "depth", "friction"]) find(id).addEventListener("input", () => this.read());
     this.start();
     this.read();
   }
@@ -125,6 +125,38 @@ export class Controls {
     }
     find("precision").value = this.evaluator.options.double ? "64" : "32";
     find("structure").value = String(this.evaluator.options.structure);
+    this.tools();
+  }
+
+  /** Which tools the bound session takes, and why not. */
+  tools() {
+    const { player, evaluator } = this;
+    const [choice, note] = [find("tool"), find("tool-note")];
+    const takes = player.takesTool;
+    choice.querySelector('[value="sphere"]').disabled = !takes;
+    if (!takes) choice.value = "force";
+    note.hidden = takes || player.body.loadTriangles === 0;
+    note.textContent = evaluator.exact ? "The sphere needs the exact step structure (Live parameters, below)."
+      : `The sphere needs a file with exact steps. This one moves by the stages of “${evaluator.scheme}”: build it with scheme = { name = "exact" }.`;
+    this.chosen();
+  }
+
+  /** The settings of the chosen tool. */
+  chosen() {
+    const sphere = find("tool").value === "sphere";
+    find("sphere").hidden = !sphere;
+    find("finger").hidden = sphere;
+    const { size } = this.player.body;
+    const radius = size * 10 ** Number(find("radius").value);
+    // Never as deep as the centre, so that the sphere stays on its side of the body.
+    const depth = 0.8 * radius * Number(find("depth").value);
+    const friction = Number(find("friction").value);
+    this.sphere = sphere ? { radius, depth, friction } : null;
+    // A quarter of the body in a period of the first mode: as slow for it as it looks.
+    this.toolSpeed = 0.25 * size * this.firstFrequency();
+    find("radius-out").textContent = short(radius, "m");
+    find("depth-out").textContent = short(depth, "m");
+    find("friction-out").textContent = String(friction);
   }
 
   /** Binds other parameters; a refusal is said and changes nothing. */
@@ -173,6 +205,7 @@ export class Controls {
 
   /** Takes the simple settings over. */
   read() {
+    this.chosen();
     this.force = this.player.body.flexible.force * 10 ** Number(find("force").value);
     this.player.speed = 10 ** Number(find("speed").value);
     this.magnification = 10 ** Number(find("magnification").value);
@@ -211,6 +244,9 @@ export class Controls {
     find("factor").textContent = player.paused ? "paused" : `× ${factor.toPrecision(2)}`;
     find("frame").textContent = `${(1000 * frame).toFixed(1)} ms, ${Math.round(frames)}/s`;
     find("modes").textContent = `${evaluator.counts.modes}, ${{ 1: "diagonal", 4: "exact" }[evaluator.structure] ?? `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
+    const touches = player.tool ? evaluator.tool().touches : [];
+    const total = [0, 1, 2].map((i) => touches.reduce((sum, { force }) => sum + force[i], 0));
+    find("tool-force").textContent = touches.length === 0 ? "nothing" : `${short(Math.hypot(...total), "N")} at ${touches.length} place${touches.length === 1 ? "" : "s"}`;
     find("time").textContent = `${player.time.toFixed(3)} s`;
   }
 

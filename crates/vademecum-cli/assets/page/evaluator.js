@@ -213,4 +213,27 @@ export class Evaluator {
   rest() {
     this.wasm.rest();
   }
+
+  /** Lays a sphere down that cannot enter the body, `{ radius [m], friction, speed [m/s], centre, target [m] }`; throws `Refused` where steps are not exact. */
+  holdTool({ radius, friction, speed, centre, target }) {
+    this.must(this.wasm.hold_tool(radius, friction, speed, ...centre));
+    this.wasm.move_tool(...(target ?? centre));
+  }
+
+  /** Where the sphere is to go; nothing without a sphere. */
+  moveTool(target) {
+    this.wasm.move_tool(...target);
+  }
+
+  liftTool() {
+    this.wasm.lift_tool();
+  }
+
+  /** What the sphere did in the last step: centre, deepest place inside of it [m], whether all forces were found, and each push; null without one. */
+  tool() {
+    if (!this.wasm.tool()) return null;
+    const [x, y, z, deepest, solved, count, ...numbers] = this.exchange(54);
+    const touches = Array.from({ length: count }, (_, k) => ({ place: numbers.slice(6 * k, 6 * k + 3), force: numbers.slice(6 * k + 3, 6 * k + 6) }));
+    return { centre: [x, y, z], deepest, solved: solved === 1, touches };
+  }
 }
