@@ -290,7 +290,7 @@ test("with the sphere chosen, a mouse press holds it on the body, a drag takes i
   await page.mouse.down();
   await page.waitForFunction(() => window.vademecum.tool()?.touches.length > 0);
   assert.equal((await state(page)).contacts, 0);
-  await page.waitForFunction(() => / N at \d place/.test(document.getElementById("tool-force").textContent));
+  await page.waitForFunction(() => /[µmkM]?N at \d place/.test(document.getElementById("tool-force").textContent));
   await page.screenshot({ path: `${WORK}/sphere.png` });
   const before = await page.evaluate(() => window.vademecum.tool().centre);
   const to = await pixel(page, [0.9, 0.08, 0.1]);
