@@ -49,7 +49,7 @@ const COLORS: [RGBColor; 5] = [
 const DASHES: [(u32, u32); 4] = [(1, 0), (7, 7), (2, 5), (12, 4)];
 
 /// Size of every picture \[px\].
-const SIZE: (u32, u32) = (900, 480);
+pub(crate) const SIZE: (u32, u32) = (900, 480);
 
 /// The SVG, or why nothing could be drawn.
 pub type DrawResult = Result<String, Box<dyn Error>>;
@@ -315,12 +315,12 @@ pub fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -
 }
 
 /// An isometric view: x to the lower right, y to the lower left, z up; the viewer stands at (1, 1, 1).
-fn project(p: [f64; 3]) -> (f64, f64) {
+pub(crate) fn project(p: [f64; 3]) -> (f64, f64) {
     ((p[0] - p[1]) * 0.866, (p[0] + p[1]) * -0.5 + p[2])
 }
 
 /// Whether a triangle shows its outside.
-fn faces_viewer(triangle: &[[f64; 3]; 3]) -> bool {
+pub(crate) fn faces_viewer(triangle: &[[f64; 3]; 3]) -> bool {
     normal(triangle).iter().sum::<f64>() > 0.0
 }
 
@@ -332,14 +332,14 @@ fn normal([a, b, c]: &[[f64; 3]; 3]) -> [f64; 3] {
 }
 
 /// From the view plane to pixels.
-struct Frame {
+pub(crate) struct Frame {
     center: (f64, f64),
     scale: f64,
 }
 
 impl Frame {
     /// Fits all points below the title.
-    fn around(points: impl Iterator<Item = (f64, f64)>) -> Self {
+    pub(crate) fn around(points: impl Iterator<Item = (f64, f64)>) -> Self {
         let empty = (f64::MAX, f64::MIN);
         let ((x0, x1), (y0, y1)) = points.fold((empty, empty), |((x0, x1), (y0, y1)), (x, y)| {
             ((x0.min(x), x1.max(x)), (y0.min(y), y1.max(y)))
@@ -351,7 +351,7 @@ impl Frame {
         Self { center: (0.5 * (x0 + x1), 0.5 * (y0 + y1)), scale }
     }
 
-    fn of(&self, p: [f64; 3]) -> (f64, f64) {
+    pub(crate) fn of(&self, p: [f64; 3]) -> (f64, f64) {
         let (x, y) = project(p);
         let middle = (0.5 * f64::from(SIZE.0), 0.5 * f64::from(SIZE.1) + 15.0);
         (middle.0 + self.scale * (x - self.center.0), middle.1 - self.scale * (y - self.center.1))
@@ -359,7 +359,7 @@ impl Frame {
 }
 
 /// Grey of a triangle lit from above the viewer.
-fn light(triangle: &[[f64; 3]; 3]) -> u8 {
+pub(crate) fn light(triangle: &[[f64; 3]; 3]) -> u8 {
     let n = normal(triangle);
     let length = n.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
     let cosine = (0.2 * n[0] + 0.5 * n[1] + 0.84 * n[2]) / length;

@@ -13,7 +13,10 @@ const ALWAYS = [
   { key: "beta", name: "Damping β", unit: "s", log: false, range: ({ beta, timeStep }) => [0, Math.max(timeStep, 4 * beta)] },
 ];
 
-const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"] };
+const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"], b: ["largest error of a push here", ""] };
+
+/** A share in percent. */
+const percent = (x) => `${Number((100 * x).toPrecision(2))} %`;
 
 export class Controls {
   constructor(player, renderer, camera) {
@@ -66,6 +69,7 @@ export class Controls {
     }
     find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
     find("structure").addEventListener("change", () => this.set({ structure: Number(find("structure").value) }));
+    find("color").querySelector('[value="b"]').hidden = !player.body.bound;
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => this.theme(dark.matches));
     this.theme(dark.matches);
@@ -152,8 +156,8 @@ export class Controls {
     const depth = 0.8 * radius * Number(find("depth").value);
     const friction = Number(find("friction").value);
     this.sphere = sphere ? { radius, depth, friction } : null;
-    // A quarter of the body in a period of the first mode: as slow for it as it looks.
-    this.toolSpeed = 0.25 * size * this.firstFrequency();
+    // A twentieth of the body in a period of the first mode: slow for it, whatever it is made of.
+    this.toolSpeed = 0.05 * size * this.firstFrequency();
     find("radius-out").textContent = short(radius, "m");
     find("depth-out").textContent = short(depth, "m");
     find("friction-out").textContent = String(friction);
@@ -210,13 +214,16 @@ export class Controls {
     this.player.speed = 10 ** Number(find("speed").value);
     this.magnification = 10 ** Number(find("magnification").value);
     const [kind, component] = find("color").value;
-    Object.assign(this, { velocity: kind === "v", component: component === undefined ? -1 : Number(component) });
+    const bound = kind === "b" ? this.player.body.bound : null;
+    // −1: the size of the field; −2: places on the ramp, on the loadable surface only.
+    Object.assign(this, { velocity: kind === "v", bound, component: bound ? -2 : component === undefined ? -1 : Number(component) });
     find("force-out").textContent = short(this.force, "N");
     const speed = this.player.speed;
     find("speed-out").textContent = `${Number(speed.toPrecision(2))} × ${Math.abs(speed - 1) < 0.02 ? "real time" : speed < 1 ? "slow motion" : "fast"}`;
     find("magnification-out").textContent = `× ${Number(this.magnification.toPrecision(2))}`;
     const [name] = FIELDS[kind];
-    find("quantity").textContent = component === undefined ? name : `${name} ${"xyz"[component]}`;
+    const also = bound && !bound.rigorous ? " (estimate; logarithmic)" : " (logarithmic)";
+    find("quantity").textContent = bound ? name + also : component === undefined ? name : `${name} ${"xyz"[component]}`;
     find("ramp").style.background = gradient(component !== undefined);
     this.unit = FIELDS[kind][1];
     this.peak = 0;
@@ -224,6 +231,11 @@ export class Controls {
 
   /** The colour range: follows a growing field at once and a dying one slowly. */
   scale(field, seconds) {
+    if (this.bound) {
+      find("low").textContent = percent(this.bound.low);
+      find("high").textContent = percent(this.bound.high);
+      return 1;
+    }
     let largest = 0;
     for (let i = 0; i < field.length; i += 3) {
       const value = this.component < 0 ? Math.hypot(field[i], field[i + 1], field[i + 2]) : Math.abs(field[i + this.component]);

@@ -61,7 +61,7 @@ function show(page, seconds) {
   const size = renderer.resize();
   camera.update(...size);
   const displacement = evaluator.surface(false).slice();
-  const field = controls.velocity ? evaluator.surface(true) : displacement;
+  const field = controls.bound?.field ?? (controls.velocity ? evaluator.surface(true) : displacement);
   body.displace(displacement, controls.magnification);
   renderer.fill(displacement, field);
   const { magnification, component, dark } = controls;
@@ -69,7 +69,7 @@ function show(page, seconds) {
   renderer.draw(camera, { magnification, component, dark, tool, scale: controls.scale(field, seconds) });
   drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
   signals(page);
-  controls.warn(controls.velocity ? largest(displacement) : controls.component < 0 ? controls.largest : largest(displacement));
+  controls.warn(controls.component === -1 && !controls.velocity ? controls.largest : largest(displacement));
   pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
 }
 

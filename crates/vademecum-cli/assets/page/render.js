@@ -5,7 +5,7 @@ const VERTEX = `#version 300 es
 precision highp float;
 uniform mat4 view;
 uniform float magnification;
-uniform int component;
+uniform highp int component;
 uniform float scale;
 uniform float point_size;
 uniform bool dots;
@@ -38,6 +38,7 @@ uniform vec3 eye, above;
 uniform bool dots;
 uniform vec4 ball;
 uniform vec3 ball_color;
+uniform highp int component;
 in vec3 n;
 in float value;
 in float bright;
@@ -52,6 +53,7 @@ void main() {
   float shine = 0.14 * pow(key, 24.0);
   vec3 base = texture(ramp, vec2(clamp(value, 0.0, 1.0) * 0.996 + 0.002, 0.5)).rgb;
   base = mix(mix(base, vec3(0.5), 0.18), base, bright);
+  if (component == -2 && bright < 0.5) base = vec3(0.6);
   if (ball.w > 0.0) base = ball_color;
   color = vec4(base * light + shine, 1.0);
 }`;

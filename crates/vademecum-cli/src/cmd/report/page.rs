@@ -21,7 +21,7 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
         ("The body", "body", body(content)),
         ("The basis", "basis", basis(content)),
         ("The certificate", "certificate", certificate(content)),
-        ("Against full order", "full order", full_order(content)),
+        ("Against the truth", "full order", full_order(content)),
         ("A free run", "energy", String::new()),
         ("Live parameters", "axes", parameters(content)),
         ("The file", "file", file(content)),
@@ -166,11 +166,29 @@ fn certificate(content: &Content<'_>) -> String {
 fn full_order(content: &Content<'_>) -> String {
     let Some(verified) = &content.verified else { return String::new() };
     let r = &verified.figures;
-    table(&[
+    let truth = &r.truth;
+    let share = |error: f64| format!("{} %", figure(100.0 * error));
+    let (own, beside) = match truth.time_error {
+        Some(_) => ("error against the march with the same scheme", "full order"),
+        None => ("error, again with its floor", "the exact motion"),
+    };
+    let scheme = truth.time_error.map_or("none: its steps are exact".into(), share);
+    let contact = truth.contact_error.map(|error| ("displacement under a contact", share(error)));
+    let mut rows = vec![
+        (
+            "total error",
+            format!("{} (the reference is known to {})", share(truth.total_error), share(truth.truth_error)),
+        ),
+        ("of that the time scheme", scheme),
+        ("what the modes cannot show", share(truth.basis_error)),
+        ("what their coordinates add", share(truth.rest_error)),
+    ];
+    rows.extend(contact);
+    rows.extend([
         ("steps", r.steps.to_string()),
         ("free components", r.dofs.to_string()),
         (
-            "error",
+            own,
             format!(
                 "{} (floor {}, ratio {})",
                 figure(r.trajectory_error),
@@ -180,7 +198,7 @@ fn full_order(content: &Content<'_>) -> String {
         ),
         (
             "energy lost after release",
-            format!("{} (full order {})", figure(-r.energy_drift), figure(-r.energy_drift_full_order)),
+            format!("{} ({beside} {})", figure(-r.energy_drift), figure(-r.energy_drift_full_order)),
         ),
         (
             "a step",
@@ -191,7 +209,12 @@ fn full_order(content: &Content<'_>) -> String {
                 times(r.full_order_seconds_per_step / r.vademecum_seconds_per_step)
             ),
         ),
-    ])
+    ]);
+    format!(
+        "<p>The loads of a scenario on the file, and on a motion of the full-order model that is exact in \
+         time. Errors are relative, over all steps, in the norm of the mass.</p>\n{}",
+        table(&rows)
+    )
 }
 
 /// What can be changed while the body moves.
@@ -229,7 +252,10 @@ fn file(content: &Content<'_>) -> String {
         ("format", format!("{}.{}, written by {}", vademecum_format::MAJOR, content.file.minor(), m.program)),
         (
             "time scheme",
-            format!("{}, {} stages, time step {}", m.scheme_name, m.scheme.n_stages, duration(m.time_step)),
+            match m.scheme.n_stages {
+                0 => format!("{}, time step {}", m.scheme_name, duration(m.time_step)),
+                n => format!("{}, {n} stages, time step {}", m.scheme_name, duration(m.time_step)),
+            },
         ),
         ("Rayleigh damping", format!("α {} 1/s, β {} s", figure(m.alpha), figure(m.beta))),
         ("separated terms", m.n_terms.to_string()),
