@@ -415,7 +415,8 @@ test("it steps more than a thousand times a second beside drawing", async () => 
 
 // The figures of a report on a fixed file with a scenario, and of one on a file with live parameters and the JSON of its build.
 const REPORTS = {
-  report: ["mesh", "singular-values", "modes", "free-run", "file", "probe-tip", "difference-tip", "energy"],
+  report: ["mesh", "singular-values", "modes", "bound", "free-run", "file", "probe-tip", "difference-tip", "energy"],
+  "exact-report": ["mesh", "modes", "bound", "free-run", "file", "probe-tip", "difference-tip", "energy"],
   "regions-report": ["mesh", "singular-values", "modes", "free-run", "enrichment", "axis-theta", "axis-contrast",
     "radius-inner-stiffness", "radius-outer-stiffness", "file", "build"],
 };
@@ -439,6 +440,50 @@ for (const [report, names] of Object.entries(REPORTS)) {
     await context.close();
   });
 }
+
+test("the report of exact steps says so, and its figures are of the exact motion", async () => {
+  const context = await browser.newContext({ offline: true });
+  const page = await context.newPage();
+  await page.goto(`file://${WORK}/exact-report.html`);
+  const text = await page.locator("body").innerText();
+  assert.match(text, /total error\s+[\d.e-]+ %/);
+  assert.match(text, /none: its steps are exact/);
+  assert.ok(!/NaN/.test(text), text.match(/.*NaN.*/)?.[0]);
+  for (const [report, name, other] of [["exact-report", "exact motion", "full order"], ["report", "full order", "exact motion"]]) {
+    await page.goto(`file://${WORK}/${report}-figures/probe-tip.svg`);
+    const words = (await page.locator("text").allTextContents()).map((word) => word.trim());
+    assert.ok(words.includes(name) && !words.includes(other), `${report}: ${words}`);
+  }
+  // The ends of the scale are the file's least and worst bound.
+  const { certificate: { bound } } = JSON.parse(execFileSync(VADEMECUM, ["info", `${WORK}/exact.vdm`, "--json"], { maxBuffer: 1 << 26 }));
+  await page.goto(`file://${WORK}/exact-report-figures/bound.svg`);
+  const ends = (await page.locator("text").allTextContents()).filter((word) => word.endsWith(" %")).map(parseFloat);
+  assert.equal(ends.length, 3);
+  assert.ok(Math.abs(ends[2] / (100 * bound.worst) - 1) < 0.05 && ends[0] < ends[1] && ends[1] < ends[2], `${ends}, ${bound.worst}`);
+  await context.close();
+});
+
+test("the surface is coloured by the bound the file keeps, with a legend in percent", async () => {
+  const { page, heard, context } = await open(EXACT);
+  const { certificate: { bound } } = JSON.parse(execFileSync(VADEMECUM, ["info", `${WORK}/exact.vdm`, "--json"], { maxBuffer: 1 << 26 }));
+  await page.locator("#color").selectOption("b");
+  assert.match(await page.locator("#quantity").textContent(), /^largest error of a push here/);
+  await page.waitForFunction(() => document.getElementById("high").textContent.endsWith(" %"));
+  const high = parseFloat(await page.locator("#high").textContent());
+  assert.ok(Math.abs(high / (100 * bound.worst) - 1) < 0.05, `${high}, ${bound.worst}`);
+  // One colour where pushes are worst, another where they are best: the field runs over the whole ramp.
+  const ends = await page.evaluate(() => {
+    const { field } = window.vademecum.player.body.bound;
+    const places = Array.from({ length: field.length / 3 }, (_, node) => field[3 * node]);
+    return [Math.min(...places), Math.max(...places)];
+  });
+  assert.ok(ends[0] === 0 && Math.abs(ends[1] - 1) < 1e-9, `${ends}`);
+  await page.locator("#color").selectOption("u");
+  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
+  await page.waitForFunction(() => document.getElementById("high").textContent.endsWith("m"));
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
 
 test("the report draws what `info` prints: an error for every enrichment, a dot for every setting", async () => {
   const context = await browser.newContext({ offline: true });

@@ -147,6 +147,11 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
     Ok(svg)
 }
 
+/// Zero where a place on a linear axis differs from it by rounding only.
+fn near_zero(value: f64, extent: f64) -> f64 {
+    if value.abs() < 1e-9 * extent { 0.0 } else { value }
+}
+
 /// A label of at most four figures: whole numbers without a point, very small and very large ones with a
 /// power of ten.
 fn number(value: f64) -> String {
@@ -198,6 +203,8 @@ where
         .x_label_area_size(44)
         .y_label_area_size(86)
         .build_cartesian_2d(x, y)?;
+    let range = context.y_range();
+    let extent = if chart.log_y { 0.0 } else { range.end - range.start };
     context
         .configure_mesh()
         .x_desc(chart.x)
@@ -205,7 +212,7 @@ where
         .label_style(("sans-serif", 14))
         .light_line_style(RGBColor(238, 238, 238))
         .x_label_formatter(&|v: &f64| number(*v))
-        .y_label_formatter(&|v: &f64| number(*v))
+        .y_label_formatter(&|v: &f64| number(near_zero(*v, extent)))
         .draw()?;
     Ok(context)
 }
@@ -403,6 +410,8 @@ mod tests {
 
     #[test]
     fn labels_are_short_and_exact() {
+        assert_eq!([near_zero(1.1e-19, 5e-4), near_zero(1e-6, 5e-4)], [0.0, 1e-6]);
+        assert_eq!(near_zero(1.1e-19, 0.0), 1.1e-19, "a logarithmic axis has no zero");
         let labels = [0.0, 1.0, 20.0, 0.25, -3.5, 12000.0, 1e6, 2.5e-7, -0.0001].map(number);
         assert_eq!(labels, ["0", "1", "20", "0.25", "-3.5", "12000", "1e6", "2.5e-7", "-1e-4"]);
     }

@@ -45,7 +45,8 @@ fn color(place: f64) -> [f64; 3] {
 }
 
 /// Draws the triangles of a surface that face the viewer: those that can be loaded in the colour of the mean
-/// place of their nodes' values, the others grey. `values` are of the first nodes, `words` says one.
+/// place of their nodes' values, the others grey. `values` are of the first nodes, and a node of value zero
+/// says nothing, since no push moves it; `words` says a value.
 ///
 /// # Errors
 /// None that a string can have.
@@ -59,8 +60,10 @@ pub fn colored(
     let scale = Scale::of(values);
     let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
     let shade = |t: &[u32; 3]| {
-        let place = |&node: &u32| values.get(node as usize).map_or(0.0, |&value| scale.place(value));
-        Some((t.iter().map(place).sum::<f64>() / 3.0 * SHADES as f64).round() as usize)
+        let known = t.iter().filter_map(|&node| values.get(node as usize)).filter(|&&value| value > 0.0);
+        let (sum, count) =
+            known.fold((0.0, 0.0), |(sum, count), &value| (sum + scale.place(value), count + 1.0));
+        (count > 0.0).then(|| (sum / count * SHADES as f64).round() as usize)
     };
     let colored = loadable.iter().map(|t| (corners(t), shade(t)));
     let grey = others.iter().map(|t| (corners(t), None));

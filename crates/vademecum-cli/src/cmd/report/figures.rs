@@ -119,6 +119,15 @@ impl Figures {
                 line_chart(&chart, &[Series { name: "", points }]),
             )?;
         }
+        if content.modes.iter().all(|mode| mode.energy.is_nan()) {
+            // Natural modes without snapshots carry no share of them.
+            let row = |(k, mode): (usize, &ModeRow)| {
+                (format!("mode {}", k + 1), mode.frequency_hz, hertz(mode.frequency_hz))
+            };
+            let rows: Vec<_> = content.modes.iter().enumerate().map(row).take(32).collect();
+            let caption = "How fast each natural mode of the body swings.".into();
+            return self.add("basis", "modes", caption, bars("frequency of each mode", &rows));
+        }
         let share = |(k, mode): (usize, &ModeRow)| {
             (
                 format!("mode {}, {}", k + 1, hertz(mode.frequency_hz)),
