@@ -253,7 +253,7 @@ test("a sphere that is pressed in and dragged stays outside of the body, and the
         pressed.push({ deepest: deepest / radius, solved, force: touches.map(({ force }) => force) });
       }
     }
-    // Other parameters, and the other precision: the sphere stays where it is.
+    // Other parameters: the sphere stays where it is.
     const before = v.tool().centre;
     v.set({ stiffness: 1.5 });
     v.set({ stiffness: 1 });
@@ -415,7 +415,7 @@ test("it steps more than a thousand times a second beside drawing", async () => 
 
 // The figures of a report on a fixed file with a scenario, and of one on a file with live parameters and the JSON of its build.
 const REPORTS = {
-  report: ["mesh", "singular-values", "modes", "bound", "free-run", "file", "probe-tip", "difference-tip", "energy"],
+  report: ["mesh", "singular-values", "modes", "free-run", "file", "probe-tip", "difference-tip", "energy"],
   "exact-report": ["mesh", "modes", "bound", "free-run", "file", "probe-tip", "difference-tip", "energy"],
   "regions-report": ["mesh", "singular-values", "modes", "free-run", "enrichment", "axis-theta", "axis-contrast",
     "radius-inner-stiffness", "radius-outer-stiffness", "file", "build"],

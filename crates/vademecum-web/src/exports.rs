@@ -457,12 +457,20 @@ pub extern "C" fn rest() -> u32 {
     })
 }
 
-/// Lays down a sphere that cannot enter the body: radius \[m\], friction, how fast it follows \[m/s\], and
-/// where its centre is \[m\]. It presses from the next step on. Refused unless the session's steps are exact.
+/// Lays down a sphere that cannot enter the body: radius \[m\], friction, how fast \[m/s\] and how hard \[N\]
+/// it follows at most, and where its centre is \[m\]. It presses from the next step on. Refused unless the session's steps are exact.
 /// A new session has none.
 #[unsafe(no_mangle)]
-pub extern "C" fn hold_tool(radius: f64, friction: f64, speed: f64, x: f64, y: f64, z: f64) -> u32 {
-    let sphere = Sphere { radius, friction, speed, centre: [x, y, z], target: [x, y, z] };
+pub extern "C" fn hold_tool(
+    radius: f64,
+    friction: f64,
+    speed: f64,
+    most: f64,
+    x: f64,
+    y: f64,
+    z: f64,
+) -> u32 {
+    let sphere = Sphere { radius, friction, speed, most, centre: [x, y, z], target: [x, y, z] };
     module().ask(|player| player.hold(Some(sphere)).map(|()| 1))
 }
 

@@ -54,7 +54,14 @@ impl<'a> Operator<'a> {
         [0, 1, 2].map(|i| self.row(c, i).as_chunks::<3>().0.get(c).copied().unwrap_or_default())
     }
 
+    /// Whether a gap that is closed by more than `tolerance` is at a place that no force moves.
+    pub fn is_stuck(&self, places: &[Place], tolerance: f64) -> bool {
+        let held = |c: usize| self.own(c).as_flattened().iter().all(|&yields| yields == 0.0);
+        places.iter().enumerate().any(|(c, place)| place.gap < -tolerance && held(c))
+    }
+
     /// `Σ_d W_cd f_d`.
+    #[inline(never)]
     fn moved(&self, c: usize, places: &[Place]) -> Vector {
         [0, 1, 2].map(|i| {
             let blocks = self.row(c, i).as_chunks::<3>().0;
@@ -64,6 +71,7 @@ impl<'a> Operator<'a> {
 }
 
 /// Finds the forces, up to gaps of `tolerance` \[m\]. Whether it did; otherwise the last round's stand.
+#[inline(never)]
 pub fn solve(operator: &Operator<'_>, friction: f64, tolerance: f64, places: &mut [Place]) -> bool {
     for _ in 0..ROUNDS {
         let mut changed = 0.0_f64;
@@ -78,6 +86,7 @@ pub fn solve(operator: &Operator<'_>, friction: f64, tolerance: f64, places: &mu
 }
 
 /// Solves for the force of one place while the others stay; how far that moves it \[m\].
+#[inline(never)]
 fn push(operator: &Operator<'_>, friction: f64, c: usize, places: &mut [Place]) -> f64 {
     let Some(&Place { normal, gap, slide, force: before }) = places.get(c) else { return 0.0 };
     let own = operator.own(c);

@@ -17,7 +17,7 @@ pub enum Refusal {
     Output(OutputError),
     /// A tool was laid down where the body does not move exactly.
     NoTool,
-    /// A tool's radius, friction or speed is not a number it can have.
+    /// A tool's radius, force, friction or speed is not a number it can have.
     BadTool,
 }
 
@@ -33,7 +33,8 @@ impl fmt::Display for Refusal {
                  scheme: build the file with scheme = { name = \"exact\" }, or push with a force",
             ),
             Self::BadTool => f.write_str(
-                "a sphere has a radius above zero, a friction and a speed that are not below zero, and a place",
+                "a sphere has a radius and a force above zero, a friction and a speed that are not below zero, \
+                 and a place",
             ),
         }
     }

@@ -211,9 +211,9 @@ impl<T: Scalar> Player for Session<'_, T> {
         if self.scene.structure() != Structure::Exact || self.ground.is_none() {
             return Err(Refusal::NoTool);
         }
-        let Sphere { radius, friction, speed, .. } = sphere;
+        let Sphere { radius, friction, speed, most, .. } = sphere;
         let places = sphere.centre.iter().chain(&sphere.target);
-        let sound = radius > 0.0 && friction >= 0.0 && speed >= 0.0;
+        let sound = radius > 0.0 && friction >= 0.0 && speed >= 0.0 && most > 0.0;
         if !sound || ![radius, friction, speed].iter().chain(places).all(|x| x.is_finite()) {
             return Err(Refusal::BadTool);
         }

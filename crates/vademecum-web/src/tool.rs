@@ -5,7 +5,7 @@
 //! ([`vademecum_eval::Scene::free_motion`]) and how it yields ([`vademecum_eval::Scene::compliance`]), and
 //! finds the forces with which sphere and body just touch when the step ends, with Coulomb's friction. Every
 //! step of the sphere is a step of the body; a hand gives the sphere a target, which it follows no faster
-//! than it is told.
+//! and no harder than it is told. It never goes into a place that the supports hold.
 //!
 //! The odd thing: the gap is taken along the normal at the start of the step. A sphere curves away from every
 //! tangent plane, so a body in front of the plane is outside of the sphere whichever normal was taken.
@@ -36,6 +36,8 @@ pub struct Sphere {
     pub target: Vector,
     /// How fast it follows \[m/s\].
     pub speed: f64,
+    /// With how much force it follows at most \[N\]: where more would be needed it stays where it is.
+    pub most: f64,
 }
 
 impl Sphere {
@@ -46,6 +48,20 @@ impl Sphere {
         let moves = if far > most { times(most / far, way) } else { way };
         self.centre = plus(self.centre, moves);
         moves
+    }
+
+    /// Places without forces, from where the touches are now (which `look` has left there) and where they go
+    /// without the sphere.
+    #[inline(never)]
+    fn face(&self, places: &mut [Place], touches: &[Touch], free: &[Vector], moves: Vector) {
+        for ((place, touch), free) in places.iter_mut().zip(touches).zip(free) {
+            let away = minus(touch.place, self.centre);
+            let normal = times(1.0 / length(away), away);
+            let end = plus(touch.point.position, *free);
+            let gap = dot(normal, minus(end, self.centre)) - self.radius;
+            let slide = minus(minus(end, touch.place), moves);
+            *place = Place { normal, gap, slide, force: [0.0; 3] };
+        }
     }
 }
 
@@ -85,6 +101,7 @@ impl<'m> Ground<'m> {
     ///
     /// # Errors
     /// [`Refusal::Output`] if it has no surface.
+    #[inline(never)]
     pub fn new(file: &File<'m>) -> Result<Self, Refusal> {
         let missing = |kind| OutputError::Missing { kind };
         let kind = SectionKind::NodeCoordinates;
@@ -110,6 +127,7 @@ impl<'m> Ground<'m> {
     }
 
     /// The node nearest to `centre` within `reach` that lies apart from all places taken.
+    #[inline(never)]
     fn nearest(&self, centre: Vector, reach: f64, taken: &[Touch]) -> Option<SurfacePoint> {
         let mut best: Option<(f64, usize, Vector)> = None;
         for node in 0..self.n_nodes {
@@ -203,16 +221,26 @@ impl Tool {
 
         let mut places = [Place::default(); MOST];
         let places = places.get_mut(..n).unwrap_or_default();
-        for ((place, touch), free) in places.iter_mut().zip(&*touches).zip(&*free) {
-            // What `look` has left in `place`: where the touch is now.
-            let away = minus(touch.place, self.sphere.centre);
-            place.normal = times(1.0 / length(away), away);
-            let end = plus(touch.point.position, *free);
-            place.gap = dot(place.normal, minus(end, self.sphere.centre)) - self.sphere.radius;
-            place.slide = minus(minus(end, touch.place), moves);
+        let (operator, tolerance) = (Operator::new(w, n), TOLERANCE * self.sphere.radius);
+        // Moves a share of its way; how hard it pushes then, beyond all bounds where the supports hold a place.
+        let most = self.sphere.most;
+        let mut attempt = |share: f64| {
+            let way = times(share, moves);
+            self.sphere.centre = plus(before, way);
+            self.sphere.face(places, touches, free, way);
+            self.solved = solve(&operator, self.sphere.friction, tolerance, places);
+            let force: f64 = places.iter().map(|place| length(place.force)).sum();
+            if operator.is_stuck(places, tolerance) { f64::INFINITY } else { force }
+        };
+        let all = attempt(1.0);
+        if all >= most && moves != [0.0; 3] {
+            let still = attempt(0.0);
+            // The force grows at least in proportion, since more places touch the farther it goes.
+            let share = (most - still) / (all - still);
+            if share > 0.0 && share < 1.0 && attempt(share) > most * (1.0 + 1e-6) {
+                attempt(0.0);
+            }
         }
-        let tolerance = TOLERANCE * self.sphere.radius;
-        self.solved = solve(&Operator::new(w, n), self.sphere.friction, tolerance, places);
 
         loads.copy_from(held)?;
         for ((contact, place), touch) in contacts.iter().zip(&*places).zip(&mut *touches) {
@@ -233,6 +261,7 @@ impl Tool {
     /// Finds the places of the coming step: the one nearest to the sphere, and nodes that it may reach. The
     /// body is taken to be moved near the sphere as it is at the nearest place. A place that coincides with
     /// the centre has no normal and is left out.
+    #[inline(never)]
     fn look<T: Scalar>(
         &mut self,
         ground: &Ground<'_>,

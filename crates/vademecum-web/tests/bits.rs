@@ -105,7 +105,9 @@ fn press<T: Scalar>(file: &File<'_>, numbers: &mut Vec<f64>) -> usize {
     session.add_pattern(0, -0.3).unwrap();
     let [x, y, z] = Surface::new(file).unwrap().locate([0.3, 0.2, 0.9]).unwrap().position;
     let (centre, target) = ([x, y, z + 0.21], [x + 0.1, y, z + 0.15]);
-    session.hold(Some(Sphere { radius: 0.2, friction: 0.3, centre, target, speed: 2.0 })).unwrap();
+    session
+        .hold(Some(Sphere { radius: 0.2, friction: 0.3, centre, target, speed: 2.0, most: f64::INFINITY }))
+        .unwrap();
     let mut pushed = 0;
     for _ in 0..40 {
         session.march(1, &mut []).unwrap();

@@ -1,14 +1,11 @@
-//! The tool of the page, natively: a sphere that is laid on a body, pressed in, dragged over it and taken away
-//! neither enters the body nor gives it energy, in both precisions and beside other loads.
+//! The tool of the page, natively: a sphere that is laid on a body, pressed in, dragged over it and taken
+//! away neither enters the body nor gives it energy, in both precisions and beside other loads.
 
-use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use vademecum_build::input::Problem;
-use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::progress::Silent;
 use vademecum_eval::format::File;
 use vademecum_eval::{Contact, Scalar, SceneOptions, StructureChoice};
+use vademecum_tests::exact_beam::exact_beam;
 use vademecum_web::refusal::Refusal;
 use vademecum_web::session::{Player, Session, lengths};
 use vademecum_web::tool::Sphere;
@@ -19,13 +16,7 @@ const TOP: f64 = 0.1;
 /// A short undamped beam that a tool can be laid on.
 fn beam() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
-    BYTES.get_or_init(|| {
-        let text = include_str!("../../../fixtures/problems/short-beam.toml")
-            .replace("scheme = { name = \"bathe\" }", "scheme = { name = \"exact\" }")
-            .replace("modes = 4", "kind = \"modes\"\nmodes = 4");
-        let problem = Problem::parse(&text, "short-beam.toml", PathBuf::new()).expect("a problem");
-        build(&problem, &BuildOptions::default(), &Silent).expect("built").either().bytes
-    })
+    BYTES.get_or_init(exact_beam)
 }
 
 fn with_session<T: Scalar>(options: &SceneOptions, act: impl FnOnce(&mut Session<'_, T>)) {
@@ -41,7 +32,7 @@ fn undamped() -> SceneOptions {
 }
 
 fn sphere(centre: [f64; 3]) -> Sphere {
-    Sphere { radius: RADIUS, friction: 0.3, centre, target: centre, speed: 0.1 }
+    Sphere { radius: RADIUS, friction: 0.3, centre, target: centre, speed: 0.1, most: f64::INFINITY }
 }
 
 /// Lays it on, presses it in, drags it to the tip, and lifts it: the greatest depth, push and friction.
@@ -124,6 +115,38 @@ fn a_body_that_moves_by_stages_has_no_tool() {
         Session::bind(&file, &SceneOptions::default(), &mut memory, &mut work).expect("a session");
     let refusal = session.hold(Some(sphere([0.0; 3]))).expect_err("no tool");
     assert!(matches!(refusal, Refusal::NoTool) && refusal.to_string().contains("exact"), "{refusal}");
+}
+
+#[test]
+fn it_stops_where_the_supports_hold_the_body_and_where_it_would_push_too_hard() {
+    with_session::<f64>(&undamped(), |session| {
+        // Over the held end, and over the middle with less force than the target takes.
+        for (x, most) in [(0.0, f64::INFINITY), (0.5, 500.0)] {
+            session.rest();
+            let above = |height: f64| [x, 0.0, TOP + RADIUS + height];
+            session
+                .hold(Some(Sphere { most, target: above(-0.01), ..sphere(above(1e-3)) }))
+                .expect("laid down");
+            let (mut deepest, mut hardest) = (f64::NEG_INFINITY, 0.0_f64);
+            for _ in 0..400 {
+                session.march(1, &mut []).expect("a step");
+                let tool = session.tool().expect("a tool");
+                deepest = deepest.max(tool.deepest() / RADIUS);
+                hardest = hardest.max(tool.touches().iter().map(|t| -t.force[2]).fold(0.0, f64::max));
+            }
+            let height = session.tool().expect("a tool").sphere.centre[2] - RADIUS - TOP;
+            println!("at {x}: stopped at {height:.2e} m, hardest {hardest:.1} N, deepest {deepest:.1e}");
+            assert!(deepest <= 1e-6, "{deepest:e}");
+            // It came down onto the beam, and no further than the beam gives way under that force.
+            assert!(height < 1e-4 && height > -5e-3, "{height}");
+            // The body swings under a sphere that stays: twice the force it was stopped with.
+            assert!(hardest <= 2.0 * most, "{hardest}");
+            // It follows again where it is let.
+            session.tool().expect("a tool").sphere.target = above(5e-3);
+            session.march(400, &mut []).expect("steps");
+            assert_eq!(session.tool().expect("a tool").sphere.centre, above(5e-3));
+        }
+    });
 }
 
 #[test]

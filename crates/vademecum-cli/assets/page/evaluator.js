@@ -214,9 +214,9 @@ export class Evaluator {
     this.wasm.rest();
   }
 
-  /** Lays a sphere down that cannot enter the body, `{ radius [m], friction, speed [m/s], centre, target [m] }`; throws `Refused` where steps are not exact. */
-  holdTool({ radius, friction, speed, centre, target }) {
-    this.must(this.wasm.hold_tool(radius, friction, speed, ...centre));
+  /** Lays a sphere down that cannot enter the body, `{ radius [m], friction, speed [m/s], most [N], centre, target [m] }`; throws `Refused` where steps are not exact. */
+  holdTool({ radius, friction, speed, most = Infinity, centre, target }) {
+    this.must(this.wasm.hold_tool(radius, friction, speed, most, ...centre));
     this.wasm.move_tool(...(target ?? centre));
   }
 

@@ -99,7 +99,9 @@ export class Hands {
     const { player } = this;
     const moved = add(player.body.place(point, player.body.rest), player.evaluator.point(point));
     const centre = add(moved, scaled(normal, 1.02 * radius));
-    player.hold({ radius, friction, speed: this.controls.toolSpeed, centre, target: this.below(point, normal), point });
+    // Harder than that no hand pushes, and the model would not describe it.
+    const most = 30 * player.body.flexible.force;
+    player.hold({ radius, friction, speed: this.controls.toolSpeed, most, centre, target: this.below(point, normal), point });
     this.held.set(name, { kind: "tool", at });
     find("hint").classList.add("gone");
   }

@@ -253,7 +253,8 @@ impl Comparison<'_> {
         Ok((rows, distances))
     }
 
-    /// Full order, the diagonal files and those of exact steps at another Δt. A step costs what it costs at the problem's own.
+    /// Full order, the diagonal files and those of exact steps at another Δt. A step costs what it costs at
+    /// the problem's own.
     fn rows_at(
         &self,
         length: TimeStep,

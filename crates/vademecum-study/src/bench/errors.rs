@@ -1,13 +1,13 @@
-//! The error of a method and its parts: a chain from the motion that is exact in time to the method, one thing
-//! changed per link.
+//! The error of a method and its parts: a chain from the motion that is exact in time to the method, one
+//! thing changed per link.
 //!
 //! ```text
 //! exact motion ─time─ full order at Δt ─space─ on the basis ─separation─ from terms ─rounding─ in f32
 //! ```
 //!
 //! Each part is the distance between two neighbours and the total that between the ends, all in the mass norm
-//! over all dofs and instants and relative to the exact motion: the total is at most the sum of the parts, and
-//! they may cancel.
+//! over all dofs and instants and relative to the exact motion: the total is at most the sum of the parts,
+//! and they may cancel.
 
 use serde::Serialize;
 use vademecum_build::Matrix;

@@ -21,7 +21,8 @@ pub struct BenchTable {
     pub time_step: f64,
     /// Steps in the first natural period.
     pub steps_per_first_period: f64,
-    /// Estimate of the relative error of the motion that is exact in time, from which all errors are measured.
+    /// Estimate of the relative error of the motion that is exact in time, from which all errors are
+    /// measured.
     pub truth_error: f64,
     /// Vectors of the space in which it was found.
     pub truth_vectors: usize,

@@ -307,12 +307,10 @@ impl Figures {
 
 /// A share in percent, with two figures.
 fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    let decimals = (1.0 - percent.abs().max(1e-9).log10().floor()).max(0.0) as usize;
-    if percent == 0.0 || decimals < 5 {
-        format!("{percent:.decimals$} %")
-    } else {
-        format!("{percent:.1e} %")
+    let text = format!("{:.1e}", 100.0 * share);
+    match text.parse::<f64>() {
+        Ok(percent) if percent == 0.0 || percent >= 1e-3 => format!("{percent} %"),
+        _ => format!("{text} %"),
     }
 }
 

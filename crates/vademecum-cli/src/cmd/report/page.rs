@@ -110,7 +110,7 @@ fn basis(content: &Content<'_>) -> String {
         );
     }
     let scheme = if content.file.metadata().scheme.is_exact() {
-        "Its steps are exact in time: nothing damps a mode but the material, and no period is longer than it is."
+        "Its steps are exact in time: nothing damps a mode but the material, and no period is stretched."
     } else {
         "The time scheme damps a mode by what stands under <i>scheme</i> and makes its period longer by the \
          share in the last column; both grow with frequency times time step."
