@@ -458,8 +458,8 @@ pub extern "C" fn rest() -> u32 {
 }
 
 /// Lays down a sphere that cannot enter the body: radius \[m\], friction, how fast \[m/s\] and how hard \[N\]
-/// it follows at most, and where its centre is \[m\]. It presses from the next step on. Refused unless the session's steps are exact.
-/// A new session has none.
+/// it follows at most, and where its centre is \[m\]. It presses from the next step on. Refused unless the
+/// session's steps are exact. A new session has none.
 #[unsafe(no_mangle)]
 pub extern "C" fn hold_tool(
     radius: f64,

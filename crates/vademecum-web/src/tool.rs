@@ -222,7 +222,8 @@ impl Tool {
         let mut places = [Place::default(); MOST];
         let places = places.get_mut(..n).unwrap_or_default();
         let (operator, tolerance) = (Operator::new(w, n), TOLERANCE * self.sphere.radius);
-        // Moves a share of its way; how hard it pushes then, beyond all bounds where the supports hold a place.
+        // Moves a share of its way; how hard it pushes then, beyond all bounds where the supports hold a
+        // place.
         let most = self.sphere.most;
         let mut attempt = |share: f64| {
             let way = times(share, moves);
