@@ -9,6 +9,8 @@ import { after, before, test } from "node:test";
 const { WORK, VADEMECUM } = process.env;
 const { chromium } = createRequire(`${WORK}/`)("playwright-core");
 const EXPORTED = `file://${WORK}/beam.html`;
+// The same beam with exact steps and its residual.
+const EXACT = `file://${WORK}/exact.html`;
 const TIP = [0.97, 0.08, 0.1];
 
 let browser;
@@ -81,9 +83,9 @@ test("the exported page runs from disk, without network and without a word on th
   await context.close();
 });
 
-test("a push bends the beam down by what `vademecum run` says", async () => {
-  const { page, context } = await open(EXPORTED);
-  const lines = readFileSync(`${WORK}/run/probes.csv`, "utf8").trim().split("\n").map((line) => line.split(","));
+for (const [address, run] of [[EXPORTED, "run"], [EXACT, "run-exact"]]) test(`${run}: a push bends the beam down by what \`vademecum run\` says`, async () => {
+  const { page, context } = await open(address);
+  const lines = readFileSync(`${WORK}/${run}/probes.csv`, "utf8").trim().split("\n").map((line) => line.split(","));
   const place = lines[0].indexOf("tip");
   const expected = lines.slice(2).map((line) => Number(line[place]));
   for (const [double, tolerance] of [[true, 1e-8], [false, 1e-5]]) {
@@ -106,26 +108,28 @@ test("a push bends the beam down by what `vademecum run` says", async () => {
   await context.close();
 });
 
-test("released, it rings at the first frequency; a slider at four times the stiffness doubles it", async () => {
-  const { page, context } = await open(EXPORTED);
-  const { modes, options } = await state(page);
+for (const [address, scheme] of [[EXPORTED, "Bathe"], [EXACT, "exact"]]) test(`${scheme}: released, it rings at the first frequency; a slider at four times the stiffness doubles it`, async () => {
+  const { page, context } = await open(address);
+  const { modes, options, structure } = await state(page);
+  assert.equal(structure, scheme === "exact" ? 4 : 1);
+  const period = (hertz, timeStep) => scheme === "exact" ? hertz : stretched(hertz, timeStep);
   const first = Math.min(...modes);
   const series = await ring(page);
   const found = frequency(series);
   const periods = found * (series.time.at(-1) - series.time[0]);
-  const expected = stretched(first, options.timeStep);
+  const expected = period(first, options.timeStep);
   assert.ok(Math.abs(found / expected - 1) < CROSSING / periods, `${found} Hz, expected ${expected}`);
 
   await moveSlider(page, "#parameter-stiffness", Math.log10(4));
   assert.equal(Number((await state(page)).options.stiffness.toPrecision(12)), 4);
   const stiff = frequency(await ring(page));
-  const doubled = stretched(2 * first, options.timeStep);
+  const doubled = period(2 * first, options.timeStep);
   assert.ok(Math.abs(stiff / doubled - 1) < CROSSING / (2 * periods), `${stiff} Hz, expected ${doubled}`);
 
   await moveSlider(page, "#parameter-stiffness", 0);
   await moveSlider(page, "#parameter-density", Math.log10(4));
   const heavy = frequency(await ring(page));
-  const halved = stretched(first / 2, options.timeStep);
+  const halved = period(first / 2, options.timeStep);
   assert.ok(Math.abs(heavy / halved - 1) < CROSSING / (periods / 2), `${heavy} Hz, expected ${halved}`);
   await context.close();
 });
@@ -231,6 +235,100 @@ test("a press pushes into the surface, along an axis or where it is dragged, wit
   await context.close();
 });
 
+test("a sphere that is pressed in and dragged stays outside of the body, and the body keeps no more than it was given", async () => {
+  const { page, heard, context } = await open(EXACT);
+  const [pressed, left] = await page.evaluate(() => {
+    const v = window.vademecum;
+    v.pause();
+    v.set({ alpha: 0, beta: 0 });
+    const [radius, top] = [0.04, 0.1];
+    const over = (x, height) => [x, 0.08, top + radius + height];
+    v.hold({ radius, friction: 0.3, speed: 0.05, centre: over(0.6, 1e-3) });
+    const pressed = [];
+    for (const [target, steps] of [[over(0.6, -4e-3), 150], [over(0.8, -4e-3), 4100]]) {
+      v.moveTool(target);
+      for (let i = 0; i < steps; i++) {
+        v.step(1);
+        const { deepest, solved, touches } = v.tool();
+        pressed.push({ deepest: deepest / radius, solved, force: touches.map(({ force }) => force) });
+      }
+    }
+    // Other parameters: the sphere stays where it is.
+    const before = v.tool().centre;
+    v.set({ stiffness: 1.5 });
+    v.set({ stiffness: 1 });
+    v.step(1);
+    if (Math.hypot(...v.tool().centre.map((x, i) => x - before[i])) > 1e-12) throw new Error("the sphere moved");
+    v.lift();
+    v.step(1);
+    const left = [v.evaluator.energy()];
+    for (let i = 0; i < 500; i++) {
+      v.step(1);
+      left.push(v.evaluator.energy());
+    }
+    return [pressed, left];
+  });
+  const deepest = Math.max(...pressed.map((step) => step.deepest));
+  const hardest = Math.max(...pressed.flatMap(({ force }) => force.map(([, , z]) => -z)));
+  const rubbed = Math.max(...pressed.flatMap(({ force }) => force.map(([x, y]) => Math.hypot(x, y))));
+  console.log(`      deepest ${deepest} of the radius, hardest ${hardest} N, across ${rubbed} N`);
+  assert.ok(pressed.every(({ solved }) => solved));
+  assert.ok(deepest <= 1e-6 && deepest > -1e-6, `${deepest}`);
+  assert.ok(hardest > 1 && rubbed > 0.1, `${hardest}, ${rubbed}`);
+  // An undamped body keeps its energy to the rounding of each step.
+  assert.ok(left[0] > 0 && left.every((energy) => energy <= left[0] * (1 + 2000 * Number.EPSILON)), `${left[0]}, then ${Math.max(...left)}`);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
+test("with the sphere chosen, a mouse press holds it on the body, a drag takes it along, and the release takes it away", async () => {
+  const { page, heard, context } = await open(EXACT);
+  await page.locator("#tool").selectOption("sphere");
+  assert.match(await page.locator("#radius-out").textContent(), /^[\d.]+ [mµ]?m$/);
+  const { x, y } = await pixel(page, [0.7, 0.08, 0.1]);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.waitForFunction(() => window.vademecum.tool()?.touches.length > 0);
+  assert.equal((await state(page)).contacts, 0);
+  await page.waitForFunction(() => /[µmkM]?N at \d place/.test(document.getElementById("tool-force").textContent));
+  await page.screenshot({ path: `${WORK}/sphere.png` });
+  const before = await page.evaluate(() => window.vademecum.tool().centre);
+  const to = await pixel(page, [0.9, 0.08, 0.1]);
+  await page.mouse.move(to.x, to.y, { steps: 5 });
+  await page.waitForFunction((from) => window.vademecum.tool().centre[0] > from + 0.05, before[0]);
+  await page.screenshot({ path: `${WORK}/sphere-dragged.png` });
+  await page.mouse.up();
+  assert.equal(await page.evaluate(() => window.vademecum.tool()), null);
+  await page.locator("#view").focus();
+  await page.keyboard.down("Enter");
+  assert.notEqual(await page.evaluate(() => window.vademecum.tool()), null);
+  await page.keyboard.up("Enter");
+  assert.equal(await page.evaluate(() => window.vademecum.tool()), null);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
+test("a file that moves by stages has no sphere, and the page says why", async () => {
+  const { page, heard, context } = await open(EXPORTED);
+  assert.ok(await page.locator('#tool option[value="sphere"]').isDisabled());
+  assert.match(await page.locator("#tool-note").textContent(), /needs a file with exact steps.*bathe/);
+  assert.ok(await page.locator("#tool-note").isVisible());
+  const refused = await page.evaluate(() => {
+    try {
+      window.vademecum.hold({ radius: 0.04, friction: 0, speed: 1, centre: [0.6, 0.08, 0.2] });
+      return "";
+    } catch (error) {
+      return error.message;
+    }
+  });
+  assert.match(refused, /needs exact steps/);
+  await context.close();
+  const exact = await open(EXACT);
+  assert.ok(!(await exact.page.locator("#tool-note").isVisible()));
+  assert.deepEqual([...heard.errors, ...exact.heard.errors], []);
+  await exact.context.close();
+});
+
 test("sliders say their value and unit; speed, magnification, colour, edges and view do what they say", async () => {
   const { page, heard, context } = await open(EXPORTED);
   const said = (id) => page.locator(`${id}-out`).textContent();
@@ -318,6 +416,7 @@ test("it steps more than a thousand times a second beside drawing", async () => 
 // The figures of a report on a fixed file with a scenario, and of one on a file with live parameters and the JSON of its build.
 const REPORTS = {
   report: ["mesh", "singular-values", "modes", "free-run", "file", "probe-tip", "difference-tip", "energy"],
+  "exact-report": ["mesh", "modes", "bound", "free-run", "file", "probe-tip", "difference-tip", "energy"],
   "regions-report": ["mesh", "singular-values", "modes", "free-run", "enrichment", "axis-theta", "axis-contrast",
     "radius-inner-stiffness", "radius-outer-stiffness", "file", "build"],
 };
@@ -341,6 +440,50 @@ for (const [report, names] of Object.entries(REPORTS)) {
     await context.close();
   });
 }
+
+test("the report of exact steps says so, and its figures are of the exact motion", async () => {
+  const context = await browser.newContext({ offline: true });
+  const page = await context.newPage();
+  await page.goto(`file://${WORK}/exact-report.html`);
+  const text = await page.locator("body").innerText();
+  assert.match(text, /total error\s+[\d.e-]+ %/);
+  assert.match(text, /none: its steps are exact/);
+  assert.ok(!/NaN/.test(text), text.match(/.*NaN.*/)?.[0]);
+  for (const [report, name, other] of [["exact-report", "exact motion", "full order"], ["report", "full order", "exact motion"]]) {
+    await page.goto(`file://${WORK}/${report}-figures/probe-tip.svg`);
+    const words = (await page.locator("text").allTextContents()).map((word) => word.trim());
+    assert.ok(words.includes(name) && !words.includes(other), `${report}: ${words}`);
+  }
+  // The ends of the scale are the file's least and worst bound.
+  const { certificate: { bound } } = JSON.parse(execFileSync(VADEMECUM, ["info", `${WORK}/exact.vdm`, "--json"], { maxBuffer: 1 << 26 }));
+  await page.goto(`file://${WORK}/exact-report-figures/bound.svg`);
+  const ends = (await page.locator("text").allTextContents()).filter((word) => word.endsWith(" %")).map(parseFloat);
+  assert.equal(ends.length, 3);
+  assert.ok(Math.abs(ends[2] / (100 * bound.worst) - 1) < 0.05 && ends[0] < ends[1] && ends[1] < ends[2], `${ends}, ${bound.worst}`);
+  await context.close();
+});
+
+test("the surface is coloured by the bound the file keeps, with a legend in percent", async () => {
+  const { page, heard, context } = await open(EXACT);
+  const { certificate: { bound } } = JSON.parse(execFileSync(VADEMECUM, ["info", `${WORK}/exact.vdm`, "--json"], { maxBuffer: 1 << 26 }));
+  await page.locator("#color").selectOption("b");
+  assert.match(await page.locator("#quantity").textContent(), /^largest error of a push here/);
+  await page.waitForFunction(() => document.getElementById("high").textContent.endsWith(" %"));
+  const high = parseFloat(await page.locator("#high").textContent());
+  assert.ok(Math.abs(high / (100 * bound.worst) - 1) < 0.05, `${high}, ${bound.worst}`);
+  // One colour where pushes are worst, another where they are best: the field runs over the whole ramp.
+  const ends = await page.evaluate(() => {
+    const { field } = window.vademecum.player.body.bound;
+    const places = Array.from({ length: field.length / 3 }, (_, node) => field[3 * node]);
+    return [Math.min(...places), Math.max(...places)];
+  });
+  assert.ok(ends[0] === 0 && Math.abs(ends[1] - 1) < 1e-9, `${ends}`);
+  await page.locator("#color").selectOption("u");
+  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
+  await page.waitForFunction(() => document.getElementById("high").textContent.endsWith("m"));
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
 
 test("the report draws what `info` prints: an error for every enrichment, a dot for every setting", async () => {
   const context = await browser.newContext({ offline: true });

@@ -5,6 +5,7 @@ pub mod bases;
 pub mod by_hand;
 pub mod canonical;
 pub mod denormals;
+pub mod exact_beam;
 pub mod fused;
 pub mod galerkin;
 pub mod golden;

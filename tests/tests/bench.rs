@@ -15,7 +15,7 @@ fn columns() -> [&'static str; COLUMNS.len()] {
 const MORE: [&str; 2] = ["marches", "note"];
 
 /// Reduced methods on each number of modes.
-const METHODS: [&str; 18] = [
+const METHODS: [&str; 20] = [
     "pod-galerkin, dense solves f64",
     "pod block two-stage f64",
     "pod block f64",
@@ -29,6 +29,8 @@ const METHODS: [&str; 18] = [
     "ritz separated f64",
     "ritz separated f32",
     "natural modes, exact f64",
+    "natural modes, exact steps f64",
+    "natural modes, exact steps f32",
     "natural modes, diagonal f64",
     "natural modes, diagonal f32",
     "natural modes, block two-stage f64",
@@ -74,8 +76,12 @@ fn the_record_is_whole_and_its_orderings_hold() {
     let report = bench(folder.path());
     let methods = report["methods"].as_array().expect("a list");
     // The full-order march and the reduced methods with 8 and with 16 modes; at 2 Δt full order and the
-    // diagonal files.
-    assert_eq!(methods.len(), 1 + 2 * METHODS.len() + CANONICAL_ROWS + 1 + 2 * 2);
+    // diagonal files and those of exact steps.
+    assert_eq!(methods.len(), 1 + 2 * METHODS.len() + CANONICAL_ROWS + 1 + 2 * (2 + 2));
+    // What all is measured from knows its own error. One above what is measured would measure nothing.
+    let least = methods.iter().filter_map(|row| row["error_total"].as_f64()).fold(f64::INFINITY, f64::min);
+    assert!(number(&report, "truth_error") < least, "{least}");
+    assert!(report["truth_vectors"].as_u64().is_some_and(|vectors| vectors > 16));
     for name in METHODS {
         row(methods, name, 8);
         row(methods, name, 16);
@@ -136,7 +142,7 @@ fn check_parts(row: &Value) {
     }
 }
 
-/// What a shorter step and no time scheme at all are worth: both come closer to the fine march.
+/// What a shorter step and no time scheme at all are worth: both come closer to the exact motion.
 fn check_time_scheme(methods: &[Value]) {
     let coarse = methods.iter().find(|row| row["time_step"] == 2e-3).expect("a row at 2 Δt");
     assert!(number(coarse, "error_time") > number(&methods[0], "error_time"));
@@ -144,6 +150,18 @@ fn check_time_scheme(methods: &[Value]) {
         let exact = row(methods, "natural modes, exact f64", modes);
         assert_eq!(number(exact, "error_time"), 0.0);
         assert!(number(exact, "error_total") < number(&methods[0], "error_time"), "{exact}");
+        // A file of exact steps is that motion, at twice the time step too (every second instant counts, so
+        // not to the digit); Bathe's step is not.
+        let file = row(methods, "natural modes, exact steps f64", modes);
+        let apart = number(file, "error_total") - number(exact, "error_total");
+        assert!(apart.abs() <= 1e-9 && number(file, "error_time") == 0.0, "{file}");
+        let stages = row(methods, "natural modes, diagonal f64", modes);
+        assert!(number(stages, "error_total") > 2.0 * number(file, "error_total"), "{stages} {file}");
+        let longer = methods
+            .iter()
+            .find(|row| row["name"] == file["name"] && row["modes"] == modes && row["time_step"] == 2e-3);
+        let longer = number(longer.expect("a row at 2 Δt"), "error_total");
+        assert!((longer / number(file, "error_total") - 1.0).abs() < 0.1, "{longer}");
         // Stage by stage or fused: the same map, rounded differently over 400 steps.
         for basis in ["pod", "ritz"] {
             let error = |name: &str| {

@@ -100,8 +100,8 @@ const FOLDERS: [(&str, &str); 7] = [
     ("run a.vdm --scenario s.toml -o @", "probes.csv"),
     ("run a.vdm --scenario s.toml -o @", "fields.pvd"),
     ("run a.vdm --scenario s.toml -o @", "field-000000.vtu"),
-    ("bench p.toml --scenario s.toml --quick --modes 4 --steps 20 --split 2 -o @", "bench.json"),
-    ("bench p.toml --scenario s.toml --quick --modes 4 --steps 20 --split 2 -o @", "pareto.svg"),
+    ("bench p.toml --scenario s.toml --quick --modes 4 --steps 20 -o @", "bench.json"),
+    ("bench p.toml --scenario s.toml --quick --modes 4 --steps 20 -o @", "pareto.svg"),
     ("export matrices p.toml --scenario s.toml --modes 4 -o @", "mass.mtx"),
     ("export matrices p.toml --scenario s.toml --modes 4 -o @", "model.json"),
 ];

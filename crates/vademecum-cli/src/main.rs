@@ -15,6 +15,7 @@ mod files;
 mod html;
 mod pictures;
 mod print;
+mod surface_picture;
 
 use std::process::ExitCode;
 

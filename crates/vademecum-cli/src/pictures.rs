@@ -49,7 +49,7 @@ const COLORS: [RGBColor; 5] = [
 const DASHES: [(u32, u32); 4] = [(1, 0), (7, 7), (2, 5), (12, 4)];
 
 /// Size of every picture \[px\].
-const SIZE: (u32, u32) = (900, 480);
+pub(crate) const SIZE: (u32, u32) = (900, 480);
 
 /// The SVG, or why nothing could be drawn.
 pub type DrawResult = Result<String, Box<dyn Error>>;
@@ -147,6 +147,11 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
     Ok(svg)
 }
 
+/// Zero where a place on a linear axis differs from it by rounding only.
+fn near_zero(value: f64, extent: f64) -> f64 {
+    if value.abs() < 1e-9 * extent { 0.0 } else { value }
+}
+
 /// A label of at most four figures: whole numbers without a point, very small and very large ones with a
 /// power of ten.
 fn number(value: f64) -> String {
@@ -198,6 +203,8 @@ where
         .x_label_area_size(44)
         .y_label_area_size(86)
         .build_cartesian_2d(x, y)?;
+    let range = context.y_range();
+    let extent = if chart.log_y { 0.0 } else { range.end - range.start };
     context
         .configure_mesh()
         .x_desc(chart.x)
@@ -205,7 +212,7 @@ where
         .label_style(("sans-serif", 14))
         .light_line_style(RGBColor(238, 238, 238))
         .x_label_formatter(&|v: &f64| number(*v))
-        .y_label_formatter(&|v: &f64| number(*v))
+        .y_label_formatter(&|v: &f64| number(near_zero(*v, extent)))
         .draw()?;
     Ok(context)
 }
@@ -315,12 +322,12 @@ pub fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -
 }
 
 /// An isometric view: x to the lower right, y to the lower left, z up; the viewer stands at (1, 1, 1).
-fn project(p: [f64; 3]) -> (f64, f64) {
+pub(crate) fn project(p: [f64; 3]) -> (f64, f64) {
     ((p[0] - p[1]) * 0.866, (p[0] + p[1]) * -0.5 + p[2])
 }
 
 /// Whether a triangle shows its outside.
-fn faces_viewer(triangle: &[[f64; 3]; 3]) -> bool {
+pub(crate) fn faces_viewer(triangle: &[[f64; 3]; 3]) -> bool {
     normal(triangle).iter().sum::<f64>() > 0.0
 }
 
@@ -332,14 +339,14 @@ fn normal([a, b, c]: &[[f64; 3]; 3]) -> [f64; 3] {
 }
 
 /// From the view plane to pixels.
-struct Frame {
+pub(crate) struct Frame {
     center: (f64, f64),
     scale: f64,
 }
 
 impl Frame {
     /// Fits all points below the title.
-    fn around(points: impl Iterator<Item = (f64, f64)>) -> Self {
+    pub(crate) fn around(points: impl Iterator<Item = (f64, f64)>) -> Self {
         let empty = (f64::MAX, f64::MIN);
         let ((x0, x1), (y0, y1)) = points.fold((empty, empty), |((x0, x1), (y0, y1)), (x, y)| {
             ((x0.min(x), x1.max(x)), (y0.min(y), y1.max(y)))
@@ -351,7 +358,7 @@ impl Frame {
         Self { center: (0.5 * (x0 + x1), 0.5 * (y0 + y1)), scale }
     }
 
-    fn of(&self, p: [f64; 3]) -> (f64, f64) {
+    pub(crate) fn of(&self, p: [f64; 3]) -> (f64, f64) {
         let (x, y) = project(p);
         let middle = (0.5 * f64::from(SIZE.0), 0.5 * f64::from(SIZE.1) + 15.0);
         (middle.0 + self.scale * (x - self.center.0), middle.1 - self.scale * (y - self.center.1))
@@ -359,7 +366,7 @@ impl Frame {
 }
 
 /// Grey of a triangle lit from above the viewer.
-fn light(triangle: &[[f64; 3]; 3]) -> u8 {
+pub(crate) fn light(triangle: &[[f64; 3]; 3]) -> u8 {
     let n = normal(triangle);
     let length = n.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
     let cosine = (0.2 * n[0] + 0.5 * n[1] + 0.84 * n[2]) / length;
@@ -403,6 +410,8 @@ mod tests {
 
     #[test]
     fn labels_are_short_and_exact() {
+        assert_eq!([near_zero(1.1e-19, 5e-4), near_zero(1e-6, 5e-4)], [0.0, 1e-6]);
+        assert_eq!(near_zero(1.1e-19, 0.0), 1.1e-19, "a logarithmic axis has no zero");
         let labels = [0.0, 1.0, 20.0, 0.25, -3.5, 12000.0, 1e6, 2.5e-7, -0.0001].map(number);
         assert_eq!(labels, ["0", "1", "20", "0.25", "-3.5", "12000", "1e6", "2.5e-7", "-1e-4"]);
     }

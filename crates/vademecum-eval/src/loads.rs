@@ -126,6 +126,35 @@ impl<'m, T: Scalar> Loads<'m, T> {
         self.active = false;
     }
 
+    /// Becomes what `other` is: for a loop that adds to loads that stay what only one step has.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// let mut memory = vec![f64::NAN; sizes.loads];
+    /// let mut with_more = Loads::new(&scene, &mut memory)?;
+    /// with_more.copy_from(&loads)?;
+    /// assert!(!with_more.is_empty());
+    /// scene.step(&mut state, &with_more)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`LoadError::Mismatch`] if they are of another scene.
+    pub fn copy_from(&mut self, other: &Loads<'_, T>) -> Result<(), LoadError> {
+        if self.shape != other.shape {
+            return Err(LoadError::Mismatch);
+        }
+        self.increment.iter_mut().zip(&*other.increment).for_each(|(to, from)| *to = *from);
+        self.force.iter_mut().zip(&*other.force).for_each(|(to, from)| *to = *from);
+        self.statics.copy(&other.statics);
+        (self.generation, self.active) = (other.generation, other.active);
+        Ok(())
+    }
+
     /// Whether anything was added since the loads were cleared.
     #[must_use]
     pub const fn is_empty(&self) -> bool {

@@ -70,6 +70,15 @@ pub fn bound(file: &File<'_>) -> Result<Option<Bound>, FileError> {
     }))
 }
 
+/// The largest such share of each loadable node, in its worst direction; none if the file does not keep it.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn bound_map(file: &File<'_>) -> Result<Vec<f64>, FileError> {
+    let rows = numbers(file, SectionKind::BoundMap)?;
+    Ok(rows.as_chunks::<7>().0.iter().map(|&[.., bound]| bound).collect())
+}
+
 /// A section that a study cannot do without.
 pub(crate) fn section<'a>(file: &File<'a>, kind: SectionKind) -> Result<Section<'a>, FileError> {
     file.section(kind).ok_or(FileError::Missing { kind })

@@ -16,7 +16,9 @@ use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole};
 use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice, SurfacePoint};
 
 use crate::message::Message;
-use crate::session::{Player, Refusal, Session, Watch, lengths, locate as nearest, plain_section};
+use crate::refusal::Refusal;
+use crate::session::{Player, Session, Watch, lengths, locate as nearest, plain_section};
+use crate::tool::{MOST_PLACES, Sphere};
 
 /// Numbers in the exchange buffer.
 const EXCHANGE: usize = 64;
@@ -453,4 +455,65 @@ pub extern "C" fn rest() -> u32 {
         player.rest();
         Ok(1)
     })
+}
+
+/// Lays down a sphere that cannot enter the body: radius \[m\], friction, how fast \[m/s\] and how hard \[N\]
+/// it follows at most, and where its centre is \[m\]. It presses from the next step on. Refused unless the
+/// session's steps are exact. A new session has none.
+#[unsafe(no_mangle)]
+pub extern "C" fn hold_tool(
+    radius: f64,
+    friction: f64,
+    speed: f64,
+    most: f64,
+    x: f64,
+    y: f64,
+    z: f64,
+) -> u32 {
+    let sphere = Sphere { radius, friction, speed, most, centre: [x, y, z], target: [x, y, z] };
+    module().ask(|player| player.hold(Some(sphere)).map(|()| 1))
+}
+
+/// Where the sphere is to go \[m\]; it starts with the next step. 0 without a sphere.
+#[unsafe(no_mangle)]
+pub extern "C" fn move_tool(x: f64, y: f64, z: f64) -> u32 {
+    module().ask(|player| {
+        let target = [x, y, z];
+        let tool = player.tool().filter(|_| target.iter().all(|x| x.is_finite()));
+        Ok(tool.map_or(0, |tool| {
+            tool.sphere.target = target;
+            1
+        }))
+    })
+}
+
+/// Takes the sphere away.
+#[unsafe(no_mangle)]
+pub extern "C" fn lift_tool() -> u32 {
+    module().ask(|player| player.hold(None).map(|()| 1))
+}
+
+/// Leaves in the exchange buffer what the sphere did in the last step: its centre \[m\], the deepest place of
+/// the body inside of it \[m\] (below zero for a gap), whether all forces were found (1 or 0), how many
+/// places were pushed, and for each of these where it is \[m\] and the force on the body \[N\]. 0 without a
+/// sphere.
+#[unsafe(no_mangle)]
+pub extern "C" fn tool() -> u32 {
+    let module = module();
+    let (mut head, mut touches, mut count) = ([0.0; 6], [0.0; 6 * MOST_PLACES], 0);
+    let done = module.ask(|player| {
+        let Some(tool) = player.tool() else { return Ok(0) };
+        let pushed = tool.touches().iter().filter(|touch| touch.force != [0.0; 3]);
+        for (out, touch) in touches.as_chunks_mut::<6>().0.iter_mut().zip(pushed) {
+            let [x, y, z] = touch.place;
+            let [fx, fy, fz] = touch.force;
+            *out = [x, y, z, fx, fy, fz];
+            count += 1;
+        }
+        let [x, y, z] = tool.sphere.centre;
+        head = [x, y, z, tool.deepest(), f64::from(u32::from(tool.is_solved())), f64::from(count)];
+        Ok(1)
+    });
+    module.give(head.into_iter().chain(touches));
+    done
 }

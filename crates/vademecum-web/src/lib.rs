@@ -3,8 +3,8 @@
 //!
 //! There is no allocator and no glue code. The page grows the module's memory, puts the file there, asks how
 //! much a session needs, grows again and lends it: the same contract as on a machine without operating
-//! system. All slow or clever work stays in `vademecum-eval`; nothing here computes mechanics, so a page
-//! shows the evaluator's bits.
+//! system. The body's mechanics stay in `vademecum-eval`, so a page shows the evaluator's bits. What presses
+//! the body is solved for here: [`tool`] is a rigid sphere that cannot enter it.
 //!
 //! The odd thing: on every other machine this crate is an ordinary library without exports, so that the
 //! workspace builds and tests it with the rest.
@@ -12,5 +12,9 @@
 
 #[cfg(target_arch = "wasm32")]
 mod exports;
+mod friction;
 pub mod message;
+pub mod refusal;
 pub mod session;
+pub mod tool;
+mod vectors;

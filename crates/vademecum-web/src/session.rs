@@ -1,49 +1,13 @@
 //! A file, a scene, one state and its loads in one value, for a host that can pass numbers only.
 
-use core::fmt;
-
 use vademecum_eval::format::{File, Section, SectionKind};
 use vademecum_eval::{
-    BindError, Contact, Field, LoadError, Loads, OutputError, Scalar, Scene, SceneOptions, State, Status,
-    StepError, Surface, SurfacePoint,
+    BindError, Contact, Field, Loads, Scalar, Scene, SceneOptions, State, Status, StepError, Structure,
+    Surface, SurfacePoint,
 };
 
-/// Why the session refused.
-#[derive(Clone, Copy, Debug)]
-pub enum Refusal {
-    /// Options or lent memory do not fit the file.
-    Bind(BindError),
-    /// A load cannot be applied.
-    Load(LoadError),
-    /// A step or a state cannot be taken.
-    Step(StepError),
-    /// An output cannot be read.
-    Output(OutputError),
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bind(error) => error.fmt(f),
-            Self::Load(error) => error.fmt(f),
-            Self::Step(error) => error.fmt(f),
-            Self::Output(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
-
-macro_rules! from_error {
-    ($($kind:ident <- $error:ty),*) => {
-        $(impl From<$error> for Refusal {
-            fn from(error: $error) -> Self {
-                Self::$kind(error)
-            }
-        })*
-    };
-}
-from_error!(Bind <- BindError, Load <- LoadError, Step <- StepError, Output <- OutputError);
+use crate::refusal::Refusal;
+use crate::tool::{Ground, MOST_PLACES, Sphere, Tool};
 
 /// A point of the surface whose displacement is recorded beside the probes.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +26,12 @@ pub struct Session<'m, T> {
     loads: Loads<'m, T>,
     field: &'m mut [T],
     watch: Option<Watch>,
+    tool: Option<Tool>,
+    ground: Option<Ground<'m>>,
+    /// The loads and the tool's forces, for one step.
+    pressed: Loads<'m, T>,
+    /// For the operator of the tool's places.
+    work: &'m mut [T],
 }
 
 /// How many numbers of `T` and of `f64` (for the time of the call) [`Session::bind`] wants.
@@ -70,8 +40,11 @@ pub struct Session<'m, T> {
 /// [`Refusal::Bind`].
 pub fn lengths<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<(usize, usize), Refusal> {
     let sizes = Scene::<T>::sizes(file, options)?;
-    let field = 3 * file.metadata().n_surface_nodes as usize;
-    Ok((sizes.scene + sizes.state + sizes.loads + field, sizes.work))
+    let metadata = file.metadata();
+    let field = 3 * metadata.n_surface_nodes as usize;
+    // What a scene's `compliance_work` says, before there is a scene.
+    let operator = (3 * MOST_PLACES + 1) * metadata.n_modes as usize;
+    Ok((sizes.scene + sizes.state + 2 * sizes.loads + field + operator, sizes.work))
 }
 
 impl<'m, T: Scalar> Session<'m, T> {
@@ -91,11 +64,15 @@ impl<'m, T: Scalar> Session<'m, T> {
         let (scene, memory) = memory.split_at_mut_checked(sizes.scene).ok_or(short)?;
         let (state, memory) = memory.split_at_mut_checked(sizes.state).ok_or(short)?;
         let (loads, memory) = memory.split_at_mut_checked(sizes.loads).ok_or(short)?;
-        let field = memory.get_mut(..3 * file.metadata().n_surface_nodes as usize).ok_or(short)?;
+        let (pressed, memory) = memory.split_at_mut_checked(sizes.loads).ok_or(short)?;
+        let field = 3 * file.metadata().n_surface_nodes as usize;
+        let (field, tool_work) = memory.split_at_mut_checked(field).ok_or(short)?;
         let scene = Scene::bind(file, options, scene, work)?;
         let state = State::new(&scene, state)?;
-        let loads = Loads::new(&scene, loads)?;
-        Ok(Self { scene, state, loads, field, watch: None })
+        let (loads, pressed) = (Loads::new(&scene, loads)?, Loads::new(&scene, pressed)?);
+        let work = tool_work.get_mut(..scene.compliance_work(MOST_PLACES)).ok_or(short)?;
+        let ground = Ground::new(file).ok();
+        Ok(Self { scene, state, loads, field, watch: None, tool: None, ground, pressed, work })
     }
 }
 
@@ -149,6 +126,13 @@ pub trait Player {
     fn set_coordinates(&mut self, values: &[f64]) -> Result<(), Refusal>;
     /// The body at rest, loads kept.
     fn rest(&mut self);
+    /// Lays a sphere down that presses the body from the next step on, or takes it away.
+    ///
+    /// # Errors
+    /// [`Refusal::NoTool`], [`Refusal::BadTool`].
+    fn hold(&mut self, sphere: Option<Sphere>) -> Result<(), Refusal>;
+    /// The sphere that presses, and what it touched in the last step.
+    fn tool(&mut self) -> Option<&mut Tool>;
 }
 
 impl<T: Scalar> Player for Session<'_, T> {
@@ -184,7 +168,7 @@ impl<T: Scalar> Player for Session<'_, T> {
         let mut rows = records.chunks_exact_mut(self.record_len());
         let mut status = Status::Moving;
         for _ in 0..steps {
-            status = self.scene.step(&mut self.state, &self.loads)?;
+            status = self.step()?;
             if let Some(row) = rows.next() {
                 self.record(row)?;
             }
@@ -220,9 +204,38 @@ impl<T: Scalar> Player for Session<'_, T> {
     fn rest(&mut self) {
         self.state.rest();
     }
+
+    fn hold(&mut self, sphere: Option<Sphere>) -> Result<(), Refusal> {
+        self.tool = None;
+        let Some(sphere) = sphere else { return Ok(()) };
+        if self.scene.structure() != Structure::Exact || self.ground.is_none() {
+            return Err(Refusal::NoTool);
+        }
+        let Sphere { radius, friction, speed, most, .. } = sphere;
+        let places = sphere.centre.iter().chain(&sphere.target);
+        let sound = radius > 0.0 && friction >= 0.0 && speed >= 0.0 && most > 0.0;
+        if !sound || ![radius, friction, speed].iter().chain(places).all(|x| x.is_finite()) {
+            return Err(Refusal::BadTool);
+        }
+        self.tool = Some(Tool::new(sphere));
+        Ok(())
+    }
+
+    fn tool(&mut self) -> Option<&mut Tool> {
+        self.tool.as_mut()
+    }
 }
 
 impl<T: Scalar> Session<'_, T> {
+    /// One step, with the tool where there is one.
+    fn step(&mut self) -> Result<Status, Refusal> {
+        let Self { scene, state, loads, tool, ground, pressed, work, .. } = self;
+        match (tool, ground) {
+            (Some(tool), Some(ground)) => tool.step(ground, scene, state, loads, pressed, work),
+            _ => Ok(scene.step(state, loads)?),
+        }
+    }
+
     fn record(&self, row: &mut [f64]) -> Result<(), Refusal> {
         let Some((probes, [watched, energy])) = row.split_last_chunk_mut() else { return Ok(()) };
         for (index, out) in probes.iter_mut().enumerate() {

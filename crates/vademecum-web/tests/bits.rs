@@ -10,6 +10,8 @@ use vademecum_eval::{
     Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
 };
 use vademecum_tests::synthetic::{Body, Layout, bathe};
+use vademecum_web::session::{Player, Session, lengths};
+use vademecum_web::tool::Sphere;
 
 const LAYOUT: Layout = Layout { rows: 4, load_rows: 3, columns: 3, n_interior: 3, r: 11 };
 
@@ -93,6 +95,39 @@ impl Native<'_, '_> {
     }
 }
 
+/// A sphere that is pressed in and dragged for 40 steps; at how many places it pushed in all.
+fn press<T: Scalar>(file: &File<'_>, numbers: &mut Vec<f64>) -> usize {
+    let options =
+        SceneOptions { structure: StructureChoice::Exact, alpha: Some(0.0), ..SceneOptions::default() };
+    let (length, work) = lengths::<T>(file, &options).unwrap();
+    let mut memory = vec![T::ZERO; length];
+    let mut session = Session::bind(file, &options, &mut memory, &mut vec![0.0; work]).unwrap();
+    session.add_pattern(0, -0.3).unwrap();
+    let [x, y, z] = Surface::new(file).unwrap().locate([0.3, 0.2, 0.9]).unwrap().position;
+    let (centre, target) = ([x, y, z + 0.21], [x + 0.1, y, z + 0.15]);
+    session
+        .hold(Some(Sphere { radius: 0.2, friction: 0.3, centre, target, speed: 2.0, most: f64::INFINITY }))
+        .unwrap();
+    let mut pushed = 0;
+    for _ in 0..40 {
+        session.march(1, &mut []).unwrap();
+        let tool = session.tool().unwrap();
+        numbers.extend(tool.sphere.centre);
+        numbers.push(tool.deepest());
+        for touch in tool.touches().iter().filter(|touch| touch.force != [0.0; 3]) {
+            numbers.extend(touch.place);
+            numbers.extend(touch.force);
+            pushed += 1;
+        }
+        numbers.push(session.energy().unwrap());
+    }
+    session.hold(None).unwrap();
+    let mut rows = vec![0.0; 3 * session.record_len()];
+    session.march(3, &mut rows).unwrap();
+    numbers.extend(rows);
+    pushed
+}
+
 fn contact() -> Contact {
     Contact { nodes: POINT.nodes, weights: POINT.weights, force: [1.0, -2.0, 0.7] }
 }
@@ -132,6 +167,8 @@ fn the_web_module_gives_the_native_bits() {
             native.march::<f64>(structure);
         }
         native.march_elsewhere();
+        let pushed = press::<f32>(&file, &mut numbers) + press::<f64>(&file, &mut numbers);
+        assert!(pushed > 40, "the sphere touches the body: {pushed}");
         let found = std::fs::read(&output).unwrap();
         let found: Vec<u64> = found.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect();
         let expected: Vec<u64> = numbers.iter().map(|x| x.to_bits()).collect();
@@ -150,7 +187,7 @@ fn a_file_with_only_the_chapters_structure_is_refused_in_words() {
         .find(|(name, _)| *name == "canonical.vdm")
         .expect("a golden file");
     let file = File::parse(&bytes).expect("a sound file");
-    let refusal = vademecum_web::session::lengths::<f32>(&file, &SceneOptions::default());
+    let refusal = lengths::<f32>(&file, &SceneOptions::default());
     let said = refusal.expect_err("no structure a page can step").to_string();
     assert!(said.contains("only the chapter's structure") && said.contains("vademecum run"), "{said}");
 }

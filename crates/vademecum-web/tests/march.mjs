@@ -23,4 +23,17 @@ for (const double of [false, true]) {
 evaluator.bind({ double: true, structure: 1, timeStep: 0.003, stiffness: 2.5, density: 0.7, alpha: 0.9, beta: 1e-5 });
 evaluator.addContact(contact, [1.0, -2.0, 0.7]);
 numbers.push(...evaluator.record(100).rows, ...evaluator.locate([0.3, 0.2, 0.9]).position);
+for (const double of [false, true]) {
+  evaluator.bind({ double, structure: 4, alpha: 0 });
+  evaluator.addPattern(0, -0.3);
+  const [x, y, z] = evaluator.locate([0.3, 0.2, 0.9]).position;
+  evaluator.holdTool({ radius: 0.2, friction: 0.3, speed: 2, centre: [x, y, z + 0.21], target: [x + 0.1, y, z + 0.15] });
+  for (let step = 0; step < 40; step++) {
+    evaluator.march(1);
+    const { centre, deepest, touches } = evaluator.tool();
+    numbers.push(...centre, deepest, ...touches.flatMap(({ place, force }) => [...place, ...force]), evaluator.energy());
+  }
+  evaluator.liftTool();
+  numbers.push(...evaluator.record(3).rows);
+}
 writeFileSync(out, Buffer.from(Float64Array.from(numbers).buffer));

@@ -21,6 +21,7 @@ export class Body {
     this.held = heldNodes(basis, surfaceNodes, evaluator.counts.modes);
     this.edges = uniqueEdges(triangles);
     Object.assign(this, splitAtCreases(this.rest, triangles, loadTriangles));
+    this.bound = boundOfPushes(evaluator, this);
     this.flexible = flexiblePoint(this, evaluator, basis);
   }
 
@@ -68,6 +69,29 @@ export class Body {
     const nodes = [0, 1, 2].map((k) => this.triangles[3 * best.triangle + k]);
     return { triangle: best.triangle, loadable: best.triangle < this.loadTriangles, point: { nodes, weights: best.weights } };
   }
+}
+
+/**
+ * What the modes leave out of a push at each loadable node in its worst direction, as a share of the push's static answer: `{ low, high,
+ * rigorous, field }`, the field as places 0 to 1 between the ends on a logarithmic scale, three numbers a node. Null if the file does not keep it.
+ */
+function boundOfPushes(evaluator, { rest, triangles, loadTriangles }) {
+  const [map, summary] = [evaluator.section(SECTION.boundMap), evaluator.section(SECTION.staticBound)];
+  if (!map || !summary) return null;
+  const values = map.filter((_, i) => i % 7 === 6);
+  const above = values.filter((x) => x > 0);
+  if (above.length === 0) return null;
+  let [low, high] = [above.reduce((a, b) => Math.min(a, b)), above.reduce((a, b) => Math.max(a, b))];
+  if (high < 1.01 * low) [low, high] = [low / 2, high];
+  const field = new Float64Array(rest.length);
+  values.forEach((x, node) => (field[3 * node] = Math.log(Math.max(x, low) / low) / Math.log(high / low)));
+  // A node that nothing moves says nothing; it looks like the nodes beside it.
+  for (let c = 0; c < 3 * loadTriangles; c += 3) {
+    const nodes = triangles.subarray(c, c + 3);
+    const known = Math.max(...Array.from(nodes, (node) => (values[node] > 0 ? field[3 * node] : 0)));
+    for (const node of nodes) if (!(values[node] > 0)) field[3 * node] = Math.max(field[3 * node], known);
+  }
+  return { low, high, rigorous: summary[0] === 1, field };
 }
 
 function boundingBox(points) {

@@ -13,7 +13,10 @@ const ALWAYS = [
   { key: "beta", name: "Damping β", unit: "s", log: false, range: ({ beta, timeStep }) => [0, Math.max(timeStep, 4 * beta)] },
 ];
 
-const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"] };
+const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"], b: ["largest error of a push here", ""] };
+
+/** A share in percent. */
+const percent = (x) => `${Number((100 * x).toPrecision(2))} %`;
 
 export class Controls {
   constructor(player, renderer, camera) {
@@ -24,7 +27,7 @@ export class Controls {
     this.parameters();
     this.patterns();
     this.file();
-    for (const id of ["force", "speed", "magnification", "color"]) find(id).addEventListener("input", () => this.read());
+    for (const id of ["force", "speed", "magnification", "color", "tool", "radius", "depth", "friction"]) find(id).addEventListener("input", () => this.read());
     this.start();
     this.read();
   }
@@ -66,6 +69,7 @@ export class Controls {
     }
     find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
     find("structure").addEventListener("change", () => this.set({ structure: Number(find("structure").value) }));
+    find("color").querySelector('[value="b"]').hidden = !player.body.bound;
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => this.theme(dark.matches));
     this.theme(dark.matches);
@@ -125,6 +129,38 @@ export class Controls {
     }
     find("precision").value = this.evaluator.options.double ? "64" : "32";
     find("structure").value = String(this.evaluator.options.structure);
+    this.tools();
+  }
+
+  /** Which tools the bound session takes, and why not. */
+  tools() {
+    const { player, evaluator } = this;
+    const [choice, note] = [find("tool"), find("tool-note")];
+    const takes = player.takesTool;
+    choice.querySelector('[value="sphere"]').disabled = !takes;
+    if (!takes) choice.value = "force";
+    note.hidden = takes || player.body.loadTriangles === 0;
+    note.textContent = evaluator.exact ? "The sphere needs the exact step structure (Live parameters, below)."
+      : `The sphere needs a file with exact steps. This one moves by the stages of “${evaluator.scheme}”: build it with scheme = { name = "exact" }.`;
+    this.chosen();
+  }
+
+  /** The settings of the chosen tool. */
+  chosen() {
+    const sphere = find("tool").value === "sphere";
+    find("sphere").hidden = !sphere;
+    find("finger").hidden = sphere;
+    const { size } = this.player.body;
+    const radius = size * 10 ** Number(find("radius").value);
+    // Never as deep as the centre, so that the sphere stays on its side of the body.
+    const depth = 0.8 * radius * Number(find("depth").value);
+    const friction = Number(find("friction").value);
+    this.sphere = sphere ? { radius, depth, friction } : null;
+    // A twentieth of the body in a period of the first mode: slow for it, whatever it is made of.
+    this.toolSpeed = 0.05 * size * this.firstFrequency();
+    find("radius-out").textContent = short(radius, "m");
+    find("depth-out").textContent = short(depth, "m");
+    find("friction-out").textContent = String(friction);
   }
 
   /** Binds other parameters; a refusal is said and changes nothing. */
@@ -173,17 +209,21 @@ export class Controls {
 
   /** Takes the simple settings over. */
   read() {
+    this.chosen();
     this.force = this.player.body.flexible.force * 10 ** Number(find("force").value);
     this.player.speed = 10 ** Number(find("speed").value);
     this.magnification = 10 ** Number(find("magnification").value);
     const [kind, component] = find("color").value;
-    Object.assign(this, { velocity: kind === "v", component: component === undefined ? -1 : Number(component) });
+    const bound = kind === "b" ? this.player.body.bound : null;
+    // −1: the size of the field; −2: places on the ramp, on the loadable surface only.
+    Object.assign(this, { velocity: kind === "v", bound, component: bound ? -2 : component === undefined ? -1 : Number(component) });
     find("force-out").textContent = short(this.force, "N");
     const speed = this.player.speed;
     find("speed-out").textContent = `${Number(speed.toPrecision(2))} × ${Math.abs(speed - 1) < 0.02 ? "real time" : speed < 1 ? "slow motion" : "fast"}`;
     find("magnification-out").textContent = `× ${Number(this.magnification.toPrecision(2))}`;
     const [name] = FIELDS[kind];
-    find("quantity").textContent = component === undefined ? name : `${name} ${"xyz"[component]}`;
+    const also = bound && !bound.rigorous ? " (estimate; logarithmic)" : " (logarithmic)";
+    find("quantity").textContent = bound ? name + also : component === undefined ? name : `${name} ${"xyz"[component]}`;
     find("ramp").style.background = gradient(component !== undefined);
     this.unit = FIELDS[kind][1];
     this.peak = 0;
@@ -191,6 +231,11 @@ export class Controls {
 
   /** The colour range: follows a growing field at once and a dying one slowly. */
   scale(field, seconds) {
+    if (this.bound) {
+      find("low").textContent = percent(this.bound.low);
+      find("high").textContent = percent(this.bound.high);
+      return 1;
+    }
     let largest = 0;
     for (let i = 0; i < field.length; i += 3) {
       const value = this.component < 0 ? Math.hypot(field[i], field[i + 1], field[i + 2]) : Math.abs(field[i + this.component]);
@@ -211,6 +256,9 @@ export class Controls {
     find("factor").textContent = player.paused ? "paused" : `× ${factor.toPrecision(2)}`;
     find("frame").textContent = `${(1000 * frame).toFixed(1)} ms, ${Math.round(frames)}/s`;
     find("modes").textContent = `${evaluator.counts.modes}, ${{ 1: "diagonal", 4: "exact" }[evaluator.structure] ?? `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
+    const touches = player.tool ? evaluator.tool().touches : [];
+    const total = [0, 1, 2].map((i) => touches.reduce((sum, { force }) => sum + force[i], 0));
+    find("tool-force").textContent = touches.length === 0 ? "nothing" : `${short(Math.hypot(...total), "N")} at ${touches.length} place${touches.length === 1 ? "" : "s"}`;
     find("time").textContent = `${player.time.toFixed(3)} s`;
   }
 

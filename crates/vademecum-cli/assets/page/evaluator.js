@@ -6,7 +6,7 @@ const PAGE = 65536;
 /** Section numbers of the file format (formats/vademecum-1.md). */
 export const SECTION = {
   coordinates: 2, triangles: 3, stiffness: 4, eigenvalues: 5, surfaceBasis: 6, patternNames: 12, probeNames: 13,
-  modeTable: 16,
+  modeTable: 16, staticBound: 40, boundMap: 41,
 };
 
 /** Scales of the regions, as built. */
@@ -212,5 +212,28 @@ export class Evaluator {
 
   rest() {
     this.wasm.rest();
+  }
+
+  /** Lays a sphere down that cannot enter the body, `{ radius [m], friction, speed [m/s], most [N], centre, target [m] }`; throws `Refused` where steps are not exact. */
+  holdTool({ radius, friction, speed, most = Infinity, centre, target }) {
+    this.must(this.wasm.hold_tool(radius, friction, speed, most, ...centre));
+    this.wasm.move_tool(...(target ?? centre));
+  }
+
+  /** Where the sphere is to go; nothing without a sphere. */
+  moveTool(target) {
+    this.wasm.move_tool(...target);
+  }
+
+  liftTool() {
+    this.wasm.lift_tool();
+  }
+
+  /** What the sphere did in the last step: centre, deepest place inside of it [m], whether all forces were found, and each push; null without one. */
+  tool() {
+    if (!this.wasm.tool()) return null;
+    const [x, y, z, deepest, solved, count, ...numbers] = this.exchange(54);
+    const touches = Array.from({ length: count }, (_, k) => ({ place: numbers.slice(6 * k, 6 * k + 3), force: numbers.slice(6 * k + 3, 6 * k + 6) }));
+    return { centre: [x, y, z], deepest, solved: solved === 1, touches };
   }
 }

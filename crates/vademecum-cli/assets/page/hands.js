@@ -41,7 +41,9 @@ export class Hands {
     find("hint").classList.add("gone");
     const at = this.place(event);
     const hit = event.button === 0 && !event.shiftKey ? this.pick(at) : null;
-    if (hit?.loadable) {
+    if (hit?.loadable && this.controls.sphere && !this.player.tool) {
+      this.lay(event.pointerId, at, hit.point, this.player.body.normal(hit.triangle));
+    } else if (hit?.loadable) {
       const normal = this.player.body.normal(hit.triangle);
       const contact = { kind: "contact", start: at, at, point: hit.point, normal };
       contact.id = this.player.press(hit.point, this.force(contact));
@@ -62,6 +64,7 @@ export class Hands {
     }
     const [dx, dy] = [at[0] - hand.at[0], at[1] - hand.at[1]];
     if (hand.kind === "contact") this.slide(hand, at);
+    else if (hand.kind === "tool") this.drag(at);
     else if (hand.kind === "pan") this.camera.pan(dx, dy);
     else this.turn(hand, dx, dy);
     hand.at = at;
@@ -90,6 +93,31 @@ export class Hands {
     this.player.move(contact.id, contact.point, this.force(contact));
   }
 
+  /** Lays the sphere down where it just touches; from there it goes as deep as is set. */
+  lay(name, at, point, normal) {
+    const { radius, friction } = this.controls.sphere;
+    const { player } = this;
+    const moved = add(player.body.place(point, player.body.rest), player.evaluator.point(point));
+    const centre = add(moved, scaled(normal, 1.02 * radius));
+    // Harder than that no hand pushes, and the model would not describe it.
+    const most = 30 * player.body.flexible.force;
+    player.hold({ radius, friction, speed: this.controls.toolSpeed, most, centre, target: this.below(point, normal), point });
+    this.held.set(name, { kind: "tool", at });
+    find("hint").classList.add("gone");
+  }
+
+  /** Where the sphere goes: as deep as is set under the place of the body at rest, which does not run away from it. */
+  below(point, normal) {
+    const { radius, depth } = this.controls.sphere;
+    return add(this.player.body.place(point, this.player.body.rest), scaled(normal, radius - depth));
+  }
+
+  /** The sphere goes over the body with the pointer, and stays where it is beside it. */
+  drag(at) {
+    const hit = this.pick(at);
+    if (hit?.loadable && this.controls.sphere) this.player.moveTool(this.below(hit.point, this.player.body.normal(hit.triangle)), hit.point);
+  }
+
   up(event) {
     this.lift(event.pointerId);
   }
@@ -99,6 +127,7 @@ export class Hands {
     if (!hand) return;
     this.held.delete(name);
     if (hand.kind === "contact") this.player.release(hand.id);
+    if (hand.kind === "tool") this.player.lift();
   }
 
   /** Force [N] of a contact for the chosen direction and size. */
@@ -132,6 +161,10 @@ export class Hands {
     if (event.repeat || document.activeElement !== this.canvas || this.player.body.loadTriangles === 0) return;
     const { point, normal } = this.player.body.flexible;
     const at = this.camera.pixel(this.player.body.place(point)) ?? [0, 0];
+    if (this.controls.sphere) {
+      if (!this.player.tool) this.lay("Enter", at, point, normal);
+      return;
+    }
     const contact = { kind: "contact", start: at, at: [at[0], at[1] + 40], point, normal };
     contact.id = this.player.press(point, this.force(contact));
     this.held.set("Enter", contact);
@@ -149,11 +182,34 @@ export function drawOver(canvas, player, camera, controls, focused) {
   context.clearRect(0, 0, w, h);
   const { body } = player;
   for (const { point, force } of player.contacts.values()) arrow(context, camera, body.place(point), force, body, controls.style.arrow);
+  const tool = player.tool && player.evaluator.tool();
+  if (tool) pushes(context, camera, tool, drawnTool(player, controls.magnification), body, controls.style.arrow);
   if (focused && body.loadTriangles > 0) {
     const at = camera.pixel(body.place(body.flexible.point));
     if (at) ring(context, at, controls.style.arrow);
   }
   axes(context, camera, canvas.clientHeight, controls.style);
+}
+
+/** Where the sphere is drawn: moved as much farther as the body under it is. */
+export function drawnTool({ tool, evaluator }, magnification) {
+  const { centre, radius, point } = tool;
+  return { centre: add(centre, scaled(evaluator.point(point), magnification - 1)), radius };
+}
+
+/** One arrow for all pushes of the sphere, where they act. */
+function pushes(context, camera, { centre, touches }, drawn, body, color) {
+  const sizes = touches.map(({ force }) => Math.hypot(...force));
+  const all = sizes.reduce((sum, size) => sum + size, 0);
+  if (all === 0) return;
+  const [place, force] = [[0, 0, 0], [0, 0, 0]];
+  touches.forEach((touch, t) => {
+    for (let i = 0; i < 3; i++) {
+      place[i] += (sizes[t] / all) * (touch.place[i] - centre[i] + drawn.centre[i]);
+      force[i] += touch.force[i];
+    }
+  });
+  arrow(context, camera, place, force, body, color);
 }
 
 function arrow(context, camera, place, force, body, color) {

@@ -4,7 +4,7 @@ import { Body } from "vademecum/body";
 import { Camera } from "vademecum/camera";
 import { drawBars, drawStrip } from "vademecum/chart";
 import { Controls, find } from "vademecum/controls";
-import { Hands, drawOver } from "vademecum/hands";
+import { Hands, drawOver, drawnTool } from "vademecum/hands";
 import { Player } from "vademecum/player";
 import { Renderer } from "vademecum/render";
 
@@ -61,14 +61,15 @@ function show(page, seconds) {
   const size = renderer.resize();
   camera.update(...size);
   const displacement = evaluator.surface(false).slice();
-  const field = controls.velocity ? evaluator.surface(true) : displacement;
+  const field = controls.bound?.field ?? (controls.velocity ? evaluator.surface(true) : displacement);
   body.displace(displacement, controls.magnification);
   renderer.fill(displacement, field);
   const { magnification, component, dark } = controls;
-  renderer.draw(camera, { magnification, component, dark, scale: controls.scale(field, seconds) });
+  const tool = player.tool && drawnTool(player, magnification);
+  renderer.draw(camera, { magnification, component, dark, tool, scale: controls.scale(field, seconds) });
   drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
   signals(page);
-  controls.warn(controls.velocity ? largest(displacement) : controls.component < 0 ? controls.largest : largest(displacement));
+  controls.warn(controls.component === -1 && !controls.velocity ? controls.largest : largest(displacement));
   pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
 }
 
@@ -135,10 +136,16 @@ function offer(page) {
     press: (point, force) => player.press(evaluator.locate(point), force),
     release: (id) => player.release(id),
     step: (n) => player.step(n),
+    /** Lays a sphere down, `{ radius, friction, speed, centre }`; where it is to go, what it did in the last step, and away with it. */
+    hold: (tool) => player.hold({ target: tool.centre, point: evaluator.locate(tool.centre), ...tool }),
+    moveTool: (target) => player.moveTool(target, evaluator.locate(target)),
+    tool: () => evaluator.tool(),
+    lift: () => player.lift(),
     pause: (paused = true) => controls.pause(paused),
     set: (parameters) => controls.set(parameters),
     rest: () => {
       player.contacts.clear();
+      player.lift();
       player.rest();
       player.time = 0;
       player.history.clear();

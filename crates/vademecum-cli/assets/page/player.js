@@ -44,6 +44,7 @@ export class Player {
     this.evaluator = evaluator;
     this.body = body;
     this.contacts = new Map();
+    this.tool = null;
     this.amplitudes = evaluator.patternNames.map(() => 0);
     this.nextContact = 1;
     this.paused = false;
@@ -66,6 +67,35 @@ export class Player {
     const { point, normal } = this.body.flexible;
     this.evaluator.watch(point, normal);
     this.atRest = true;
+    this.layDown();
+  }
+
+  /** Whether a sphere can press the body as it is bound. */
+  get takesTool() {
+    return this.evaluator.structure === 4 && this.body.loadTriangles > 0;
+  }
+
+  /** A sphere that presses from the next step on: `{ radius, friction, speed, centre, target, point }`; `point` is the place it is over. */
+  hold(tool) {
+    this.evaluator.holdTool(tool);
+    this.tool = tool;
+  }
+
+  moveTool(target, point) {
+    if (!this.tool) return;
+    Object.assign(this.tool, { target, point: point ?? this.tool.point });
+    this.evaluator.moveTool(target);
+  }
+
+  lift() {
+    this.tool = null;
+    this.evaluator.liftTool();
+  }
+
+  /** Puts the sphere back where it was into a new session, if that can have one. */
+  layDown() {
+    if (this.tool && this.takesTool) this.evaluator.holdTool(this.tool);
+    else this.tool = null;
   }
 
   /** Puts all loads on. A body at rest starts with the acceleration that goes with them, as `vademecum run` does. */
@@ -133,6 +163,7 @@ export class Player {
       this.atRest = status === "at rest";
       done += round;
     }
+    if (this.tool) this.tool.centre = this.evaluator.tool().centre;
     this.stepped += n;
   }
 
@@ -158,6 +189,7 @@ export class Player {
    * the state is put back. */
   measure() {
     const state = this.evaluator.coordinates();
+    this.evaluator.liftTool();
     // A body at rest without loads would not be stepped at all.
     if (this.body.loadTriangles > 0) this.evaluator.addContact(this.body.flexible.point, [1e-6, 0, 0]);
     else this.evaluator.setCoordinates(new Float64Array(state.length).fill(1e-6));
@@ -172,5 +204,6 @@ export class Player {
     }
     this.load();
     this.evaluator.setCoordinates(state);
+    this.layDown();
   }
 }

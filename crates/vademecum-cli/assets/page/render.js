@@ -5,10 +5,11 @@ const VERTEX = `#version 300 es
 precision highp float;
 uniform mat4 view;
 uniform float magnification;
-uniform int component;
+uniform highp int component;
 uniform float scale;
 uniform float point_size;
 uniform bool dots;
+uniform vec4 ball;
 in vec3 rest;
 in vec3 displacement;
 in vec3 field;
@@ -18,11 +19,12 @@ out vec3 n;
 out float value;
 out float bright;
 void main() {
-  gl_Position = view * vec4(rest + magnification * displacement, 1.0);
+  vec3 at = ball.w > 0.0 ? ball.xyz + ball.w * rest : rest + magnification * displacement;
+  gl_Position = view * vec4(at, 1.0);
   gl_PointSize = point_size;
   // Dots lie on the surface: a little nearer, so that it does not cut them.
   if (dots) gl_Position.z -= 2e-4 * gl_Position.w;
-  n = normal;
+  n = ball.w > 0.0 ? rest : normal;
   bright = loadable;
   value = component < 0 ? length(field) / scale
     : 0.5 + 0.5 * field[component] / scale;
@@ -34,6 +36,9 @@ uniform sampler2D ramp;
 uniform vec4 flat_color;
 uniform vec3 eye, above;
 uniform bool dots;
+uniform vec4 ball;
+uniform vec3 ball_color;
+uniform highp int component;
 in vec3 n;
 in float value;
 in float bright;
@@ -48,12 +53,16 @@ void main() {
   float shine = 0.14 * pow(key, 24.0);
   vec3 base = texture(ramp, vec2(clamp(value, 0.0, 1.0) * 0.996 + 0.002, 0.5)).rgb;
   base = mix(mix(base, vec3(0.5), 0.18), base, bright);
+  if (component == -2 && bright < 0.5) base = vec3(0.6);
+  if (ball.w > 0.0) base = ball_color;
   color = vec4(base * light + shine, 1.0);
 }`;
 
 /** Colours of edges on the body, and of supports and the shape at rest on the background, in dark and in light. */
 const INK = { dark: [0.02, 0.04, 0.08, 0.4], light: [0.03, 0.06, 0.12, 0.28] };
 const SUPPORT = { dark: [0.62, 0.66, 0.75, 1], light: [0.33, 0.37, 0.46, 1] };
+/** The sphere that presses. */
+const BALL = { dark: [0.72, 0.75, 0.8], light: [0.6, 0.64, 0.7] };
 
 export class Renderer {
   /** Throws if the browser has no WebGL2. */
@@ -62,7 +71,7 @@ export class Renderer {
     if (!gl) throw new Error("this browser does not offer WebGL2");
     Object.assign(this, { canvas, gl, body, wire: body.edges.length < 60000, ghost: false, supports: true });
     this.program = link(gl);
-    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above", "dots"];
+    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above", "dots", "ball", "ball_color"];
     this.at = Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(this.program, name)]));
     const vertices = body.vertexNode.length;
     this.arrays = { displacement: new Float32Array(3 * vertices), field: new Float32Array(3 * vertices) };
@@ -75,12 +84,32 @@ export class Renderer {
       displacement: this.attribute("displacement", 3, this.arrays.displacement, gl.DYNAMIC_DRAW),
       field: this.attribute("field", 3, this.arrays.field, gl.DYNAMIC_DRAW), normal: this.attribute("normal", 3, this.normals, gl.DYNAMIC_DRAW),
     };
+    this.sphere = this.ball();
+    gl.bindVertexArray(this.vao);
     const vertexOf = new Map();
     body.vertexNode.forEach((node, vertex) => vertexOf.set(node, vertex));
     this.faces = this.indices(body.vertexCorners);
     this.lines = this.indices(body.edges.map((node) => vertexOf.get(node)));
     this.points = this.indices(Uint32Array.from(body.held.filter((node) => vertexOf.has(node)), (node) => vertexOf.get(node)));
     this.ramps = [false, true].map((signed) => this.texture(ramp(signed)));
+  }
+
+  /** A sphere of radius 1, with an array object of its own. */
+  ball() {
+    const [rings, around] = [24, 48];
+    const places = [], corners = [];
+    for (let i = 0; i <= rings; i++) {
+      for (let j = 0; j <= around; j++) {
+        const [polar, turn] = [(Math.PI * i) / rings, (2 * Math.PI * j) / around];
+        places.push(Math.sin(polar) * Math.cos(turn), Math.sin(polar) * Math.sin(turn), Math.cos(polar));
+        const at = i * (around + 1) + j;
+        if (i < rings && j < around) corners.push(at, at + around + 1, at + 1, at + 1, at + around + 1, at + around + 2);
+      }
+    }
+    const vao = this.gl.createVertexArray();
+    this.gl.bindVertexArray(vao);
+    this.attribute("rest", 3, Float32Array.from(places), this.gl.STATIC_DRAW);
+    return { vao, corners: this.indices(Uint32Array.from(corners)) };
   }
 
   attribute(name, size, data, usage) {
@@ -144,7 +173,7 @@ export class Renderer {
   }
 
   /** One frame. `component` −1 for the size of the field, else 0 to 2. */
-  draw(camera, { magnification, component, scale, dark }) {
+  draw(camera, { magnification, component, scale, dark, tool }) {
     const { gl, at } = this;
     const theme = dark ? "dark" : "light";
     gl.clearColor(0, 0, 0, 0);
@@ -161,6 +190,7 @@ export class Renderer {
     gl.uniform1f(at.point_size, 5 * this.ratio);
     gl.uniform3fv(at.eye, camera.view.back);
     gl.uniform3fv(at.above, [0, 0, 1]);
+    gl.uniform4fv(at.ball, [0, 0, 0, 0]);
     gl.bindTexture(gl.TEXTURE_2D, this.ramps[component < 0 ? 0 : 1]);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
@@ -171,6 +201,12 @@ export class Renderer {
     if (this.ghost) {
       gl.uniform1f(at.magnification, 0);
       this.elements(gl.LINES, this.lines, SUPPORT[theme].map((x, i) => (i === 3 ? 0.35 : x)));
+    }
+    if (tool) {
+      gl.bindVertexArray(this.sphere.vao);
+      gl.uniform4fv(at.ball, [...tool.centre, tool.radius]);
+      gl.uniform3fv(at.ball_color, BALL[theme]);
+      this.elements(gl.TRIANGLES, this.sphere.corners, [0, 0, 0, 0]);
     }
   }
 

@@ -110,6 +110,8 @@ fn natural(study: &Study, modes: usize) -> Result<Group, StudyError> {
     let shared = study.prepare_seconds() + seconds;
     let exact = study.exact(&basis);
     let mut methods = vec![Method::solver(Way::ExactMotion, shared + exact.seconds, exact.value)];
+    let steps = study.exact_file(&basis)?;
+    both_precisions(Way::Exact, shared + steps.seconds, steps.value, &mut methods);
     diagonal(study, &basis, shared, &mut methods)?;
     block(study, &basis, shared, &mut methods)?;
     Ok(Group { kind: BasisKind::Modes, basis, shared_seconds: shared, methods })

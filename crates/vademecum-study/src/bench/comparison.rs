@@ -1,10 +1,11 @@
-//! Every way to get the answer to one scenario: timed by turns, marched, and measured against one fine
-//! full-order march.
+//! Every way to get the answer to one scenario: timed by turns, marched, and measured against one
+//! motion that is exact in time.
 
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::announce;
 use vademecum_build::dynamics::{FullOrder, SchemeKind, TimedLoad};
 use vademecum_build::input::{BasisKind, Problem};
+use vademecum_build::prepared::Prepared;
 use vademecum_build::progress::Listener;
 
 use super::candidates::{Extent, groups};
@@ -19,6 +20,7 @@ use super::table::{At, BenchTable, Row, SchemeDistance};
 use super::trajectory::{Reference, distance, mean_at_jumps, thinned};
 use crate::error::StudyError;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
+use crate::truth::find_truth;
 
 /// How far a comparison goes.
 #[derive(Clone, Debug)]
@@ -27,8 +29,6 @@ pub struct BenchOptions {
     pub modes: Vec<usize>,
     /// Steps of the scenario that count for the error; all if absent.
     pub steps: Option<usize>,
-    /// Steps of the fine march in one of the problem's.
-    pub split: usize,
     /// Map tolerances of files with a live stiffness.
     pub tolerances: Vec<f64>,
     /// One time scheme, one other Δt, fewer rounds.
@@ -80,12 +80,10 @@ pub fn compare_methods(
     let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, asked || options.long)?;
     let steps = options.steps.unwrap_or(all).clamp(1, all);
     let full = study.prepared().full_order()?;
-    let marched = steps as f64 * (1 + options.split) as f64;
-    announce("full-order marches to compare with", &full, 1, marched, options.long, listener)?;
+    announce("full-order marches to compare", &full, 1, steps as f64, options.long, listener)?;
     let march =
         March { track: &bound.track, loads: &bound.loads, time_step: study.time_step(), steps, stride: 1 };
-    let (split, quick) = (options.split, options.quick);
-    let comparison = Comparison { study: &study, groups: &groups, march, split, quick, listener };
+    let comparison = Comparison { study: &study, groups: &groups, march, quick: options.quick, listener };
     comparison.table(problem.title.clone(), problem.scheme())
 }
 
@@ -105,7 +103,6 @@ struct Comparison<'a> {
     groups: &'a [Group],
     /// At the problem's Δt.
     march: March<'a>,
-    split: usize,
     quick: bool,
     listener: &'a dyn Listener,
 }
@@ -122,7 +119,8 @@ struct Measured {
     of_solvers: Vec<Samples>,
     /// Of the methods of all groups, in their order.
     of_methods: Vec<Samples>,
-    fine: Matrix,
+    /// Displacement of the motion that is exact in time, shape (n, steps + 1).
+    truth: Matrix,
 }
 
 impl Comparison<'_> {
@@ -139,7 +137,13 @@ impl Comparison<'_> {
         let noise = measure::noise(&of_solvers);
         let of_methods = of_solvers.split_off(solvers.len());
 
-        let measured = Measured { of_solvers, of_methods, fine: self.fine_march(scheme)? };
+        let March { loads, steps, .. } = self.march;
+        let Prepared { body, symbolic, .. } = self.study.prepared();
+        let damping = self.study.prepared().rayleigh();
+        let along = (self.dt(), steps);
+        let truth = find_truth(body.model.pencil(), symbolic, damping, loads, along, self.listener)?;
+        let displacement = truth.space() * truth.trajectory(0).coordinates();
+        let measured = Measured { of_solvers, of_methods, truth: displacement };
         let (mut methods, mut time_scheme_error) = self.rows(&solvers, &measured)?;
         for length in if self.quick { &TIME_STEPS[2..3] } else { &TIME_STEPS[..] } {
             let (rows, error) = self.rows_at(*length, scheme, &measured)?;
@@ -152,7 +156,8 @@ impl Comparison<'_> {
             steps: self.march.steps,
             time_step: self.dt(),
             steps_per_first_period: self.study.first_period() / self.dt(),
-            split: self.split,
+            truth_error: truth.trajectory(0).estimate(),
+            truth_vectors: truth.vectors(),
             burst: measure::BURST,
             rounds,
             clock_ns_per_step: measure::clock(),
@@ -188,15 +193,6 @@ impl Comparison<'_> {
         Ok(Solver { scheme: *scheme, full: self.study.full_order(&table, time_step)? })
     }
 
-    /// What all errors are measured from: the problem's scheme with a fine step, loads at their mean where
-    /// they jump.
-    fn fine_march(&self, scheme: SchemeKind) -> Result<Matrix, StudyError> {
-        self.listener.stage(&format!("march full order, {scheme}, Δt/{}", self.split));
-        let solver = self.solver(&scheme, self.dt() / self.split as f64)?;
-        let loads = solver.at_mean(self.march.loads);
-        self.study.march(&solver.full.value, self.split, &loads, self.march.steps, self.listener)
-    }
-
     /// A solver's own march at the instants of the problem's steps, or at every `times`-th.
     fn march_full_order(
         &self,
@@ -209,20 +205,20 @@ impl Comparison<'_> {
         self.study.march(&solver.full.value, parts, loads, self.march.steps / times, self.listener)
     }
 
-    /// How far a scheme is from the fine march, as files sample the loads (known) and, unless `quick`, with
+    /// How far a scheme is from the exact motion, as files sample the loads (known) and, unless `quick`, with
     /// loads at their mean.
     fn scheme_distance(
         &self,
         solver: &Solver<'_>,
         length: TimeStep,
-        fine: &Reference,
+        truth: &Reference,
         error: f64,
     ) -> Result<SchemeDistance, StudyError> {
         let error_mean_at_jumps = if self.quick {
             None
         } else {
             let mean = self.march_full_order(solver, length, &solver.at_mean(self.march.loads))?;
-            Some(distance(self.study.mass(), mean.as_ref(), fine.displacement.as_ref()) / fine.norm)
+            Some(distance(self.study.mass(), mean.as_ref(), truth.displacement.as_ref()) / truth.norm)
         };
         let (scheme, time_step) = (solver.scheme.to_string(), solver.full.value.dt());
         Ok(SchemeDistance { scheme, time_step, error, error_mean_at_jumps })
@@ -238,11 +234,11 @@ impl Comparison<'_> {
         solvers: &[Solver<'_>],
         measured: &Measured,
     ) -> Result<(Vec<Row>, Vec<SchemeDistance>), StudyError> {
-        let Measured { of_solvers, of_methods, fine } = measured;
+        let Measured { of_solvers, of_methods, truth } = measured;
         let at = At { time_step: self.dt(), steps_per_step: 1.0, full_order: &of_solvers[0] };
         let loads = self.march.loads;
         let marches =
-            Marches::new(self.study, fine.clone(), self.march_full_order(&solvers[0], SAME, loads)?);
+            Marches::new(self.study, truth.clone(), self.march_full_order(&solvers[0], SAME, loads)?);
         let (mut rows, mut distances) = (vec![], vec![]);
         for (index, (solver, samples)) in solvers.iter().zip(of_solvers).enumerate() {
             let errors = match index {
@@ -251,35 +247,38 @@ impl Comparison<'_> {
             };
             let offline = self.offline_seconds(solver);
             rows.push(Row::new(&at, Identity::FullOrder(solver.scheme), samples, errors, offline));
-            distances.push(self.scheme_distance(solver, SAME, &marches.fine, errors.error_total)?);
+            distances.push(self.scheme_distance(solver, SAME, &marches.truth, errors.error_total)?);
         }
         rows.extend(self.reduced(&at, &marches, &self.march, of_methods, |_, _| true)?);
         Ok((rows, distances))
     }
 
-    /// Full order and the diagonal files at another Δt. A step costs what it costs at the problem's own.
+    /// Full order, the diagonal files and those of exact steps at another Δt. A step costs what it costs at
+    /// the problem's own.
     fn rows_at(
         &self,
         length: TimeStep,
         scheme: SchemeKind,
         measured: &Measured,
     ) -> Result<(Vec<Row>, SchemeDistance), StudyError> {
-        let Measured { of_solvers, of_methods, fine } = measured;
+        let Measured { of_solvers, of_methods, truth } = measured;
         let TimeStep { times, parts } = length;
         let time_step = self.dt() * times as f64 / parts as f64;
         let solver = self.solver(&scheme, time_step)?;
         let own = self.march_full_order(&solver, length, self.march.loads)?;
-        let marches = Marches::new(self.study, thinned(fine, times), own);
+        let marches = Marches::new(self.study, thinned(truth, times), own);
         let steps = parts * (self.march.steps / times);
         let march = March { time_step, steps, stride: parts, ..self.march };
         let samples = &of_solvers[0];
         let at = At { time_step, steps_per_step: parts as f64 / times as f64, full_order: samples };
         let (name, offline) = (Identity::FullOrder(scheme), self.offline_seconds(&solver));
         let mut rows = vec![Row::new(&at, name, samples, marches.of_full_order(), offline)];
-        let diagonal =
-            |group: &Group, method: &Method| group.kind == BasisKind::Ritz && method.way == Way::Diagonal;
-        rows.extend(self.reduced(&at, &marches, &march, of_methods, diagonal)?);
-        let distance = self.scheme_distance(&solver, length, &marches.fine, marches.time)?;
+        let wanted = |group: &Group, method: &Method| match method.way {
+            Way::Diagonal => group.kind == BasisKind::Ritz,
+            way => way == Way::Exact,
+        };
+        rows.extend(self.reduced(&at, &marches, &march, of_methods, wanted)?);
+        let distance = self.scheme_distance(&solver, length, &marches.truth, marches.time)?;
         Ok((rows, distance))
     }
 

@@ -1,13 +1,13 @@
-//! The error of a method and its parts: a chain from the fine full-order march to the method, one thing
-//! changed per link.
+//! The error of a method and its parts: a chain from the motion that is exact in time to the method, one
+//! thing changed per link.
 //!
 //! ```text
-//! fine full order ─time─ full order at Δt ─space─ on the basis ─separation─ from terms ─rounding─ in f32
+//! exact motion ─time─ full order at Δt ─space─ on the basis ─separation─ from terms ─rounding─ in f32
 //! ```
 //!
 //! Each part is the distance between two neighbours and the total that between the ends, all in the mass norm
-//! over all dofs and instants and relative to the fine march: the total is at most the sum of the parts, and
-//! they may cancel.
+//! over all dofs and instants and relative to the exact motion: the total is at most the sum of the parts,
+//! and they may cancel.
 
 use serde::Serialize;
 use vademecum_build::Matrix;
@@ -26,11 +26,11 @@ pub struct Errors {
     pub trajectory_error: f64,
     /// The same of the full-order march projected on the basis.
     pub projection_floor: f64,
-    /// Relative L2 from the fine full-order march.
+    /// Relative L2 from the motion that is exact in time.
     pub error_total: f64,
-    /// From the fine march to full order at Δt; 0 where nothing is discrete in time.
+    /// From the exact motion to full order at Δt; 0 where nothing is discrete in time.
     pub error_time: f64,
-    /// From full order at Δt to the basis, in f64 and without terms; from the fine march where nothing is
+    /// From full order at Δt to the basis, in f64 and without terms; from the exact motion where nothing is
     /// discrete in time.
     pub error_space: Option<f64>,
     /// From solved responses to terms over the live parameters.
@@ -39,23 +39,23 @@ pub struct Errors {
     pub error_rounding: Option<f64>,
 }
 
-/// The full-order marches of a scenario at one Δt.
+/// What a scenario is measured against at one Δt.
 pub(super) struct Marches {
-    /// With a fine step, at the instants of `full`.
-    pub fine: Reference,
+    /// Exact in time, at the instants of `full`.
+    pub truth: Reference,
     /// The scheme at Δt.
     pub full: Reference,
-    /// `‖fine − full‖ ÷ ‖fine‖`.
+    /// `‖truth − full‖ ÷ ‖truth‖`.
     pub time: f64,
 }
 
 impl Marches {
     /// Measures the two.
-    pub fn new(study: &Study, fine: Matrix, full: Matrix) -> Self {
+    pub fn new(study: &Study, truth: Matrix, full: Matrix) -> Self {
         let mass = study.mass();
-        let (fine, full) = (Reference::new(mass, fine), Reference::new(mass, full));
-        let time = distance(mass, fine.displacement.as_ref(), full.displacement.as_ref()) / fine.norm;
-        Self { fine, full, time }
+        let (truth, full) = (Reference::new(mass, truth), Reference::new(mass, full));
+        let time = distance(mass, truth.displacement.as_ref(), full.displacement.as_ref()) / truth.norm;
+        Self { truth, full, time }
     }
 
     /// Of the full-order march itself.
@@ -75,7 +75,7 @@ impl Marches {
     pub fn of_other_scheme(&self, study: &Study, march: &Matrix) -> Errors {
         let apart =
             |from: &Reference| distance(study.mass(), march.as_ref(), from.displacement.as_ref()) / from.norm;
-        let total = apart(&self.fine);
+        let total = apart(&self.truth);
         Errors {
             trajectory_error: apart(&self.full),
             error_total: total,
@@ -123,14 +123,14 @@ struct OnBasis<'a> {
     marches: &'a Marches,
     mass: &'a SymmetricMatrix,
     basis: &'a Matrix,
-    fine: Projection,
+    truth: Projection,
     full: Projection,
 }
 
 impl<'a> OnBasis<'a> {
     fn new(marches: &'a Marches, mass: &'a SymmetricMatrix, basis: &'a Matrix) -> Self {
-        let [fine, full] = [&marches.fine, &marches.full].map(|march| march.project(mass, basis.as_ref()));
-        Self { marches, mass, basis, fine, full }
+        let [truth, full] = [&marches.truth, &marches.full].map(|march| march.project(mass, basis.as_ref()));
+        Self { marches, mass, basis, truth, full }
     }
 
     /// Of a march on it; `base` is the one it differs from in one part.
@@ -140,16 +140,16 @@ impl<'a> OnBasis<'a> {
         coordinates: &Matrix,
         base: Option<(Part, &(Matrix, Errors))>,
     ) -> Errors {
-        let Marches { fine, full, time } = self.marches;
+        let Marches { truth, full, time } = self.marches;
         let [trajectory_error, error_total] = match &method.shipped {
-            None => [self.full.error(coordinates), self.fine.error(coordinates)],
+            None => [self.full.error(coordinates), self.truth.error(coordinates)],
             Some(Shipped { basis, .. }) => {
-                [full, fine].map(|march| march.error(self.mass, basis.as_ref(), coordinates))
+                [full, truth].map(|march| march.error(self.mass, basis.as_ref(), coordinates))
             }
         };
-        let exact_in_time = method.way == Way::ExactMotion;
-        // Of the full-order march's norm in that of the fine one.
-        let space = if exact_in_time { error_total } else { full.norm / fine.norm * trajectory_error };
+        let exact_in_time = matches!(method.way, Way::ExactMotion | Way::Exact);
+        // Of the full-order march's norm in that of the exact motion.
+        let space = if exact_in_time { error_total } else { full.norm / truth.norm * trajectory_error };
         let own = Errors {
             trajectory_error,
             projection_floor: self.full.floor(),
@@ -165,7 +165,7 @@ impl<'a> OnBasis<'a> {
             Some(shipped) => {
                 distance_on_bases(self.mass, [(&shipped.basis, coordinates), (self.basis, base)])
             }
-        } / fine.norm;
+        } / truth.norm;
         let Errors { error_space, error_separation, error_rounding, .. } = *of_base;
         let known = Errors { error_space, error_separation, error_rounding, ..own };
         match part {

@@ -26,6 +26,8 @@ pub enum Way {
     DenseSolves,
     /// Each mode moved by its closed form, without a file and without a time scheme.
     ExactMotion,
+    /// A file whose modes move exactly.
+    Exact,
     /// The diagonal structure of a file.
     Diagonal,
     /// The same, the basis rounded to 16 bits.
@@ -52,6 +54,7 @@ impl Way {
     fn structure(self) -> StructureChoice {
         match self {
             Self::Diagonal | Self::Quantised => StructureChoice::Diagonal,
+            Self::Exact => StructureChoice::Exact,
             _ => StructureChoice::Block,
         }
     }
@@ -116,6 +119,7 @@ impl fmt::Display for Identity {
         let way = match way {
             Way::DenseSolves => "-galerkin, dense solves",
             Way::ExactMotion => " exact",
+            Way::Exact => " exact steps",
             Way::Diagonal => " diagonal",
             Way::Quantised => " quantised",
             Way::TwoStage => " block two-stage",

@@ -1,9 +1,9 @@
 //! Run time against error: what `vademecum bench` compares, made from the same pieces as a build.
 //!
-//! One model, one set of snapshots and one POD serve every basis, and one full-order march serves every
-//! error, so that two rows differ by the basis and the structure of the step and by nothing else. Each piece
-//! is timed where it is made; a method's offline time is the sum of the pieces it needs, as if it had been
-//! built alone.
+//! One model, one set of snapshots and one POD serve every basis, and one motion that is exact in time serves
+//! every total error, so that two rows differ by the basis and the structure of the step and by nothing else.
+//! Each piece is timed where it is made; a method's offline time is the sum of the pieces it needs, as if it
+//! had been built alone.
 //!
 //! [`compare_methods`] is the whole comparison; [`Study`] makes the pieces, and other records are made of
 //! them too.

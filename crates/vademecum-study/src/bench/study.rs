@@ -28,6 +28,8 @@ pub(super) struct Form<'a> {
     pub block: Option<BlockTerms<'a>>,
     pub parameters: Option<&'a ParameterSpace>,
     pub others: Vec<Draft>,
+    /// The modes move exactly instead of by the stages of the scheme.
+    pub exact: bool,
 }
 
 /// A value and the seconds it took.
@@ -207,6 +209,14 @@ impl Study {
         Timed::of(|| self.encode(basis, Form { block: responses.map(BlockTerms::fixed), ..Form::default() }))
     }
 
+    /// The bytes of a file whose modes, natural ones, move exactly. Its certificate is empty.
+    ///
+    /// # Errors
+    /// [`StudyError`]: numbers a file cannot hold.
+    pub fn exact_file(&self, basis: &Basis) -> Result<Timed<Vec<u8>>, StudyError> {
+        Timed::of(|| self.encode(basis, Form { exact: true, ..Form::default() }))
+    }
+
     /// The bytes of a file with this basis in which one stiffness stays live, between half and twice the
     /// problem's: that of the first region, of the whole body where there is one. With them the number of
     /// terms.
@@ -234,7 +244,7 @@ impl Study {
             let asked = SeparationOptions { tolerance, max_terms: MOST_TERMS };
             let pencil = body.model.pencil();
             let parametric = separate_responses(pencil, symbolic, basis, &space, scheme, &asked, listener)?;
-            let form = Form { block: Some(parametric.terms()?), parameters: Some(&space), others: vec![] };
+            let form = Form { block: Some(parametric.terms()?), parameters: Some(&space), ..Form::default() };
             Ok((self.encode(basis, form)?, parametric.n_terms()))
         })
     }
@@ -242,9 +252,13 @@ impl Study {
     pub(super) fn encode(
         &self,
         basis: &Basis,
-        Form { block, parameters, others }: Form<'_>,
+        Form { block, parameters, others, exact }: Form<'_>,
     ) -> Result<Vec<u8>, StudyError> {
         let Prepared { body, scheme, .. } = &self.prepared;
+        let (scheme, scheme_name) = match exact {
+            true => (&SchemeTable::EXACT, SchemeKind::Exact {}.to_string()),
+            false => (scheme, self.problem.scheme().to_string()),
+        };
         let rayleigh = self.prepared.rayleigh();
         let table = mode_table(&basis.quotients(), &basis.energy, scheme, &rayleigh, self.time_step());
         let parts = Parts {
@@ -252,7 +266,7 @@ impl Study {
             body,
             order: &NodeOrder::new(body),
             basis,
-            scheme_name: &self.problem.scheme().to_string(),
+            scheme_name: &scheme_name,
             scheme,
             rayleigh,
             block,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::equal_time::EqualTime;
 use super::errors::Errors;
 use super::measure::Samples;
-use super::method::{Group, Identity, Method, Way};
+use super::method::{Group, Identity, Method};
 use crate::statistics::{median, percentiles};
 
 /// Everything a comparison found.
@@ -21,8 +21,11 @@ pub struct BenchTable {
     pub time_step: f64,
     /// Steps in the first natural period.
     pub steps_per_first_period: f64,
-    /// Steps of the fine march in one step.
-    pub split: usize,
+    /// Estimate of the relative error of the motion that is exact in time, from which all errors are
+    /// measured.
+    pub truth_error: f64,
+    /// Vectors of the space in which it was found.
+    pub truth_vectors: usize,
     /// Steps of one timed burst.
     pub burst: usize,
     /// Rounds in which the methods took turns.
@@ -31,21 +34,12 @@ pub struct BenchTable {
     pub clock_ns_per_step: f64,
     /// Relative distance of the medians of the rounds.
     pub noise: f64,
-    /// Distance of each scheme at Δt from the fine march.
+    /// Distance of each scheme at Δt from the exact motion.
     pub time_scheme_error: Vec<SchemeDistance>,
     /// The chapter's representation against ours, one per canonical row.
     pub equal_time: Vec<EqualTime>,
     /// One per method, number of modes and Δt.
     pub methods: Vec<Row>,
-}
-
-impl BenchTable {
-    /// Distance of the fine march from the most natural modes, each moved exactly: what is left of its own
-    /// time error, and the modes not taken.
-    pub fn exact_motion(&self) -> Option<f64> {
-        let exact = self.methods.iter().filter(|row| row.name.way() == Some(Way::ExactMotion));
-        exact.max_by_key(|row| row.modes).map(|row| row.errors.error_total)
-    }
 }
 
 /// What a time scheme costs in accuracy.

@@ -23,7 +23,7 @@ pub fn draw(outputs: &Outputs, folder: &Path, table: &BenchTable) -> Result<(), 
 fn of_reduction(table: &BenchTable) -> Picture {
     // In print f64 lies on f32, and the natural modes of either structure on each other.
     let shown = |name: Identity| match name.way() {
-        None | Some(Way::ExactMotion) => false,
+        None | Some(Way::ExactMotion | Way::Exact) => false,
         Some(Way::TwoStage | Way::Block) if name.is_on(BasisKind::Modes) => false,
         Some(Way::DenseSolves | Way::TwoStage | Way::Chapter | Way::Repaired) => true,
         Some(_) => name.is_single(),
@@ -45,17 +45,20 @@ fn of_reduction(table: &BenchTable) -> Picture {
     }
 }
 
-/// What everything costs in accuracy, the time scheme included; of the reduced methods those with the most
-/// modes, the others lie on them.
+/// What everything costs in accuracy, the time scheme included; of the methods that move by stages those with
+/// the most modes, the others lie on them.
 fn of_everything(table: &BenchTable) -> Picture {
     let shown = |name: Identity| match name.way() {
-        None | Some(Way::DenseSolves | Way::ExactMotion) => true,
+        None | Some(Way::DenseSolves) => true,
+        Some(Way::Exact) => name.is_single(),
         Some(Way::Diagonal | Way::Separated) => name.is_on(BasisKind::Ritz) && name.is_single(),
         Some(_) => false,
     };
     let most = table.methods.iter().filter_map(|row| row.modes).max();
     let point = |row: &Row| {
-        let fewer = row.terms.is_none() && row.modes.is_some_and(|r| Some(r) != most);
+        // What exact steps miss are modes.
+        let by_modes = row.name.way() == Some(Way::Exact) && row.time_step == table.time_step;
+        let fewer = row.terms.is_none() && !by_modes && row.modes.is_some_and(|r| Some(r) != most);
         if fewer || !shown(row.name) {
             return None;
         }
@@ -72,7 +75,7 @@ fn of_everything(table: &BenchTable) -> Picture {
     Picture {
         title: "time against total error; beside the points modes, terms, and Δt where it is another",
         x: "median time of a march per Δt of the problem [ns]",
-        y: "relative error against the fine full-order march",
+        y: "total error: against the motion exact in time",
         points: table.methods.iter().filter_map(point).collect(),
     }
 }

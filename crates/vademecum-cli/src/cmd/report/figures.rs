@@ -6,7 +6,7 @@ use vademecum_build::dynamics::ModeRow;
 use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{AxisKind, SectionKind};
 use vademecum_study::FileError;
-use vademecum_study::contents::Geometry;
+use vademecum_study::contents::{Geometry, bound, bound_map};
 use vademecum_study::verify::Verified;
 
 use super::build_times::Stage;
@@ -15,6 +15,7 @@ use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
 use crate::files::write_bytes;
 use crate::pictures::{Chart, DrawResult, Outline, Series, bars, line_chart, outline};
+use crate::surface_picture::colored;
 
 /// A drawn figure.
 pub struct Figure {
@@ -38,6 +39,7 @@ impl Figures {
         let mut figures = Self::default();
         figures.body(content)?;
         figures.basis(content)?;
+        figures.bound(content)?;
         figures.energy(content)?;
         figures.enrichment(content)?;
         figures.axes(content)?;
@@ -45,7 +47,7 @@ impl Figures {
         figures.make_up(content)?;
         figures.build_times(content)?;
         if let Some(verified) = &content.verified {
-            figures.against_full_order(verified)?;
+            figures.beside_the_file(verified)?;
         }
         Ok(figures)
     }
@@ -117,6 +119,15 @@ impl Figures {
                 line_chart(&chart, &[Series { name: "", points }]),
             )?;
         }
+        if content.modes.iter().all(|mode| mode.energy.is_nan()) {
+            // Natural modes without snapshots carry no share of them.
+            let row = |(k, mode): (usize, &ModeRow)| {
+                (format!("mode {}", k + 1), mode.frequency_hz, hertz(mode.frequency_hz))
+            };
+            let rows: Vec<_> = content.modes.iter().enumerate().map(row).take(32).collect();
+            let caption = "How fast each natural mode of the body swings.".into();
+            return self.add("basis", "modes", caption, bars("frequency of each mode", &rows));
+        }
         let share = |(k, mode): (usize, &ModeRow)| {
             (
                 format!("mode {}, {}", k + 1, hertz(mode.frequency_hz)),
@@ -127,6 +138,37 @@ impl Figures {
         let rows: Vec<_> = content.modes.iter().enumerate().map(share).take(32).collect();
         let caption = "How much of the snapshots' energy each mode carries.".into();
         self.add("basis", "modes", caption, bars("share of the snapshots' energy", &rows))
+    }
+
+    /// What the modes leave out of a push at each place, as colours.
+    fn bound(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        let unread = |error: FileError| Failure::file(content.path, error);
+        let (Some(bound), map) =
+            (bound(content.file).map_err(unread)?, bound_map(content.file).map_err(unread)?)
+        else {
+            return Ok(());
+        };
+        if !map.iter().any(|&share| share > 0.0) {
+            return Ok(());
+        }
+        let geometry = Geometry::of(content.file).map_err(unread)?;
+        let loadable = content.file.metadata().n_load_triangles as usize;
+        let holds = match bound.kind {
+            "bound" => "With natural modes and exact steps, no push makes a larger error at any time.",
+            _ => "The modes are not natural ones moved exactly, so this is an estimate and not a bound.",
+        };
+        let caption = format!(
+            "How much of a push the modes leave out at each place, in its worst direction, as a share of the \
+             static answer: worst {}, median over places and directions {}, 95 % of them below {}. {holds} \
+             Grey: cannot be pushed. The displacement under the push itself is better: the file adds what the \
+             modes leave out there.",
+            percent(bound.worst),
+            percent(bound.median),
+            percent(bound.p95),
+        );
+        let title = "largest error of a push here";
+        let drawn = colored(title, &percent, &map, &geometry.nodes, geometry.triangles.split_at(loadable));
+        self.add("certificate", "bound", caption, drawn)
     }
 
     fn energy(&mut self, content: &Content<'_>) -> Result<(), Failure> {
@@ -214,7 +256,12 @@ impl Figures {
         self.add("timings", "build", caption.into(), bars("seconds of the build", &rows))
     }
 
-    fn against_full_order(&mut self, verified: &Verified) -> Result<(), Failure> {
+    /// The file beside the march at full order, or beside the exact motion where the file moves exactly.
+    fn beside_the_file(&mut self, verified: &Verified) -> Result<(), Failure> {
+        let (name, model) = match verified.figures.truth.time_error {
+            Some(_) => ("full order", "full-order model, marched with the file's own time scheme,"),
+            None => ("exact motion", "motion of the full-order model that is exact in time"),
+        };
         let over_time = |name, values: &[f64], width: usize, place: usize| {
             let values = values.iter().skip(place).step_by(width);
             Series {
@@ -225,26 +272,23 @@ impl Figures {
         let width = verified.probes.len();
         for (place, probe) in verified.probes.iter().enumerate() {
             let [full, file] = &verified.probe_series;
-            let lines =
-                [over_time("full order", full, width, place), over_time("vademecum", file, width, place)];
+            let lines = [over_time(name, full, width, place), over_time("vademecum", file, width, place)];
             let title = format!("displacement of {probe}");
             let chart = Chart { title: &title, x: "time [s]", y: "displacement [m]", log_y: false };
-            let caption = "The same loads on the full-order model and on the file; the dashed line lies on \
-                the other where they agree.";
+            let caption = format!(
+                "The same loads on the {model} and on the file; the dashed line lies on the other where they \
+                 agree."
+            );
             self.add(
                 "full order",
                 &format!("probe-{}", file_name(probe)),
-                caption.into(),
+                caption,
                 line_chart(&chart, &lines),
             )?;
             let apart = full.iter().zip(file).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
             let lines = [over_time("", &apart, width, place)];
-            let chart = Chart {
-                title: "difference to full order",
-                x: "time [s]",
-                y: "|difference| [m]",
-                log_y: true,
-            };
+            let title = format!("difference to the {}", name.replace("full order", "march at full order"));
+            let chart = Chart { title: &title, x: "time [s]", y: "|difference| [m]", log_y: true };
             let caption = format!("How far apart they are at {probe}.");
             self.add(
                 "full order",
@@ -254,10 +298,19 @@ impl Figures {
             )?;
         }
         let [full, file] = &verified.energy_series;
-        let lines = [over_time("full order", full, 1, 0), over_time("vademecum", file, 1, 0)];
+        let lines = [over_time(name, full, 1, 0), over_time("vademecum", file, 1, 0)];
         let chart = Chart { title: "energy", x: "time [s]", y: "energy [J]", log_y: false };
         let caption = "Kinetic plus elastic energy over the scenario.".into();
         self.add("full order", "energy", caption, line_chart(&chart, &lines))
+    }
+}
+
+/// A share in percent, with two figures.
+fn percent(share: f64) -> String {
+    let text = format!("{:.1e}", 100.0 * share);
+    match text.parse::<f64>() {
+        Ok(percent) if percent == 0.0 || percent >= 1e-3 => format!("{percent} %"),
+        _ => format!("{text} %"),
     }
 }
 

@@ -21,7 +21,7 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
         ("The body", "body", body(content)),
         ("The basis", "basis", basis(content)),
         ("The certificate", "certificate", certificate(content)),
-        ("Against full order", "full order", full_order(content)),
+        ("Against the truth", "full order", full_order(content)),
         ("A free run", "energy", String::new()),
         ("Live parameters", "axes", parameters(content)),
         ("The file", "file", file(content)),
@@ -69,7 +69,7 @@ fn summary(content: &Content<'_>) -> String {
          real time.</p>\n",
         m.n_nodes,
         3 * m.n_nodes,
-        3 * m.n_modes,
+        if m.scheme.is_exact() { 2 * m.n_modes } else { 3 * m.n_modes },
         hertz(lowest),
         duration(m.time_step),
         duration(step),
@@ -109,10 +109,14 @@ fn basis(content: &Content<'_>) -> String {
             k + 1
         );
     }
+    let scheme = if content.file.metadata().scheme.is_exact() {
+        "Its steps are exact in time: nothing damps a mode but the material, and no period is stretched."
+    } else {
+        "The time scheme damps a mode by what stands under <i>scheme</i> and makes its period longer by the \
+         share in the last column; both grow with frequency times time step."
+    };
     format!(
-        "<p>The body moves in {} shapes, its modes. The time scheme damps a mode by what stands under \
-         <i>scheme</i> and makes its period longer by the share in the last column; both grow with frequency \
-         times time step.</p>\n<div class=\"wide\"><table>\
+        "<p>The body moves in {} shapes, its modes. {scheme}</p>\n<div class=\"wide\"><table>\
          <thead><tr><th>mode</th><th>frequency [Hz]</th><th>energy share</th><th>damping ratio, material</th>\
          <th>damping ratio, scheme</th><th>period elongation</th></tr></thead>\n\
          <tbody>\n{rows}</tbody></table></div>\n",
@@ -156,31 +160,53 @@ fn certificate(content: &Content<'_>) -> String {
          all displacement components and all steps, in the norm of the mass. An error close to its floor \
          says that more could be gained only with more modes. The scene takes the cheaper structure that \
          keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
-         <table><thead><tr><th></th><th>diagonal structure</th><th>block structure</th></tr></thead>\n\
+         <table><thead><tr><th></th><th>{} structure</th><th>block structure</th></tr></thead>\n\
          <tbody>\n{}</tbody></table></div>\n{repairs}",
         content.timings.structure,
+        moved_by(content),
         rows.concat()
     )
+}
+
+/// The structure without maps between modes, by its name.
+fn moved_by(content: &Content<'_>) -> &'static str {
+    if content.file.metadata().scheme.is_exact() { "exact" } else { "diagonal" }
 }
 
 fn full_order(content: &Content<'_>) -> String {
     let Some(verified) = &content.verified else { return String::new() };
     let r = &verified.figures;
-    table(&[
+    let truth = &r.truth;
+    let share = |error: f64| format!("{} %", figure(100.0 * error));
+    let beside = if truth.time_error.is_some() { "full order" } else { "the exact motion" };
+    let scheme = truth.time_error.map_or("none: its steps are exact".into(), share);
+    let contact = truth.contact_error.map(|error| ("displacement under a contact", share(error)));
+    let mut rows = vec![
+        (
+            "total error",
+            format!("{} (the reference is known to {})", share(truth.total_error), share(truth.truth_error)),
+        ),
+        ("of that the time scheme", scheme),
+        ("what the modes cannot show", share(truth.basis_error)),
+        ("what their coordinates add", share(truth.rest_error)),
+    ];
+    rows.extend(contact);
+    // Against a motion without a scheme this is the total error again.
+    rows.extend(truth.time_error.map(|_| {
+        let [error, floor, ratio] = [r.trajectory_error, r.projection_floor, r.floor_ratio].map(figure);
+        let text = format!("{error} (floor {floor}, ratio {ratio})");
+        ("error against the march with the same scheme", text)
+    }));
+    rows.extend([
         ("steps", r.steps.to_string()),
         ("free components", r.dofs.to_string()),
         (
-            "error",
-            format!(
-                "{} (floor {}, ratio {})",
-                figure(r.trajectory_error),
-                figure(r.projection_floor),
-                figure(r.floor_ratio)
-            ),
-        ),
-        (
             "energy lost after release",
-            format!("{} (full order {})", figure(-r.energy_drift), figure(-r.energy_drift_full_order)),
+            format!(
+                "{} ({beside} {})",
+                figure(0.0 - r.energy_drift),
+                figure(0.0 - r.energy_drift_full_order)
+            ),
         ),
         (
             "a step",
@@ -191,14 +217,22 @@ fn full_order(content: &Content<'_>) -> String {
                 times(r.full_order_seconds_per_step / r.vademecum_seconds_per_step)
             ),
         ),
-    ])
+    ]);
+    format!(
+        "<p>The loads of a scenario on the file, and on a motion of the full-order model that is exact in \
+         time. Errors are relative, over all steps, in the norm of the mass.</p>\n{}",
+        table(&rows)
+    )
 }
 
 /// What can be changed while the body moves.
 fn parameters(content: &Content<'_>) -> String {
     let m = content.file.metadata();
-    let always = "The diagonal structure takes any stiffness and density of the whole body, any time step \
-        and any Rayleigh damping.";
+    let always = format!(
+        "The {} structure takes any stiffness and density of the whole body, any time step and any Rayleigh \
+         damping.",
+        moved_by(content)
+    );
     let always = if m.diagonal { format!("<p>{always}</p>\n") } else { String::new() };
     if m.active_parameters().is_empty() {
         return always;
@@ -229,7 +263,10 @@ fn file(content: &Content<'_>) -> String {
         ("format", format!("{}.{}, written by {}", vademecum_format::MAJOR, content.file.minor(), m.program)),
         (
             "time scheme",
-            format!("{}, {} stages, time step {}", m.scheme_name, m.scheme.n_stages, duration(m.time_step)),
+            match m.scheme.n_stages {
+                0 => format!("{}, time step {}", m.scheme_name, duration(m.time_step)),
+                n => format!("{}, {n} stages, time step {}", m.scheme_name, duration(m.time_step)),
+            },
         ),
         ("Rayleigh damping", format!("α {} 1/s, β {} s", figure(m.alpha), figure(m.beta))),
         ("separated terms", m.n_terms.to_string()),

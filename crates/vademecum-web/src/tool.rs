@@ -1,0 +1,302 @@
+//! A tool to press with: a rigid sphere that cannot enter the body.
+//!
+//! A sphere that a spring held to the body would have to be soft, or the march would not be stable. This one
+//! has no spring: before each step it asks where the body goes without it
+//! ([`vademecum_eval::Scene::free_motion`]) and how it yields ([`vademecum_eval::Scene::compliance`]), and
+//! finds the forces with which sphere and body just touch when the step ends, with Coulomb's friction. Every
+//! step of the sphere is a step of the body; a hand gives the sphere a target, which it follows no faster
+//! and no harder than it is told. It never goes into a place that the supports hold.
+//!
+//! The odd thing: the gap is taken along the normal at the start of the step. A sphere curves away from every
+//! tangent plane, so a body in front of the plane is outside of the sphere whichever normal was taken.
+
+use vademecum_eval::format::{File, Numbers, SectionKind};
+use vademecum_eval::{Contact, Field, Loads, OutputError, Scalar, Scene, State, Surface, SurfacePoint};
+
+use crate::friction::{MOST, Operator, Place, room, solve};
+use crate::refusal::Refusal;
+use crate::vectors::{Vector, dot, length, minus, plus, times};
+
+/// Places of the body that are looked at in a step, and most that may be pushed.
+pub const MOST_PLACES: usize = MOST;
+
+/// Gaps are closed up to this part of the radius.
+const TOLERANCE: f64 = 1e-10;
+
+/// What a hand holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Radius \[m\].
+    pub radius: f64,
+    /// Coulomb's μ.
+    pub friction: f64,
+    /// Where its centre is \[m\].
+    pub centre: Vector,
+    /// Where it is to go \[m\].
+    pub target: Vector,
+    /// How fast it follows \[m/s\].
+    pub speed: f64,
+    /// With how much force it follows at most \[N\]: where more would be needed it stays where it is.
+    pub most: f64,
+}
+
+impl Sphere {
+    /// Moves towards the target for one step; by how much.
+    fn follow(&mut self, time_step: f64) -> Vector {
+        let (way, most) = (minus(self.target, self.centre), self.speed * time_step);
+        let far = length(way);
+        let moves = if far > most { times(most / far, way) } else { way };
+        self.centre = plus(self.centre, moves);
+        moves
+    }
+
+    /// Places without forces, from where the touches are now (which `look` has left there) and where they go
+    /// without the sphere.
+    #[inline(never)]
+    fn face(&self, places: &mut [Place], touches: &[Touch], free: &[Vector], moves: Vector) {
+        for ((place, touch), free) in places.iter_mut().zip(touches).zip(free) {
+            let away = minus(touch.place, self.centre);
+            let normal = times(1.0 / length(away), away);
+            let end = plus(touch.point.position, *free);
+            let gap = dot(normal, minus(end, self.centre)) - self.radius;
+            let slide = minus(minus(end, touch.place), moves);
+            *place = Place { normal, gap, slide, force: [0.0; 3] };
+        }
+    }
+}
+
+/// A place of the body that the last step looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch {
+    /// The place on the body at rest.
+    pub point: SurfacePoint,
+    /// Where it is after the step \[m\].
+    pub place: Vector,
+    /// Force of the sphere on the body over the step \[N\].
+    pub force: Vector,
+    /// How deep it is inside of the sphere after the step \[m\]; below zero for a gap.
+    pub depth: f64,
+}
+
+const NOWHERE: Touch = Touch {
+    point: SurfacePoint { nodes: [0; 3], weights: [0.0; 3], position: [0.0; 3], distance: 0.0 },
+    place: [0.0; 3],
+    force: [0.0; 3],
+    depth: f64::NEG_INFINITY,
+};
+
+/// The loadable surface a sphere may touch.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground<'m> {
+    surface: Surface<'m>,
+    coordinates: Numbers<'m>,
+    n_nodes: usize,
+    /// Places this far apart \[m\] share no triangle: the operator leaves out what the modes leave out
+    /// between two places.
+    apart: f64,
+}
+
+impl<'m> Ground<'m> {
+    /// Of a file.
+    ///
+    /// # Errors
+    /// [`Refusal::Output`] if it has no surface.
+    #[inline(never)]
+    pub fn new(file: &File<'m>) -> Result<Self, Refusal> {
+        let missing = |kind| OutputError::Missing { kind };
+        let kind = SectionKind::NodeCoordinates;
+        let coordinates = file.section(kind).and_then(|section| section.numbers().ok());
+        let coordinates = coordinates.ok_or(missing(kind))?;
+        let kind = SectionKind::Triangles;
+        let triangles = file.section(kind).and_then(|section| section.u32s().ok()).ok_or(missing(kind))?;
+        let n_nodes = file.metadata().n_load_nodes as usize;
+        let mut ground = Self { surface: Surface::new(file)?, coordinates, n_nodes, apart: 0.0 };
+        let loadable = file.metadata().n_load_triangles as usize;
+        for triangle in triangles.as_chunks::<3>().0.iter().take(loadable) {
+            let [a, b, c] = triangle.map(|node| ground.node(u32::from_le_bytes(node) as usize));
+            for edge in [minus(a, b), minus(b, c), minus(c, a)] {
+                ground.apart = ground.apart.max(2.0 * length(edge));
+            }
+        }
+        Ok(ground)
+    }
+
+    /// A node at rest.
+    fn node(&self, node: usize) -> Vector {
+        [0, 1, 2].map(|i| self.coordinates.get(3 * node + i).unwrap_or(f64::NAN))
+    }
+
+    /// The node nearest to `centre` within `reach` that lies apart from all places taken.
+    #[inline(never)]
+    fn nearest(&self, centre: Vector, reach: f64, taken: &[Touch]) -> Option<SurfacePoint> {
+        let mut best: Option<(f64, usize, Vector)> = None;
+        for node in 0..self.n_nodes {
+            let position = self.node(node);
+            let distance = length(minus(position, centre));
+            let nearer = distance < reach && best.is_none_or(|(known, ..)| distance < known);
+            let is_apart =
+                || taken.iter().all(|other| length(minus(position, other.point.position)) > self.apart);
+            if nearer && is_apart() {
+                best = Some((distance, node, position));
+            }
+        }
+        best.map(|(distance, node, position)| SurfacePoint {
+            nodes: [node as u32; 3],
+            weights: [1.0, 0.0, 0.0],
+            position,
+            distance,
+        })
+    }
+}
+
+/// A sphere on a body.
+#[derive(Clone, Copy, Debug)]
+pub struct Tool {
+    /// Where it is and goes.
+    pub sphere: Sphere,
+    touches: [Touch; MOST],
+    count: usize,
+    /// Displacement of the place that was nearest in the step before \[m\]; none before the first.
+    shift: Option<Vector>,
+    solved: bool,
+}
+
+impl Tool {
+    /// A sphere before its first step.
+    #[must_use]
+    pub const fn new(sphere: Sphere) -> Self {
+        Self { sphere, touches: [NOWHERE; MOST], count: 0, shift: None, solved: true }
+    }
+
+    /// The places that the last step looked at; those that are pushed have a force.
+    #[must_use]
+    pub fn touches(&self) -> &[Touch] {
+        self.touches.get(..self.count).unwrap_or_default()
+    }
+
+    /// Whether all forces of the last step were found to the last gap.
+    #[must_use]
+    pub const fn is_solved(&self) -> bool {
+        self.solved
+    }
+
+    /// How deep the body is inside of the sphere after the last step, at the worst place \[m\]; below zero
+    /// for a gap.
+    #[must_use]
+    pub fn deepest(&self) -> f64 {
+        self.touches().iter().map(|touch| touch.depth).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Takes one step of sphere and body. `held` is what acts besides, `loads` becomes that and the forces of
+    /// the sphere; `work` holds [`Scene::compliance_work`] of [`MOST_PLACES`].
+    ///
+    /// # Errors
+    /// [`Refusal`]; the body is then where it was.
+    pub fn step<T: Scalar>(
+        &mut self,
+        ground: &Ground<'_>,
+        scene: &Scene<'_, T>,
+        state: &mut State<'_, T>,
+        held: &Loads<'_, T>,
+        loads: &mut Loads<'_, T>,
+        work: &mut [T],
+    ) -> Result<vademecum_eval::Status, Refusal> {
+        let before = self.sphere.centre;
+        let moves = self.sphere.follow(scene.parameters().time_step);
+        self.look(ground, scene, state, before)?;
+        let touches = self.touches.get_mut(..self.count).unwrap_or_default();
+        let n = touches.len();
+
+        // How the places yield in the coming step, and where they go without the sphere.
+        let mut contacts = [Contact { nodes: [0; 3], weights: [0.0; 3], force: [0.0; 3] }; MOST];
+        for (contact, touch) in contacts.iter_mut().zip(&*touches) {
+            (contact.nodes, contact.weights) = (touch.point.nodes, touch.point.weights);
+        }
+        let contacts = contacts.get(..n).unwrap_or_default();
+        let (mut w, mut free) = (room(), [[0.0; 3]; MOST]);
+        let w = w.get_mut(..9 * n * n).unwrap_or_default();
+        let free = free.get_mut(..n).unwrap_or_default();
+        scene.compliance(contacts, w, work)?;
+        scene.free_motion(state, held, contacts, free, work)?;
+
+        let mut places = [Place::default(); MOST];
+        let places = places.get_mut(..n).unwrap_or_default();
+        let (operator, tolerance) = (Operator::new(w, n), TOLERANCE * self.sphere.radius);
+        // Moves a share of its way; how hard it pushes then, beyond all bounds where the supports hold a
+        // place.
+        let most = self.sphere.most;
+        let mut attempt = |share: f64| {
+            let way = times(share, moves);
+            self.sphere.centre = plus(before, way);
+            self.sphere.face(places, touches, free, way);
+            self.solved = solve(&operator, self.sphere.friction, tolerance, places);
+            let force: f64 = places.iter().map(|place| length(place.force)).sum();
+            if operator.is_stuck(places, tolerance) { f64::INFINITY } else { force }
+        };
+        let all = attempt(1.0);
+        if all >= most && moves != [0.0; 3] {
+            let still = attempt(0.0);
+            // The force grows at least in proportion, since more places touch the farther it goes.
+            let share = (most - still) / (all - still);
+            if share > 0.0 && share < 1.0 && attempt(share) > most * (1.0 + 1e-6) {
+                attempt(0.0);
+            }
+        }
+
+        loads.copy_from(held)?;
+        for ((contact, place), touch) in contacts.iter().zip(&*places).zip(&mut *touches) {
+            touch.force = place.force;
+            if place.force != [0.0; 3] {
+                loads.add_contact(scene, &Contact { force: place.force, ..*contact })?;
+            }
+        }
+        let status = scene.step(state, loads)?;
+        for touch in touches {
+            let moved = scene.point(state, &touch.point, Field::Displacement)?;
+            touch.place = plus(touch.point.position, moved);
+            touch.depth = self.sphere.radius - length(minus(touch.place, self.sphere.centre));
+        }
+        Ok(status)
+    }
+
+    /// Finds the places of the coming step: the one nearest to the sphere, and nodes that it may reach. The
+    /// body is taken to be moved near the sphere as it is at the nearest place. A place that coincides with
+    /// the centre has no normal and is left out.
+    #[inline(never)]
+    fn look<T: Scalar>(
+        &mut self,
+        ground: &Ground<'_>,
+        scene: &Scene<'_, T>,
+        state: &State<'_, T>,
+        before: Vector,
+    ) -> Result<(), Refusal> {
+        let Sphere { centre, radius, .. } = self.sphere;
+        self.count = 0;
+        // A sphere that was just laid down looks a few times, since it does not know how far the body moved.
+        let looks = if self.shift.is_none() { 4 } else { 1 };
+        let mut shift = self.shift.unwrap_or_default();
+        let mut nearest = None;
+        for _ in 0..looks {
+            nearest = ground.surface.locate(minus(centre, shift));
+            if let Some(point) = &nearest {
+                shift = scene.point(state, point, Field::Displacement)?;
+            }
+        }
+        self.shift = Some(shift);
+        // As far as the sphere and the body may come together in a step, and as far as places are apart.
+        let reach = radius + ground.apart + length(minus(centre, before));
+        let mut next = nearest.filter(|point| point.distance < reach);
+        while let Some(point) = next {
+            let moved = scene.point(state, &point, Field::Displacement)?;
+            let place = plus(point.position, moved);
+            let Some(free) = self.touches.get_mut(self.count) else { break };
+            if place == centre {
+                break;
+            }
+            *free = Touch { point, place, ..NOWHERE };
+            self.count += 1;
+            next = ground.nearest(minus(centre, shift), reach, self.touches());
+        }
+        Ok(())
+    }
+}
