@@ -62,14 +62,15 @@ pub(crate) fn find_truth<'a>(
     Truth::find(pencil, symbolic, &|lambda, _| damping.decay(lambda), loads, steps, &options, listener)
 }
 
-/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts and what the file
-/// shows under each, along its force and times its size, shape (contacts, instants); `same_scheme` is the
+/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, the number of the
+/// contact that each belongs to, and what the file shows under each, along its force and times its size,
+/// shape (loads, instants); `same_scheme` is the
 /// file beside the march at full order by its own scheme, and that march beside the truth; if it has a
 /// scheme.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
     file: DisplacedBy<'_>,
-    contacts: (&[TimedLoad], MatRef<'_, f64>),
+    contacts: (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
     same_scheme: Option<(TrajectoryError, f64)>,
 ) -> TruthErrors {
@@ -89,19 +90,23 @@ pub(crate) fn truth_errors(
     }
 }
 
+/// Loads, and the number of the contact that each belongs to.
+type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
+
 /// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the
-/// instants at which the force acts.
+/// instants at which the force acts. Components of a force and places on a path are summed.
 fn contact_error(
     truth: &Truth<'_>,
-    (contacts, shown): (&[TimedLoad], MatRef<'_, f64>),
+    ((contacts, entries), shown): (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
 ) -> Option<f64> {
     // Squares of the error and of the displacement, contact by contact.
-    let mut sums = vec![[0.0; 2]; contacts.len()];
+    let mut sums = vec![[0.0; 2]; entries.iter().max().map_or(0, |last| last + 1)];
     let rows: Vec<_> = contacts.iter().map(force_row).collect();
     for (first, exact) in truth.trajectory(0).along_windows(&rows) {
-        for ((sums, load), c) in sums.iter_mut().zip(contacts).zip(0..) {
-            for t in (0..exact.ncols()).filter(|&t| load.when.factor((first + t) as f64 * time_step) > 0.0) {
+        for ((&entry, load), c) in entries.iter().zip(contacts).zip(0..) {
+            let sums: &mut [f64; 2] = &mut sums[entry];
+            for t in (0..exact.ncols()).filter(|&t| load.when.factor((first + t) as f64 * time_step) != 0.0) {
                 let (exact, shown): (f64, f64) = (exact[(c, t)], shown[(c, first + t)]);
                 sums[0] += (exact - shown).powi(2);
                 sums[1] += exact.powi(2);
@@ -137,7 +142,7 @@ mod tests {
         let load = |force: [f64; 2], end: f64| TimedLoad {
             column: 0,
             force: force.to_vec(),
-            when: Interval { start: 0.0, end, ramp: 0.0 },
+            when: Interval { start: 0.0, end, ramp: 0.0 }.into(),
         };
         let contacts = [load([-7.0, 0.0], 1.0), load([0.0, 4.0], 2.0)];
         let damping = Rayleigh { alpha: 0.1, beta: 0.01 };
@@ -155,7 +160,10 @@ mod tests {
                 (0..2).map(|i| contacts[c].force[i] * shown[(i, n)]).sum::<f64>()
             })
         };
-        let error = |contacts: &[TimedLoad]| contact_error(&truth, (contacts, under(contacts).as_ref()), 0.1);
+        let error = |contacts: &[TimedLoad]| {
+            let entries: Vec<usize> = (0..contacts.len()).collect();
+            contact_error(&truth, ((contacts, &entries), under(contacts).as_ref()), 0.1)
+        };
         let close =
             |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;
         assert!(close(error(&contacts[..1]), 0.01));

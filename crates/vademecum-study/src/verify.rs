@@ -164,9 +164,10 @@ pub fn verify(
         let Comparison { error, energy, probes, seconds_per_step } = compared;
         (FullMotion { energy, probes, seconds_per_step }, Some((error, marched.error())))
     };
-    let contacts = &loads[..track.contacts.len()];
+    let entries: Vec<usize> = track.contacts.iter().map(|placed| placed.entry).collect();
+    let contacts = (&loads[..entries.len()], &entries[..]);
     let motion = DisplacedBy { columns: basis.as_ref(), amplitudes: coordinates.as_ref() };
-    let under = coordinate_matrix(contacts.len(), &shown.under_contacts);
+    let under = coordinate_matrix(entries.len(), &shown.under_contacts);
     let truth = truth_errors(&truth, motion, (contacts, under.as_ref()), time_step, same_scheme);
     let [trajectory_error, projection_floor] = match same_scheme {
         Some((same, _)) => [same.error, same.floor],
@@ -310,7 +311,7 @@ pub(crate) fn full_order_loads(
         let mut force = vec![0.0; body.n_dof()];
         let nodes = contact.nodes.map(|node| file_nodes[node as usize]);
         body.model.add_point_force(&nodes, &contact.weights, contact.force, &mut force);
-        TimedLoad { column: 0, force, when: *when }
+        TimedLoad { column: 0, force, when: when.clone() }
     };
     let mut loads: Vec<TimedLoad> = track.contacts.iter().map(contact).collect();
     let known = lines(file, SectionKind::PatternNames)?;
@@ -319,7 +320,7 @@ pub(crate) fn full_order_loads(
         let pattern = body.patterns.iter().find(|(pattern, _)| pattern == name);
         let (_, force) = pattern.ok_or_else(|| StudyError::ForeignPattern { name: name.clone() })?;
         let force = force.iter().map(|f| placed.amplitude * f).collect();
-        loads.push(TimedLoad { column: 0, force, when: placed.when });
+        loads.push(TimedLoad { column: 0, force, when: placed.when.clone() });
     }
     Ok(loads)
 }

@@ -333,7 +333,7 @@ impl Study {
         let corners = middle.map(|node| body.model.mesh().nodes[node as usize]);
         let point = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
         let (force, end) = ([0.3, -0.5, -0.8], 200.0 * self.time_step());
-        let push = ContactEntry { point, force, start: 0.0, end, ramp: 0.0 };
+        let push = ContactEntry::push(point, force, end);
         let duration = 2000.0 * self.time_step();
         Ok(Scenario { duration, contacts: vec![push], patterns: vec![], output: OutputPlan::default() })
     }
