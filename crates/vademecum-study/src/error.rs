@@ -83,6 +83,12 @@ pub enum StudyError {
         /// Most steps of a march that is not asked for.
         limit: u64,
     },
+    /// Matrices and a march at full order have no damping ratios of modes.
+    #[error(
+        "the problem has `damping.modal` or `damping.ratio`, which the full order cannot be marched with; \
+         expected `alpha` and `beta`, or `ratios`"
+    )]
+    NoModalMarch,
     /// A load changes too fast for the step.
     #[error(
         "`{load}` has up to {frequency:e} Hz, which is {:.1} periods in a step of {time_step:e} s; expected at \

@@ -7,7 +7,7 @@
 use faer::MatRef;
 use serde::Serialize;
 use vademecum_build::dynamics::{
-    DisplacedBy, Rayleigh, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError, TruthOptions,
+    Decay, DisplacedBy, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError, TruthOptions,
 };
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::limits::memory_in_words;
@@ -47,7 +47,7 @@ const MOST_VECTORS: usize = 200;
 pub(crate) fn find_truth<'a>(
     pencil: &'a Pencil,
     symbolic: &Symbolic,
-    damping: Rayleigh,
+    decay: Decay<'_>,
     loads: &[TimedLoad],
     steps: (f64, usize),
     listener: &dyn Listener,
@@ -59,7 +59,7 @@ pub(crate) fn find_truth<'a>(
     let bytes = memory_in_words(8 * (most * n) as u64);
     listener
         .note(&format!("the reference that is exact in time: at most {most} vectors of {n} dofs, {bytes}"));
-    Truth::find(pencil, symbolic, &|lambda, _| damping.decay(lambda), loads, steps, &options, listener)
+    Truth::find(pencil, symbolic, decay, loads, steps, &options, listener)
 }
 
 /// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, the number of the
@@ -127,7 +127,7 @@ fn force_row(load: &TimedLoad) -> Vec<(u32, f64)> {
 #[cfg(test)]
 mod tests {
     use faer::{Mat, mat};
-    use vademecum_build::dynamics::Interval;
+    use vademecum_build::dynamics::{Interval, Rayleigh};
     use vademecum_build::progress::Silent;
 
     use super::*;
@@ -146,7 +146,8 @@ mod tests {
         };
         let contacts = [load([-7.0, 0.0], 1.0), load([0.0, 4.0], 2.0)];
         let damping = Rayleigh { alpha: 0.1, beta: 0.01 };
-        let truth = find_truth(&pencil, &symbolic, damping, &contacts, (0.1, 30), &Silent).expect("a truth");
+        let decay = |lambda, _| damping.decay(lambda);
+        let truth = find_truth(&pencil, &symbolic, &decay, &contacts, (0.1, 30), &Silent).expect("a truth");
         let exact = truth.trajectory(0).along(&[vec![(0, 1.0)], vec![(1, 1.0)]]);
         // The first is 1 % off while its force acts, the second 2 %; later both are anywhere.
         let shown = Mat::from_fn(2, 31, |i, n| match n {

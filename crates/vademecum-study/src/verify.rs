@@ -15,7 +15,7 @@ use vademecum_eval::StructureChoice;
 use vademecum_format::{File, SectionKind};
 
 use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
-use crate::contents::{Bound, bound, lines, section};
+use crate::contents::{Bound, bound, lines, numbers, section};
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
 use crate::parameters::{ParameterValue, setting, values};
@@ -142,7 +142,12 @@ pub fn verify(
     }
 
     let loads = full_order_loads(file, &track, body, &file_nodes)?;
-    let truth = find_truth(&pencil, symbolic, setting.rayleigh(), &loads, (time_step, steps), listener)?;
+    let eigenvalues = match prepared.ratios.is_empty() {
+        true => vec![],
+        false => eigenvalues(file, setting.step.stiffness / setting.step.density)?,
+    };
+    let decay = |lambda: f64, _| prepared.ratios.decay(&setting.rayleigh(), &eigenvalues, lambda);
+    let truth = find_truth(&pencil, symbolic, &decay, &loads, (time_step, steps), listener)?;
 
     listener.stage("step the file");
     let shown = show(file, options, &track, steps, time_step, listener)?;
@@ -203,6 +208,11 @@ pub fn verify(
         probe_series: [full.probes, shown.probes],
         energy_series: [full.energy, shown.energy],
     })
+}
+
+/// Eigenvalues of the natural modes of a file, so many times as large as it has them.
+fn eigenvalues(file: &File<'_>, scale: f64) -> Result<Vec<f64>, FileError> {
+    Ok(numbers(file, SectionKind::Eigenvalues)?.into_iter().map(|value| scale * value).collect())
 }
 
 /// The motion of the full order beside the file.

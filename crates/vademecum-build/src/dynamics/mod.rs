@@ -14,7 +14,9 @@ mod truth;
 mod window;
 mod work;
 
-pub use damping::{Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix};
+pub use damping::{
+    Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
+};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use history::{CHORD, Course, History, LoadTable, Wave};
 pub use interval::Interval;

@@ -86,6 +86,9 @@ impl Study {
         long: bool,
         listener: &dyn Listener,
     ) -> Result<Self, StudyError> {
+        if !problem.damping.modal_ratios().is_empty() {
+            return Err(StudyError::NoModalMarch);
+        }
         let mut problem = problem.clone();
         if !problem.parameters.is_empty() {
             listener.note(
@@ -246,7 +249,13 @@ impl Study {
     ) -> Result<Vec<u8>, StudyError> {
         let Prepared { body, scheme, .. } = &self.prepared;
         let rayleigh = self.prepared.rayleigh();
-        let table = mode_table(&basis.quotients(), &basis.energy, scheme, &rayleigh, self.time_step());
+        let table = mode_table(
+            &basis.quotients(),
+            &basis.energy,
+            scheme,
+            (&rayleigh, &self.prepared.ratios),
+            self.time_step(),
+        );
         let parts = Parts {
             problem: &self.problem,
             body,
