@@ -394,7 +394,7 @@ impl Scenario {
             TomlError::Impossible {
                 path: place(&key),
                 key,
-                found: format!("of products up to {size:e}"),
+                found: format!("a table that makes products up to {size:e}"),
                 expected,
             }
         };

@@ -112,13 +112,16 @@ impl<'a> Tables<'a> {
                 let width = rows.first().map_or(0, Vec::len);
                 let sound = |row: &Vec<f64>| row.len() == width && row.iter().all(|&x| usable(x));
                 if let Some(bad) = rows.iter().position(|row| !columns.fit(width) || !sound(row)) {
-                    return Err(fault(format!("row {bad} is {}", words(&rows[bad])), columns.expected()));
+                    return Err(fault(
+                        format!("a table whose row {bad} is {}", words(&rows[bad])),
+                        columns.expected(),
+                    ));
                 }
-                let rows = rows.iter().flatten().copied();
-                let table = made(rows, width, columns);
-                Arc::new(
-                    table.ok_or_else(|| fault("a list of rows in another order".into(), columns.order()))?,
-                )
+                let given = rows.len();
+                let table = made(rows.iter().flatten().copied(), width, columns);
+                Arc::new(table.ok_or_else(|| {
+                    fault(format!("a table of {given} rows in another order"), columns.order())
+                })?)
             }
         };
         self.rows += table.rows(0).count();
