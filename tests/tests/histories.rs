@@ -333,6 +333,38 @@ fn every_mode_decays_by_its_own_ratio() {
 }
 
 #[test]
+fn modes_of_one_frequency_have_one_ratio() {
+    // Two masses that move apart from each other, on springs of 4, 4 and 9 times 1e4 N/m.
+    let folder = tempfile::tempdir().expect("a folder");
+    let diagonal = |values: [f64; 6]| {
+        let rows: String = values.iter().enumerate().map(|(i, v)| format!("{0} {0} {v}\n", i + 1)).collect();
+        format!("%%MatrixMarket matrix coordinate real symmetric\n6 6 6\n{rows}")
+    };
+    let place = |row: usize| format!("{row},{},{},{},0,0\n", row / 3 + 1, ["x", "y", "z"][row % 3], row / 3);
+    let dofs: String = (0..6).map(place).collect();
+    let texts = [
+        ("mass.mtx", diagonal([1.0; 6])),
+        ("stiffness.mtx", diagonal([4e4, 4e4, 9e4, 16e4, 25e4, 36e4])),
+        ("dofs.csv", format!("row,node,component,x,y,z\n{dofs}")),
+    ];
+    for (name, text) in &texts {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    let problem = |modal: &str| {
+        format!(
+            "[mesh.matrices]\nmass = \"mass.mtx\"\nstiffness = \"stiffness.mtx\"\ndofs = \"dofs.csv\"\n\
+             [damping]\nmodal = {modal}\n[load]\n[time]\nstep = 1e-3\n[basis]\nmodes = 3\n"
+        )
+    };
+    build(&problem("[0.1, 0.2]"), folder.path()).fails(
+        3,
+        &["p.toml:6: `damping.modal` gives the modes 1 and 2 the ratios 0.1 and 0.2", "31.830989 Hz"],
+    );
+    let alike = build(&problem("[0.1, 0.1, 0.2]"), folder.path());
+    assert_eq!(alike.code, Some(0), "{}", alike.stderr);
+}
+
+#[test]
 fn a_ratio_of_all_modes_certifies_as_well_as_rayleighs_and_ratios_that_cannot_be_kept_are_refused() {
     let (_, bytes) = body();
     let file = File::parse(bytes).expect("a file");

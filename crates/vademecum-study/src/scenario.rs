@@ -12,7 +12,7 @@ use vademecum_build::dynamics::{Course, History, Interval, LoadTable, Wave};
 use vademecum_build::input::toml_file::{self, TomlError};
 
 use crate::error::StudyError;
-use tables::{Columns, Tables};
+use tables::{Columns, LARGEST, Tables};
 
 mod tables;
 
@@ -33,15 +33,11 @@ pub const STEPS_AT_FULL_ORDER: u64 = 1_000_000;
 /// which takes a fraction of a millisecond.
 pub(crate) const MOST_LOADS: usize = 100_000;
 
-/// Largest size of a coordinate, a force or an amplitude: energies and distances go with their squares, which
-/// stay within the range of a double.
-const LARGEST: f64 = 1e150;
-
 /// Most periods of a sinusoid or a chirp in a step: it is stepped in 2222 parts a period.
 const MOST_PERIODS: f64 = 16.0;
 
-/// Highest frequency \[Hz\] and largest phase \[rad\] and mean of a sinusoid: beyond, none of its digits is left
-/// after the first periods.
+/// Highest frequency \[Hz\] and largest phase \[rad\] and mean of a sinusoid: beyond, none of its digits is
+/// left after the first periods.
 const FASTEST: f64 = 1e9;
 
 /// A scenario file that cannot be used.

@@ -40,6 +40,10 @@ pub struct TruthErrors {
 /// there are, and what the last ones add is far below what a file misses.
 const MOST_VECTORS: usize = 200;
 
+/// Vectors of the reference for all forces, or three for each: to keep them orthogonal takes a time that
+/// grows with their square.
+const MOST_OF_ALL: usize = 4_000;
+
 /// The reference for the loads of a scenario.
 ///
 /// # Errors
@@ -53,7 +57,9 @@ pub(crate) fn find_truth<'a>(
     listener: &dyn Listener,
 ) -> Result<Truth<'a>, TruthError> {
     listener.stage("find the motion that is exact in time");
-    let options = TruthOptions { vectors_per_force: MOST_VECTORS, ..TruthOptions::default() };
+    // Places of a path share the vectors: their forces are nearly the same and rise gently.
+    let vectors_per_force = MOST_VECTORS.min(MOST_OF_ALL / loads.len().max(1)).max(3);
+    let options = TruthOptions { vectors_per_force, ..TruthOptions::default() };
     let n = pencil.n_dof();
     let most = options.most_vectors(loads.len(), n);
     let bytes = memory_in_words(8 * (most * n) as u64);
@@ -62,11 +68,10 @@ pub(crate) fn find_truth<'a>(
     Truth::find(pencil, symbolic, decay, loads, steps, &options, listener)
 }
 
-/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, the number of the
-/// contact that each belongs to, and what the file shows under each, along its force and times its size,
-/// shape (loads, instants); `same_scheme` is the
-/// file beside the march at full order by its own scheme, and that march beside the truth; if it has a
-/// scheme.
+/// What a file misses of the reference. `contacts` are the loads of the scenario's contacts, the number of
+/// the contact that each belongs to, and what the file shows under each, along its force and times its size,
+/// shape (loads, instants); `same_scheme` is the file beside the march at full order by its own scheme, and
+/// that march beside the truth; if it has a scheme.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
     file: DisplacedBy<'_>,

@@ -110,8 +110,8 @@ impl ModalRatios {
         self.0.get(mode).or(self.0.last()).copied().unwrap_or(0.0)
     }
 
-    /// Decay \[1/s\] of any mode of a body by its stiffness `λ` \[rad²/s²\], where `eigenvalues` are those of the
-    /// lowest natural modes, ascending: Rayleigh's and `ζ√λ`, with the ratio of the natural mode that is
+    /// Decay \[1/s\] of any mode of a body by its stiffness `λ` \[rad²/s²\], where `eigenvalues` are those of
+    /// the lowest natural modes, ascending: Rayleigh's and `ζ√λ`, with the ratio of the natural mode that is
     /// nearest. A mode a thousandth beyond the last of them has the ratio of the next one.
     ///
     /// A reference finds only the modes that its loads excite, so the place of one among those it found says

@@ -399,7 +399,8 @@ mod tests {
         // After 4 s it has gone through 24 periods.
         let slope = (chirp.value(4.0) - chirp.value(4.0 - 1e-6)) / 1e-6;
         assert!(chirp.value(4.0).abs() < 1e-12 && (slope / (TAU * 10.0) - 1.0).abs() < 1e-4);
-        // A million periods later a sinusoid of 12 Hz is where it was: 1/12 s has no finite digits, 0.25 s has.
+        // A million periods later a sinusoid of 12 Hz is where it was: 1/12 s has no finite digits, 0.25 s
+        // has.
         let wave = Wave::sinusoid(12.0, 0.4, 0.0);
         assert_eq!(wave.value(250_000.25), wave.value(0.25));
     }

@@ -71,8 +71,8 @@ impl Window {
         self.active.retain(|&index| loads[index].end() > first);
     }
 
-    /// A step in pieces without jumps and kinks, each in as many parts as its loads need to be linear in time.
-    /// Steps are asked for in order, and have instants up to their ends.
+    /// A step in pieces without jumps and kinks, each in as many parts as its loads need to be linear in
+    /// time. Steps are asked for in order, and have instants up to their ends.
     pub fn spans(&mut self, step: usize) -> Vec<Span> {
         self.look_at(step);
         let step_ends = [step as f64 * self.time_step, (step + 1) as f64 * self.time_step];

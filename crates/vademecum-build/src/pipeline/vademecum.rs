@@ -437,8 +437,8 @@ impl Stages<'_> {
     }
 }
 
-/// Ratios of modes that the basis does not have would be lost, and modes of one frequency are any two of their
-/// plane, so that different ratios would damp whichever came out of the solver.
+/// Ratios of modes that the basis does not have would be lost, and modes of one frequency are any two of
+/// their plane, so that different ratios would damp whichever came out of the solver.
 fn check_ratios(problem: &Problem, ratios: &ModalRatios, basis: &Basis) -> Result<(), BuildError> {
     const ALIKE: f64 = 1e-6;
     let path = || problem.place("damping.modal");

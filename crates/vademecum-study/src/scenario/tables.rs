@@ -11,6 +11,10 @@ use vademecum_build::input::toml_file::{TomlError, read};
 /// Most rows of all tables of a scenario, each file counted once: at most 128 MB of numbers.
 const MOST_ROWS: usize = 4_000_000;
 
+/// Largest size of a coordinate, a force or an amplitude: energies and distances go with their squares, which
+/// stay within the range of a double.
+pub(super) const LARGEST: f64 = 1e150;
+
 /// Rows of numbers.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "the name of a file, or a list of rows of numbers")]
@@ -134,7 +138,7 @@ impl<'a> Tables<'a> {
 }
 
 fn usable(x: f64) -> bool {
-    x.abs() <= super::LARGEST
+    x.abs() <= LARGEST
 }
 
 fn words(row: &[f64]) -> String {
