@@ -327,6 +327,8 @@ fn every_mode_decays_by_its_own_ratio() {
         vademecum(&["verify", &file, "--problem", &problem, "--scenario", &scenario, "--json"]).json();
     // The reference damps the same modes by the same ratios, wherever they are among those it finds.
     assert!(found["rest_error"].as_f64().expect("a number") < 1e-4, "{found}");
+    let info = vademecum(&["info", &file, "--json"]).json();
+    assert_eq!(info["damping_ratios"], serde_json::json!([0.05, 0.0, 1.5, 0.01, 0.01, 0.01]));
     let modes = vademecum(&["modes", &problem, "--count", "3", "--json"]).json();
     let damping = modes["material_damping"][2].as_f64().expect("a number");
     assert!((damping - 1.5 - 0.5e-5 * values[2].sqrt()).abs() < 1e-6, "{damping}");

@@ -179,7 +179,8 @@ pub fn verify(
         None => [truth.total_error, truth.basis_error],
     };
     // The static part of a file that moves its modes exactly goes with the load.
-    let release = ((track.release() / time_step).ceil() as usize + usize::from(exact)).min(steps);
+    let release = (track.release() / time_step).ceil() as usize;
+    let release = release.saturating_add(usize::from(exact)).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
     let figures = Verification {

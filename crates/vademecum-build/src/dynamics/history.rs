@@ -207,7 +207,7 @@ impl LoadTable {
     /// same number of finite values, at finite times that never fall and of which no three are the same.
     pub fn new(times: Vec<f64>, values: Vec<f64>) -> Option<Self> {
         let rows = times.len();
-        if rows < 2 || values.is_empty() || values.len() % rows != 0 {
+        if rows < 2 || values.is_empty() || !values.len().is_multiple_of(rows) {
             return None;
         }
         let finite = times.iter().chain(&values).all(|x| x.is_finite());
