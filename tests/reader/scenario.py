@@ -6,6 +6,8 @@ between two last digits may be printed as either; a difference of 1 is what such
 
 import csv
 import math
+import pathlib
+import re
 import sys
 import tomllib
 
@@ -66,34 +68,117 @@ def place(scene, point):
     return [scene.positions[int(np.argmin(distances))]], [1.0]
 
 
-def factor(entry, t):
+def table_rows(table, folder):
+    """Rows of a table, in the scenario or in a file beside it."""
+    if not isinstance(table, str):
+        return np.array(table, dtype=float)
+    with open(folder / table, encoding="utf-8") as text:
+        lines = [line.strip() for line in text]
+    cells = [re.split(r"[,;\s]+", line) for line in lines if line and line[0] not in "#%"]
+    header = not re.match(r"[-+.0-9]", cells[0][0])
+    return np.array(cells[1:] if header else cells, dtype=float)
+
+
+def history(entry, duration, column=None, share=None):
+    """How a load follows time: `column` is the time and the values of a table, `share` its place on a path."""
+    when = {name: entry.get(name, other) for name, other in (("start", 0.0), ("end", math.inf), ("ramp", 0.0))}
+    when |= {"column": column, "share": share, "wave": None}
+    if "sinusoid" in entry:
+        wave = entry["sinusoid"]
+        frequency = wave["frequency"]
+        when["wave"] = (frequency, frequency, 1.0, wave.get("phase", 0.0), wave.get("mean", 0.0))
+    if "chirp" in entry:
+        wave, end = entry["chirp"], min(when["end"], math.inf if "end" in entry else duration)
+        when["wave"] = (wave["from"], wave["to"], end - when["start"], wave.get("phase", 0.0), 0.0)
+    return when
+
+
+def around(column, tau):
+    """The rows around a time; none outside of the table."""
+    after = int(np.searchsorted(column[:, 0], tau, side="right"))
+    return (column[after - 1], column[after]) if 0 < after < len(column) else None
+
+
+def rest(when, t, meant):
+    """Table, sinusoid or chirp, and the share of a path, on the side of `t` where `meant` lies."""
+    value, tau = 1.0, t - when["start"]
+    if when["column"] is not None:
+        rows = around(when["column"], meant - when["start"])
+        if rows is None:
+            return 0.0
+        (a, u), (b, v) = rows
+        value = u + min(max((tau - a) / (b - a), 0.0), 1.0) * (v - u)
+    if when["wave"]:
+        first, last, length, phase, mean = when["wave"]
+        value = mean + math.sin(2 * math.pi * (first * tau + 0.5 * (last - first) * tau * tau / length) + phase)
+    if when["share"]:
+        before, top, after = when["share"]
+        if meant < top:
+            value *= min(max((t - before) / (top - before), 0.0), 1.0) if before < top else 1.0
+        elif top < after:
+            value *= min(max((after - t) / (after - top), 0.0), 1.0)
+    return value
+
+
+def factor(when, t):
     """The factor of a load at an instant."""
-    start, end, ramp = entry.get("start", 0.0), entry.get("end", math.inf), entry.get("ramp", 0.0)
-    t = t * LATE
-    if t < start or t >= end:
+    start, end, ramp = when["start"], when["end"], when["ramp"]
+    late = t * LATE
+    if late < start or late >= end:
         return 0.0
-    return 1.0 if ramp == 0.0 else min(1.0, (t - start) / ramp)
+    return (1.0 if ramp == 0.0 else min(1.0, (late - start) / ramp)) * rest(when, t, late)
 
 
-def factor_beside(entry, t, side):
+def factor_beside(when, t, side):
     """The factor right after an instant (side 1) or right before it (side -1)."""
-    start, end, ramp = entry.get("start", 0.0), entry.get("end", math.inf), entry.get("ramp", 0.0)
+    start, end, ramp = when["start"], when["end"], when["ramp"]
     meant = t * (1 + side * 1e-9)
     if meant < start or meant >= end:
         return 0.0
-    return 1.0 if meant >= start + ramp else min(max((t - start) / ramp, 0.0), 1.0)
+    gate = 1.0 if meant >= start + ramp else min(max((t - start) / ramp, 0.0), 1.0)
+    return gate * rest(when, t, meant)
 
 
 def is_inside(t, start, end):
     return start * (1 + 1e-9) < t < end * (1 - 1e-9)
 
 
+def pieces_of(when, a, b):
+    """Number of equal pieces in which a load is linear to a millionth, where it has no break."""
+    middle, start = 0.5 * (a + b), when["start"]
+    if not start <= middle < when["end"]:
+        return 1
+    p = 1 / when["ramp"] if middle < start + when["ramp"] else 0.0
+    s = 0.0
+    if when["share"]:
+        before, top, after = when["share"]
+        s = 1 / (top - before) if before < middle < top else 1 / (after - top) if top < middle < after else 0.0
+    size, slope, bend, height = 1.0, 0.0, 0.0, 1.0
+    if when["column"] is not None:
+        height, rows = np.abs(when["column"][:, 1]).max(), around(when["column"], middle - start)
+        size, slope = 0.0, 0.0
+        if rows is not None:
+            (t, u), (later, v) = rows
+            size, slope = max(abs(u), abs(v)), abs(v - u) / (later - t)
+    if when["wave"]:
+        first, last, length, _, mean = when["wave"]
+        fastest = max(abs(first + (last - first) * (t - start) / length) for t in (a, b))
+        size, slope = 1 + abs(mean), 2 * math.pi * fastest
+        bend = slope**2 + 2 * math.pi * abs(last - first) / length
+    c = bend + 2 * (p * s * size + (p + s) * slope)
+    if c <= 0 or height <= 0:
+        return 1
+    return min(max(math.ceil((b - a) * math.sqrt(c / (8e-6 * height))), 1), 65536)
+
+
 def parts_of(loads, start, end):
-    """Ends of the parts of a step, split where a load begins, is at full height or ends."""
+    """Ends of the parts of a step, split where a load jumps or bends."""
     breaks = set()
     for _, when in loads:
-        begin = when.get("start", 0.0)
-        breaks |= {begin, begin + when.get("ramp", 0.0), when.get("end", math.inf)}
+        begin = when["start"]
+        breaks |= {begin, begin + when["ramp"], when["end"], *(when["share"] or ())}
+        if when["column"] is not None:
+            breaks |= set(begin + when["column"][:, 0])
     ends = []
     for t in sorted(t for t in breaks if is_inside(t, start, end)):
         if is_inside(t, ends[-1] if ends else start, end):
@@ -102,14 +187,18 @@ def parts_of(loads, start, end):
 
 
 def exact_step(scene, y, loads, start, end):
-    """A step of `loads`, pairs of a reduced load with its factor and when it acts, in its parts."""
+    """A step of `loads`, pairs of a reduced load with its factor and how it follows time, in its parts."""
     ends = parts_of(loads, start, end)
-    whole = len(ends) == 2
     for a, b in zip(ends, ends[1:]):
-        part = scene if whole else scene.part(b - a)
-        factors = [[factor_beside(when, a, 1), factor_beside(when, b, -1)] for _, when in loads]
-        acting = [(load, at) for (load, _), at in zip(loads, factors) if any(at)]
-        y = scene.carry(part, part.step(part.carry(scene, y), acting))
+        pieces = max((pieces_of(when, a, b) for _, when in loads), default=1)
+        whole = len(ends) == 2 and pieces == 1
+        part = scene if whole else scene.part((b - a) / pieces)
+        y = part.carry(scene, y)
+        for i in range(pieces):
+            c, d = a + (b - a) * (i / pieces), b if i + 1 == pieces else a + (b - a) * ((i + 1) / pieces)
+            factors = [[factor_beside(when, c, 1), factor_beside(when, d, -1)] for _, when in loads]
+            y = part.step(y, [(load, at) for (load, _), at in zip(loads, factors) if any(at)])
+        y = scene.carry(part, y)
     return y
 
 
@@ -122,27 +211,61 @@ def factor_shown(scene, when, n):
     return factor(when, (n - 1 + scene.instants[-1]) * scene.v.dt)
 
 
-def loads_of(scene, scenario):
-    """Reduced load, `BᵀF`, the load itself, and the entry that says when."""
-    loads = []
+def places_of(file, entry, folder):
+    """Points of a contact with the instants of their shares of the force."""
+    if "path" not in entry:
+        return [(entry["point"], None)]
+    rows = table_rows(entry["path"], folder)
+    corners = file.section("NodeCoordinates")[:, :, 0][
+        file.section("Triangles")[: file.meta["n_load_triangles"], :, 0].astype(int)
+    ]
+    edge = np.mean(np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2))
+    stops = [rows[0]]
+    for a, b in zip(rows, rows[1:]):
+        n = max(math.ceil(4 * np.linalg.norm(b[1:] - a[1:]) / edge), 1)
+        stops += [a + i / n * (b - a) for i in range(1, n)] + [b]
+    times = [entry.get("start", 0.0) + stop[0] for stop in stops]
+    last = len(stops) - 1
+    shares = [(times[max(j - 1, 0)], times[j], times[min(j + 1, last)]) for j in range(last + 1)]
+    return [(stop[1:], share) for stop, share in zip(stops, shares)]
+
+
+def forces_of(entry, folder):
+    """Forces of fixed direction with the column of the table that each follows, if there is one."""
+    if "table" not in entry:
+        return [(entry["force"], None)]
+    rows = table_rows(entry["table"], folder)
+    if rows.shape[1] == 2:
+        return [(entry["force"], rows)]
+    return [(np.eye(3)[c], rows[:, [0, 1 + c]]) for c in range(3)]
+
+
+def loads_of(scene, scenario, folder):
+    """Reduced load, `BᵀF`, the load itself, and how it follows time."""
+    loads, duration = [], scenario["duration"]
     for contact in scenario.get("contact", []):
-        push = *place(scene, contact["point"]), contact["force"]
-        named = dict(zip(("nodes", "weights", "force"), push))
-        loads.append((scene.load_of_contact(*push), scene.contact(*push), named, 1.0, contact))
+        for point, share in places_of(scene.file, contact, folder):
+            where = place(scene, point)
+            for force, column in forces_of(contact, folder):
+                push = *where, force
+                named = dict(zip(("nodes", "weights", "force"), push))
+                when = history(contact, duration, column, share)
+                loads.append((scene.load_of_contact(*push), scene.contact(*push), named, 1.0, when))
     names = scene.file.lines("PatternNames")
     for pattern in scenario.get("pattern", []):
         index = names.index(pattern["name"])
         amplitude = pattern.get("amplitude", 1.0)
         reduced = scene.load_of_pattern(index), scene.pattern(index)
-        loads.append((*reduced, {"pattern": index}, amplitude, pattern))
+        column = table_rows(pattern["table"], folder) if "table" in pattern else None
+        loads.append((*reduced, {"pattern": index}, amplitude, history(pattern, duration, column)))
     return loads
 
 
-def play(scene, scenario):
+def play(scene, scenario, folder):
     """Rows of time, energy and probes."""
     dt = scene.v.dt
     every = scenario.get("output", {}).get("probes_every", 1)
-    loads = loads_of(scene, scenario)
+    loads = loads_of(scene, scenario, folder)
     exact = isinstance(scene, step.Exact)
     force = sum((p * factor(when, 0.0) * plain for _, plain, _, p, when in loads), np.zeros(scene.r))
     y = scene.start(np.zeros(scene.r), np.zeros(scene.r), force)
@@ -168,14 +291,14 @@ def printed(value):
 
 
 def main(file, scenario, table, structure):
-    file = vademecum.read(file)
+    file, folder = vademecum.read(file), pathlib.Path(scenario).parent
     with open(scenario, "rb") as text:
         scenario = tomllib.load(text)
     with open(table, encoding="utf-8", newline="") as rows:
         given = list(csv.reader(rows))
     names, given = given[0], given[1:]
     scene = step.STRUCTURES[structure](file)
-    ours = list(play(scene, scenario))
+    ours = list(play(scene, scenario, folder))
     if names != ["time_s", "energy_J", *file.lines("ProbeNames")] or len(ours) != len(given):
         print(f"{table}: {len(given)} rows of {names}, and the reader has {len(ours)}")
         return False

@@ -119,7 +119,7 @@ fn full_order_snapshots(problem: &Problem) -> (Prepared, Matrix) {
     let load = |(column, (node, direction))| {
         let mut force = vec![0.0; body.n_dof()];
         body.model.add_point_force(&[node], &[1.0], direction, &mut force);
-        TimedLoad { column, force, when: Interval { start: 0.0, end: runs.hold, ramp: 0.0 } }
+        TimedLoad { column, force, when: Interval { start: 0.0, end: runs.hold, ramp: 0.0 }.into() }
     };
     let loads: Vec<TimedLoad> = pushes.enumerate().map(load).collect();
     let mut snapshots = Matrix::zeros(body.model.dofs().n_dof(), loads.len() * (runs.steps / runs.stride));

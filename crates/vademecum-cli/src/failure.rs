@@ -210,7 +210,10 @@ impl From<BuildError> for Failure {
         }
         let (cause, remedy) = match &error {
             BuildError::Memory(_) | BuildError::Prepare(PrepareError::Memory(_)) => (Cause::Machine, ""),
-            BuildError::Work(_) | BuildError::TimeStep(_) => (Cause::Input, ""),
+            BuildError::Work(_)
+            | BuildError::TimeStep(_)
+            | BuildError::RatiosBeyond { .. }
+            | BuildError::RatiosOfOneFrequency { .. } => (Cause::Input, ""),
             BuildError::Prepare(PrepareError::Body(BodyError::Mesh(error))) => {
                 (Cause::Mesh, remedy_of_mesh(error))
             }
@@ -263,6 +266,9 @@ impl From<StudyError> for Failure {
                 .remedy("split the scenario: the full-order march keeps every load over all dofs"),
             error @ (StudyError::NoParameter { .. }
             | StudyError::OutsideRange { .. }
+            | StudyError::TooFast { .. }
+            | StudyError::TooManyPlaces { .. }
+            | StudyError::NoModalMarch
             | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::Refused { .. } => Self::new(Cause::File, error),
             error @ StudyError::NothingToPush => {

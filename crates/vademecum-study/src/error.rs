@@ -83,6 +83,41 @@ pub enum StudyError {
         /// Most steps of a march that is not asked for.
         limit: u64,
     },
+    /// Matrices and a march at full order have no damping ratios of modes.
+    #[error(
+        "the problem has `damping.modal` or `damping.ratio`, which the full order cannot be marched with; \
+         expected `alpha` and `beta`, or `ratios`"
+    )]
+    NoModalMarch,
+    /// A load changes too fast for the step.
+    #[error(
+        "`{load}` has up to {frequency:e} Hz, which is {:.1} periods in a step of {time_step:e} s; expected at \
+         most {most}: take a shorter step or a lower frequency",
+        frequency * time_step
+    )]
+    TooFast {
+        /// The load.
+        load: String,
+        /// Its highest frequency \[Hz\].
+        frequency: f64,
+        /// Step \[s\].
+        time_step: f64,
+        /// Most periods in a step.
+        most: f64,
+    },
+    /// A path is too long for the triangles it runs over.
+    #[error(
+        "`contact[{contact}].path` takes more than {most} places, four on each mean edge of the loadable \
+         triangles ({edge:e}); expected a path on the body: shorten it"
+    )]
+    TooManyPlaces {
+        /// Number of the contact.
+        contact: usize,
+        /// Mean edge \[m\].
+        edge: f64,
+        /// Most places.
+        most: usize,
+    },
     /// All loads of a scenario at full order do not fit into memory.
     #[error(
         "{loads} loads of {dofs} dofs each take {:.1} GB at full order; expected at most {:.0} GB",
@@ -202,6 +237,11 @@ pub enum FileError {
     /// The chapter's structure takes no load patterns.
     #[error("the chapter's structure is built for loads at nodes and takes no load patterns")]
     NoPatterns,
+    /// A contact moves, and the maps have an axis for the node a load stands at.
+    #[error(
+        "the chapter's structure is built for loads at nodes, and a contact with a `path` stands at none"
+    )]
+    NoPaths,
     /// It does not have a section.
     #[error("the file has no section {kind}")]
     Missing {

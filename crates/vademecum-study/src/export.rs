@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{Interval, SchemeKind};
+use vademecum_build::dynamics::{Course, History, SchemeKind, Wave};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::field;
 use vademecum_build::input::{BasisKind, Problem};
@@ -42,8 +42,8 @@ pub struct Model {
     pub loads: Vec<When>,
 }
 
-/// When a column of the loads acts.
-#[derive(Clone, Copy, Debug, Serialize)]
+/// When a column of the loads acts, and how it follows time: what is absent does not change it.
+#[derive(Clone, Debug, Serialize)]
 pub struct When {
     /// First instant \[s\].
     pub start: f64,
@@ -51,11 +51,45 @@ pub struct When {
     pub end: Option<f64>,
     /// Time to full force \[s\].
     pub ramp: f64,
+    /// A factor: time from the start \[s\] and value, row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<Vec<[f64; 2]>>,
+    /// A factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wave: Option<WaveFactor>,
+    /// A factor that rises from 0 at the first instant \[s\] to 1 at the second and falls to 0 at the third:
+    /// a place on the path of a contact. Where two instants are the same, it is 1 on that side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<[f64; 3]>,
 }
 
-impl From<Interval> for When {
-    fn from(when: Interval) -> Self {
-        Self { start: when.start, end: (when.end < f64::MAX).then_some(when.end), ramp: when.ramp }
+/// `mean + sin(phase + 2π (f₀ t + ½ (f₁ − f₀) t²/sweep))`, with `t` from the start of the load.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct WaveFactor {
+    /// `f₀` and `f₁` \[Hz\].
+    pub frequency: [f64; 2],
+    /// Time from one to the other \[s\].
+    pub sweep: f64,
+    /// Phase at the start \[rad\].
+    pub phase: f64,
+    /// What is added.
+    pub mean: f64,
+}
+
+impl From<&History> for When {
+    fn from(History { during, share, course }: &History) -> Self {
+        let table = match course {
+            Course::Table(table, column) => Some(table.rows(*column).collect()),
+            _ => None,
+        };
+        let wave = match *course {
+            Course::Wave(Wave { frequency, sweep, phase, mean }) => {
+                Some(WaveFactor { frequency, sweep, phase, mean })
+            }
+            _ => None,
+        };
+        let end = (during.end < f64::MAX).then_some(during.end);
+        Self { start: during.start, end, ramp: during.ramp, table, wave, share: *share }
     }
 }
 
@@ -116,7 +150,7 @@ impl ExportedModel {
             beta: prepared.rayleigh().beta,
             basis: kind,
             modes: basis.n_modes(),
-            loads: loads.iter().map(|load| load.when.into()).collect(),
+            loads: loads.iter().map(|load| (&load.when).into()).collect(),
         };
         let data = loads.iter().flat_map(|load| load.force.iter().copied()).collect();
         let loads = field::Matrix { rows: model.dofs, columns: loads.len(), data };

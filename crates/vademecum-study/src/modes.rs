@@ -39,7 +39,11 @@ pub fn natural_modes(
     let pencil = prepared.body.model.pencil();
     let modes = lowest_modes(pencil, &prepared.symbolic, count)?;
     let frequencies_hz = modes.frequencies_hz();
-    let material_damping: Vec<f64> = frequencies_hz.iter().map(|&f| prepared.rayleigh().ratio(f)).collect();
+    let material_damping: Vec<f64> = frequencies_hz
+        .iter()
+        .enumerate()
+        .map(|(k, &f)| prepared.rayleigh().ratio(f) + prepared.ratios.of(k))
+        .collect();
     let damping = |(&value, &ratio): (&f64, &f64)| {
         numerical_damping(prepared.file_scheme(), value.sqrt() * problem.time.step, ratio)
     };

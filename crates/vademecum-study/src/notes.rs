@@ -1,6 +1,6 @@
 //! What of a scenario acts on nothing, where and why: it is not wrong, but it is seldom meant.
 
-use vademecum_build::dynamics::{INSTANTS, Interval};
+use vademecum_build::dynamics::{Course, History, INSTANTS};
 use vademecum_format::{File, Numbers, SectionKind};
 
 use crate::contents::lines;
@@ -28,20 +28,27 @@ pub(crate) fn notes(
     let (r, scheme) = (file.metadata().n_modes as usize, file.metadata().scheme);
     // Exact steps look at every instant.
     let instants = (!scheme.is_exact()).then(|| scheme.instants());
-    let never = |when: Interval| never(when, instants.as_ref(), time_step, steps);
+    let never = |when: &History| never(when, instants.as_ref(), time_step, steps);
     let (basis, patterns) = (raw(file, SectionKind::SurfaceBasis), raw(file, SectionKind::PatternBasis));
     let mut notes = vec![];
-    for (i, (entry, placed)) in scenario.contacts.iter().zip(&track.contacts).enumerate() {
-        let at = place(placed.point.position);
-        notes.extend(far(placed).map(|distance| {
+    for i in 0..scenario.contacts.len() {
+        // Components of its force, and places of its path: there are none of a table of zeros.
+        let first = track.contacts.partition_point(|placed| placed.entry < i);
+        let all = &track.contacts[first..];
+        let all = &all[..all.partition_point(|placed| placed.entry == i)];
+        let furthest = all.iter().filter_map(|placed| Some((placed, far(placed)?)));
+        notes.extend(furthest.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(placed, distance)| {
+            let at = place(placed.point.position);
             format!("contact[{i}] acts {distance:.3e} away from the point given, at {at} on the surface")
         }));
-        let nothing = if entry.force == [0.0; 3] {
+        let is_held = |placed: &PlacedContact| basis.as_ref().is_some_and(|basis| held(r, basis, placed));
+        let nothing = if all.iter().all(|placed| placed.contact.force == [0.0; 3]) {
             Some("its force is zero".to_string())
-        } else if basis.as_ref().is_some_and(|basis| held(r, basis, placed)) {
+        } else if all.iter().all(is_held) {
+            let at = place(all[0].point.position);
             Some(format!("all that its force acts on at {at} is held"))
         } else {
-            never(entry.when())
+            all.iter().map(|placed| never(&placed.when)).reduce(Option::and).flatten()
         };
         notes.extend(nothing.map(|why| format!("contact[{i}] moves nothing: {why}")));
     }
@@ -51,7 +58,7 @@ pub(crate) fn notes(
         } else if patterns.as_ref().is_some_and(|rows| is_zero(rows, placed.index, r)) {
             Some("all that its forces act on is held".to_string())
         } else {
-            never(entry.when())
+            never(&placed.when)
         };
         notes.extend(nothing.map(|why| format!("pattern[{i}] (`{}`) moves nothing: {why}", entry.name)));
     }
@@ -94,8 +101,10 @@ fn held(r: usize, basis: &Numbers<'_>, placed: &PlacedContact) -> bool {
 
 /// Why a load acts at no instant of a march that looks at these instants of a step, or at all; `None` if it
 /// acts.
-fn never(when: Interval, instants: Option<&[f64; INSTANTS]>, time_step: f64, steps: usize) -> Option<String> {
-    let Interval { start, end, .. } = when;
+fn never(when: &History, instants: Option<&[f64; INSTANTS]>, time_step: f64, steps: usize) -> Option<String> {
+    let (start, end) = (when.start(), when.end());
+    // A table and a sinusoid may be zero at some instants and act later.
+    let instants = instants.filter(|_| when.course == Course::Held && when.share.is_none());
     // A load as long as two steps acts at the start of one of them; a shorter one is over in the third.
     let first = (start / time_step - 1.0).max(0.0).floor();
     if first < steps as f64 {
@@ -127,6 +136,8 @@ fn place([x, y, z]: [f64; 3]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use vademecum_build::dynamics::Interval;
+
     use super::*;
 
     #[test]
@@ -135,7 +146,8 @@ mod tests {
         (instants[1], instants[2]) = (0.5, 1.0);
         let (dt, steps) = (1e-3, 100);
         let found = |start: f64, end: f64, ramp: f64| {
-            never(Interval { start, end, ramp }, Some(&instants), dt, steps).unwrap_or_else(|| "acts".into())
+            never(&Interval { start, end, ramp }.into(), Some(&instants), dt, steps)
+                .unwrap_or_else(|| "acts".into())
         };
         assert_eq!(found(0.0, f64::MAX, 0.0), "acts");
         assert_eq!(found(0.0, f64::MAX, 10.0), "acts");
@@ -145,7 +157,7 @@ mod tests {
         assert!(found(0.2, 1.0, 0.0).contains("starts at 0.2 s, and the scenario ends at 0.1 s"));
         assert!(found(1e300, f64::MAX, 0.0).contains("the scenario ends"));
         // Exact steps miss none but those that come too late.
-        let exact = |start: f64, end: f64| never(Interval { start, end, ramp: 0.0 }, None, dt, steps);
+        let exact = |start: f64, end: f64| never(&Interval { start, end, ramp: 0.0 }.into(), None, dt, steps);
         assert_eq!(exact(0.0501, 0.0504), None);
         assert!(exact(0.2, 1.0).is_some_and(|why| why.contains("the scenario ends at 0.1 s")));
     }

@@ -4,13 +4,19 @@
 //! one.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use vademecum_build::dynamics::Interval;
+use vademecum_build::dynamics::{Course, History, Interval, LoadTable, Wave};
 use vademecum_build::input::toml_file::{self, TomlError};
 
 use crate::error::StudyError;
+use tables::{Columns, LARGEST, Tables};
+
+mod tables;
+
+pub use tables::Rows;
 
 /// Most steps that a march can have: beyond, `n Δt` no longer tells one instant from the next.
 pub const MOST_STEPS: u64 = 1 << 53;
@@ -25,11 +31,14 @@ pub const STEPS_AT_FULL_ORDER: u64 = 1_000_000;
 
 /// Most contacts, and most load patterns, of a scenario. Each contact is looked for on the whole surface,
 /// which takes a fraction of a millisecond.
-const MOST_LOADS: usize = 100_000;
+pub(crate) const MOST_LOADS: usize = 100_000;
 
-/// Largest size of a coordinate, a force or an amplitude: energies and distances go with their squares, which
-/// stay within the range of a double.
-const LARGEST: f64 = 1e150;
+/// Most periods of a sinusoid or a chirp in a step: it is stepped in 2222 parts a period.
+const MOST_PERIODS: f64 = 16.0;
+
+/// Highest frequency \[Hz\] and largest phase \[rad\] and mean of a sinusoid: beyond, none of its digits is
+/// left after the first periods.
+const FASTEST: f64 = 1e9;
 
 /// A scenario file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -53,14 +62,16 @@ pub struct Scenario {
     pub output: OutputPlan,
 }
 
-/// One force at one point for a while.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+/// One force at one point, which may move, for a while.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactEntry {
-    /// Where; the nearest point of the loadable surface is taken.
-    pub point: [f64; 3],
-    /// Force \[N\].
-    pub force: [f64; 3],
+    /// Where; the nearest point of the loadable surface is taken. Absent where `path` says it.
+    pub point: Option<[f64; 3]>,
+    /// Where over time, instead of `point`: rows `time,x,y,z` from the start of the load on.
+    pub path: Option<Rows>,
+    /// Force \[N\]. Absent where a table has it.
+    pub force: Option<[f64; 3]>,
     /// First instant \[s\].
     #[serde(default)]
     pub start: f64,
@@ -70,6 +81,18 @@ pub struct ContactEntry {
     /// Time to full force \[s\].
     #[serde(default)]
     pub ramp: f64,
+    /// Rows `time,amplitude`, a factor on `force`, or `time,fx,fy,fz` from the start of the load on.
+    pub table: Option<Rows>,
+    /// A factor on `force`.
+    pub sinusoid: Option<SinusoidEntry>,
+    /// A factor on `force`.
+    pub chirp: Option<ChirpEntry>,
+    /// The path as it was read.
+    #[serde(skip)]
+    places: Option<Arc<LoadTable>>,
+    /// The table as it was read.
+    #[serde(skip)]
+    rows: Option<Arc<LoadTable>>,
 }
 
 /// One load pattern for a while.
@@ -90,6 +113,42 @@ pub struct PatternUse {
     /// Time to full force \[s\].
     #[serde(default)]
     pub ramp: f64,
+    /// Rows `time,amplitude`, a factor on `amplitude`, from the start of the load on.
+    pub table: Option<Rows>,
+    /// A factor on `amplitude`.
+    pub sinusoid: Option<SinusoidEntry>,
+    /// A factor on `amplitude`.
+    pub chirp: Option<ChirpEntry>,
+    /// The table as it was read.
+    #[serde(skip)]
+    rows: Option<Arc<LoadTable>>,
+}
+
+/// `mean + sin(2π f t + phase)`, with `t` from the start of the load.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SinusoidEntry {
+    /// `f` \[Hz\].
+    pub frequency: f64,
+    /// Phase at the start \[rad\].
+    #[serde(default)]
+    pub phase: f64,
+    /// What is added.
+    #[serde(default)]
+    pub mean: f64,
+}
+
+/// A sinusoid whose frequency rises or falls linearly from the start of the load to its end.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChirpEntry {
+    /// Frequency at the start \[Hz\].
+    pub from: f64,
+    /// Frequency at the end \[Hz\].
+    pub to: f64,
+    /// Phase at the start \[rad\].
+    #[serde(default)]
+    pub phase: f64,
 }
 
 /// What `run` writes and how often.
@@ -137,16 +196,132 @@ fn forever() -> f64 {
 }
 
 impl ContactEntry {
-    /// When it acts.
-    pub fn when(&self) -> Interval {
-        Interval { start: self.start, end: self.end, ramp: self.ramp }
+    /// A force at a point from time zero to `end` \[s\].
+    pub fn push(point: [f64; 3], force: [f64; 3], end: f64) -> Self {
+        Self { point: Some(point), force: Some(force), end, ..Self::default() }
+    }
+
+    /// Its forces of fixed direction, each with its history: one, or one for each component of a table.
+    pub(crate) fn forces(&self, duration: f64) -> Vec<([f64; 3], History)> {
+        let history = |course| History { during: self.varying().during(), share: None, course };
+        match &self.rows {
+            Some(table) if table.columns() == 3 => {
+                let axis = |c: usize| std::array::from_fn(|i| if i == c { 1.0 } else { 0.0 });
+                let acts = (0..3).filter(|&c| table.largest(c) > 0.0);
+                acts.map(|c| (axis(c), history(Course::Table(Arc::clone(table), c)))).collect()
+            }
+            _ => vec![(self.force.unwrap_or_default(), self.varying().history(duration))],
+        }
+    }
+
+    /// The places of its path, each with its instant; none if it stays where it is.
+    pub(crate) fn path_rows(&self) -> Option<Vec<(f64, [f64; 3])>> {
+        let places = self.places.as_ref()?;
+        let [x, y, z] = [0, 1, 2].map(|c| places.rows(c));
+        Some(x.zip(y).zip(z).map(|(([t, x], [_, y]), [_, z])| (self.start + t, [x, y, z])).collect())
+    }
+
+    fn varying(&self) -> Varying<'_> {
+        let Self { start, end, ramp, sinusoid, chirp, ref table, ref rows, .. } = *self;
+        let when = Interval { start, end, ramp };
+        Varying { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
     }
 }
 
 impl PatternUse {
-    /// When it acts.
-    pub fn when(&self) -> Interval {
-        Interval { start: self.start, end: self.end, ramp: self.ramp }
+    /// How it follows time.
+    pub(crate) fn history(&self, duration: f64) -> History {
+        self.varying().history(duration)
+    }
+
+    fn varying(&self) -> Varying<'_> {
+        let Self { start, end, ramp, sinusoid, chirp, ref table, ref rows, .. } = *self;
+        let when = Interval { start, end, ramp };
+        Varying { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
+    }
+}
+
+/// What contacts and patterns say alike of how they follow time.
+struct Varying<'a> {
+    when: Interval,
+    table: bool,
+    rows: Option<&'a Arc<LoadTable>>,
+    sinusoid: Option<SinusoidEntry>,
+    chirp: Option<ChirpEntry>,
+}
+
+impl Varying<'_> {
+    fn during(&self) -> Interval {
+        self.when
+    }
+
+    fn history(&self, duration: f64) -> History {
+        let Interval { start, end, .. } = self.when;
+        let course = if let Some(table) = self.rows {
+            Course::Table(Arc::clone(table), 0)
+        } else if let Some(SinusoidEntry { frequency, phase, mean }) = self.sinusoid {
+            Course::Wave(Wave::sinusoid(frequency, phase, mean))
+        } else if let Some(ChirpEntry { from, to, phase }) = self.chirp {
+            // Without an end of its own it sweeps up to the end of the scenario.
+            let end = if end < forever() { end } else { duration };
+            let sweep = if end > start { end - start } else { 1.0 };
+            Course::Wave(Wave { frequency: [from, to], sweep, phase, mean: 0.0 })
+        } else {
+            Course::Held
+        };
+        History { during: self.when, share: None, course }
+    }
+
+    fn highest_frequency(&self) -> f64 {
+        let sweep = self.chirp.map_or(0.0, |chirp| chirp.from.max(chirp.to));
+        self.sinusoid.map_or(sweep, |sinusoid| sinusoid.frequency)
+    }
+
+    /// The first value that cannot be; `key` is that of the load.
+    fn fault(&self, key: &dyn Fn() -> String) -> Option<Fault> {
+        let Interval { ramp, .. } = self.when;
+        if let Some(fault) = interval_fault(key, self.when) {
+            return Some(fault);
+        }
+        let fault = |name: &str, found: String, expected| {
+            let key = if name.is_empty() { key() } else { format!("{}.{name}", key()) };
+            Some(Fault { key, found, expected })
+        };
+        let kinds =
+            [("table", self.table), ("sinusoid", self.sinusoid.is_some()), ("chirp", self.chirp.is_some())];
+        let named: Vec<String> =
+            kinds.iter().filter(|kind| kind.1).map(|kind| format!("`{}`", kind.0)).collect();
+        if named.len() > 1 {
+            return fault("", named.join(" beside "), "at most one of `table`, `sinusoid` and `chirp`");
+        }
+        if self.table && ramp > 0.0 {
+            return fault("ramp", time(ramp), "none beside `table`, whose rows say how the load rises");
+        }
+        const FREQUENCY: &str = "a frequency from 0 to 1e9 Hz";
+        const SMALL: &str = "a finite number of at most 1e9 in size";
+        let frequency = |f: f64| (0.0..=FASTEST).contains(&f);
+        let small = |x: f64| x.abs() <= FASTEST;
+        if let Some(SinusoidEntry { frequency: f, phase, mean }) = self.sinusoid {
+            if !frequency(f) {
+                return fault("sinusoid.frequency", time(f), FREQUENCY);
+            }
+            for (name, value) in [("sinusoid.phase", phase), ("sinusoid.mean", mean)] {
+                if !small(value) {
+                    return fault(name, time(value), SMALL);
+                }
+            }
+        }
+        if let Some(ChirpEntry { from, to, phase }) = self.chirp {
+            for (name, value) in [("chirp.from", from), ("chirp.to", to)] {
+                if !frequency(value) {
+                    return fault(name, time(value), FREQUENCY);
+                }
+            }
+            if !small(phase) {
+                return fault("chirp.phase", time(phase), SMALL);
+            }
+        }
+        None
     }
 }
 
@@ -156,10 +331,12 @@ impl Scenario {
         Self::parse(&toml_file::read(path)?, &path.display().to_string())
     }
 
-    /// Reads and checks a scenario from its text; messages name `path`.
+    /// Reads and checks a scenario from its text; messages name `path`, and files of tables are looked for in
+    /// its folder.
     pub fn parse(text: &str, path: &str) -> Result<Self, ScenarioError> {
-        let scenario: Scenario = toml_file::parse(text, path)?;
+        let mut scenario: Scenario = toml_file::parse(text, path)?;
         scenario.check(path, text)?;
+        scenario.read_tables(path, text)?;
         Ok(scenario)
     }
 
@@ -180,13 +357,82 @@ impl Scenario {
     /// [`Scenario::steps`], if they are not more than `limit`. With `long`, any number is.
     ///
     /// # Errors
-    /// [`StudyError::TooManySteps`], [`StudyError::Long`].
+    /// [`StudyError::TooManySteps`], [`StudyError::Long`]; [`StudyError::TooFast`]: a load of more than 16
+    /// periods in a step.
     pub fn steps_within(&self, time_step: f64, limit: u64, long: bool) -> Result<usize, StudyError> {
         let (duration, steps) = (self.duration, self.steps(time_step)?);
+        self.check_frequencies(time_step)?;
         if long || steps as u64 <= limit {
             return Ok(steps);
         }
         Err(StudyError::Long { duration, time_step, steps, limit })
+    }
+
+    fn check_frequencies(&self, time_step: f64) -> Result<(), StudyError> {
+        let contacts = self.contacts.iter().map(|contact| contact.varying().highest_frequency());
+        let patterns = self.patterns.iter().map(|pattern| pattern.varying().highest_frequency());
+        let named = contacts.enumerate().map(|(i, f)| ("contact", i, f));
+        for (kind, index, frequency) in named.chain(patterns.enumerate().map(|(i, f)| ("pattern", i, f))) {
+            if frequency * time_step > MOST_PERIODS {
+                let load = format!("{kind}[{index}]");
+                return Err(StudyError::TooFast { load, frequency, time_step, most: MOST_PERIODS });
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the tables that loads name, and checks what they are used for.
+    fn read_tables(&mut self, path: &str, text: &str) -> Result<(), ScenarioError> {
+        let mut tables = Tables::beside(Path::new(path));
+        let place = |key: &str| toml_file::place(path, text, key);
+        let too_large = |key: String, size: f64| {
+            let expected = "rows and a force whose product is at most 1e150 in size";
+            TomlError::Impossible {
+                path: place(&key),
+                key,
+                found: format!("a table that makes products up to {size:e}"),
+                expected,
+            }
+        };
+        for (i, contact) in self.contacts.iter_mut().enumerate() {
+            if let Some(rows) = &contact.path {
+                let key = format!("contact[{i}].path");
+                contact.places = Some(tables.table(rows, Columns::Place, &key, || place(&key))?);
+            }
+            let Some(rows) = &contact.table else { continue };
+            let key = format!("contact[{i}].table");
+            let table = tables.table(rows, Columns::Force, &key, || place(&key))?;
+            let (components, force) = (table.columns() == 3, contact.force.is_some());
+            if components == force {
+                let (found, expected) = if force {
+                    ("of forces, `time,fx,fy,fz`, beside `force`", "one of them")
+                } else {
+                    (
+                        "of amplitudes, `time,amplitude`, without `force`",
+                        "`force` beside it, or `time,fx,fy,fz`",
+                    )
+                };
+                return Err(
+                    TomlError::Impossible { path: place(&key), key, found: found.into(), expected }.into()
+                );
+            }
+            let force = contact.force.unwrap_or_default().iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+            if force * table.largest(0) > LARGEST {
+                return Err(too_large(key, force * table.largest(0)).into());
+            }
+            contact.rows = Some(table);
+        }
+        for (i, pattern) in self.patterns.iter_mut().enumerate() {
+            let Some(rows) = &pattern.table else { continue };
+            let key = format!("pattern[{i}].table");
+            let table = tables.table(rows, Columns::Amplitude, &key, || place(&key))?;
+            let size = pattern.amplitude.abs() * table.largest(0);
+            if size > LARGEST {
+                return Err(too_large(key, size).into());
+            }
+            pattern.rows = Some(table);
+        }
+        Ok(())
     }
 
     fn check(&self, path: &str, text: &str) -> Result<(), ScenarioError> {
@@ -229,35 +475,39 @@ struct Fault {
 
 impl ContactEntry {
     fn fault(&self, index: usize) -> Option<Fault> {
+        let at = || format!("contact[{index}]");
         for (name, vector) in [("point", self.point), ("force", self.force)] {
-            if !vector.iter().all(|v| v.abs() <= LARGEST) {
-                let expected = "finite numbers of at most 1e150 in size, whose squares are finite too";
-                return Some(Fault {
-                    key: format!("contact[{index}].{name}"),
-                    found: numbers(&vector),
-                    expected,
-                });
-            }
+            let Some(vector) = vector.filter(|vector| !vector.iter().all(|v| v.abs() <= LARGEST)) else {
+                continue;
+            };
+            let expected = "finite numbers of at most 1e150 in size, whose squares are finite too";
+            return Some(Fault { key: format!("{}.{name}", at()), found: numbers(&vector), expected });
         }
-        interval_fault(|| format!("contact[{index}]"), self.when())
+        if self.point.is_some() == self.path.is_some() {
+            let found = if self.point.is_some() { "`point` beside `path`" } else { "without a place" };
+            let expected = "`point` or `path`, one of them";
+            return Some(Fault { key: at(), found: found.into(), expected });
+        }
+        if self.force.is_none() && self.table.is_none() {
+            let expected = "`force`, or a `table` of `time,fx,fy,fz`";
+            return Some(Fault { key: at(), found: "without a force".into(), expected });
+        }
+        self.varying().fault(&at)
     }
 }
 
 impl PatternUse {
     fn fault(&self, index: usize) -> Option<Fault> {
+        let at = || format!("pattern[{index}]");
         if self.amplitude.abs() <= LARGEST {
-            return interval_fault(|| format!("pattern[{index}]"), self.when());
+            return self.varying().fault(&at);
         }
         let expected = "a finite number of at most 1e150 in size, whose square is finite too";
-        Some(Fault {
-            key: format!("pattern[{index}].amplitude"),
-            found: self.amplitude.to_string(),
-            expected,
-        })
+        Some(Fault { key: format!("{}.amplitude", at()), found: self.amplitude.to_string(), expected })
     }
 }
 
-fn interval_fault(key: impl FnOnce() -> String, when: Interval) -> Option<Fault> {
+fn interval_fault(key: &dyn Fn() -> String, when: Interval) -> Option<Fault> {
     let Interval { start, end, ramp } = when;
     if start >= 0.0 && end > start && ramp >= 0.0 && ramp.is_finite() {
         return None;

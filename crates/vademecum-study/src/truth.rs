@@ -7,7 +7,7 @@
 use faer::MatRef;
 use serde::Serialize;
 use vademecum_build::dynamics::{
-    DisplacedBy, Rayleigh, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError, TruthOptions,
+    Decay, DisplacedBy, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError, TruthOptions,
 };
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::limits::memory_in_words;
@@ -40,6 +40,10 @@ pub struct TruthErrors {
 /// there are, and what the last ones add is far below what a file misses.
 const MOST_VECTORS: usize = 200;
 
+/// Vectors of the reference for all forces, or three for each: to keep them orthogonal takes a time that
+/// grows with their square.
+const MOST_OF_ALL: usize = 4_000;
+
 /// The reference for the loads of a scenario.
 ///
 /// # Errors
@@ -47,30 +51,32 @@ const MOST_VECTORS: usize = 200;
 pub(crate) fn find_truth<'a>(
     pencil: &'a Pencil,
     symbolic: &Symbolic,
-    damping: Rayleigh,
+    decay: Decay<'_>,
     loads: &[TimedLoad],
     steps: (f64, usize),
     listener: &dyn Listener,
 ) -> Result<Truth<'a>, TruthError> {
     listener.stage("find the motion that is exact in time");
-    let options = TruthOptions { vectors_per_force: MOST_VECTORS, ..TruthOptions::default() };
+    // Places of a path share the vectors: their forces are nearly the same and rise gently.
+    let vectors_per_force = MOST_VECTORS.min(MOST_OF_ALL / loads.len().max(1)).max(3);
+    let options = TruthOptions { vectors_per_force, ..TruthOptions::default() };
     let n = pencil.n_dof();
     let most = options.most_vectors(loads.len(), n);
     let bytes = memory_in_words(8 * (most * n) as u64);
     listener
         .note(&format!("the reference that is exact in time: at most {most} vectors of {n} dofs, {bytes}"));
-    Truth::find(pencil, symbolic, &|lambda, _| damping.decay(lambda), loads, steps, &options, listener)
+    Truth::find(pencil, symbolic, decay, loads, steps, &options, listener)
 }
 
 /// What a file misses of the reference. `file` is its basis with its coordinates, then what its fields show
-/// beside them. `contacts` are the loads of the scenario's contacts and what the file
-/// shows under each, along its force and times its size, shape (contacts, instants); `same_scheme` is the
-/// file beside the march at full order by its own scheme, and that march beside the truth; if it has a
-/// scheme.
+/// beside them. `contacts` are the loads of the scenario's contacts, the number of the contact that each
+/// belongs to, and what the file shows under each, along its force and times its size, shape (loads,
+/// instants); `same_scheme` is the file beside the march at full order by its own scheme, and
+/// that march beside the truth; if it has a scheme.
 pub(crate) fn truth_errors(
     truth: &Truth<'_>,
     file: &[DisplacedBy<'_>],
-    contacts: (&[TimedLoad], MatRef<'_, f64>),
+    contacts: (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
     same_scheme: Option<(TrajectoryError, f64)>,
 ) -> TruthErrors {
@@ -90,19 +96,23 @@ pub(crate) fn truth_errors(
     }
 }
 
+/// Loads, and the number of the contact that each belongs to.
+type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
+
 /// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the
-/// instants at which the force acts.
+/// instants at which the force acts. Components of a force and places on a path are summed.
 fn contact_error(
     truth: &Truth<'_>,
-    (contacts, shown): (&[TimedLoad], MatRef<'_, f64>),
+    ((contacts, entries), shown): (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
 ) -> Option<f64> {
     // Squares of the error and of the displacement, contact by contact.
-    let mut sums = vec![[0.0; 2]; contacts.len()];
+    let mut sums = vec![[0.0; 2]; entries.iter().max().map_or(0, |last| last + 1)];
     let rows: Vec<_> = contacts.iter().map(force_row).collect();
     for (first, exact) in truth.trajectory(0).along_windows(&rows) {
-        for ((sums, load), c) in sums.iter_mut().zip(contacts).zip(0..) {
-            for t in (0..exact.ncols()).filter(|&t| load.when.factor((first + t) as f64 * time_step) > 0.0) {
+        for ((&entry, load), c) in entries.iter().zip(contacts).zip(0..) {
+            let sums: &mut [f64; 2] = &mut sums[entry];
+            for t in (0..exact.ncols()).filter(|&t| load.when.factor((first + t) as f64 * time_step) != 0.0) {
                 let (exact, shown): (f64, f64) = (exact[(c, t)], shown[(c, first + t)]);
                 sums[0] += (exact - shown).powi(2);
                 sums[1] += exact.powi(2);
@@ -123,7 +133,7 @@ fn force_row(load: &TimedLoad) -> Vec<(u32, f64)> {
 #[cfg(test)]
 mod tests {
     use faer::{Mat, mat};
-    use vademecum_build::dynamics::Interval;
+    use vademecum_build::dynamics::{Interval, Rayleigh};
     use vademecum_build::progress::Silent;
 
     use super::*;
@@ -138,11 +148,12 @@ mod tests {
         let load = |force: [f64; 2], end: f64| TimedLoad {
             column: 0,
             force: force.to_vec(),
-            when: Interval { start: 0.0, end, ramp: 0.0 },
+            when: Interval { start: 0.0, end, ramp: 0.0 }.into(),
         };
         let contacts = [load([-7.0, 0.0], 1.0), load([0.0, 4.0], 2.0)];
         let damping = Rayleigh { alpha: 0.1, beta: 0.01 };
-        let truth = find_truth(&pencil, &symbolic, damping, &contacts, (0.1, 30), &Silent).expect("a truth");
+        let decay = |lambda, _| damping.decay(lambda);
+        let truth = find_truth(&pencil, &symbolic, &decay, &contacts, (0.1, 30), &Silent).expect("a truth");
         let exact = truth.trajectory(0).along(&[vec![(0, 1.0)], vec![(1, 1.0)]]);
         // The first is 1 % off while its force acts, the second 2 %; later both are anywhere.
         let shown = Mat::from_fn(2, 31, |i, n| match n {
@@ -156,7 +167,10 @@ mod tests {
                 (0..2).map(|i| contacts[c].force[i] * shown[(i, n)]).sum::<f64>()
             })
         };
-        let error = |contacts: &[TimedLoad]| contact_error(&truth, (contacts, under(contacts).as_ref()), 0.1);
+        let error = |contacts: &[TimedLoad]| {
+            let entries: Vec<usize> = (0..contacts.len()).collect();
+            contact_error(&truth, ((contacts, &entries), under(contacts).as_ref()), 0.1)
+        };
         let close =
             |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;
         assert!(close(error(&contacts[..1]), 0.01));

@@ -17,7 +17,7 @@ use vademecum_eval::{Field, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
 use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
-use crate::contents::{Bound, bound, lines, section};
+use crate::contents::{Bound, bound, lines, numbers, section};
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
 use crate::parameters::{ParameterValue, setting, values};
@@ -146,7 +146,12 @@ pub fn verify(
     }
 
     let loads = full_order_loads(file, &track, body, &file_nodes)?;
-    let truth = find_truth(&pencil, symbolic, setting.rayleigh(), &loads, (time_step, steps), listener)?;
+    let eigenvalues = match prepared.ratios.is_empty() {
+        true => vec![],
+        false => eigenvalues(file, setting.step.stiffness / setting.step.density)?,
+    };
+    let decay = |lambda: f64, _| prepared.ratios.decay(&setting.rayleigh(), &eigenvalues, lambda);
+    let truth = find_truth(&pencil, symbolic, &decay, &loads, (time_step, steps), listener)?;
 
     listener.stage("step the file");
     let shown = show(file, options, &track, steps, time_step, listener)?;
@@ -168,7 +173,8 @@ pub fn verify(
         let Comparison { error, energy, probes, seconds_per_step } = compared;
         (FullMotion { energy, probes, seconds_per_step }, Some((error, marched.error())))
     };
-    let contacts = &loads[..track.contacts.len()];
+    let entries: Vec<usize> = track.contacts.iter().map(|placed| placed.entry).collect();
+    let contacts = (&loads[..entries.len()], &entries[..]);
     let statics = static_columns(file, options, &track, body, &file_nodes)?;
     let acting = Matrix::from_fn(loads.len(), 1 + steps, |j, step| match step {
         0 => 0.0,
@@ -180,14 +186,15 @@ pub fn verify(
             .as_ref()
             .map(|columns| DisplacedBy { columns: columns.as_ref(), amplitudes: acting.as_ref() }),
     );
-    let under = coordinate_matrix(contacts.len(), &shown.under_contacts);
+    let under = coordinate_matrix(entries.len(), &shown.under_contacts);
     let truth = truth_errors(&truth, &motion, (contacts, under.as_ref()), time_step, same_scheme);
     let [trajectory_error, projection_floor] = match same_scheme {
         Some((same, _)) => [same.error, same.floor],
         None => [truth.total_error, truth.basis_error],
     };
     // The static part of a file that moves its modes exactly goes with the load.
-    let release = ((track.release() / time_step).ceil() as usize + usize::from(exact)).min(steps);
+    let release = (track.release() / time_step).ceil() as usize;
+    let release = release.saturating_add(usize::from(exact)).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
     let figures = Verification {
@@ -251,6 +258,11 @@ fn static_columns(
         }
         Ok(Some(columns))
     })
+}
+
+/// Eigenvalues of the natural modes of a file, so many times as large as it has them.
+fn eigenvalues(file: &File<'_>, scale: f64) -> Result<Vec<f64>, FileError> {
+    Ok(numbers(file, SectionKind::Eigenvalues)?.into_iter().map(|value| scale * value).collect())
 }
 
 /// The motion of the full order beside the file.
@@ -359,7 +371,7 @@ pub(crate) fn full_order_loads(
         let mut force = vec![0.0; body.n_dof()];
         let nodes = contact.nodes.map(|node| file_nodes[node as usize]);
         body.model.add_point_force(&nodes, &contact.weights, contact.force, &mut force);
-        TimedLoad { column: 0, force, when: *when }
+        TimedLoad { column: 0, force, when: when.clone() }
     };
     let mut loads: Vec<TimedLoad> = track.contacts.iter().map(contact).collect();
     let known = lines(file, SectionKind::PatternNames)?;
@@ -368,7 +380,7 @@ pub(crate) fn full_order_loads(
         let pattern = body.patterns.iter().find(|(pattern, _)| pattern == name);
         let (_, force) = pattern.ok_or_else(|| StudyError::ForeignPattern { name: name.clone() })?;
         let force = force.iter().map(|f| placed.amplitude * f).collect();
-        loads.push(TimedLoad { column: 0, force, when: placed.when });
+        loads.push(TimedLoad { column: 0, force, when: placed.when.clone() });
     }
     Ok(loads)
 }

@@ -191,7 +191,7 @@ pub(crate) fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> 
     let load = |(column, &(node, direction)): (usize, &(u32, [f64; 3]))| {
         let mut force = vec![0.0; body.n_dof()];
         body.model.add_point_force(&[node], &[1.0], direction, &mut force);
-        TimedLoad { column, force, when }
+        TimedLoad { column, force, when: when.into() }
     };
     group.iter().enumerate().map(load).collect()
 }

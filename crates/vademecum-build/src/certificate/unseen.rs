@@ -51,7 +51,7 @@ impl UnseenLoads {
             let force = unit(std::array::from_fn(|_| random.uniform() - 0.5));
             let mut full = vec![0.0; body.n_dof()];
             body.model.add_point_force(&nodes, &weights, force, &mut full);
-            UnseenLoad { nodes, weights, force, timed: TimedLoad { column, force: full, when } }
+            UnseenLoad { nodes, weights, force, timed: TimedLoad { column, force: full, when: when.into() } }
         };
         Self { loads: (0..TRAJECTORIES).map(load).collect(), steps, open: false }
     }
@@ -67,7 +67,7 @@ impl UnseenLoads {
     pub(super) fn on_steps(&self, time_step: f64) -> Self {
         let mut loads = self.loads.clone();
         for load in &mut loads {
-            let when = &mut load.timed.when;
+            let when = &mut load.timed.when.during;
             when.end = (when.end / time_step).round().max(1.0) * time_step;
         }
         Self { loads, ..*self }
@@ -84,7 +84,7 @@ impl Hashed for UnseenLoads {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         let steps = inputs.value(&self.steps);
         self.loads.iter().fold(steps, |inputs, load| {
-            inputs.value(&(load.timed.column, load.timed.when)).numbers(&load.timed.force)
+            inputs.value(&(load.timed.column, &load.timed.when)).numbers(&load.timed.force)
         })
     }
 }

@@ -291,7 +291,7 @@ impl ChapterUnseen {
             body.model.add_point_force(&[node], &[1.0], force, &mut full);
             let nodes = [order.file_node[node as usize]; 3];
             let contact = Contact { nodes, weights: [1.0, 0.0, 0.0], force };
-            Unseen { contact, timed: TimedLoad { column, force: full, when } }
+            Unseen { contact, timed: TimedLoad { column, force: full, when: when.into() } }
         };
         Self { loads: (0..TRAJECTORIES).map(load).collect(), steps }
     }

@@ -94,6 +94,40 @@ impl Rayleigh {
     }
 }
 
+/// Damping ratios of the natural modes beside Rayleigh's, in ascending order of the modes; the last one holds
+/// for all further modes. None of them: no such damping.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ModalRatios(pub Vec<f64>);
+
+impl ModalRatios {
+    /// Whether there is no such damping.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Ratio of a mode.
+    pub fn of(&self, mode: usize) -> f64 {
+        self.0.get(mode).or(self.0.last()).copied().unwrap_or(0.0)
+    }
+
+    /// Decay \[1/s\] of any mode of a body by its stiffness `λ` \[rad²/s²\], where `eigenvalues` are those of
+    /// the lowest natural modes, ascending: Rayleigh's and `ζ√λ`, with the ratio of the natural mode that is
+    /// nearest. A mode a thousandth beyond the last of them has the ratio of the next one.
+    ///
+    /// A reference finds only the modes that its loads excite, so the place of one among those it found says
+    /// nothing.
+    pub fn decay(&self, rayleigh: &Rayleigh, eigenvalues: &[f64], lambda: f64) -> f64 {
+        const BEYOND: f64 = 1e-3;
+        let above = eigenvalues.partition_point(|&value| value < lambda);
+        let mode = match (above.checked_sub(1).map(|k| eigenvalues[k]), eigenvalues.get(above)) {
+            (Some(below), Some(&value)) if lambda - below < value - lambda => above - 1,
+            (Some(below), None) if lambda <= below * (1.0 + BEYOND) => above - 1,
+            _ => above,
+        };
+        0.5 * (rayleigh.alpha + rayleigh.beta * lambda) + self.of(mode) * lambda.sqrt()
+    }
+}
+
 /// What a scheme does to one oscillator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NumericalDamping {
@@ -169,4 +203,26 @@ pub fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3];
         history[3 + i] = row.map(|x| x / weight);
     }
     table.finish.map(|form| std::array::from_fn(|k| (0..HISTORY).map(|p| form[p] * history[p][k]).sum()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mode_has_the_ratio_of_the_nearest_natural_mode_whatever_its_place() {
+        let ratios = ModalRatios(vec![0.1, 0.2, 0.4]);
+        let decay = |lambda: f64| ratios.decay(&Rayleigh::default(), &[1.0, 4.0], lambda) / lambda.sqrt();
+        for (lambda, ratio) in [(0.9, 0.1), (1.0, 0.1), (2.4, 0.1), (2.6, 0.2), (4.0, 0.2), (4.001, 0.2)] {
+            assert!((decay(lambda) - ratio).abs() < 1e-15, "{lambda}");
+        }
+        for lambda in [4.1, 9.0, 1e9] {
+            assert!((decay(lambda) - 0.4).abs() < 1e-15, "{lambda}");
+        }
+        let rayleigh = Rayleigh { alpha: 0.3, beta: 0.02 };
+        assert_eq!(ModalRatios::default().decay(&rayleigh, &[], 9.0), rayleigh.decay(9.0));
+        let all = ModalRatios(vec![0.05]);
+        assert_eq!(all.decay(&Rayleigh::default(), &[1.0], 16.0), 0.05 * 4.0);
+        assert_eq!([all.of(0), all.of(7)], [0.05, 0.05]);
+    }
 }

@@ -2,7 +2,7 @@
 
 /// When a load acts: from `start` (inclusive) to `end` (exclusive), rising linearly over the first `ramp`
 /// seconds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// First instant \[s\].
     pub start: f64,
@@ -25,19 +25,8 @@ impl Interval {
         if self.ramp > 0.0 { ((t - self.start) / self.ramp).min(1.0) } else { 1.0 }
     }
 
-    /// Factor on the load right after `t`. Beside a jump or a kink, one part in 1e9 of the time decides as in
-    /// [`Interval::factor`].
-    pub fn just_after(&self, t: f64) -> f64 {
-        self.beside(t, t * (1.0 + TIE))
-    }
-
-    /// Factor on the load right before `t`.
-    pub fn just_before(&self, t: f64) -> f64 {
-        self.beside(t, t * (1.0 - TIE))
-    }
-
-    /// The factor at `t`, on the side of jumps where `side` lies.
-    fn beside(&self, t: f64, side: f64) -> f64 {
+    /// The factor at `t`, on the side of jumps and kinks where `side` lies.
+    pub(super) fn beside(&self, t: f64, side: f64) -> f64 {
         if side < self.start || side >= self.end {
             return 0.0;
         }
@@ -45,18 +34,18 @@ impl Interval {
     }
 
     /// Instants at which the factor jumps or has a kink; between them it is linear in time.
-    pub fn breaks(&self) -> [f64; 3] {
+    pub(super) fn breaks(&self) -> [f64; 3] {
         [self.start, self.start + self.ramp, self.end]
     }
 
     /// Whether `t` is inside of a piece of time and not at one of its ends.
-    pub fn is_inside(t: f64, [start, end]: [f64; 2]) -> bool {
+    pub(super) fn is_inside(t: f64, [start, end]: [f64; 2]) -> bool {
         start * (1.0 + TIE) < t && t < end * (1.0 - TIE)
     }
 }
 
 /// Instants come from products and carry rounding: this part of a time decides ties.
-const TIE: f64 = 1e-9;
+pub(super) const TIE: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
@@ -70,18 +59,6 @@ mod tests {
         assert_eq!(when.factor(0.3), 0.0);
         assert_eq!(when.factor(3.0 * 0.1 - 1e-16), 0.0);
         assert_eq!(when.factor(0.0999), 0.0);
-    }
-
-    #[test]
-    fn a_jump_has_two_sides() {
-        let when = Interval { start: 0.1, end: 0.3, ramp: 0.0 };
-        let t = 3.0 * 0.1;
-        assert_eq!([when.just_before(t), when.just_after(t)], [1.0, 0.0]);
-        assert_eq!([when.just_before(0.1), when.just_after(0.1)], [0.0, 1.0]);
-        let ramp = Interval { start: 0.0, end: 1.0, ramp: 0.5 };
-        assert_eq!([ramp.just_after(0.0), ramp.just_before(0.25), ramp.just_after(0.25)], [0.0, 0.5, 0.5]);
-        assert_eq!([ramp.just_before(0.5), ramp.just_after(0.5)], [1.0, 1.0]);
-        assert!(Interval::is_inside(0.25, [0.2, 0.3]) && !Interval::is_inside(t, [0.2, 0.3]));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use faer::{Mat, MatRef};
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 
 use super::full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
-use super::interval::Interval;
+use super::history::History;
 use crate::progress::{Cancelled, Listener};
 
 /// Instants a step looks at: its start and one per stage.
@@ -19,12 +19,12 @@ pub struct TimedLoad {
     pub column: usize,
     /// Force over the free dofs \[N\], length n.
     pub force: Vec<f64>,
-    /// When it acts.
-    pub when: Interval,
+    /// How it follows time.
+    pub when: History,
 }
 
 /// Factors on a load at the instants of step `step`: at its start, then at each stage.
-pub fn factors(table: &SchemeTable, time_step: f64, step: usize, when: &Interval) -> [f64; INSTANTS] {
+pub fn factors(table: &SchemeTable, time_step: f64, step: usize, when: &History) -> [f64; INSTANTS] {
     table.instants().map(|c| when.factor((step as f64 + c) * time_step))
 }
 

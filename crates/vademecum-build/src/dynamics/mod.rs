@@ -2,6 +2,7 @@
 
 mod damping;
 mod full_order;
+mod history;
 mod initial;
 mod interval;
 pub(crate) mod krylov;
@@ -10,10 +11,14 @@ mod mode_table;
 mod modes;
 pub mod schemes;
 mod truth;
+mod window;
 mod work;
 
-pub use damping::{Damping, DampingError, NumericalDamping, Rayleigh, numerical_damping, step_matrix};
+pub use damping::{
+    Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
+};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
+pub use history::{CHORD, Course, History, LoadTable, Wave};
 pub use interval::Interval;
 pub(crate) use march::march_stages;
 pub use march::{
@@ -25,6 +30,7 @@ pub use schemes::{SchemeError, SchemeKind};
 pub use truth::{
     Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,
 };
+pub use window::{Acting, Span, Window};
 pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};
 
 #[cfg(test)]

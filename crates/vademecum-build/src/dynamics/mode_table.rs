@@ -3,7 +3,7 @@
 use faer::Mat;
 use vademecum_format::scheme::SchemeTable;
 
-use super::damping::{Rayleigh, numerical_damping};
+use super::damping::{ModalRatios, Rayleigh, numerical_damping};
 
 /// A mode as engineers ask for it.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
@@ -23,17 +23,18 @@ pub struct ModeRow {
 }
 
 /// One row per mode from its Rayleigh quotient φᵀKφ ÷ φᵀMφ \[rad²/s²\] and its share of the snapshot energy
-/// (NaN where `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\].
+/// (NaN where `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\]; `ratios` are
+/// beside Rayleigh's damping.
 pub fn mode_table(
     quotients: &[f64],
     energy: &[f64],
     scheme: &SchemeTable,
-    rayleigh: &Rayleigh,
+    (rayleigh, ratios): (&Rayleigh, &ModalRatios),
     dt: f64,
 ) -> Vec<ModeRow> {
     let row = |(k, &quotient): (usize, &f64)| {
         let frequency_hz = quotient.sqrt() / std::f64::consts::TAU;
-        let physical_damping = rayleigh.ratio(frequency_hz);
+        let physical_damping = rayleigh.ratio(frequency_hz) + ratios.of(k);
         let numerical = numerical_damping(scheme, quotient.sqrt() * dt, physical_damping);
         ModeRow {
             frequency_hz,

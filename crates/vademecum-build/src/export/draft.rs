@@ -27,7 +27,8 @@ impl Draft {
             kind: self.kind,
             element: self.element,
             codec: Codec::Raw,
-            required: self.kind.is_chapter(),
+            // Without the ratios a reader would step with less damping.
+            required: self.kind.is_chapter() || self.kind == SectionKind::DampingRatios,
             shape: self.shape,
             decoded_length: self.bytes.len() as u64,
             stored: &self.bytes,

@@ -55,6 +55,37 @@ pub enum BuildError {
     /// The certificate could not be taken.
     #[error(transparent)]
     Certificate(#[from] CertificateError),
+    /// Damping ratios of modes that are not there.
+    #[error(
+        "{path}: `damping.modal` is a list of {given}; the basis has {modes} modes: expected at most as many \
+         ratios, the last of which holds for all further modes, or more `basis.modes`"
+    )]
+    RatiosBeyond {
+        /// The problem file and line.
+        path: String,
+        /// Ratios.
+        given: usize,
+        /// Modes of the basis.
+        modes: usize,
+    },
+    /// Modes of one frequency with different damping ratios.
+    #[error(
+        "{path}: `damping.modal` gives the modes {mode} and {} the ratios {first} and {second}, but both have \
+         {hertz:.6} Hz, so that any two motions of their plane are modes; expected the same ratio",
+        mode + 1
+    )]
+    RatiosOfOneFrequency {
+        /// The problem file and line.
+        path: String,
+        /// The first of them, counted from 1.
+        mode: usize,
+        /// Their frequency \[Hz\].
+        hertz: f64,
+        /// Ratio of the first.
+        first: f64,
+        /// Ratio of the second.
+        second: f64,
+    },
     /// The file cannot hold what was built.
     #[error("the file cannot hold what was built")]
     Format(#[from] FormatError),

@@ -14,7 +14,7 @@ use crate::certificate::{
 use crate::chapter::{
     self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
 };
-use crate::dynamics::{ModeRow, mode_table, table_matrix};
+use crate::dynamics::{ModalRatios, ModeRow, mode_table, table_matrix};
 use crate::export::{Draft, Parts, encode, factor_sections, residual_sections};
 use crate::input::{BasisKind, ChapterEntry, Fields, Precision, Problem};
 use crate::limits::memory_in_words;
@@ -166,6 +166,7 @@ impl Stages<'_> {
     ) -> Result<Certified, BuildError> {
         let Self { prepared, unseen, order, kept, .. } = *self;
         let space = &prepared.space;
+        check_ratios(problem, &prepared.ratios, basis)?;
         let mut settings = vec![space.nominal()];
         if !space.parameters.is_empty() {
             settings.extend(space.corners());
@@ -183,12 +184,16 @@ impl Stages<'_> {
                     options.set(file.metadata(), parameter, value).map_err(CertificateError::from)?;
                 }
                 let inputs = |inputs: Inputs| {
-                    inputs.value(&(&setting, problem.output.precision, name)).with(basis).with(unseen)
+                    let step = (&setting, problem.output.precision, name, &prepared.ratios);
+                    inputs.value(&step).with(basis).with(unseen)
                 };
                 let measure = || -> Result<_, CertificateError> {
                     let pencil = setting.pencil(prepared.body.model.pencil());
                     let rayleigh = setting.rayleigh();
-                    let decay = |lambda: f64, _| 0.5 * (rayleigh.alpha + rayleigh.beta * lambda);
+                    let scale = setting.step.stiffness / setting.step.density;
+                    let eigenvalues = basis.eigenvalues.iter().flatten();
+                    let eigenvalues: Vec<f64> = eigenvalues.map(|value| scale * value).collect();
+                    let decay = |lambda: f64, _| prepared.ratios.decay(&rayleigh, &eigenvalues, lambda);
                     let candidate = Candidate { bytes: &bytes, basis, options: &options };
                     let model = (&pencil, &prepared.symbolic);
                     let nodes = (order, prepared.body.model.dofs());
@@ -386,7 +391,12 @@ impl Stages<'_> {
         let Self { prepared, order, .. } = *self;
         let (block, mut others) = match vademecum {
             Step::Fixed(responses) => (Some(BlockTerms::fixed(responses)), vec![]),
-            Step::Exact => (None, vec![]),
+            Step::Exact if prepared.ratios.is_empty() => (None, vec![]),
+            Step::Exact => {
+                let r = basis.n_modes();
+                let ratios = (0..r).map(|k| prepared.ratios.of(k));
+                (None, vec![Draft::f64s(SectionKind::DampingRatios, [r, 1, 1], ratios)])
+            }
             Step::Parametric(parametric) => (Some(parametric.terms()?), vec![]),
             Step::Chapter(map, certificate) => (None, chapter::sections(map, certificate, order)),
         };
@@ -422,7 +432,13 @@ impl Stages<'_> {
     fn modes(&self, basis: &Basis) -> Vec<ModeRow> {
         let Self { prepared, .. } = *self;
         let (dt, rayleigh) = (prepared.step.time_step, prepared.rayleigh());
-        mode_table(&basis.quotients(), &basis.energy, prepared.file_scheme(), &rayleigh, dt)
+        mode_table(
+            &basis.quotients(),
+            &basis.energy,
+            prepared.file_scheme(),
+            (&rayleigh, &prepared.ratios),
+            dt,
+        )
     }
 
     /// What was done and measured.
@@ -453,6 +469,26 @@ impl Stages<'_> {
             plan: BuildPlan::default(),
         }
     }
+}
+
+/// Ratios of modes that the basis does not have would be lost, and modes of one frequency are any two of
+/// their plane, so that different ratios would damp whichever came out of the solver.
+fn check_ratios(problem: &Problem, ratios: &ModalRatios, basis: &Basis) -> Result<(), BuildError> {
+    const ALIKE: f64 = 1e-6;
+    let path = || problem.place("damping.modal");
+    let (given, modes) = (ratios.0.len(), basis.n_modes());
+    if given > modes {
+        return Err(BuildError::RatiosBeyond { path: path(), given, modes });
+    }
+    let values = basis.eigenvalues.as_deref().unwrap_or(&[]);
+    for (k, pair) in values.windows(2).enumerate() {
+        let [first, second] = [k, k + 1].map(|k| ratios.of(k));
+        if first != second && pair[1] - pair[0] <= ALIKE * pair[1] {
+            let hertz = pair[0].sqrt() / std::f64::consts::TAU;
+            return Err(BuildError::RatiosOfOneFrequency { path: path(), mode: k + 1, hertz, first, second });
+        }
+    }
+    Ok(())
 }
 
 /// The certificate as a report shows it.

@@ -15,7 +15,9 @@ use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::schemes::bathe;
-use crate::dynamics::{DampingError, FullOrder, FullOrderError, Rayleigh, SchemeError, SchemeKind};
+use crate::dynamics::{
+    DampingError, FullOrder, FullOrderError, ModalRatios, Rayleigh, SchemeError, SchemeKind,
+};
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
 use crate::limits::{Memory, TooMuchMemory};
@@ -69,6 +71,8 @@ pub struct Prepared {
     pub space: ParameterSpace,
     /// The step at the values of the problem file.
     pub step: StepParameters,
+    /// Damping ratios beside Rayleigh's, of a file that moves its modes exactly.
+    pub ratios: ModalRatios,
 }
 
 impl Prepared {
@@ -149,7 +153,8 @@ pub fn prepare_within(
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
     }
-    Ok(Prepared { body, symbolic, scheme, exact, space, step })
+    let ratios = problem.damping.modal_ratios();
+    Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios })
 }
 
 /// A matrix whose inverse is so many times larger than one over its largest diagonal entry is singular to

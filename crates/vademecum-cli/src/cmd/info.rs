@@ -10,7 +10,7 @@ use vademecum_build::parametric::RadiusSample;
 use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
-use vademecum_study::contents::{Bound, bound, figures, lines};
+use vademecum_study::contents::{Bound, bound, figures, lines, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::arguments::Limit;
@@ -55,6 +55,8 @@ struct Contents {
     time_step: f64,
     alpha: f64,
     beta: f64,
+    /// Of each mode beside Rayleigh's damping; none in a file without them.
+    damping_ratios: Vec<f64>,
     structures: Vec<&'static str>,
     terms: u32,
     axes: Vec<AxisReport>,
@@ -245,6 +247,7 @@ impl Info {
             time_step: m.time_step,
             alpha: m.alpha,
             beta: m.beta,
+            damping_ratios: damping_ratios(file)?,
             structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
             terms,
             canonical: canonical.as_ref().map(CanonicalAxes::new),
@@ -276,6 +279,12 @@ impl Info {
     }
 }
 
+/// Damping ratios of the modes, if the file has them.
+fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
+    let kept = file.section(SectionKind::DampingRatios).is_some();
+    if kept { numbers(file, SectionKind::DampingRatios) } else { Ok(vec![]) }
+}
+
 impl Contents {
     fn print(&self) {
         println!(
@@ -291,6 +300,16 @@ impl Contents {
             "scheme {}, time step {} s, alpha {} 1/s, beta {} s",
             self.scheme, self.time_step, self.alpha, self.beta
         );
+        match &self.damping_ratios[..] {
+            [] => {}
+            [first, rest @ ..] if rest.iter().all(|ratio| ratio == first) => {
+                println!("damping ratio of every mode beside that: {first}");
+            }
+            ratios => {
+                let ratios: Vec<String> = ratios.iter().map(f64::to_string).collect();
+                println!("damping ratios of the modes beside that: {}", ratios.join(", "));
+            }
+        }
         println!(
             "structures: {}; probes: {}; load patterns: {}",
             self.structures.join(", "),

@@ -141,7 +141,14 @@ impl Comparison<'_> {
         let Prepared { body, symbolic, .. } = self.study.prepared();
         let damping = self.study.prepared().rayleigh();
         let along = (self.dt(), steps);
-        let truth = find_truth(body.model.pencil(), symbolic, damping, loads, along, self.listener)?;
+        let truth = find_truth(
+            body.model.pencil(),
+            symbolic,
+            &|lambda, _| damping.decay(lambda),
+            loads,
+            along,
+            self.listener,
+        )?;
         let displacement = truth.space() * truth.trajectory(0).coordinates();
         let measured = Measured { of_solvers, of_methods, truth: displacement };
         let (mut methods, mut time_scheme_error) = self.rows(&solvers, &measured)?;

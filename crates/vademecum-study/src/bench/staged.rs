@@ -4,8 +4,7 @@ use faer::{Mat, MatRef};
 use vademecum_build::linalg::project;
 use vademecum_format::scheme::{HISTORY, SchemeTable};
 
-use vademecum_build::dynamics::Interval;
-use vademecum_build::dynamics::{INSTANTS, TimedLoad};
+use vademecum_build::dynamics::{History, INSTANTS, TimedLoad};
 
 /// What every reduced solver is made on.
 pub struct Frame {
@@ -67,7 +66,7 @@ pub trait ReducedSolver {
 pub struct Load {
     responses: [Vec<f64>; INSTANTS],
     reduced: Vec<f64>,
-    when: Interval,
+    when: History,
 }
 
 /// Loads over the free dofs, reduced.
@@ -75,7 +74,7 @@ pub fn reduce(solver: &dyn ReducedSolver, loads: &[TimedLoad]) -> Vec<Load> {
     let reduce = |load: &TimedLoad| Load {
         responses: solver.responses(&load.force),
         reduced: project(solver.frame().basis.as_ref(), &load.force),
-        when: load.when,
+        when: load.when.clone(),
     };
     loads.iter().map(reduce).collect()
 }

@@ -88,6 +88,9 @@ impl Study {
         long: bool,
         listener: &dyn Listener,
     ) -> Result<Self, StudyError> {
+        if !problem.damping.modal_ratios().is_empty() {
+            return Err(StudyError::NoModalMarch);
+        }
         let mut problem = problem.clone();
         if !problem.parameters.is_empty() {
             listener.note(
@@ -260,7 +263,13 @@ impl Study {
             false => (scheme, self.problem.scheme().to_string()),
         };
         let rayleigh = self.prepared.rayleigh();
-        let table = mode_table(&basis.quotients(), &basis.energy, scheme, &rayleigh, self.time_step());
+        let table = mode_table(
+            &basis.quotients(),
+            &basis.energy,
+            scheme,
+            (&rayleigh, &self.prepared.ratios),
+            self.time_step(),
+        );
         let parts = Parts {
             problem: &self.problem,
             body,
@@ -347,7 +356,7 @@ impl Study {
         let corners = middle.map(|node| body.model.mesh().nodes[node as usize]);
         let point = std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 3.0);
         let (force, end) = ([0.3, -0.5, -0.8], 200.0 * self.time_step());
-        let push = ContactEntry { point, force, start: 0.0, end, ramp: 0.0 };
+        let push = ContactEntry::push(point, force, end);
         let duration = 2000.0 * self.time_step();
         Ok(Scenario { duration, contacts: vec![push], patterns: vec![], output: OutputPlan::default() })
     }

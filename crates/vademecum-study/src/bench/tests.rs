@@ -29,7 +29,7 @@ fn stages_one_after_the_other_agree_with_the_fused_step() {
         stiffness: 1.0,
     };
     let when = Interval { start: 0.0, end: 1.05, ramp: 0.2 };
-    let loads = [TimedLoad { column: 0, force: vec![1.0, -2.0, 0.5], when }];
+    let loads = [TimedLoad { column: 0, force: vec![1.0, -2.0, 0.5], when: when.into() }];
     for table in [bathe(), generalized_alpha(0.8).expect("sound")] {
         let responses = responses(&basis, &table, &parameters);
         let fused = play_fused(&basis, &responses, &table, &parameters, &loads[0], 100);
@@ -90,7 +90,7 @@ fn one_mode(eigenvalue: f64, dt: f64, damping: Rayleigh) -> ExactModes {
 }
 
 fn load(when: Interval) -> [TimedLoad; 1] {
-    [TimedLoad { column: 0, force: vec![2.0], when }]
+    [TimedLoad { column: 0, force: vec![2.0], when: when.into() }]
 }
 
 /// `q = f/λ (1 − cos ωt)`, and after the release at `T` minus the same from there on.

@@ -4,7 +4,7 @@
 
 use faer::{Mat, MatRef};
 
-use vademecum_build::dynamics::{FullOrder, Interval, MarchError, TimedLoad, march_full_order};
+use vademecum_build::dynamics::{FullOrder, MarchError, TimedLoad, march_full_order};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
 
@@ -38,12 +38,10 @@ pub(super) fn march(
 pub(super) fn mean_at_jumps(loads: &[TimedLoad], tie: f64) -> Vec<TimedLoad> {
     let halves = |load: &TimedLoad| {
         let force: Vec<f64> = load.force.iter().map(|f| 0.5 * f).collect();
-        let late = Interval {
-            start: if load.when.start > 0.0 { load.when.start + tie } else { load.when.start },
-            end: load.when.end + tie,
-            ramp: load.when.ramp,
-        };
-        [load.when, late].map(|when| TimedLoad { column: load.column, force: force.clone(), when })
+        let mut late = load.when.clone();
+        late.during.start += if late.during.start > 0.0 { tie } else { 0.0 };
+        late.during.end += tie;
+        [load.when.clone(), late].map(|when| TimedLoad { column: load.column, force: force.clone(), when })
     };
     loads.iter().flat_map(halves).collect()
 }

@@ -61,14 +61,15 @@ pub trait Playable: Loadable {
     fn start(&mut self) -> Result<(), FileError>;
     /// Whether a step takes a load as linear from its start to its end, and any step can be taken in pieces.
     fn is_exact(&self) -> bool;
-    /// Takes a part of a step of this length under loads that `apply` adds.
+    /// Takes `parts` parts of a step of this length, each under the loads that `apply` adds for it.
     ///
     /// # Errors
     /// A load or a step that the evaluator refuses.
-    fn step_part(
+    fn step_parts(
         &mut self,
         length: f64,
-        apply: &dyn Fn(&mut dyn Loadable) -> Result<(), FileError>,
+        parts: usize,
+        apply: &dyn Fn(usize, &mut dyn Loadable) -> Result<(), FileError>,
     ) -> Result<(), FileError>;
     /// One step.
     ///
@@ -184,20 +185,23 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
         self.scene.structure() == Structure::Exact
     }
 
-    fn step_part(
+    fn step_parts(
         &mut self,
         length: f64,
-        apply: &dyn Fn(&mut dyn Loadable) -> Result<(), FileError>,
+        parts: usize,
+        apply: &dyn Fn(usize, &mut dyn Loadable) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
-        // A scene of its own for the part: binding modes is cheap, and the body's scene stays as it is.
+        // A scene of their own for the parts: binding modes is cheap, and the body's scene stays as it is.
         let sizes = self.scene.own_sizes();
         let (mut memory, mut work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
         let mut load_memory = vec![T::ZERO; sizes.loads];
         let part = self.scene.with_time_step(length, &mut memory, &mut work)?;
         let mut loads = Loads::new(&part, &mut load_memory)?;
-        apply(&mut Body { scene: &part, state: &mut *self.state, loads: &mut loads })?;
         self.state.carry(&part)?;
-        part.step(self.state, &loads)?;
+        for number in 0..parts {
+            apply(number, &mut Body { scene: &part, state: &mut *self.state, loads: &mut loads })?;
+            part.step(self.state, &loads)?;
+        }
         Ok(self.state.carry(self.scene)?)
     }
 }
@@ -248,10 +252,11 @@ impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>
         false
     }
 
-    fn step_part(
+    fn step_parts(
         &mut self,
         _: f64,
-        _: &dyn Fn(&mut dyn Loadable) -> Result<(), FileError>,
+        _: usize,
+        _: &dyn Fn(usize, &mut dyn Loadable) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
         self.step()
     }

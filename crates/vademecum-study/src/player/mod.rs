@@ -5,11 +5,11 @@
 
 mod body;
 pub(crate) mod chapter;
-mod window;
+mod path;
 
 use std::time::Instant;
 
-use vademecum_build::dynamics::{INSTANTS, Interval};
+use vademecum_build::dynamics::{History, INSTANTS, Window};
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_eval::{
     Contact, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
@@ -19,38 +19,43 @@ use vademecum_format::{Chapter, File, SectionKind};
 pub(crate) use body::structure_name;
 pub use body::{Body, Loadable, Playable};
 use chapter::{nearest_position, positions_of, with_chapter};
-use window::{Piece, Window};
 
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
-use crate::scenario::{ContactEntry, PatternUse, Scenario};
+use crate::scenario::{ContactEntry, MOST_LOADS, PatternUse, Scenario};
 
-/// A contact of a scenario on the surface of a file.
-#[derive(Clone, Copy, Debug)]
+/// A contact of a scenario on the surface of a file: the whole of it, a component of its force, or a place on
+/// its path.
+#[derive(Clone, Debug)]
 pub struct PlacedContact {
+    /// Its number in the scenario.
+    pub entry: usize,
     /// The force and where it acts, as the evaluator takes it.
     pub contact: Contact,
     /// Where that is on the surface.
     pub point: SurfacePoint,
-    /// When it acts.
-    pub when: Interval,
+    /// How it follows time.
+    pub when: History,
 }
 
+/// A place on the surface, and the instants of its share if the contact moves.
+type Placed = (SurfacePoint, Option<[f64; 3]>);
+
 /// A load pattern of a scenario in a file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PlacedPattern {
     /// Its number in the file.
     pub index: usize,
     /// Factor on it.
     pub amplitude: f64,
-    /// When it acts.
-    pub when: Interval,
+    /// How it follows time.
+    pub when: History,
 }
 
 /// A scenario bound to a file: contacts on its surface, patterns by number.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
-    /// The contacts.
+    /// The contacts, those of one entry side by side.
     pub contacts: Vec<PlacedContact>,
     /// The load patterns.
     pub patterns: Vec<PlacedPattern>,
@@ -70,42 +75,65 @@ impl Track {
         }
         let positions = chapter.as_ref().filter(|_| !scenario.contacts.is_empty());
         let positions = positions.map(|chapter| positions_of(file, chapter)).transpose()?;
-        let contact = |entry: &ContactEntry| -> Result<PlacedContact, StudyError> {
-            let point = match &positions {
-                Some(positions) => nearest_position(positions, entry.point)?,
-                None => Surface::new(file)?.locate(entry.point).ok_or(FileError::NoSurface)?,
-            };
-            let contact = Contact { nodes: point.nodes, weights: point.weights, force: entry.force };
-            Ok(PlacedContact { contact, point, when: entry.when() })
+        let locate = |point: [f64; 3]| -> Result<SurfacePoint, StudyError> {
+            Ok(match &positions {
+                Some(positions) => nearest_position(positions, point)?,
+                None => Surface::new(file)?.locate(point).ok_or(FileError::NoSurface)?,
+            })
         };
+        let moving = scenario.contacts.iter().any(|entry| entry.path.is_some());
+        if moving && chapter.is_some() {
+            return Err(FileError::NoPaths.into());
+        }
+        let edge = if moving { path::mean_edge(file)? } else { 0.0 };
+        // Where a contact is, and the share that falls to the place.
+        let places = |index: usize, entry: &ContactEntry| -> Result<Vec<Placed>, StudyError> {
+            let Some(rows) = entry.path_rows() else {
+                return Ok(vec![(locate(entry.point.unwrap_or_default())?, None)]);
+            };
+            let places = path::places(&rows, edge, index)?;
+            places.iter().map(|place| Ok((locate(place.point)?, Some(place.share)))).collect()
+        };
+        let mut contacts = vec![];
+        for (index, entry) in scenario.contacts.iter().enumerate() {
+            let forces = entry.forces(scenario.duration);
+            for (point, share) in places(index, entry)? {
+                for (force, history) in &forces {
+                    let contact = Contact { nodes: point.nodes, weights: point.weights, force: *force };
+                    let when = History { share, ..history.clone() };
+                    contacts.push(PlacedContact { entry: index, contact, point, when });
+                }
+            }
+            // A scenario is held to as many contacts; those that move are more.
+            if contacts.len() > 3 * MOST_LOADS {
+                return Err(StudyError::TooManyPlaces { contact: index, edge, most: MOST_LOADS });
+            }
+        }
         let names = lines(file, SectionKind::PatternNames)?;
         let pattern = |entry: &PatternUse| -> Result<PlacedPattern, StudyError> {
             let index = names.iter().position(|name| *name == entry.name).ok_or_else(|| {
                 let known = if names.is_empty() { "none".into() } else { names.join(", ") };
                 StudyError::NoPattern { name: entry.name.clone(), known }
             })?;
-            Ok(PlacedPattern { index, amplitude: entry.amplitude, when: entry.when() })
+            Ok(PlacedPattern { index, amplitude: entry.amplitude, when: entry.history(scenario.duration) })
         };
-        Ok(Self {
-            contacts: scenario.contacts.iter().map(contact).collect::<Result<_, _>>()?,
-            patterns: scenario.patterns.iter().map(pattern).collect::<Result<_, _>>()?,
-        })
+        Ok(Self { contacts, patterns: scenario.patterns.iter().map(pattern).collect::<Result<_, _>>()? })
     }
 
-    /// When each load acts: contacts, then patterns.
-    fn intervals(&self) -> impl Iterator<Item = &Interval> {
+    /// How each load follows time: contacts, then patterns.
+    fn histories(&self) -> impl Iterator<Item = &History> {
         self.contacts.iter().map(|c| &c.when).chain(self.patterns.iter().map(|p| &p.when))
     }
 
     /// When the last load ends \[s\]; 0 without loads.
     pub fn release(&self) -> f64 {
-        self.intervals().map(|when| when.end).fold(0.0, f64::max)
+        self.histories().map(History::end).fold(0.0, f64::max)
     }
 
     /// Factors of all loads at the given instants of a step: contacts, then patterns.
     pub fn factors(&self, instants: &[f64; INSTANTS], time_step: f64, step: usize) -> Vec<[f64; INSTANTS]> {
-        let at = |when: &Interval| instants.map(|c| when.factor((step as f64 + c) * time_step));
-        self.intervals().map(at).collect()
+        let at = |when: &History| instants.map(|c| when.factor((step as f64 + c) * time_step));
+        self.histories().map(at).collect()
     }
 
     /// Loads a body with loads by number, contacts first, and their amplitudes at the instants.
@@ -227,7 +255,7 @@ fn march<B: Playable>(
     mut observe: impl FnMut(usize, &B) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     let (instants, time_step) = (body.instants(), body.time_step());
-    let mut window = Window::new(track.intervals().copied().collect(), instants, time_step);
+    let mut window = Window::new(track.histories().cloned().collect(), instants, time_step);
     // The body starts under the loads of the first instant, and what the modes leave out of the answer to
     // them is shown with it: a ramp that begins there is still zero, whatever it is at the end of the step.
     // Modes that are moved exactly need no acceleration, and a load that begins with a jump has moved nothing
@@ -241,15 +269,21 @@ fn march<B: Playable>(
     let mut acting = None;
     for step in 0..steps {
         let refused = |source| StudyError::Refused { time: step as f64 * time_step, step, source };
-        let pieces = if body.is_exact() { window.pieces(step) } else { vec![] };
-        if pieces.len() > 1 {
-            for Piece { length, acting } in &pieces {
-                body.step_part(*length, &|part| track.apply_some(acting, part)).map_err(refused)?;
+        let spans = if body.is_exact() { window.spans(step) } else { vec![] };
+        let whole = spans.first().filter(|span| span.whole);
+        if !spans.is_empty() && whole.is_none() {
+            for span in &spans {
+                let apply =
+                    |part: usize, body: &mut dyn Loadable| track.apply_some(&window.over(span, part), body);
+                body.step_parts(span.length, span.parts, &apply).map_err(refused)?;
             }
             // What the body is loaded with is of an earlier step.
             acting = None;
         } else {
-            let next = pieces.into_iter().next().map_or_else(|| window.acting(step), |piece| piece.acting);
+            let next = match whole {
+                Some(span) => window.over(span, 0),
+                None => window.acting(step),
+            };
             if acting.as_ref() != Some(&next) {
                 track.apply_some(&next, body)?;
                 acting = Some(next);

@@ -5,7 +5,9 @@
 //! static answers `K⁻¹F` and grows by `K⁻¹M` (Nour-Omid and Clough 1984, load-dependent Ritz vectors). The
 //! pencil projected on it falls apart into modes, and each is moved in closed form
 //! ([`Propagator`](vademecum_format::exact::Propagator)), for loads that are linear in time between their
-//! jumps and kinks. The motion therefore depends on no time step; a step only says when it is looked at.
+//! jumps and kinks. The motion under them therefore depends on no time step; a step only says when it is
+//! looked at. A sinusoid or a chirp is taken as linear over parts of a step, the same parts that the player
+//! of a scenario takes, whose chords are within a millionth of its amplitude ([`CHORD`](super::CHORD)).
 //!
 //! All loads share one space, a block of as many columns as there are independent forces. The same number of
 //! vectors in one space per force would cost less to keep orthogonal, but the low modes that all forces

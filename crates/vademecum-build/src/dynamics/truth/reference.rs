@@ -6,7 +6,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use super::motion::Motion;
 use super::orthonormal::DEPENDENT;
 use super::space::{Ritz, Space};
-use crate::dynamics::{Interval, Rayleigh, TimedLoad};
+use crate::dynamics::{History, Rayleigh, TimedLoad};
 use crate::fem::{FactorError, Pencil, Symbolic};
 use crate::linalg::{NoConvergence, project};
 use crate::progress::{Cancelled, Listener};
@@ -90,8 +90,8 @@ struct Modal {
 struct Loads {
     /// `VᵀF`, shape (m, loads).
     shares: Mat<f64>,
-    /// When each load acts, and on which trajectory.
-    when: Vec<(usize, Interval)>,
+    /// How each load follows time, and on which trajectory it acts.
+    when: Vec<(usize, History)>,
 }
 
 impl<'a> Truth<'a> {
@@ -114,7 +114,7 @@ impl<'a> Truth<'a> {
     ///
     /// // A mass of 1 kg on a spring of 4 N/m, pushed by 8 N: u = 2 (1 − cos 2t).
     /// let pencil = Pencil::from_matrices(mat![[1.0]].as_ref(), mat![[4.0]].as_ref())?;
-    /// let when = Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 };
+    /// let when = Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 }.into();
     /// let loads = [TimedLoad { column: 0, force: vec![8.0], when }];
     /// let symbolic = Symbolic::analyze(&pencil)?;
     /// let options = TruthOptions::default();
@@ -265,7 +265,7 @@ pub struct Windows<'t> {
 impl<'t> Windows<'t> {
     fn new(modes: &'t Modal, loads: &Loads, column: usize, time_step: f64, instants: usize) -> Self {
         let (shares, when) = loads.of(column, modes);
-        let motion = Motion::new(&modes.modes, shares, &when, time_step);
+        let motion = Motion::new(&modes.modes, shares, when, time_step);
         Self { motion, vectors: modes.vectors.as_ref(), next: 0, instants }
     }
 }
@@ -299,7 +299,7 @@ impl Loads {
         for (j, load) in loads.iter().enumerate() {
             shares.col_as_slice_mut(j).copy_from_slice(&project(space, &load.force));
         }
-        Loads { shares, when: loads.iter().map(|load| (load.column, load.when)).collect() }
+        Loads { shares, when: loads.iter().map(|load| (load.column, load.when.clone())).collect() }
     }
 
     /// Number of trajectories.
@@ -307,12 +307,12 @@ impl Loads {
         self.when.iter().map(|(column, _)| column + 1).max().unwrap_or(0)
     }
 
-    /// Shares of the modes in the loads of one trajectory, and when these act.
-    fn of(&self, column: usize, modes: &Modal) -> (Mat<f64>, Vec<Interval>) {
+    /// Shares of the modes in the loads of one trajectory, and how these follow time.
+    fn of(&self, column: usize, modes: &Modal) -> (Mat<f64>, Vec<History>) {
         let mine: Vec<usize> = (0..self.when.len()).filter(|&j| self.when[j].0 == column).collect();
         let m = modes.vectors.nrows();
         let shares = Mat::from_fn(m, mine.len(), |i, j| self.shares[(i, mine[j])]);
-        (modes.vectors.transpose() * shares, mine.iter().map(|&j| self.when[j].1).collect())
+        (modes.vectors.transpose() * shares, mine.iter().map(|&j| self.when[j].1.clone()).collect())
     }
 }
 

@@ -5,7 +5,7 @@ use vademecum_format::exact::Propagator;
 
 use super::{DisplacedBy, Truth, TruthOptions};
 use crate::dynamics::krylov::symmetric_eigen;
-use crate::dynamics::{Interval, Rayleigh, TimedLoad, lowest_modes};
+use crate::dynamics::{History, Interval, Rayleigh, TimedLoad, lowest_modes};
 use crate::fem::test_mesh::{block, hold};
 use crate::fem::{Material, Model, Pencil, Symbolic};
 use crate::progress::Silent;
@@ -88,7 +88,8 @@ impl AllModes {
 }
 
 /// Factor on a load at a time that is no tie, to the last digit.
-fn factor(when: &Interval, t: f64) -> f64 {
+fn factor(when: &History, t: f64) -> f64 {
+    let when = &when.during;
     let rise = if when.ramp > 0.0 { ((t - when.start) / when.ramp).min(1.0) } else { 1.0 };
     if t < when.start || t >= when.end { 0.0 } else { rise }
 }
@@ -131,7 +132,11 @@ fn estimate_and_error(loads: impl Fn(&Model, f64) -> Vec<TimedLoad>, damped: boo
 
 fn held(model: &Model, _: f64) -> Vec<TimedLoad> {
     let when = Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 };
-    vec![TimedLoad { column: 0, force: point_force(model, far_nodes(model)[0], [0.3, 1.0, -0.2]), when }]
+    vec![TimedLoad {
+        column: 0,
+        force: point_force(model, far_nodes(model)[0], [0.3, 1.0, -0.2]),
+        when: when.into(),
+    }]
 }
 
 /// A push that ends inside a step, one with a ramp that starts inside a step, and a ramp cut by its end.
@@ -139,7 +144,7 @@ fn pushes(model: &Model, dt: f64) -> Vec<TimedLoad> {
     let nodes = far_nodes(model);
     let load = |node: usize, force, start: f64, end: f64, ramp: f64| {
         let when = Interval { start: start * dt, end: end * dt, ramp: ramp * dt };
-        TimedLoad { column: 0, force: point_force(model, nodes[node], force), when }
+        TimedLoad { column: 0, force: point_force(model, nodes[node], force), when: when.into() }
     };
     vec![
         load(0, [0.3, 1.0, -0.2], 0.0, 20.35, 0.0),
@@ -178,7 +183,8 @@ fn oscillator(
 ) -> (Mat<f64>, f64) {
     let pencil = Pencil::from_matrices(mat![[1.0]].as_ref(), mat![[stiffness]].as_ref()).unwrap();
     let symbolic = Symbolic::analyze(&pencil).unwrap();
-    let load = |&(force, when): &(f64, Interval)| TimedLoad { column: 0, force: vec![force], when };
+    let load =
+        |&(force, when): &(f64, Interval)| TimedLoad { column: 0, force: vec![force], when: when.into() };
     let loads: Vec<_> = loads.iter().map(load).collect();
     let decay = |_, _| decay;
     let truth = Truth::find(&pencil, &symbolic, &decay, &loads, (dt, steps), &OPTIONS, &Silent).unwrap();
@@ -303,8 +309,11 @@ fn trajectories_share_a_space_and_a_force_counts_once() {
     let one = point_force(&model, nodes[0], [0.0, 1.0, 0.0]);
     let twice = point_force(&model, nodes[0], [0.0, 2.0, 0.0]);
     let other = point_force(&model, nodes[3], [1.0, 0.0, 1.0]);
-    let load =
-        |column, force: &Vec<f64>, start| TimedLoad { column, force: force.clone(), when: when(start) };
+    let load = |column, force: &Vec<f64>, start| TimedLoad {
+        column,
+        force: force.clone(),
+        when: when(start).into(),
+    };
     let options = TruthOptions { tolerance: 0.0, vectors_per_force: 30, ..OPTIONS };
     let find = |loads: &[TimedLoad]| {
         Truth::find(pencil, &symbolic, &|_, _| 0.0, loads, (1e-3, 50), &options, &Silent).unwrap()
@@ -337,7 +346,7 @@ fn the_modes_of_a_slender_beam_are_found_to_their_digits() {
     let load = TimedLoad {
         column: 0,
         force: point_force(&model, node, [0.0, 1.0, 0.3]),
-        when: Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 },
+        when: Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 }.into(),
     };
     let options = TruthOptions { tolerance: 0.0, vectors_per_force: 200, ..OPTIONS };
     let truth = Truth::find(pencil, &symbolic, &|_, _| 0.0, &[load], (1e-3, 10), &options, &Silent).unwrap();

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use std::path::PathBuf;
 
-use crate::dynamics::{Damping, Rayleigh};
+use crate::dynamics::{Damping, ModalRatios, Rayleigh};
 use crate::mesh::Order;
 use crate::mesh::select::Selection;
 
@@ -116,7 +116,8 @@ pub(super) fn every_region() -> String {
     "*".into()
 }
 
-/// Rayleigh damping `C = α M + β K`: none, by coefficients, or by two (ratio, frequency) pairs.
+/// Rayleigh damping `C = α M + β K`: none, by coefficients, or by two (ratio, frequency) pairs. Beside it, a
+/// damping ratio of each natural mode, or one of all.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DampingEntry {
@@ -126,10 +127,20 @@ pub struct DampingEntry {
     pub beta: Option<f64>,
     /// Two pairs `[ratio, frequency in Hz]`.
     pub ratios: Option<[[f64; 2]; 2]>,
+    /// Ratio of each natural mode, the last one of all further modes too.
+    pub modal: Option<Vec<f64>>,
+    /// Ratio of every natural mode.
+    pub ratio: Option<f64>,
 }
 
 impl DampingEntry {
-    /// As the dynamics take it.
+    /// Ratios of the natural modes.
+    pub fn modal_ratios(&self) -> ModalRatios {
+        let modal = self.modal.clone();
+        ModalRatios(modal.or(self.ratio.map(|ratio| vec![ratio])).unwrap_or_default())
+    }
+
+    /// As the dynamics take it, without the ratios of the modes.
     pub fn damping(&self) -> Damping {
         match (self.ratios, self.alpha, self.beta) {
             (Some(pairs), _, _) => Damping::Ratios(pairs.map(|[ratio, frequency]| (ratio, frequency))),

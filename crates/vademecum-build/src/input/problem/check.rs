@@ -7,6 +7,10 @@ use crate::input::toml_file::TomlError;
 /// The least bound that can be asked for: below it rounding counts.
 const LEAST_BOUND: f64 = 1e-5;
 
+/// Most damping ratios of modes, and the largest.
+const MOST_RATIOS: usize = 100_000;
+const LARGEST_RATIO: f64 = 1000.0;
+
 impl Problem {
     pub(super) fn check(&self) -> Result<(), ProblemError> {
         self.check_texts()?;
@@ -106,8 +110,45 @@ impl Problem {
                 "two pairs [ratio ≥ 0, frequency > 0] at two frequencies",
             )?;
         }
+        self.check_modal_damping()?;
         let found = d.damping().rayleigh();
         found.map(|_| ()).map_err(|source| ProblemError::Damping { path: self.place("damping"), source })
+    }
+
+    /// Ratios of modes belong to modes that are moved one by one.
+    fn check_modal_damping(&self) -> Result<(), ProblemError> {
+        let d = &self.damping;
+        let both = d.modal.is_some() && d.ratio.is_some();
+        self.require(!both, "damping", "`modal` beside `ratio`", "one of them")?;
+        let Some(key) = d.modal.as_ref().map(|_| "damping.modal").or(d.ratio.map(|_| "damping.ratio")) else {
+            return Ok(());
+        };
+        let ratios = d.modal_ratios().0;
+        self.require(
+            !ratios.is_empty() && ratios.len() <= MOST_RATIOS,
+            key,
+            format_args!("a list of {}", ratios.len()),
+            "1 to 100 000 ratios",
+        )?;
+        for ratio in ratios {
+            let usable = (0.0..=LARGEST_RATIO).contains(&ratio);
+            self.require(usable, key, ratio, "ratios from 0 to 1000; 1 is critical damping")?;
+        }
+        let exact = self.scheme() == (SchemeKind::Exact {});
+        let found = if self.basis.kind == Some(BasisKind::Pod) {
+            "given beside `basis.kind = \"pod\"`".to_string()
+        } else if exact {
+            format!("given beside a basis of {}", self.basis_kind().words())
+        } else {
+            format!("given beside the time scheme {}", self.scheme())
+        };
+        self.require_said(
+            exact && self.basis_kind() == BasisKind::Modes,
+            key,
+            || found,
+            "`time.scheme = { name = \"exact\" }` and `basis.kind = \"modes\"`: only natural modes that are moved \
+             exactly have a damping ratio of their own, and a march at full order has none",
+        )
     }
 
     fn check_loads(&self) -> Result<(), ProblemError> {

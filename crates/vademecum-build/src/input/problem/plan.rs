@@ -118,6 +118,17 @@ pub enum BasisKind {
     Modes,
 }
 
+impl BasisKind {
+    /// As messages have it.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::Ritz => "Ritz vectors",
+            Self::Pod => "POD vectors",
+            Self::Modes => "natural modes",
+        }
+    }
+}
+
 /// Inner product in which the POD is best.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]

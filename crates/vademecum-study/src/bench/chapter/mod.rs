@@ -112,12 +112,12 @@ impl Rows {
 /// One track per loaded node.
 fn node_by_node(track: &Track) -> Vec<Track> {
     let nodal = |placed: &PlacedContact| {
-        let PlacedContact { contact, .. } = *placed;
+        let PlacedContact { ref contact, .. } = *placed;
         let corners = contact.nodes.into_iter().zip(contact.weights).filter(|(_, weight)| *weight != 0.0);
         let alone = |(node, weight): (u32, f64)| {
             let force = contact.force.map(|f| weight * f);
             let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
-            Track { contacts: vec![PlacedContact { contact, ..*placed }], patterns: vec![] }
+            Track { contacts: vec![PlacedContact { contact, ..placed.clone() }], patterns: vec![] }
         };
         corners.map(alone).collect::<Vec<_>>()
     };
