@@ -20,7 +20,7 @@ BlockState BlockLoad PatternBasis PatternBlock PatternNames ProbeNames ProbeRows
 AxisPoints Factors RegionStiffness RegionMass EnrichmentHistory RadiusSamples CanonicalParts CanonicalAxes CanonicalFactors
 CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses Repairs StructureFigures
 DampingRatios ContactResidual ResidualPairs PairResidual ProbeResidual PatternResidual PatternProbeResidual
-StaticBound BoundMap""".split()
+StaticBound BoundMap FactorOrder FactorGroups FactorRows FactorValues PatternAnswer""".split()
 KINDS = dict(enumerate(NAMES, start=1))
 
 

@@ -140,8 +140,19 @@ fn parts<T, const N: usize>(all: &[T], stride: usize) -> Result<[&[[T; LANES]]; 
     Ok(parts)
 }
 
+/// Sum of all, in halves: one after the other they would wait for each other, longer than the step takes.
+#[inline(always)]
 fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {
-    sums.iter().fold(T::ZERO, |total, &sum| total + sum)
+    let (mut sums, mut count) = (*sums, N);
+    while count > 1 {
+        let kept = count.div_ceil(2);
+        for k in kept..count {
+            let sum = sums[k];
+            sums[k - kept] += sum;
+        }
+        count = kept;
+    }
+    sums[0]
 }
 
 /// `out += scale · row` for a row of the file; the kind of its numbers is looked at once.

@@ -198,17 +198,16 @@ impl<'m, T: Scalar> Statics<'m, T> {
         self.used == 0 && !self.some_pattern
     }
 
-    /// What acts on another.
+    /// What acts on another. Every step does this, so it does no more than it must.
+    #[inline]
     pub fn copy(&mut self, other: &Statics<'_, T>) {
-        if self.is_empty() && other.is_empty() {
-            return;
+        if let (Some(to), Some(from)) = (self.forces.get_mut(..other.used), other.forces.get(..other.used)) {
+            to.copy_from_slice(from);
+            self.used = other.used;
         }
-        self.clear();
-        self.used = other.used.min(self.forces.len());
-        self.forces.iter_mut().zip(&*other.forces).take(other.used).for_each(|(to, from)| *to = *from);
-        if other.some_pattern {
-            self.patterns.iter_mut().zip(&*other.patterns).for_each(|(to, from)| *to = *from);
-            self.some_pattern = true;
+        if (self.some_pattern || other.some_pattern) && self.patterns.len() == other.patterns.len() {
+            self.patterns.copy_from_slice(other.patterns);
+            self.some_pattern = other.some_pattern;
         }
     }
 
