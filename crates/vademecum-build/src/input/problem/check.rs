@@ -1,6 +1,6 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
-use super::{BasisKind, ParameterKind, ParameterScale, Problem, ProblemError, Representation};
+use super::{BasisKind, Fields, ParameterKind, ParameterScale, Problem, ProblemError, Representation};
 use crate::dynamics::SchemeKind;
 use crate::input::toml_file::TomlError;
 
@@ -111,6 +111,7 @@ impl Problem {
             )?;
         }
         self.check_modal_damping()?;
+        self.check_static_fields()?;
         let found = d.damping().rayleigh();
         found.map(|_| ()).map_err(|source| ProblemError::Damping { path: self.place("damping"), source })
     }
@@ -195,6 +196,25 @@ impl Problem {
             )?;
         }
         Ok(())
+    }
+
+    /// The factor of the stiffness goes with the static residual and with fields of the whole body.
+    fn check_static_fields(&self) -> Result<(), ProblemError> {
+        let exact = self.scheme() == (SchemeKind::Exact {});
+        let found = if !exact {
+            format!("given beside the time scheme {}", self.scheme())
+        } else if self.output.residual == Some(false) {
+            "given beside `output.residual = false`".to_string()
+        } else {
+            "given beside `output.fields = \"surface\"`".to_string()
+        };
+        let whole = self.output.residual != Some(false) && self.output.fields == Fields::Body;
+        self.require_said(
+            self.output.static_fields != Some(true) || (exact && whole),
+            "output.static_fields",
+            || found,
+            "`time.scheme = { name = \"exact\" }`, `output.residual` and `output.fields = \"body\"`",
+        )
     }
 
     fn check_time_and_basis(&self) -> Result<(), ProblemError> {
