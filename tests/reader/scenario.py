@@ -203,9 +203,9 @@ def exact_step(scene, y, loads, start, end):
 
 
 def factor_shown(scene, when, n):
-    """The factor at the end of the step that leads to instant `n`, or at the start of the march."""
+    """The factor at the end of the step that leads to instant `n`; at the start of the march that of then."""
     if n == 0:
-        return factor(when, 0.0)
+        return 0.0 if isinstance(scene, step.Exact) else factor(when, 0.0)
     if isinstance(scene, step.Exact):
         return factor_beside(when, n * scene.v.dt, -1)
     return factor(when, (n - 1 + scene.instants[-1]) * scene.v.dt)

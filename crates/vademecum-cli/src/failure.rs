@@ -151,18 +151,21 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Tells in a sentence that the system refused memory, and ends the program.
+/// Tells in a sentence that the system refused memory or a thread, and ends the program.
 ///
-/// The standard library's collections end the program by themselves then; the matrices panic.
+/// The standard library's collections end the program by themselves then; matrices and threads panic.
 pub fn end_where_memory_is_refused() {
     let others = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        let words = info.payload_as_str().unwrap_or_default();
-        let Some((_, layout)) = words.split_once("AllocError { layout: Layout { size: ") else {
-            return others(info);
+        let payload = info.payload();
+        let owned = payload.downcast_ref::<String>().map(String::as_str);
+        let words = owned.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or_default();
+        let allocation = words.split_once("AllocError { layout: Layout { size: ");
+        let error = match allocation.and_then(|(_, layout)| layout.split(',').next()) {
+            Some(bytes) => format!("the system refused a memory allocation of {bytes} bytes"),
+            None if words.contains("ThreadPoolBuildError") => "the system refused to start a thread".into(),
+            None => return others(info),
         };
-        let bytes = layout.split(',').next().unwrap_or_default();
-        let error = format!("the system refused a memory allocation of {bytes} bytes");
         eprintln!("{}", Failure::new(Cause::Machine, error).remedy(MEMORY));
         std::process::exit(Cause::Machine as i32);
     }));

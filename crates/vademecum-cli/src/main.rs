@@ -35,6 +35,7 @@ struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   vademecum demo -o demo                            the whole road, once, with pictures
+  vademecum init liver.vtu --view                   from a mesh to the moving body
   vademecum mesh liver.vtu                          what a mesh file holds and what is wrong with it
   vademecum build problem.toml -o body.vdm          compute a vademecum
   vademecum info body.vdm --json                    what a file holds
@@ -53,6 +54,7 @@ Exit codes: 0 done, 1 the machine failed, 2 wrong usage, 3 problem or scenario f
 
 #[derive(Subcommand)]
 enum Command {
+    Init(cmd::init::Init),
     Build(cmd::build::Build),
     Info(cmd::info::Info),
     Mesh(cmd::mesh::MeshCommand),
@@ -74,22 +76,7 @@ fn main() -> ExitCode {
     console::listen_for_ctrl_c();
     failure::end_where_memory_is_refused();
     let console = console::Console::new(arguments.quiet);
-    let result = match &arguments.command {
-        Command::Build(command) => command.run(&console),
-        Command::Info(command) => command.run(),
-        Command::Mesh(command) => command.run(),
-        Command::Modes(command) => command.run(&console),
-        Command::Run(command) => command.run(&console),
-        Command::Verify(command) => command.run(&console),
-        Command::Demo(command) => command.run(&console),
-        Command::View(command) => command.run(&console),
-        Command::Report(command) => command.run(&console),
-        Command::Bench(command) => command.run(&console),
-        Command::Export(command) => command.run(&console),
-        Command::Strip(command) => command.run(),
-        Command::Pack(command) => command.run(),
-        Command::Unpack(command) => command.run(),
-    };
+    let result = run(&arguments.command, &console);
     console.clear();
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -97,5 +84,31 @@ fn main() -> ExitCode {
             eprintln!("{failure}");
             failure.exit_code()
         }
+    }
+}
+
+fn run(command: &Command, console: &console::Console) -> Result<(), failure::Failure> {
+    match command {
+        Command::Init(command) => {
+            // One command may go on to others.
+            command
+                .run(console)?
+                .into_iter()
+                .try_for_each(|line| run(&Arguments::parse_from(line).command, console))
+        }
+        Command::Build(command) => command.run(console),
+        Command::Info(command) => command.run(),
+        Command::Mesh(command) => command.run(),
+        Command::Modes(command) => command.run(console),
+        Command::Run(command) => command.run(console),
+        Command::Verify(command) => command.run(console),
+        Command::Demo(command) => command.run(console),
+        Command::View(command) => command.run(console),
+        Command::Report(command) => command.run(console),
+        Command::Bench(command) => command.run(console),
+        Command::Export(command) => command.run(console),
+        Command::Strip(command) => command.run(),
+        Command::Pack(command) => command.run(),
+        Command::Unpack(command) => command.run(),
     }
 }

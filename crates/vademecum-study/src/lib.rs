@@ -23,6 +23,7 @@ pub mod run;
 pub mod scenario;
 pub mod separation;
 pub mod soundness;
+pub mod starter;
 mod statistics;
 pub mod target;
 pub mod timings;

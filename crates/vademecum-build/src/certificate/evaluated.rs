@@ -169,7 +169,8 @@ pub fn measure(
 
 /// Steps the unseen loads through a file that moves its modes exactly, beside the motion that is exact in
 /// time in a space that has converged for them: there is no march at full order. The loads end on whole
-/// steps. Where the file has the factor of the stiffness, its fields are compared with the whole static answer.
+/// steps. Where the file has the factor of the stiffness, its fields are compared with the whole static
+/// answer.
 ///
 /// # Errors
 /// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.

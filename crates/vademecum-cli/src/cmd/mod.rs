@@ -5,6 +5,7 @@ pub mod build;
 pub mod demo;
 pub mod export;
 pub mod info;
+pub mod init;
 pub mod mesh;
 pub mod modes;
 pub mod pack;

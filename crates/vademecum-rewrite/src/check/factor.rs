@@ -112,7 +112,7 @@ fn columns<'a>(
             rest_values = column.1;
             let (inside, below) = column.0.split_at(width);
             let (above, under) = inside.split_at(j);
-            if !(under[0] > 0.0) || above.iter().any(|&x| x != 0.0) {
+            if under[0] <= 0.0 || above.iter().any(|&x| x != 0.0) {
                 let reason = format!(
                     "column {} has {:e} on its diagonal, or numbers above it; it is a lower triangle with a \
                      positive diagonal",
@@ -166,7 +166,7 @@ fn energies(file: &File<'_>, order: &[u32], columns: &[Column<'_>]) -> Result<()
         };
         let energy: f64 = columns.iter().map(along).sum();
         let lambda = eigenvalues[mode];
-        if !((energy - lambda).abs() <= ENERGY * lambda.abs()) {
+        if (energy - lambda).abs() > ENERGY * lambda.abs() {
             let reason =
                 format!("it gives mode {mode} the stiffness {energy:e}, section Eigenvalues {lambda:e}");
             return Err(unsound(SectionKind::FactorValues, Fault::Disagrees, reason));

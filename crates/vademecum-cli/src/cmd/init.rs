@@ -1,0 +1,113 @@
+//! `vademecum init`: from a mesh to a problem file, and on to the moving body.
+
+use std::path::{Path, PathBuf};
+
+use vademecum_build::store::Kind;
+use vademecum_study::starter::{MATERIALS, NamedMaterial, StarterError, StarterOptions, starter};
+
+use crate::arguments::OutputArguments;
+use crate::console::Console;
+use crate::failure::{Cause, Failure};
+use crate::files::{check_output, outputs, write_bytes};
+use crate::print::print_json;
+
+/// Writes a problem file for a mesh: unit, support, material, time step and modes are proposed and explained.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  vademecum init liver.vtu --material liver -o liver.toml
+  vademecum init fork.msh --view                    build it and push it in the browser
+  vademecum init part.inp --scale 0.001             the mesh is in millimetres
+Materials: steel, stainless, aluminium, titanium, brass, concrete, glass, wood, pla, abs, nylon, rubber,
+silicone, foam, bone, liver. Keys of the problem file: formats/problem-1.md")]
+pub struct Init {
+    /// The mesh file.
+    mesh: PathBuf,
+    /// The problem file to write [default: the mesh's name with `.toml`].
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// What the body is made of.
+    #[arg(long, default_value = "steel", value_parser = named)]
+    material: NamedMaterial,
+    /// Metres in a unit of the mesh [default: 0.001 for a body of more than 20 units, else 1].
+    #[arg(long)]
+    scale: Option<f64>,
+    /// Build the body and open it in the browser.
+    #[arg(long)]
+    view: bool,
+    /// Print what was proposed as JSON.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    outputs: OutputArguments,
+}
+
+/// A material by its name.
+fn named(name: &str) -> Result<NamedMaterial, String> {
+    let known = || MATERIALS.map(|material| material.name).join(", ");
+    let found = MATERIALS.into_iter().find(|material| material.name == name);
+    found.ok_or_else(|| format!("no material is called so; there are {}", known()))
+}
+
+impl Init {
+    /// The command lines that follow.
+    pub fn run(&self, console: &Console) -> Result<Vec<Vec<PathBuf>>, Failure> {
+        if self.scale.is_some_and(|scale| !(scale.is_finite() && scale > 0.0)) {
+            return Err(Failure::new(Cause::Usage, "--scale takes a positive number of metres"));
+        }
+        let problem = self.output.clone().unwrap_or_else(|| self.mesh.with_extension("toml"));
+        let outputs = outputs(&self.outputs, &[Some(&self.mesh)], None);
+        check_output(&outputs, &problem, Kind::Own)?;
+        let mesh_name = seen_from(&self.mesh, &problem).display().to_string();
+        let options = StarterOptions { material: self.material, scale: self.scale, mesh_name };
+        let proposed = starter(&self.mesh, &options, console)?;
+        console.clear();
+        write_bytes(&outputs, &problem, Kind::Own, proposed.text.as_bytes())?;
+        if self.json {
+            print_json(&proposed);
+        } else {
+            println!(
+                "wrote {}: {} free dofs, longest side {:.4} m, held: {}, first frequency {:.4} Hz, \
+                 step {:e} s, {} modes",
+                problem.display(),
+                proposed.dofs,
+                proposed.longest_side,
+                proposed.support,
+                proposed.frequency,
+                proposed.time_step,
+                proposed.modes
+            );
+        }
+        let file = problem.with_extension("vdm");
+        if !self.view {
+            if !self.json {
+                println!("next: vademecum build {} -o {}", problem.display(), file.display());
+            }
+            return Ok(vec![]);
+        }
+        let build = vec!["vademecum".into(), "build".into(), problem, "-o".into(), file.clone()];
+        Ok(vec![build, vec!["vademecum".into(), "view".into(), file]])
+    }
+}
+
+/// A path as a file at `from` names it: relative where both lie in one folder, whole otherwise.
+fn seen_from(path: &Path, from: &Path) -> PathBuf {
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+        std::fs::canonicalize(parent.unwrap_or(Path::new(".")))
+    };
+    match (folder(path), folder(from), path.file_name()) {
+        (Ok(a), Ok(b), Some(name)) if a == b => name.into(),
+        (Ok(a), _, Some(name)) => a.join(name),
+        _ => path.to_path_buf(),
+    }
+}
+
+impl From<StarterError> for Failure {
+    fn from(error: StarterError) -> Self {
+        match error {
+            StarterError::Mesh(error) => error.into(),
+            StarterError::Draft(error) => error.into(),
+            StarterError::Study(error) => error.into(),
+        }
+    }
+}
