@@ -33,7 +33,7 @@ fn what_is_proposed_for_a_bar_builds_and_says_why() {
     assert_eq!(built.code, Some(0), "{}", built.stderr);
 
     // What stands there stays, unless it may go.
-    init(&bar, &problem, &[]).fails(1, &["bar.toml", "--force"]);
+    init(&bar, &problem, &[]).fails(2, &["bar.toml", "--force"]);
     assert_eq!(std::fs::read_to_string(&problem).expect("a problem"), text);
     assert_eq!(init(&bar, &problem, &["--force"]).code, Some(0));
     init(&bar, &bar, &["--force"]).fails(2, &["gmsh41.msh"]);
@@ -49,7 +49,7 @@ fn the_unit_is_guessed_from_the_size_and_can_be_said() {
     };
     let [own, small] = [longest("own.toml", &[]), longest("small.toml", &["--scale", "0.001"])];
     assert!((1e3 * small / own - 1.0).abs() < 1e-12);
-    init(&bar, &folder.path().join("a.toml"), &["--scale", "-1"]).fails(2, &["--scale"]);
+    init(&bar, &folder.path().join("a.toml"), &["--scale=-1"]).fails(2, &["--scale"]);
     let said = init(&bar, &folder.path().join("b.toml"), &["--material", "cheese"]);
     said.fails(2, &["cheese", "steel", "liver"]);
     init(&folder.path().join("none.msh"), &folder.path().join("c.toml"), &[]).fails(4, &["none.msh"]);
