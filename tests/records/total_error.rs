@@ -27,10 +27,9 @@ fn main() {
     println!("A cell of three has median / 95 % / largest of all pushes.\n");
     for body in bodies.iter().filter(|body| names.is_empty() || names.iter().any(|name| name == body.name)) {
         let start = Instant::now();
-        let (conditions, rows) = measure(body, &[0.02, 0.0], &[16, 32], pushes, |ratio, done| {
+        let (conditions, rows) = measure(body, &[0.0, 0.02], &[16, 32], pushes, |done| {
             if done % 5 == 0 || done == pushes {
-                let seconds = start.elapsed().as_secs();
-                eprintln!("{}, damping {ratio}: {done} of {pushes} pushes, {seconds} s", body.name);
+                eprintln!("{}: {done} of {pushes} pushes, {} s", body.name, start.elapsed().as_secs());
             }
         });
         print!("{}", markdown(body, &conditions, &rows));

@@ -28,17 +28,17 @@ pub(super) struct Built {
     gram: Vec<[f64; 6]>,
 }
 
-/// What a file shows of a push.
+/// What a file shows of a push under one history.
 pub(super) struct Shown {
-    /// ζ under each history, shape (r, instants).
-    pub coordinates: Vec<Matrix>,
-    /// The displacement under the force along it, shape (1, instants): with the modes alone and with the
-    /// static residual, under each history.
-    pub under: [Vec<Matrix>; 2],
-    /// What fields show beside the modes at factor 1 on the force, over the free dofs: at the contact, and
-    /// everywhere.
-    pub statics: [Vec<f64>; 2],
+    /// ζ, shape (r, instants).
+    pub coordinates: Matrix,
+    /// The displacement under the force along it, shape (1, instants): with the modes alone, and with the
+    /// static residual.
+    pub under: [Matrix; 2],
 }
+
+/// Static fields of a push: what is shown at the contact, and everywhere.
+pub(super) const SHOWN: usize = 2;
 
 impl Built {
     pub fn new(
@@ -74,51 +74,48 @@ impl Built {
         push.nodes.iter().zip(push.weights).map(|(&node, weight)| weight * at(node)).sum()
     }
 
-    /// Steps the push through the evaluator under every history.
-    pub fn show(&self, push: &Push, (prepared, order): (&Prepared, &NodeOrder)) -> Shown {
-        let nodes = push.nodes.map(|node| order.file_node[node as usize]);
-        let contact = Contact { nodes, weights: push.weights, force: push.force };
+    /// Steps the push through the evaluator under one of the histories.
+    pub fn show(&self, push: &Push, order: &NodeOrder, history: usize) -> Shown {
+        let contact = contact(push, order);
         let alone = SceneOptions { residual: false, ..SceneOptions::default() };
-        let (_, without) = self.step(&alone, &contact);
-        let (coordinates, with) = self.step(&SceneOptions::default(), &contact);
-        let statics = self.statics(&contact, prepared, order);
-        Shown { coordinates, under: [without, with], statics }
+        let (_, without) = self.step(&alone, &contact, history);
+        let (coordinates, with) = self.step(&SceneOptions::default(), &contact, history);
+        Shown { coordinates, under: [without, with] }
     }
 
-    fn step(&self, options: &SceneOptions, contact: &Contact) -> (Vec<Matrix>, Vec<Matrix>) {
+    fn step(&self, options: &SceneOptions, contact: &Contact, history: usize) -> (Matrix, Matrix) {
         let point = SurfacePoint {
             nodes: contact.nodes,
             weights: contact.weights,
             position: [0.0; 3],
             distance: 0.0,
         };
-        let of_history = |loading: &super::Loading| {
-            with_scene::<f64, _>(&self.bytes, options, |scene, state, loads| {
-                let time_step = scene.parameters().time_step;
-                let when = loading.history(time_step);
-                let mut coordinates = Matrix::zeros(self.modes, 1 + STEPS);
-                let mut under = Matrix::zeros(1, 1 + STEPS);
-                for step in 0..STEPS {
-                    let [start, end] = [step, step + 1].map(|n| n as f64 * time_step);
-                    let mut factors = [0.0; 1 + MAX_STAGES];
-                    (factors[0], factors[1]) = (when.just_after(start), when.just_before(end));
-                    loads.clear();
-                    if factors != [0.0; 1 + MAX_STAGES] {
-                        loads.add_contact_staged(scene, contact, &factors).expect("a contact");
-                    }
-                    scene.step(state, loads).expect("a step");
-                    let zeta = coordinates.col_as_slice_mut(step + 1);
-                    zeta.copy_from_slice(state.zeta());
-                    let moved = scene.point(state, &point, Field::Displacement).expect("a point");
-                    under[(0, step + 1)] = moved.iter().zip(contact.force).map(|(u, f)| u * f).sum();
+        with_scene::<f64, _>(&self.bytes, options, |scene, state, loads| {
+            let time_step = scene.parameters().time_step;
+            let when = HISTORIES[history].history(time_step);
+            let mut coordinates = Matrix::zeros(self.modes, 1 + STEPS);
+            let mut under = Matrix::zeros(1, 1 + STEPS);
+            for step in 0..STEPS {
+                let [start, end] = [step, step + 1].map(|n| n as f64 * time_step);
+                let mut factors = [0.0; 1 + MAX_STAGES];
+                (factors[0], factors[1]) = (when.just_after(start), when.just_before(end));
+                loads.clear();
+                if factors != [0.0; 1 + MAX_STAGES] {
+                    loads.add_contact_staged(scene, contact, &factors).expect("a contact");
                 }
-                (coordinates, under)
-            })
-        };
-        HISTORIES.iter().map(of_history).unzip()
+                scene.step(state, loads).expect("a step");
+                coordinates.col_as_slice_mut(step + 1).copy_from_slice(state.zeta());
+                let moved = scene.point(state, &point, Field::Displacement).expect("a point");
+                under[(0, step + 1)] = moved.iter().zip(contact.force).map(|(u, f)| u * f).sum();
+            }
+            (coordinates, under)
+        })
     }
 
-    fn statics(&self, contact: &Contact, prepared: &Prepared, order: &NodeOrder) -> [Vec<f64>; 2] {
+    /// What fields show beside the modes at factor 1 on the force, over the free dofs: at the contact, and
+    /// everywhere.
+    pub fn statics(&self, push: &Push, (prepared, order): (&Prepared, &NodeOrder)) -> [Vec<f64>; SHOWN] {
+        let contact = &contact(push, order);
         with_scene::<f64, _>(&self.bytes, &SceneOptions::default(), |scene, state, loads| {
             loads.add_contact(scene, contact).expect("a contact");
             let zero = vec![0.0; self.modes];
@@ -133,6 +130,11 @@ impl Built {
             shown.map(|field| free.iter().map(|&dof| at(&field, dof)).collect())
         })
     }
+}
+
+fn contact(push: &Push, order: &NodeOrder) -> Contact {
+    let nodes = push.nodes.map(|node| order.file_node[node as usize]);
+    Contact { nodes, weights: push.weights, force: push.force }
 }
 
 fn whole_into(scene: &Scene<'_, f64>, state: &State<'_, f64>, out: &mut [f64]) {

@@ -8,7 +8,7 @@ use vademecum_build::progress::{Silent, Stopwatch};
 use vademecum_study::contact_error;
 
 use super::bodies::RealBody;
-use super::files::{Built, Shown};
+use super::files::{Built, SHOWN};
 use super::push::{HISTORIES, Push, STEPS};
 
 /// Steps in the first period.
@@ -57,8 +57,15 @@ pub struct Row {
     pub samples: Vec<Sample>,
 }
 
-/// Pushes a body at `pushes` places, for each damping ratio and each number of modes in every way. `told` is
-/// called with each number of pushes done.
+/// Files of one damping ratio.
+struct Damped {
+    prepared: Prepared,
+    files: Vec<Built>,
+}
+
+/// Pushes a body at `pushes` places, for each number of modes and each damping ratio in every way. The ratios
+/// ascend: the space that the least damping needs serves all. `told` is called with each number of pushes
+/// done.
 ///
 /// # Panics
 /// If the body cannot be built or stepped.
@@ -67,7 +74,7 @@ pub fn measure(
     ratios: &[f64],
     modes: &[usize],
     pushes: usize,
-    mut told: impl FnMut(f64, usize),
+    mut told: impl FnMut(usize),
 ) -> (Conditions, Vec<Row>) {
     let model = |step: f64, ratio: f64| -> Prepared {
         let problem = body.problem(step, modes[0], ratio);
@@ -79,102 +86,108 @@ pub fn measure(
     let step = period / STEPS_PER_PERIOD;
     let order = NodeOrder::new(&first.body);
     let conditions = Conditions { dofs: first.body.n_dof(), period, pushes };
-    let drawn = Push::draw(&first.body, pushes);
-    let mut rows = vec![];
-    for &ratio in ratios {
+    let damped = |&ratio: &f64| {
         let prepared = model(step, ratio);
         let made = |&modes: &usize| Built::new(body, (&prepared, &order), step, modes, ratio);
-        let files: Vec<Built> = modes.iter().map(made).collect();
-        let of_push = |(done, push): (usize, &Push)| {
-            let samples = compare(&prepared, &order, &files, push, (step, body.vectors));
-            told(ratio, done + 1);
-            samples
-        };
-        let samples: Vec<Vec<Sample>> = drawn.iter().enumerate().map(of_push).collect();
-        for (file, &modes) in modes.iter().enumerate() {
-            for history in 0..HISTORIES.len() {
-                let place = file * HISTORIES.len() + history;
-                let samples = samples.iter().map(|all| all[place]).collect();
-                rows.push(Row { ratio, modes, history, samples });
-            }
-        }
+        Damped { files: modes.iter().map(made).collect(), prepared }
+    };
+    let damped: Vec<Damped> = ratios.iter().map(damped).collect();
+    let keys = ratios.iter().flat_map(|&ratio| modes.iter().map(move |&modes| (ratio, modes)));
+    let row = |(ratio, modes)| {
+        (0..HISTORIES.len()).map(move |history| Row { ratio, modes, history, samples: vec![] })
+    };
+    let mut rows: Vec<Row> = keys.flat_map(row).collect();
+    for (done, push) in Push::draw(&first.body, pushes).iter().enumerate() {
+        let samples = compare(&damped, &order, push, (step, body.vectors));
+        rows.iter_mut().zip(samples).for_each(|(row, sample)| row.samples.push(sample));
+        told(done + 1);
     }
     (conditions, rows)
 }
 
-/// One push through every file in every way, file by file.
-fn compare(
-    prepared: &Prepared,
-    order: &NodeOrder,
-    files: &[Built],
-    push: &Push,
-    (step, vectors): (f64, usize),
-) -> Vec<Sample> {
-    let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
-    let force = push.over_dofs(body);
+/// One push through every file in every way, in the order of the rows.
+fn compare(damped: &[Damped], order: &NodeOrder, push: &Push, (step, vectors): (f64, usize)) -> Vec<Sample> {
+    let Damped { prepared, files } = &damped[0];
+    let pencil = prepared.body.model.pencil();
+    let force = push.over_dofs(&prepared.body);
     let loads: Vec<TimedLoad> =
         HISTORIES.iter().zip(0..).map(|(history, column)| history.timed(column, &force, step)).collect();
-    let eigenvalues = &files.last().expect("a file").eigenvalues;
-    let decay = |lambda: f64, _| prepared.ratios.decay(&prepared.rayleigh(), eigenvalues, lambda);
     let options = TruthOptions { vectors_per_force: vectors, ..TruthOptions::default() };
-    let truth = Truth::find(pencil, &prepared.symbolic, &decay, &loads, (step, STEPS), &options, &Silent)
-        .expect("a truth");
-    let shown: Vec<Shown> = files.iter().map(|file| file.show(push, (prepared, order))).collect();
+    let decay = |lambda: f64, _| damped[0].decay(lambda);
+    let truth = Truth::find(pencil, &prepared.symbolic, &decay, &loads, (step, STEPS), &options, &Silent);
+    let mut truth = truth.expect("a truth");
 
-    // All that the files show lies in the span of these columns: of each file its basis, and two static
-    // fields.
-    let count: usize = files.iter().map(|file| file.modes + 2).sum();
-    let mut columns = Matrix::zeros(body.n_dof(), count);
-    let mut firsts = vec![];
+    // All that the files show lies in the span of these columns, whatever the damping: of each file its
+    // basis, then what it shows beside it.
+    let statics: Vec<_> = files.iter().map(|file| file.statics(push, (prepared, order))).collect();
+    let count: usize = files.iter().map(|file| file.modes + SHOWN).sum();
+    let mut columns = Matrix::zeros(pencil.n_dof(), count);
     let mut at = 0;
-    for (file, shown) in files.iter().zip(&shown) {
-        firsts.push(at);
+    for (file, statics) in files.iter().zip(&statics) {
         columns.subcols_mut(at, file.modes).copy_from(&file.basis);
-        for (place, field) in shown.statics.iter().enumerate() {
+        for (place, field) in statics.iter().enumerate() {
             columns.col_as_slice_mut(at + file.modes + place).copy_from_slice(field);
         }
-        at += file.modes + 2;
+        at += file.modes + SHOWN;
     }
     let beside = truth.beside(columns);
 
     let mut samples = vec![];
-    for ((file, shown), &first) in files.iter().zip(&shown).zip(&firsts) {
-        let bound = file.bound(push, order);
-        let last = file.eigenvalues.last().expect("a mode").sqrt();
-        for (history, load) in loads.iter().enumerate() {
-            let squares = |statics: Option<usize>| {
-                let mut amplitudes = Matrix::zeros(count, 1 + STEPS);
-                amplitudes.subrows_mut(first, file.modes).copy_from(&shown.coordinates[history]);
-                if let Some(place) = statics {
-                    for n in 1..=STEPS {
-                        amplitudes[(first + file.modes + place, n)] = load.when.just_before(n as f64 * step);
+    for (place, damped) in damped.iter().enumerate() {
+        if place > 0 {
+            truth = truth.damped(&|lambda, _| damped.decay(lambda), &Silent).expect("a truth");
+        }
+        let exact: Vec<Matrix> =
+            (0..loads.len()).map(|history| truth.trajectory(history).coordinates()).collect();
+        let mut first = 0;
+        for file in &damped.files {
+            for (history, load) in loads.iter().enumerate() {
+                let shown = file.show(push, order, history);
+                let apart = |statics: Option<usize>| {
+                    let mut amplitudes = Matrix::zeros(count, 1 + STEPS);
+                    amplitudes.subrows_mut(first, file.modes).copy_from(&shown.coordinates);
+                    if let Some(place) = statics {
+                        for n in 1..=STEPS {
+                            amplitudes[(first + file.modes + place, n)] =
+                                load.when.just_before(n as f64 * step);
+                        }
                     }
-                }
-                beside.squares(history, amplitudes.as_ref())
-            };
-            let [alone, local, whole] = [None, Some(0), Some(1)].map(squares);
-            let error = [&alone, &local, &whole].map(|s| (sum(&s.apart) / sum(&s.truth)).sqrt());
-            let under = |shown: &Matrix| {
-                let entry = (std::slice::from_ref(load), &[0][..]);
-                contact_error(truth.trajectory(history), (entry, shown.as_ref()), step)
-                    .expect("a point that moves")
-            };
-            let contact = [0, 1].map(|with| under(&shown.under[with][history]));
-            let bounds = HISTORIES[history].variation(last * step);
-            let bounds: Vec<f64> = bounds.iter().map(|share| share * bound).collect();
-            let ratios =
-                bounds[1..].iter().zip(&whole.apart[1..]).map(|(bound, square)| bound / square.sqrt());
-            samples.push(Sample {
-                error,
-                contact,
-                reference: truth.trajectory(history).estimate(),
-                bound: ratios.clone().fold(f64::INFINITY, f64::min),
-                bound_of_total: (bounds.iter().map(|b| b * b).sum::<f64>() / sum(&whole.apart)).sqrt(),
-                above: ratios.filter(|&ratio| ratio < 1.0).count(),
-            });
+                    beside.squares_apart(exact[history].clone(), amplitudes.as_ref())
+                };
+                let under = |under: &Matrix| {
+                    let entry = (std::slice::from_ref(load), &[0][..]);
+                    let error = contact_error(truth.trajectory(history), (entry, under.as_ref()), step);
+                    error.expect("a point that moves")
+                };
+                let [alone, local, whole] = [None, Some(0), Some(1)].map(apart);
+                let norm = exact[history].squared_norm_l2();
+                let last = file.eigenvalues.last().expect("a mode").sqrt();
+                let bound = file.bound(push, order);
+                let bounds = HISTORIES[history].variation(last * step).into_iter().map(|share| share * bound);
+                let bounds: Vec<f64> = bounds.collect();
+                let ratios =
+                    || bounds[1..].iter().zip(&whole[1..]).map(|(bound, square)| bound / square.sqrt());
+                samples.push(Sample {
+                    error: [&alone, &local, &whole].map(|squares| (sum(squares) / norm).sqrt()),
+                    contact: [0, 1].map(|with| under(&shown.under[with])),
+                    reference: truth.trajectory(history).estimate(),
+                    bound: ratios().fold(f64::INFINITY, f64::min),
+                    bound_of_total: (bounds.iter().map(|b| b * b).sum::<f64>() / sum(&whole)).sqrt(),
+                    above: ratios().filter(|&ratio| ratio < 1.0).count(),
+                });
+            }
+            first += file.modes + SHOWN;
         }
     }
     samples
+}
+
+impl Damped {
+    /// Decay of a mode by its `λ`.
+    fn decay(&self, lambda: f64) -> f64 {
+        let eigenvalues = &self.files[0].eigenvalues;
+        self.prepared.ratios.decay(&self.prepared.rayleigh(), eigenvalues, lambda)
+    }
 }
 
 fn sum(squares: &[f64]) -> f64 {

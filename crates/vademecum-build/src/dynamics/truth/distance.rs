@@ -30,56 +30,39 @@ pub struct TruthDistance {
     pub floor: f64,
 }
 
-/// Columns beside the space of a truth: many motions that they show, on any of its trajectories, are compared
-/// for the price of writing the columns over the vectors of the space once.
-pub struct Beside<'t> {
-    truth: &'t Truth<'t>,
+/// Columns beside the space of a truth: many motions that they show, on any trajectory in that space, are
+/// compared for the price of writing the columns over its vectors once.
+pub struct Beside {
     /// The columns over the vectors of the truth, shape (m, k).
     onto_old: Mat<f64>,
     /// What is left of them, over further orthonormal vectors; shape (k', k).
     onto_new: Mat<f64>,
 }
 
-/// Squared norms in the mass at each instant, the start included.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Squares {
-    /// Of the truth.
-    pub truth: Vec<f64>,
-    /// Of the difference.
-    pub apart: Vec<f64>,
-}
-
-impl<'t> Truth<'t> {
+impl Truth<'_> {
     /// Columns over the free dofs, shape (n, k), beside the space. Costs 8 n k products for each vector of
     /// the space.
-    pub fn beside(&'t self, columns: Mat<f64>) -> Beside<'t> {
+    pub fn beside(&self, columns: Mat<f64>) -> Beside {
         let Joined { onto_old, onto_new, .. } = orthonormalise(self.pencil.mass(), self.space(), columns);
-        Beside { truth: self, onto_old, onto_new }
+        Beside { onto_old, onto_new }
     }
 }
 
-impl Beside<'_> {
-    /// The motion `u(t) = Σ_j c_j a_j(t)` of the columns beside a trajectory of the same truth, instant by
-    /// instant; `amplitudes` has shape (k, instants).
+impl Beside {
+    /// Squares of the distance in the mass of the motion `Σ_j c_j a_j(t)` of the columns from a trajectory,
+    /// at each instant. `coordinates` are those of the trajectory over the space, shape (m, instants), and
+    /// `amplitudes` have shape (k, instants).
     ///
     /// # Panics
-    /// If there is another number of columns or of instants.
-    pub fn squares(&self, column: usize, amplitudes: MatRef<'_, f64>) -> Squares {
-        let mut squares = Squares::default();
-        let trajectory = self.truth.trajectory(column);
-        assert_eq!(amplitudes.ncols(), trajectory.instants(), "instants of a motion beside the truth");
-        for (first, window) in trajectory.windows() {
-            let width = window.ncols();
-            squares.truth.extend((0..width).map(|t| window.col(t).squared_norm_l2()));
-            let [inside, beyond] = self.apart(window, amplitudes.subcols(first, width));
-            let of = |t: usize| inside.col(t).squared_norm_l2() + beyond.col(t).squared_norm_l2();
-            squares.apart.extend((0..width).map(of));
-        }
-        squares
+    /// If a shape does not fit.
+    pub fn squares_apart(&self, coordinates: Mat<f64>, amplitudes: MatRef<'_, f64>) -> Vec<f64> {
+        let instants = coordinates.ncols();
+        let [inside, beyond] = self.apart(coordinates, amplitudes);
+        (0..instants).map(|t| inside.col(t).squared_norm_l2() + beyond.col(t).squared_norm_l2()).collect()
     }
 
-    /// A window of the truth less the columns with their amplitudes: what differs along its vectors and what
-    /// lies beyond them.
+    /// Some instants of the truth less the columns with their amplitudes: what differs along its vectors and
+    /// what lies beyond them.
     fn apart(&self, window: Mat<f64>, amplitudes: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let mut apart = window;
         matmul(apart.as_mut(), Accum::Add, self.onto_old.as_ref(), amplitudes, -1.0, Par::Seq);
