@@ -64,8 +64,8 @@ struct Damped {
 }
 
 /// Pushes a body at `pushes` places, for each number of modes and each damping ratio in every way. The ratios
-/// ascend: the space that the least damping needs serves all. `told` is called with each number of pushes
-/// done.
+/// ascend: the space that the least damping needs serves all. `told` is called after each
+/// push with what there is so far: what fewer pushes would give.
 ///
 /// # Panics
 /// If the body cannot be built or stepped.
@@ -74,7 +74,7 @@ pub fn measure(
     ratios: &[f64],
     modes: &[usize],
     pushes: usize,
-    mut told: impl FnMut(usize),
+    mut told: impl FnMut(&Conditions, &[Row]),
 ) -> (Conditions, Vec<Row>) {
     let model = |step: f64, ratio: f64| -> Prepared {
         let problem = body.problem(step, modes[0], ratio);
@@ -85,7 +85,7 @@ pub fn measure(
     let period = 1.0 / lowest.frequencies_hz()[0];
     let step = period / STEPS_PER_PERIOD;
     let order = NodeOrder::new(&first.body);
-    let conditions = Conditions { dofs: first.body.n_dof(), period, pushes };
+    let mut conditions = Conditions { dofs: first.body.n_dof(), period, pushes: 0 };
     let damped = |&ratio: &f64| {
         let prepared = model(step, ratio);
         let made = |&modes: &usize| Built::new(body, (&prepared, &order), step, modes, ratio);
@@ -97,10 +97,11 @@ pub fn measure(
         (0..HISTORIES.len()).map(move |history| Row { ratio, modes, history, samples: vec![] })
     };
     let mut rows: Vec<Row> = keys.flat_map(row).collect();
-    for (done, push) in Push::draw(&first.body, pushes).iter().enumerate() {
+    for push in &Push::draw(&first.body, pushes) {
         let samples = compare(&damped, &order, push, (step, body.vectors));
         rows.iter_mut().zip(samples).for_each(|(row, sample)| row.samples.push(sample));
-        told(done + 1);
+        conditions.pushes += 1;
+        told(&conditions, &rows);
     }
     (conditions, rows)
 }

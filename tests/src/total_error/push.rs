@@ -113,12 +113,6 @@ impl Loading {
         TimedLoad { column, force: force.to_vec(), when: self.history(time_step) }
     }
 
-    /// Whether the load comes on and goes by ramps.
-    #[must_use]
-    pub fn is_ramped(&self) -> bool {
-        self.rows[0].1 == 0.0
-    }
-
     /// The bound at each instant as a multiple of `‖RF‖`: the sum of the jumps so far, and of the ramps, each
     /// of which counts no more than `2/ωτ` for each unit that it rises in the time `τ`. `angle` is `ωΔt` of the
     /// lowest mode that may be missing.
