@@ -9,7 +9,7 @@ fn block() -> RealBody {
         name: "block",
         what: "a block of 4 × 2 × 2 cells",
         vectors: 400,
-        text: "[mesh]\nblock = { lengths = [0.2, 0.1, 0.1], divisions = [4, 2, 2] }\n\
+        text: "[mesh]\nblock = { lengths = [0.2, 0.1, 0.1], divisions = [4, 2, 2], order = \"linear\" }\n\
                [[material]]\nyoung = 1e6\npoisson = 0.3\ndensity = 1000.0\n\
                [[support]]\non = { group = \"x_min\" }\n[load]\n"
             .into(),
