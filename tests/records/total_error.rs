@@ -1,5 +1,5 @@
-//! The record of `docs/benchmarks/total-error.md`: pushes at random places of real bodies through files beside
-//! the motion that is exact in time.
+//! The record of `docs/benchmarks/total-error.md`: pushes at random places of real bodies through files
+//! beside the motion that is exact in time.
 //!
 //! `cargo run --release -p vademecum-tests --example total_error [-- --pushes N --body NAME ... --kept FOLDER]`;
 //! without arguments 200 pushes on each of the five bodies whose meshes are there. The tables of a body are

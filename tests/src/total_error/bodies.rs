@@ -21,8 +21,8 @@ pub struct RealBody {
 }
 
 impl RealBody {
-    /// The problem with so many natural modes, moved exactly at `step` \[s\], of so much damping, and with the
-    /// factor of the stiffness in the file.
+    /// The problem with so many natural modes, moved exactly at `step` \[s\], of so much damping, and with
+    /// the factor of the stiffness in the file.
     ///
     /// # Panics
     /// If the text is no problem.

@@ -114,8 +114,8 @@ impl Loading {
     }
 
     /// The bound at each instant as a multiple of `‖RF‖`: the sum of the jumps so far, and of the ramps, each
-    /// of which counts no more than `2/ωτ` for each unit that it rises in the time `τ`. `angle` is `ωΔt` of the
-    /// lowest mode that may be missing.
+    /// of which counts no more than `2/ωτ` for each unit that it rises in the time `τ`. `angle` is `ωΔt` of
+    /// the lowest mode that may be missing.
     #[must_use]
     pub fn variation(&self, angle: f64) -> Vec<f64> {
         let (first, last) = (self.rows[0], self.rows[self.rows.len() - 1]);
