@@ -1,10 +1,13 @@
 //! The record of `docs/benchmarks/total-error.md`: pushes at random places of real bodies through files
 //! beside the motion that is exact in time.
 //!
-//! `cargo run --release -p vademecum-tests --example total_error [-- --pushes N --body NAME ... --kept FOLDER]`;
-//! without arguments 200 pushes on each of the five bodies whose meshes are there. The tables of a body are
-//! printed when it is done; with `--kept` they are also written to `FOLDER/NAME.md` after every push, so that
-//! a run that is ended early leaves what the same number of pushes would have given.
+//! ```text
+//! cargo run --release -p vademecum-tests --example total_error [-- --pushes N --body NAME --kept FOLDER]
+//! ```
+//!
+//! Without arguments it makes 200 pushes on each of the five bodies whose meshes are there. The tables of a
+//! body are printed when it is done; with `--kept` they are also written to `FOLDER/NAME.md` after every
+//! push, so that a run that is ended early leaves what the same number of pushes would have given.
 
 use std::path::PathBuf;
 use std::time::Instant;
