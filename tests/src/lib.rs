@@ -24,3 +24,4 @@ pub mod stage;
 pub mod stress;
 pub mod synthetic;
 pub mod textbook;
+pub mod total_error;

@@ -31,4 +31,4 @@ mod truth;
 pub mod verify;
 
 pub use error::{FileError, StudyError};
-pub use truth::TruthErrors;
+pub use truth::{Entries, TruthErrors, contact_error};

@@ -7,7 +7,8 @@
 use faer::MatRef;
 use serde::Serialize;
 use vademecum_build::dynamics::{
-    Decay, DisplacedBy, TimedLoad, TrajectoryError, Truth, TruthDistance, TruthError, TruthOptions,
+    Decay, DisplacedBy, TimedLoad, Trajectory, TrajectoryError, Truth, TruthDistance, TruthError,
+    TruthOptions,
 };
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::limits::memory_in_words;
@@ -92,24 +93,25 @@ pub(crate) fn truth_errors(
         basis_error: distance.floor,
         // The two are legs and hypotenuse; below the rounding of the squares nothing is left.
         rest_error: ((error - floor).max(0.0) * (error + floor)).sqrt(),
-        contact_error: contact_error(truth, contacts, time_step),
+        contact_error: contact_error(truth.trajectory(0), contacts, time_step),
     }
 }
 
 /// Loads, and the number of the contact that each belongs to.
-type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
+pub type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
 
 /// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the
-/// instants at which the force acts. Components of a force and places on a path are summed.
-fn contact_error(
-    truth: &Truth<'_>,
+/// instants at which the force acts. Components of a force and places on a path are summed. `shown` has shape
+/// (loads, instants), times the size of each force. None if no contact moves its point.
+pub fn contact_error(
+    truth: Trajectory<'_>,
     ((contacts, entries), shown): (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
 ) -> Option<f64> {
     // Squares of the error and of the displacement, contact by contact.
     let mut sums = vec![[0.0; 2]; entries.iter().max().map_or(0, |last| last + 1)];
     let rows: Vec<_> = contacts.iter().map(force_row).collect();
-    for (first, exact) in truth.trajectory(0).along_windows(&rows) {
+    for (first, exact) in truth.along_windows(&rows) {
         for ((&entry, load), c) in entries.iter().zip(contacts).zip(0..) {
             let sums: &mut [f64; 2] = &mut sums[entry];
             for t in (0..exact.ncols()).filter(|&t| load.when.factor((first + t) as f64 * time_step) != 0.0) {
@@ -169,7 +171,7 @@ mod tests {
         };
         let error = |contacts: &[TimedLoad]| {
             let entries: Vec<usize> = (0..contacts.len()).collect();
-            contact_error(&truth, ((contacts, &entries), under(contacts).as_ref()), 0.1)
+            contact_error(truth.trajectory(0), ((contacts, &entries), under(contacts).as_ref()), 0.1)
         };
         let close =
             |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;

@@ -338,7 +338,7 @@ pub(crate) fn file_nodes(file: &File<'_>, body: &Body) -> Result<Vec<u32>, FileE
 ///
 /// # Errors
 /// [`FileError`]: a file without all of its basis.
-pub(crate) fn free_basis(file: &File<'_>, body: &Body, file_nodes: &[u32]) -> Result<Matrix, FileError> {
+pub fn free_basis(file: &File<'_>, body: &Body, file_nodes: &[u32]) -> Result<Matrix, FileError> {
     let r = file.metadata().n_modes as usize;
     let mut rows = vec![];
     for kind in [SectionKind::SurfaceBasis, SectionKind::InteriorBasis] {

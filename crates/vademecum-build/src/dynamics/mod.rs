@@ -28,7 +28,7 @@ pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub use modes::{Modes, ModesError, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
 pub use truth::{
-    Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,
+    Beside, Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,
 };
 pub use window::{Acting, Span, Window};
 pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};

@@ -7,8 +7,8 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::orthonormal::orthonormalise;
-use super::reference::{Trajectory, WINDOW, Windows};
+use super::orthonormal::{Joined, orthonormalise};
+use super::reference::{Trajectory, Truth, WINDOW, Windows};
 use crate::fem::SymmetricMatrix;
 
 /// A motion shown as `u(t) = Σ_j c_j a_j(t)`.
@@ -30,6 +30,48 @@ pub struct TruthDistance {
     pub floor: f64,
 }
 
+/// Columns beside the space of a truth: many motions that they show, on any trajectory in that space, are
+/// compared for the price of writing the columns over its vectors once.
+pub struct Beside {
+    /// The columns over the vectors of the truth, shape (m, k).
+    onto_old: Mat<f64>,
+    /// What is left of them, over further orthonormal vectors; shape (k', k).
+    onto_new: Mat<f64>,
+}
+
+impl Truth<'_> {
+    /// Columns over the free dofs, shape (n, k), beside the space. Costs 8 n k products for each vector of
+    /// the space.
+    pub fn beside(&self, columns: Mat<f64>) -> Beside {
+        let Joined { onto_old, onto_new, .. } = orthonormalise(self.pencil.mass(), self.space(), columns);
+        Beside { onto_old, onto_new }
+    }
+}
+
+impl Beside {
+    /// Squares of the distance in the mass of the motion `Σ_j c_j a_j(t)` of the columns from a trajectory,
+    /// at each instant. `coordinates` are those of the trajectory over the space, shape (m, instants), and
+    /// `amplitudes` have shape (k, instants).
+    ///
+    /// # Panics
+    /// If a shape does not fit.
+    pub fn squares_apart(&self, coordinates: Mat<f64>, amplitudes: MatRef<'_, f64>) -> Vec<f64> {
+        let instants = coordinates.ncols();
+        let [inside, beyond] = self.apart(coordinates, amplitudes);
+        (0..instants).map(|t| inside.col(t).squared_norm_l2() + beyond.col(t).squared_norm_l2()).collect()
+    }
+
+    /// Some instants of the truth less the columns with their amplitudes: what differs along its vectors and
+    /// what lies beyond them.
+    fn apart(&self, window: Mat<f64>, amplitudes: MatRef<'_, f64>) -> [Mat<f64>; 2] {
+        let mut apart = window;
+        matmul(apart.as_mut(), Accum::Add, self.onto_old.as_ref(), amplitudes, -1.0, Par::Seq);
+        let mut beyond = Mat::zeros(self.onto_new.nrows(), apart.ncols());
+        matmul(beyond.as_mut(), Accum::Replace, self.onto_new.as_ref(), amplitudes, 1.0, Par::Seq);
+        [apart, beyond]
+    }
+}
+
 impl<'t> Trajectory<'t> {
     /// Distance of a motion from this one. The motion is the sum of its parts: a basis with its coordinates,
     /// and perhaps columns that follow the loads statically. The floor is that of the first part.
@@ -38,19 +80,17 @@ impl<'t> Trajectory<'t> {
     /// If a part has another number of dofs or of instants.
     pub fn distance(&self, parts: &[DisplacedBy<'_>]) -> TruthDistance {
         let truth = self.truth;
-        let (n, m) = (truth.space().nrows(), truth.vectors());
         let count: usize = parts.iter().map(|part| part.columns.ncols()).sum();
-        let mut columns = Mat::zeros(n, count);
+        let mut columns = Mat::zeros(truth.space().nrows(), count);
         let mut at = 0;
         for part in parts {
             assert_eq!(part.amplitudes.ncols(), self.instants(), "instants of a motion beside the truth");
             columns.subcols_mut(at, part.columns.ncols()).copy_from(part.columns);
             at += part.columns.ncols();
         }
-        let joined = orthonormalise(truth.pencil.mass(), truth.space(), columns);
-        drop(joined.new);
+        let beside = truth.beside(columns);
         let basis = parts.first().map_or(0, |part| part.columns.ncols());
-        let floor = Floor::new(joined.onto_old.subcols(0, basis), joined.onto_new.subcols(0, basis));
+        let floor = Floor::new(beside.onto_old.subcols(0, basis), beside.onto_new.subcols(0, basis));
         let mut sums = [0.0; 3];
         for (first, window) in self.windows() {
             let width = window.ncols();
@@ -63,13 +103,8 @@ impl<'t> Trajectory<'t> {
             }
             sums[0] += window.squared_norm_l2();
             sums[1] += floor.squared(window.as_ref());
-            let mut apart = window;
-            matmul(apart.as_mut(), Accum::Add, joined.onto_old.as_ref(), amplitudes.as_ref(), -1.0, Par::Seq);
-            debug_assert_eq!(apart.nrows(), m);
-            let mut beyond = Mat::zeros(joined.onto_new.nrows(), width);
-            let beyond_columns = joined.onto_new.as_ref();
-            matmul(beyond.as_mut(), Accum::Replace, beyond_columns, amplitudes.as_ref(), 1.0, Par::Seq);
-            sums[2] += apart.squared_norm_l2() + beyond.squared_norm_l2();
+            let [inside, beyond] = beside.apart(window, amplitudes.as_ref());
+            sums[2] += inside.squared_norm_l2() + beyond.squared_norm_l2();
         }
         let [norm, floor, error] = sums;
         TruthDistance { error: (error / norm).sqrt(), floor: (floor / norm).sqrt() }

@@ -24,7 +24,7 @@ mod orthonormal;
 mod reference;
 mod space;
 
-pub use distance::{DisplacedBy, MarchedApart, TruthDistance};
+pub use distance::{Beside, DisplacedBy, MarchedApart, TruthDistance};
 pub use reference::{Decay, Trajectory, Truth, TruthError, TruthOptions};
 
 #[cfg(test)]

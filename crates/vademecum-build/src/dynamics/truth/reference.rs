@@ -5,7 +5,7 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::motion::Motion;
 use super::orthonormal::DEPENDENT;
-use super::space::{Ritz, Space};
+use super::space::{Ritz, Space, ritz};
 use crate::dynamics::{History, Rayleigh, TimedLoad};
 use crate::fem::{FactorError, Pencil, Symbolic};
 use crate::linalg::{NoConvergence, project};
@@ -71,10 +71,14 @@ pub struct Truth<'a> {
     pub(super) pencil: &'a Pencil,
     /// `V`, shape (n, m), orthonormal in the mass.
     space: Mat<f64>,
+    /// `VᵀKV`, its upper triangle.
+    stiffness: Mat<f64>,
     modes: Modal,
     loads: Loads,
     time_step: f64,
     steps: usize,
+    /// Whether nothing was left to add to the space.
+    closed: bool,
     errors: Vec<f64>,
 }
 
@@ -149,17 +153,42 @@ impl<'a> Truth<'a> {
                 // What is missing was taken for rounding.
                 vec![DEPENDENT; loads.columns()]
             } else {
-                let fewer = (2 * space.used()).div_ceil(3).min(space.used() - 1);
-                let fewer = Modal::new(space.ritz(fewer)?, decay);
+                let fewer = Modal::new(space.ritz(fewer(space.used()))?, decay);
                 estimate(&modes, &fewer, &loads, time_step, steps, listener)?
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
             if closed || converged || space.used() >= most {
-                let space = space.into_vectors();
-                return Ok(Truth { pencil, space, modes, loads, time_step, steps, errors });
+                let (space, stiffness) = space.into_parts();
+                return Ok(Truth {
+                    pencil,
+                    space,
+                    stiffness,
+                    closed,
+                    modes,
+                    loads,
+                    time_step,
+                    steps,
+                    errors,
+                });
             }
             aim = (space.used() + space.used().div_ceil(2)).min(most);
         }
+    }
+
+    /// The same loads in the same space under another damping, with its own estimate of the error. More
+    /// damping needs no larger space; less might.
+    ///
+    /// # Errors
+    /// [`TruthError`]: numbers that double precision does not hold; a stop.
+    pub fn damped(self, decay: Decay<'_>, listener: &dyn Listener) -> Result<Truth<'a>, TruthError> {
+        let (vectors, projected) = (self.vectors(), self.stiffness.as_ref());
+        let modes = Modal::new(ritz(projected, vectors)?, decay);
+        let mut errors = self.errors;
+        if !self.closed {
+            let fewer = Modal::new(ritz(projected, fewer(vectors))?, decay);
+            errors = estimate(&modes, &fewer, &self.loads, self.time_step, self.steps, listener)?;
+        }
+        Ok(Truth { modes, errors, ..self })
     }
 
     /// Number of vectors of the space.
@@ -314,6 +343,11 @@ impl Loads {
         let shares = Mat::from_fn(m, mine.len(), |i, j| self.shares[(i, mine[j])]);
         (modes.vectors.transpose() * shares, mine.iter().map(|&j| self.when[j].1.clone()).collect())
     }
+}
+
+/// Vectors of a space of so many with which its error is estimated.
+fn fewer(vectors: usize) -> usize {
+    (2 * vectors).div_ceil(3).min(vectors - 1)
 }
 
 /// Distance of the answers in `fewer` vectors from those in all, relative, for each trajectory.

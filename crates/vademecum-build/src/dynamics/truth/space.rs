@@ -108,11 +108,11 @@ impl<'a> Space<'a> {
         self.vectors.subcols(0, self.used)
     }
 
-    /// Gives the vectors away.
-    pub fn into_vectors(mut self) -> Mat<f64> {
+    /// Gives the vectors and the projected stiffness away.
+    pub fn into_parts(mut self) -> (Mat<f64>, Mat<f64>) {
         let n = self.vectors.nrows();
         self.vectors.resize_with(n, self.used, |_, _| 0.0);
-        self.vectors
+        (self.vectors, self.stiffness)
     }
 
     /// Projects the stiffness on the columns that are new.
@@ -133,29 +133,38 @@ impl<'a> Space<'a> {
 
     /// The modes of the pencil on the first `m` columns, all of which are projected.
     ///
-    /// They are those of the inverse: the columns go from smooth to rough, so that the lowest `λ` are parts
-    /// in 1e8 and less of the highest and would drown in its rounding.
-    ///
     /// # Errors
-    /// [`NoConvergence`]: a stiffness that is not positive definite, or not of numbers.
+    /// As [`ritz`].
     pub fn ritz(&self, m: usize) -> Result<Ritz, NoConvergence> {
-        let stiffness = Mat::from_fn(m, m, |i, j| self.stiffness[(i.min(j), i.max(j))]);
-        let lower = stiffness.llt(Side::Lower).map_err(|_| NoConvergence { what: PROJECTED })?;
-        let mut inverse = Mat::identity(m, m);
-        solve_lower_triangular_in_place(lower.L(), inverse.as_mut(), Par::Seq);
-        let mut compliance = Mat::zeros(m, m);
-        let inverse = inverse.as_ref();
-        matmul(compliance.as_mut(), Accum::Replace, inverse.transpose(), inverse, 1.0, Par::Seq);
-        let (_, vectors) = symmetric_eigen(compliance.as_ref())?;
-        // Rayleigh quotients are free of the rounding of the inverse.
-        let mut forces = Mat::zeros(m, m);
-        matmul(forces.as_mut(), Accum::Replace, stiffness.as_ref(), vectors.as_ref(), 1.0, Par::Seq);
-        let quotients: Vec<f64> = (0..m).map(|k| vectors.col(k).transpose() * forces.col(k)).collect();
-        let mut order: Vec<usize> = (0..m).rev().collect();
-        order.sort_by(|&a, &b| quotients[a].total_cmp(&quotients[b]));
-        Ok(Ritz {
-            values: order.iter().map(|&k| quotients[k]).collect(),
-            vectors: Mat::from_fn(m, m, |i, k| vectors[(i, order[k])]),
-        })
+        ritz(self.stiffness.as_ref(), m)
     }
+}
+
+/// The modes of the pencil on the first `m` columns of a space, from the upper triangle of its projected
+/// stiffness.
+///
+/// They are those of the inverse: the columns go from smooth to rough, so that the lowest `λ` are parts
+/// in 1e8 and less of the highest and would drown in its rounding.
+///
+/// # Errors
+/// [`NoConvergence`]: a stiffness that is not positive definite, or not of numbers.
+pub(super) fn ritz(projected: MatRef<'_, f64>, m: usize) -> Result<Ritz, NoConvergence> {
+    let stiffness = Mat::from_fn(m, m, |i, j| projected[(i.min(j), i.max(j))]);
+    let lower = stiffness.llt(Side::Lower).map_err(|_| NoConvergence { what: PROJECTED })?;
+    let mut inverse = Mat::identity(m, m);
+    solve_lower_triangular_in_place(lower.L(), inverse.as_mut(), Par::Seq);
+    let mut compliance = Mat::zeros(m, m);
+    let inverse = inverse.as_ref();
+    matmul(compliance.as_mut(), Accum::Replace, inverse.transpose(), inverse, 1.0, Par::Seq);
+    let (_, vectors) = symmetric_eigen(compliance.as_ref())?;
+    // Rayleigh quotients are free of the rounding of the inverse.
+    let mut forces = Mat::zeros(m, m);
+    matmul(forces.as_mut(), Accum::Replace, stiffness.as_ref(), vectors.as_ref(), 1.0, Par::Seq);
+    let quotients: Vec<f64> = (0..m).map(|k| vectors.col(k).transpose() * forces.col(k)).collect();
+    let mut order: Vec<usize> = (0..m).rev().collect();
+    order.sort_by(|&a, &b| quotients[a].total_cmp(&quotients[b]));
+    Ok(Ritz {
+        values: order.iter().map(|&k| quotients[k]).collect(),
+        vectors: Mat::from_fn(m, m, |i, k| vectors[(i, order[k])]),
+    })
 }

@@ -356,3 +356,42 @@ fn the_modes_of_a_slender_beam_are_found_to_their_digits() {
     let first = (lambda[0] / modes.eigenvalues[0] - 1.0).abs();
     assert!(first < 1e-8, "{first:e}");
 }
+
+#[test]
+fn a_space_serves_another_damping_and_many_motions_on_its_trajectories() {
+    let model = small_block();
+    let pencil = model.pencil();
+    let symbolic = Symbolic::analyze(pencil).unwrap();
+    let lowest = lowest_modes(pencil, &symbolic, 4).unwrap();
+    let damping = two_percent(lowest.eigenvalues[0]);
+    let dt = std::f64::consts::TAU / lowest.eigenvalues[0].sqrt() / 40.0;
+    let loads = pushes(&model, dt);
+    let find = |decay: &dyn Fn(f64, usize) -> f64, most: usize| {
+        let options = TruthOptions { vectors_per_force: most, ..OPTIONS };
+        Truth::find(pencil, &symbolic, decay, &loads, (dt, 60), &options, &Silent).unwrap()
+    };
+    // A space that is not closed, so that the estimate is one.
+    let free = find(&|_, _| 0.0, 20);
+    let vectors = free.vectors();
+    let free_estimate = free.trajectory(0).estimate();
+    let damped = free.damped(&|lambda, _| damping.decay(lambda), &Silent).unwrap();
+    let afresh = find(&|lambda, _| damping.decay(lambda), 20);
+    assert_eq!([damped.vectors(), afresh.vectors()], [vectors; 2]);
+    let [found, expected] = [&damped, &afresh].map(|truth| truth.trajectory(0).coordinates());
+    assert!(found == expected, "the same space, the same modes, the same damping");
+    let [found, expected] = [&damped, &afresh].map(|truth| truth.trajectory(0).estimate());
+    assert!(found == expected && found != free_estimate, "{found} {expected} {free_estimate}");
+
+    // What is compared instant by instant adds up to what is compared at once, also where only some of the
+    // columns move.
+    let trajectory = damped.trajectory(0);
+    let coordinates = trajectory.coordinates();
+    let beside = damped.beside(lowest.vectors.clone());
+    let zeta = Mat::from_fn(4, 61, |k, n| if k < 2 { 1e-5 * ((k + 1) * n) as f64 } else { 0.0 });
+    let squares = beside.squares_apart(coordinates.clone(), zeta.as_ref());
+    let (columns, amplitudes) = (lowest.vectors.subcols(0, 2), zeta.subrows(0, 2));
+    let expected = trajectory.distance(&[DisplacedBy { columns, amplitudes }]).error;
+    let found = (squares.iter().sum::<f64>() / coordinates.squared_norm_l2()).sqrt();
+    assert_eq!(squares.len(), 61);
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+}
