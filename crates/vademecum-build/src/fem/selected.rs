@@ -1,8 +1,8 @@
 //! Entries of an inverse, and of its derivative, where its factor has entries: selected inversion.
 //!
-//! Eliminating the columns `J` of a group leaves `D` on them and `G` below (`A_IJ = G D`). From the last group
-//! to the first, with `I` the rows below (Takahashi, Fagan and Chin 1973; Erisman and Tinney 1975; by groups
-//! as in Lin et al. 2011)
+//! Eliminating the columns `J` of a group leaves `D` on them and `G` below (`A_IJ = G D`). From the last
+//! group to the first, with `I` the rows below (Takahashi, Fagan and Chin 1973; Erisman and Tinney 1975; by
+//! groups as in Lin et al. 2011)
 //!
 //! ```text
 //! Z_IJ = −Z_II G        Z_JJ = D⁻¹ − Gᵀ Z_IJ        Z = A⁻¹
@@ -85,8 +85,8 @@ fn work(group: &Group) -> f64 {
 impl Factor {
     /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` on the pattern of the factor, which is used up. All threads.
     ///
-    /// Some ten times the multiplications of the factorisation, whatever the number of entries that are looked
-    /// at. Memory: the factor once more, and two dense fronts.
+    /// Some ten times the multiplications of the factorisation, whatever the number of entries that are
+    /// looked at. Memory: the factor once more, and two dense fronts.
     ///
     /// # Errors
     /// [`Cancelled`].

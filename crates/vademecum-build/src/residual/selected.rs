@@ -2,9 +2,9 @@
 //! factor.
 //!
 //! Nodes of a triangle are neighbours in `K`, so their blocks are on the pattern. What the modes take of them
-//! is often all but a thousandth, and the factor is off by its rounding, times the condition of `K`, along the
-//! lowest modes. So nothing is subtracted by formula: with `F = KBΛ⁻¹` as it is in memory, `Z` the inverse of
-//! the factor as it is, and `P = I − BFᵀ`
+//! is often all but a thousandth, and the factor is off by its rounding, times the condition of `K`, along
+//! the lowest modes. So nothing is subtracted by formula: with `F = KBΛ⁻¹` as it is in memory, `Z` the
+//! inverse of the factor as it is, and `P = I − BFᵀ`
 //!
 //! ```text
 //! R = P Z Pᵀ = Z − B Aᵀ − A Bᵀ + B (FᵀA) Bᵀ                     A = Z F
