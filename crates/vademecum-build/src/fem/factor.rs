@@ -92,6 +92,16 @@ impl Symbolic {
         self.pattern.n()
     }
 
+    /// The pattern of the matrices.
+    pub(super) fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    /// The structure of the factor.
+    pub(super) fn cholesky(&self) -> &SymbolicCholesky<u32> {
+        &self.cholesky
+    }
+
     /// Memory of one factor \[bytes\].
     pub fn factor_bytes(&self) -> usize {
         self.cholesky.len_val().saturating_mul(size_of::<f64>())
@@ -194,6 +204,11 @@ impl Factor {
             }
         }
         columns
+    }
+
+    /// The structure and the values of `L`; whatever is above a diagonal means nothing.
+    pub(super) fn into_values(self) -> (Symbolic, Vec<f64>) {
+        (self.symbolic, self.values)
     }
 
     /// Solves for the few columns of one group.

@@ -10,13 +10,16 @@ mod factor;
 mod loads;
 mod model;
 mod pencil;
+mod selected;
 mod sparse;
+mod supernodes;
 
 pub use element::{ElementError, Material};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use loads::{Facet, LoadError, surface_facets};
 pub use model::{DofMap, Model, ModelError};
 pub use pencil::{Pencil, PencilError};
+pub use selected::Selected;
 pub use sparse::{Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
 

@@ -70,12 +70,18 @@ pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
     problem.output.residual.unwrap_or(prepared.exact) && diagonal && !prepared.space.has_region_parameters()
 }
 
-/// Bytes for the static residual. Its time is told by the sweep over the nodes, which measures it.
-fn residual_ahead(problem: &Problem, prepared: &Prepared) -> f64 {
+/// Bytes while the static residual is computed: matrices, what marches, modes, and its own. Its time is told
+/// by its own progress.
+fn residual_ahead(problem: &Problem, prepared: &Prepared, full: bool) -> f64 {
     if problem.basis.error.is_none() && !wants_residual(problem, prepared) {
         return 0.0;
     }
-    NUMBER * 4.0 * prepared.body.n_dof() as f64 * residual::columns_at_once() as f64
+    let Prepared { body, symbolic, scheme, .. } = prepared;
+    let modes = problem.basis.modes.unwrap_or(8);
+    let factors = if full { 1 + scheme.active().len() } else { 1 };
+    let kept = body.model.pencil().bytes() as f64 + factors as f64 * symbolic.factor_bytes() as f64;
+    let own = residual::memory(symbolic, modes, body.load_nodes.len());
+    kept + NUMBER * body.n_dof() as f64 * modes as f64 + own
 }
 
 /// What is ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
@@ -113,9 +119,9 @@ fn plan(
     if !prepared.exact {
         work = work.and(march.times(certificates));
     }
-    let columns = residual_ahead(problem, prepared);
-    // Snapshots are gone when the residual begins.
-    BuildPlan { work, memory_bytes: model_memory(problem, prepared) + snapshots.max(columns) }
+    // Snapshots and the space of the modes are gone when the residual begins.
+    let residual = residual_ahead(problem, prepared, full.is_some());
+    BuildPlan { work, memory_bytes: (model_memory(problem, prepared) + snapshots).max(residual) }
 }
 
 /// What is ahead, if it fits the machine and does not take longer than was asked for.

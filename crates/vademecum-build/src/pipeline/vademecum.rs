@@ -22,7 +22,7 @@ use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separat
 use crate::prepared::Prepared;
 use crate::progress::{StageTiming, Stopwatch};
 use crate::report::{BuildPlan, BuildReport, CertificateReport};
-use crate::residual::{Reduced, StaticResidual, static_residual};
+use crate::residual::{Reduced, StaticResidual, Way, static_residual};
 use crate::response::{BlockTerms, StageResponse, stage_responses};
 use crate::store::Inputs;
 
@@ -97,13 +97,14 @@ impl Stages<'_> {
         let reduced = Reduced { body, symbolic: &prepared.symbolic, vectors, eigenvalues, rigorous };
         let nodes = &order.nodes[..order.n_load];
         let triangles = &order.triangles[..order.n_load_triangles];
+        let way = Way::cheaper(&prepared.symbolic, eigenvalues.len(), nodes.len());
         let inputs = |inputs: Inputs| {
             let probes: Vec<_> = body.probes.iter().map(|probe| (probe.node, probe.direction)).collect();
-            let inputs = inputs.value(&(rigorous, probes)).with(basis).indices(nodes);
+            let inputs = inputs.value(&(rigorous, way, probes)).with(basis).indices(nodes);
             let inputs = inputs.indices(triangles.as_flattened());
             body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
         };
-        let solve = || static_residual(&reduced, nodes, triangles, kept.listener);
+        let solve = || static_residual(&reduced, way, nodes, triangles, kept.listener);
         let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
         Ok(Some(found))
     }

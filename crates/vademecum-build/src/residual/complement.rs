@@ -19,7 +19,8 @@ pub(super) const GROUP: usize = 24;
 /// `K⁻¹` and a basis with `BᵀKB = Λ`.
 pub(super) struct Complement<'a> {
     body: &'a Body,
-    factor: Factor,
+    /// Absent while it is used up.
+    factor: Option<Factor>,
     vectors: MatRef<'a, f64>,
     /// `K B`.
     images: Mat<f64>,
@@ -46,12 +47,39 @@ impl<'a> Complement<'a> {
         let stiffness = body.model.pencil().stiffness();
         let factor = symbolic.factorize(stiffness.clone())?;
         let mut images = Mat::zeros(vectors.nrows(), vectors.ncols());
-        // Whole matrices may be wide; groups keep what the product needs beside it small.
-        for (image, group) in column_groups(images.as_mut(), GROUP).into_iter().zip(groups(vectors)) {
-            stiffness.mul_into(group, image);
-        }
+        columns_of(vectors, images.as_mut(), |group, image| stiffness.mul_into(group, image));
         let compliances = eigenvalues.iter().map(|lambda| 1.0 / lambda).collect();
-        Ok(Self { body, factor, vectors, images, compliances })
+        Ok(Self { body, factor: Some(factor), vectors, images, compliances })
+    }
+
+    /// The factor of `K`.
+    pub fn factor(&self) -> &Factor {
+        self.factor.as_ref().expect("a factor that is not used up")
+    }
+
+    /// The factor of `K`, to use it up: without it nothing is solved for.
+    pub fn take_factor(&mut self) -> Factor {
+        self.factor.take().expect("a factor that is not used up")
+    }
+
+    /// The same factor again.
+    pub fn put_factor(&mut self, factor: Factor) {
+        self.factor = Some(factor);
+    }
+
+    /// `B`, shape (n, r).
+    pub fn vectors(&self) -> MatRef<'a, f64> {
+        self.vectors
+    }
+
+    /// `K B`, shape (n, r).
+    pub fn images(&self) -> MatRef<'_, f64> {
+        self.images.as_ref()
+    }
+
+    /// `1/λ`.
+    pub fn compliances(&self) -> &[f64] {
+        &self.compliances
     }
 
     pub fn pencil(&self) -> &Pencil {
@@ -67,7 +95,7 @@ impl<'a> Complement<'a> {
     pub fn workspace(&self, columns: usize) -> Workspace {
         let n = self.pencil().n_dof();
         let [own, images] = [Mat::zeros(n, columns), Mat::zeros(n, columns)];
-        Workspace { columns: own, images, solve: Solve::new(self.factor.symbolic(), columns, false) }
+        Workspace { columns: own, images, solve: Solve::new(self.factor().symbolic(), columns, false) }
     }
 
     /// Place of a component of a node among the free dofs; `None` where it is held.
@@ -85,7 +113,7 @@ impl<'a> Complement<'a> {
         own.into_par_iter().zip(&mut shares).for_each(|(forces, shares)| {
             self.shares_into(self.vectors, forces.as_ref(), shares);
         });
-        memory.solve.solve_in_place(&self.factor, columns.rb_mut());
+        memory.solve.solve_in_place(self.factor(), columns.rb_mut());
         let own = column_groups(columns, GROUP);
         own.into_par_iter().zip(&mut shares).for_each(|(mut answers, shares)| {
             self.take_away(answers.rb_mut(), shares);
@@ -167,6 +195,18 @@ impl<'a> Complement<'a> {
             (0..3).map(|c| probe.direction[c] * at[c]).sum()
         };
         self.body.probes.iter().map(value).collect()
+    }
+}
+
+/// Shows the columns of two matrices in groups: whole matrices may be wide, and a group keeps what a product
+/// needs beside it small.
+pub(super) fn columns_of(
+    from: MatRef<'_, f64>,
+    to: MatMut<'_, f64>,
+    work: impl Fn(MatRef<'_, f64>, MatMut<'_, f64>),
+) {
+    for (to, from) in column_groups(to, GROUP).into_iter().zip(groups(from)) {
+        work(from, to);
     }
 }
 

@@ -10,8 +10,10 @@ use rayon::prelude::*;
 use super::bound::relative_bound;
 use super::complement::Complement;
 use super::error::ResidualError;
+use super::selected::static_answers;
 use super::small::{Symmetric, semidefinite};
 use super::sweep::sweep;
+use super::way::Way;
 use crate::dynamics::{Modes, lowest_modes};
 use crate::fem::Symbolic;
 use crate::limits::Memory;
@@ -49,9 +51,14 @@ pub fn modes_within(
 ) -> Result<Enough, ResidualError> {
     let (pencil, nodes) = (body.model.pencil(), &body.load_nodes);
     let none = Mat::<f64>::zeros(pencil.n_dof(), 0);
-    let complement = Complement::new(body, symbolic, none.as_ref(), &[])?;
-    let answers: Vec<Symmetric> =
-        sweep(&complement, nodes, listener, |_, _| ())?.into_iter().map(|node| node.answer).collect();
+    let mut complement = Complement::new(body, symbolic, none.as_ref(), &[])?;
+    let answers: Vec<Symmetric> = match Way::cheaper(symbolic, 0, nodes.len()) {
+        Way::Solves => {
+            let found = sweep(&complement, nodes, listener, |_, _| ())?;
+            found.into_iter().map(|node| node.answer).collect()
+        }
+        Way::Selection => static_answers(body, complement.take_factor(), nodes, listener)?,
+    };
     let limit = Memory::asked_or_available(None).limit() as f64;
     let mut missed = 0;
     let mut count = FIRST.min(pencil.n_dof());

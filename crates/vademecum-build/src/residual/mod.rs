@@ -13,12 +13,15 @@ mod bound;
 mod complement;
 mod count;
 mod error;
+mod selected;
 mod small;
 mod sweep;
+mod way;
 
 pub use bound::StaticBound;
 pub use count::{Enough, modes_within};
 pub use error::ResidualError;
+pub use way::Way;
 
 use crate::prepared::Body;
 use crate::progress::Listener;
@@ -26,6 +29,7 @@ use crate::progress::Listener;
 use bound::relative_bound;
 use complement::Complement;
 use faer::MatRef;
+use selected::{blocks, selected};
 use small::{Symmetric, semidefinite};
 use sweep::{answers, sweep};
 
@@ -67,40 +71,47 @@ pub struct StaticResidual {
     pub bound: StaticBound,
 }
 
-/// Columns that are solved for at once: one group a thread.
-pub fn columns_at_once() -> usize {
-    Complement::at_once()
+/// Bytes for the residual of `r` modes at so many nodes, beside one factor.
+pub fn memory(symbolic: &crate::fem::Symbolic, r: usize, nodes: usize) -> f64 {
+    let column = size_of::<f64>() as f64 * symbolic.n() as f64;
+    let solves = 4.0 * column * Complement::at_once() as f64;
+    match Way::cheaper(symbolic, r, nodes) {
+        Way::Solves => solves,
+        // What is taken of the entries, and memory to find it.
+        Way::Selection => 8.0 * column * r as f64 + solves.max(symbolic.select_bytes() as f64),
+    }
 }
 
 /// The residual at the loadable nodes, given in the order in which they are counted, and between those that
 /// share one of `triangles`, which are made of their places.
 ///
-/// One solve for each component of each node, probe and pattern. The bytes do not depend on the number of
-/// threads.
+/// One solve for each probe and pattern; at the nodes one for each component, or a selected inversion. The
+/// bytes do not depend on the number of threads.
 ///
 /// # Errors
 /// [`ResidualError`].
 pub fn static_residual(
     reduced: &Reduced<'_>,
+    way: Way,
     nodes: &[u32],
     triangles: &[[u32; 3]],
     listener: &dyn Listener,
 ) -> Result<StaticResidual, ResidualError> {
     let body = reduced.body;
-    let complement = &Complement::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
+    let complement = Complement::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
     let pairs = edges(triangles);
     let firsts = firsts_of(&pairs, nodes.len());
-    let at = |answer: MatRef<'_, f64>, node: u32| complement.rows(answer, node);
-    let found = sweep(complement, nodes, listener, |place, columns| {
-        let own = at(columns, nodes[place]);
-        let others = firsts[place].iter().map(|&first| at(columns, nodes[first as usize]));
-        (semidefinite(small::symmetric(&own)), others.collect::<Vec<[f64; 9]>>())
-    })?;
     let loads = complement.loads();
-    let rows = answers(complement, &loads, listener, |column| {
+    let rows = answers(&complement, &loads, listener, |column| {
         let at = |&node: &u32| complement.row(column, node);
         (nodes.iter().map(at).collect::<Vec<[f64; 3]>>(), complement.probe_values(column))
     })?;
+    let found = match way {
+        Way::Solves => sweep(&complement, nodes, listener, |place, columns| {
+            blocks(&complement, nodes, &firsts, place, columns)
+        })?,
+        Way::Selection => selected(body, reduced.symbolic, complement, (nodes, &firsts), listener)?,
+    };
     let mut rows = rows.into_iter();
     let probes = rows.by_ref().take(body.probes.len()).map(|(at_nodes, _)| at_nodes).collect();
     let (patterns, pattern_probes) = rows.unzip();

@@ -67,8 +67,8 @@ pub(super) fn sweep<T: Send>(
     Ok(found)
 }
 
-/// Announces a sweep that takes more than a minute, by its first batch.
-fn note_long(seconds: f64, nodes: usize, listener: &dyn Listener) {
+/// Announces what takes more than a minute.
+pub(super) fn note_long(seconds: f64, nodes: usize, listener: &dyn Listener) {
     if seconds > 60.0 {
         let time = time_in_words(seconds);
         listener.note(&format!("static answers at {nodes} loadable nodes: about {time}"));

@@ -1,0 +1,159 @@
+//! How the numbers of a factor lie: groups of columns with the same rows below them.
+//!
+//! A group of one column is a column of a simplicial factor. What is selected of an inverse lies in the same
+//! places.
+
+use std::ops::Range;
+
+use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
+
+use super::sparse::SymmetricMatrix;
+
+/// Columns with the same rows below them.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    /// The first of the columns, in the order of elimination.
+    pub first: usize,
+    /// How many.
+    pub columns: usize,
+    /// Where the rows below stand among those of all groups.
+    rows: Range<usize>,
+    /// Where the values stand: shape (columns + rows, columns), column by column.
+    pub values: Range<usize>,
+}
+
+impl Group {
+    /// Rows below the columns.
+    pub fn below(&self) -> usize {
+        self.rows.len()
+    }
+}
+
+/// All groups of a factor.
+#[derive(Clone, Debug)]
+pub(super) struct Supernodes {
+    pub groups: Vec<Group>,
+    rows: Vec<u32>,
+    /// The group of each column.
+    owner: Vec<u32>,
+    /// The column that stands for each row of the matrix.
+    place: Vec<u32>,
+}
+
+/// Rows below a group that are columns of one other group.
+pub(super) struct Run {
+    /// That group.
+    pub owner: usize,
+    /// Their places among the rows.
+    pub places: Range<usize>,
+    /// For these and all later rows, their rows in the values of the other group.
+    pub local: Vec<u32>,
+}
+
+impl Supernodes {
+    pub fn new(cholesky: &SymbolicCholesky<u32>) -> Self {
+        let n = cholesky.ncols();
+        let place = match cholesky.perm() {
+            Some(permutation) => permutation.arrays().1.to_vec(),
+            None => (0..n as u32).collect(),
+        };
+        let (mut groups, mut rows, mut owner) = (vec![], vec![], vec![0; n]);
+        let mut values = 0;
+        let mut push = |first: usize, columns: usize, below: &[u32]| {
+            let start = rows.len();
+            rows.extend_from_slice(below);
+            let end = values + (columns + below.len()) * columns;
+            owner[first..first + columns].fill(groups.len() as u32);
+            groups.push(Group { first, columns, rows: start..rows.len(), values: values..end });
+            values = end;
+        };
+        match cholesky.raw() {
+            SymbolicCholeskyRaw::Simplicial(structure) => {
+                for (column, ends) in structure.col_ptr().windows(2).enumerate() {
+                    // The diagonal is the first of each column.
+                    push(column, 1, &structure.row_idx()[ends[0] as usize + 1..ends[1] as usize]);
+                }
+            }
+            SymbolicCholeskyRaw::Supernodal(structure) => {
+                for s in 0..structure.n_supernodes() {
+                    let [first, end] = [structure.supernode_begin()[s], structure.supernode_end()[s]];
+                    push(first as usize, (end - first) as usize, structure.supernode(s).pattern());
+                }
+            }
+        }
+        Self { groups, rows, owner, place }
+    }
+
+    /// Numbers in all groups.
+    pub fn len(&self) -> usize {
+        self.groups.last().map_or(0, |group| group.values.end)
+    }
+
+    /// The rows below a group, ascending.
+    pub fn rows(&self, group: &Group) -> &[u32] {
+        &self.rows[group.rows.clone()]
+    }
+
+    /// Most rows below a group.
+    pub fn tallest(&self) -> usize {
+        self.groups.iter().map(Group::below).max().unwrap_or(0)
+    }
+
+    /// Most numbers of a group.
+    pub fn largest(&self) -> usize {
+        self.groups.iter().map(|group| group.values.len()).max().unwrap_or(0)
+    }
+
+    /// The groups that own the rows below one, in order, each with the rows it owns.
+    pub fn runs(&self, group: &Group) -> Vec<Run> {
+        let rows = self.rows(group);
+        let mut runs = vec![];
+        let mut start = 0;
+        while start < rows.len() {
+            let owner = self.owner[rows[start] as usize] as usize;
+            let other = &self.groups[owner];
+            let end_column = other.first + other.columns;
+            let end = start + rows[start..].partition_point(|&row| (row as usize) < end_column);
+            let mut local: Vec<u32> = rows[start..end].iter().map(|&row| row - other.first as u32).collect();
+            // Every later row is among those of the other group: both lists ascend.
+            let below = self.rows(other);
+            let mut at = 0;
+            for &row in &rows[end..] {
+                at += below[at..].iter().position(|&other| other == row).expect("a row of the ancestor");
+                local.push((other.columns + at) as u32);
+            }
+            runs.push(Run { owner, places: start..end, local });
+            start = end;
+        }
+        runs
+    }
+
+    /// Where the value of two rows of the matrix stands, both ways round; `None` off the pattern of the
+    /// factor.
+    pub fn position(&self, row: usize, column: usize) -> Option<usize> {
+        let [a, b] = [self.place[row] as usize, self.place[column] as usize];
+        let (low, high) = (a.min(b), a.max(b));
+        let group = &self.groups[self.owner[low] as usize];
+        let height = group.columns + group.below();
+        let local = match high - group.first {
+            local if local < group.columns => local,
+            _ => group.columns + self.rows(group).binary_search(&(high as u32)).ok()?,
+        };
+        Some(group.values.start + (low - group.first) * height + local)
+    }
+
+    /// The lower triangle of a matrix in the places of the groups, zeros elsewhere.
+    pub fn scatter(&self, matrix: &SymmetricMatrix) -> Vec<f64> {
+        let mut values = vec![0.0; self.len()];
+        let pattern = matrix.pattern();
+        for column in 0..matrix.n() {
+            let range = pattern.range(column);
+            for (&row, &value) in pattern.rows_of(column).iter().zip(&matrix.values()[range]) {
+                if self.place[row as usize] >= self.place[column] {
+                    values[self.position(row as usize, column).expect("a place of the factor")] = value;
+                }
+            }
+        }
+        values
+    }
+}

@@ -1,0 +1,32 @@
+//! Whether the blocks at the loadable nodes are cheaper from solves or from a selected inversion.
+
+use crate::fem::Symbolic;
+
+/// How much longer a multiplication of a solve takes than one of a dense product: a solve of a few columns
+/// waits for the memory of the factor.
+const SOLVE: f64 = 4.0;
+/// Multiplications of a mode with a column, as a column is projected twice and its `G` taken.
+const PROJECTIONS: f64 = 6.0;
+
+/// How the blocks at the loadable nodes are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub enum Way {
+    /// Three right-hand sides for each node.
+    Solves,
+    /// Entries of `K⁻¹` and `K⁻¹MK⁻¹` on the pattern of the factor, whatever the number of nodes.
+    Selection,
+}
+
+impl Way {
+    /// The cheaper one for `r` modes and so many nodes, by the multiplications of both.
+    pub fn cheaper(symbolic: &Symbolic, r: usize, nodes: usize) -> Self {
+        if selection_to_solves(symbolic, r, nodes) < 1.0 { Self::Selection } else { Self::Solves }
+    }
+}
+
+/// How many times as long a selected inversion takes as solves at so many nodes.
+pub(super) fn selection_to_solves(symbolic: &Symbolic, r: usize, nodes: usize) -> f64 {
+    let solve = SOLVE * 2.0 * (symbolic.factor_bytes() / size_of::<f64>()) as f64;
+    let column = solve + PROJECTIONS * r as f64 * symbolic.n() as f64;
+    (symbolic.select_work() + 3.0 * r as f64 * solve) / (3.0 * nodes.max(1) as f64 * column)
+}
