@@ -80,7 +80,7 @@ fn residual_ahead(problem: &Problem, prepared: &Prepared, full: bool) -> f64 {
     let modes = problem.basis.modes.unwrap_or(8);
     let factors = if full { 1 + scheme.active().len() } else { 1 };
     let kept = body.model.pencil().bytes() as f64 + factors as f64 * symbolic.factor_bytes() as f64;
-    let own = residual::memory(symbolic, modes, body.load_nodes.len());
+    let own = residual::memory(body, symbolic, modes);
     kept + NUMBER * body.n_dof() as f64 * modes as f64 + own
 }
 

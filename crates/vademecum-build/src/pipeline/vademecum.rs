@@ -97,7 +97,7 @@ impl Stages<'_> {
         let reduced = Reduced { body, symbolic: &prepared.symbolic, vectors, eigenvalues, rigorous };
         let nodes = &order.nodes[..order.n_load];
         let triangles = &order.triangles[..order.n_load_triangles];
-        let way = Way::cheaper(&prepared.symbolic, eigenvalues.len(), nodes.len());
+        let way = Way::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
         let inputs = |inputs: Inputs| {
             let probes: Vec<_> = body.probes.iter().map(|probe| (probe.node, probe.direction)).collect();
             let inputs = inputs.value(&(rigorous, way, probes)).with(basis).indices(nodes);

@@ -52,7 +52,7 @@ pub fn modes_within(
     let (pencil, nodes) = (body.model.pencil(), &body.load_nodes);
     let none = Mat::<f64>::zeros(pencil.n_dof(), 0);
     let mut complement = Complement::new(body, symbolic, none.as_ref(), &[])?;
-    let answers: Vec<Symmetric> = match Way::cheaper(symbolic, 0, nodes.len()) {
+    let answers: Vec<Symmetric> = match Way::cheaper(body, symbolic, 0, nodes.len()) {
         Way::Solves => {
             let found = sweep(&complement, nodes, listener, |_, _| ())?;
             found.into_iter().map(|node| node.answer).collect()

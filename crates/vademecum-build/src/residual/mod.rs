@@ -71,11 +71,12 @@ pub struct StaticResidual {
     pub bound: StaticBound,
 }
 
-/// Bytes for the residual of `r` modes at so many nodes, beside one factor.
-pub fn memory(symbolic: &crate::fem::Symbolic, r: usize, nodes: usize) -> f64 {
+/// Bytes for the residual of `r` modes at the loadable nodes, beside one factor.
+pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
+    let nodes = body.load_nodes.len();
     let column = size_of::<f64>() as f64 * symbolic.n() as f64;
     let solves = 4.0 * column * Complement::at_once() as f64;
-    match Way::cheaper(symbolic, r, nodes) {
+    match Way::cheaper(body, symbolic, r, nodes) {
         Way::Solves => solves,
         // What is taken of the entries, and memory to find it.
         Way::Selection => 8.0 * column * r as f64 + solves.max(symbolic.select_bytes() as f64),

@@ -1,6 +1,7 @@
 //! Whether the blocks at the loadable nodes are cheaper from solves or from a selected inversion.
 
 use crate::fem::Symbolic;
+use crate::prepared::Body;
 
 /// How much longer a multiplication of a solve takes than one of a dense product: a solve of a few columns
 /// waits for the memory of the factor.
@@ -18,9 +19,12 @@ pub enum Way {
 }
 
 impl Way {
-    /// The cheaper one for `r` modes and so many nodes, by the multiplications of both.
-    pub fn cheaper(symbolic: &Symbolic, r: usize, nodes: usize) -> Self {
-        if selection_to_solves(symbolic, r, nodes) < 1.0 { Self::Selection } else { Self::Solves }
+    /// The cheaper one for `r` modes and so many nodes, by the multiplications of both. Matrices of another
+    /// program are solved with: nodes that are neighbours on the surface need not be coupled in them.
+    pub fn cheaper(body: &Body, symbolic: &Symbolic, r: usize, nodes: usize) -> Self {
+        let assembled = !body.model.mesh().elements.is_empty();
+        let selects = assembled && selection_to_solves(symbolic, r, nodes) < 1.0;
+        if selects { Self::Selection } else { Self::Solves }
     }
 }
 
