@@ -213,15 +213,11 @@ impl<'a> Stages<'a> {
         let residual = self.static_residual(problem, &basis, watch)?;
         let mut sized = Stages { residual: residual.as_ref(), ..*self };
         let mut factor = vec![];
-        let mut vademecum = None;
-        if problem.output.static_fields != Some(true) {
-            let certified = sized.certified(problem, &basis, watch)?;
-            if !sized.wants_factor(problem, &certified) {
-                vademecum = Some(certified);
-            }
-        }
-        let vademecum = match vademecum {
-            Some(vademecum) => vademecum,
+        // Without loadable nodes there is no residual, and nothing for the factor to add to.
+        let asked = problem.output.static_fields == Some(true) && residual.is_some();
+        let certified = if asked { None } else { Some(sized.certified(problem, &basis, watch)?) };
+        let vademecum = match certified.filter(|certified| !sized.wants_factor(problem, certified)) {
+            Some(certified) => certified,
             None => {
                 factor = sized.factor(problem, watch)?;
                 sized.factor = &factor;

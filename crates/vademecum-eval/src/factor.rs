@@ -131,23 +131,18 @@ impl<'m, const N: usize> Group<'m, N> {
 
 impl Place {
     fn after(self, group: [[u8; 4]; 2]) -> Option<Self> {
-        let [width, below] = sizes(group);
-        let count = width.checked_add(below)?.checked_mul(width)?;
-        Some(Self {
-            column: self.column.checked_add(width)?,
-            row: self.row.checked_add(below)?,
-            value: self.value.checked_add(count)?,
-        })
+        self.moved(group, usize::checked_add)
     }
 
     fn before(self, group: [[u8; 4]; 2]) -> Option<Self> {
+        self.moved(group, usize::checked_sub)
+    }
+
+    fn moved(self, group: [[u8; 4]; 2], by: fn(usize, usize) -> Option<usize>) -> Option<Self> {
         let [width, below] = sizes(group);
         let count = width.checked_add(below)?.checked_mul(width)?;
-        Some(Self {
-            column: self.column.checked_sub(width)?,
-            row: self.row.checked_sub(below)?,
-            value: self.value.checked_sub(count)?,
-        })
+        let (column, row) = (by(self.column, width)?, by(self.row, below)?);
+        Some(Self { column, row, value: by(self.value, count)? })
     }
 }
 

@@ -133,7 +133,9 @@ impl Stages<'_> {
     ) -> Result<Vec<Draft>, BuildError> {
         let Self { prepared, order, kept, .. } = *self;
         let bytes = memory_in_words(self.factor_bytes(problem) as u64);
-        kept.listener.note(&format!("the file keeps the factor of the stiffness, about {bytes}: whole fields show the whole static answer"));
+        kept.listener.note(&format!(
+            "the file keeps the factor of the stiffness, about {bytes}: whole fields show the whole static answer"
+        ));
         let precision = problem.output.precision;
         let sections = || factor_sections(&prepared.body, &prepared.symbolic, order, precision);
         Ok(watch.stage("factor for whole fields", sections)?)
