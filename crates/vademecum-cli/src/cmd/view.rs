@@ -37,18 +37,23 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 11] = modules!(
+const MODULES: [(&str, &str); 16] = modules!(
     "body",
     "camera",
     "chart",
     "colors",
     "controls",
+    "elements",
     "evaluator",
+    "greet",
     "hands",
     "main",
+    "overlay",
+    "parameters",
     "player",
     "render",
-    "vectors"
+    "vectors",
+    "views"
 );
 
 /// Where the served page finds the file.
