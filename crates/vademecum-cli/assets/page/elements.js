@@ -2,6 +2,12 @@
 
 export const find = (id) => document.getElementById(id);
 
+/** Says what the visitor should know now, in the line over the body; "" takes it away. */
+export function say(text) {
+  find("hint").textContent = text;
+  find("hint").classList.toggle("gone", text === "");
+}
+
 export function element(name, text) {
   const made = document.createElement(name);
   made.textContent = text;

@@ -1,6 +1,6 @@
 // Pointers and keys: a press on the loadable surface is a contact, beside it the view turns. Every finger is its own contact.
 import { add, scaled } from "vademecum/vectors";
-import { find } from "vademecum/elements";
+import { find, say } from "vademecum/elements";
 
 /** Unit vectors of the axes. */
 export const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
@@ -33,12 +33,6 @@ export class Hands {
     this.turned = now;
   }
 
-  /** What a press did, where the hint stands. */
-  say(text) {
-    find("hint").textContent = text;
-    find("hint").classList.toggle("gone", text === "");
-  }
-
   place(event) {
     const box = this.canvas.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];
@@ -55,7 +49,7 @@ export class Hands {
     this.canvas.setPointerCapture(event.pointerId);
     const at = this.place(event);
     const hit = event.button === 0 && !event.shiftKey ? this.pick(at) : null;
-    this.say(hit && !hit.loadable ? this.refused() : "");
+    if (hit) say(hit.loadable ? "" : this.refused());
     if (hit?.loadable && this.controls.sphere && !this.player.tool) {
       this.lay(event.pointerId, at, hit.point, this.player.body.normal(hit.triangle));
     } else if (hit?.loadable) {
@@ -199,6 +193,6 @@ export class Hands {
     const contact = { kind: "contact", start: at, at: [at[0], at[1] + 40], point, normal };
     contact.id = this.player.press(point, this.force(contact));
     this.held.set("Enter", contact);
-    this.say("");
+    say("");
   }
 }

@@ -10,6 +10,7 @@ import { Hands } from "vademecum/hands";
 import { drawOver, drawnTool } from "vademecum/overlay";
 import { Player } from "vademecum/player";
 import { Renderer } from "vademecum/render";
+import { Sound } from "vademecum/sound";
 import { upward, viewButtons } from "vademecum/views";
 
 function decode(text) {
@@ -29,7 +30,8 @@ async function file() {
 }
 
 async function start() {
-  const evaluator = await Evaluator.open(decode(find("wasm").textContent), await file());
+  const bytes = { wasm: decode(find("wasm").textContent), file: await file() };
+  const evaluator = await Evaluator.open(bytes.wasm, bytes.file);
   const body = new Body(evaluator);
   const player = new Player(evaluator, body, { double: true });
   const renderer = new Renderer(find("view"), body);
@@ -39,6 +41,7 @@ async function start() {
   const page = { evaluator, body, player, renderer, camera, controls, pace: new Pace(player) };
   page.modes = modes(evaluator);
   viewButtons(camera);
+  page.sound = new Sound(player, bytes);
   page.greeting = new Greeting(player, controls);
   offer(page);
   let last = performance.now();
@@ -152,6 +155,7 @@ function offer(page) {
     lift: () => player.lift(),
     pause: (paused = true) => controls.pause(paused),
     greeting: page.greeting,
+    sound: page.sound,
     camera,
     controls,
     set: (parameters) => controls.set(parameters),

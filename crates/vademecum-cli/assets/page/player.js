@@ -49,6 +49,8 @@ export class Player {
     this.tool = null;
     this.amplitudes = evaluator.patternNames.map(() => 0);
     this.nextContact = 1;
+    /** Who wants to hear of new contacts, of rest and of other parameters. */
+    this.heard = { press() {}, rest() {}, set() {} };
     this.paused = false;
     this.speed = 1;
     this.time = 0;
@@ -121,6 +123,7 @@ export class Player {
     const id = this.nextContact++;
     this.contacts.set(id, { point, force });
     this.load();
+    this.heard.press(point, force);
     return id;
   }
 
@@ -150,6 +153,7 @@ export class Player {
       this.load();
     });
     if (kind() !== before) this.measure();
+    this.heard.set();
   }
 
   /** Displacement and velocity zero, time and records anew, loads kept. */
@@ -160,6 +164,7 @@ export class Player {
     Object.assign(this, { time: 0, owed: 0 });
     this.history.clear();
     this.load();
+    this.heard.rest();
   }
 
   /** Takes `n` steps now. */

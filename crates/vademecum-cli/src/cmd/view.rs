@@ -37,7 +37,7 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 16] = modules!(
+const MODULES: [(&str, &str); 19] = modules!(
     "body",
     "camera",
     "chart",
@@ -52,6 +52,9 @@ const MODULES: [(&str, &str); 16] = modules!(
     "parameters",
     "player",
     "render",
+    "ring",
+    "ringer",
+    "sound",
     "vectors",
     "views"
 );
