@@ -74,6 +74,26 @@ test("the switch rings what is struck, and a body that no ear hears says so", as
   await page.locator("#sound").click();
   await page.waitForFunction(() => /^Sound: 12 tones from 212 Hz\./.test(document.getElementById("hint").textContent));
   assert.equal(await page.locator("#sound").getAttribute("aria-pressed"), "true");
+  // What a press on the body sends to the loudspeaker.
+  const loudest = () => page.evaluate(async () => {
+    const { sound } = window.vademecum;
+    const ear = (window.ear ??= sound.context.createAnalyser());
+    sound.node.connect(ear);
+    const samples = new Float32Array(ear.fftSize);
+    ear.getFloatTimeDomainData(samples);
+    return Math.max(...samples.map(Math.abs));
+  });
+  const until = async (met) => {
+    for (let i = 0; i < 100 && !met(await loudest()); i++) await page.waitForTimeout(100);
+    assert.ok(met(await loudest()));
+  };
+  await until((x) => x === 0);
+  await page.locator("#view").focus();
+  await page.keyboard.down("Enter");
+  await until((x) => x > 0.05 && x < 0.51);
+  await page.keyboard.up("Enter");
+  await page.locator("#rest").click();
+  await until((x) => x === 0);
   await page.evaluate(() => window.vademecum.set({ stiffness: 1e-6 }));
   assert.match(await page.locator("#hint").textContent(), /^No sound: the modes of this body lie between 212 mHz and 12.2 Hz, an ear hears 20 Hz to 20 kHz\.$/);
   await page.locator("#reset").click();

@@ -77,7 +77,7 @@ export class Controls {
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(`--${name}`).trim();
     this.dark = dark;
-    this.style = { soft: color("soft"), line: color("line"), panel: color("panel"), ink: color("ink"), arrow: color("arrow"), series: [0, 1, 2, 3].map((k) => color(`series${k}`)) };
+    this.style = { soft: color("soft"), line: color("line"), panel: color("panel"), stage: color("stage-plain"), ink: color("ink"), arrow: color("arrow"), series: [0, 1, 2, 3].map((k) => color(`series${k}`)) };
   }
 
   pause(paused) {

@@ -9,7 +9,9 @@ import { Greeting } from "vademecum/greet";
 import { Hands } from "vademecum/hands";
 import { drawOver, drawnTool } from "vademecum/overlay";
 import { Player } from "vademecum/player";
+import { Recorder } from "vademecum/record";
 import { Renderer } from "vademecum/render";
+import { Share } from "vademecum/share";
 import { Sound } from "vademecum/sound";
 import { upward, viewButtons } from "vademecum/views";
 
@@ -40,8 +42,9 @@ async function start() {
   new Hands(find("view"), player, camera, controls);
   const page = { evaluator, body, player, renderer, camera, controls, pace: new Pace(player) };
   page.modes = modes(evaluator);
-  viewButtons(camera);
+  page.share = new Share(camera, viewButtons(camera));
   page.sound = new Sound(player, bytes);
+  page.recorder = new Recorder(controls, page.sound);
   page.greeting = new Greeting(player, controls);
   offer(page);
   let last = performance.now();
@@ -79,6 +82,7 @@ function show(page, seconds) {
   const tool = player.tool && drawnTool(player, magnification);
   renderer.draw(camera, { magnification, component, dark, tool, scale: controls.scale(field, seconds) });
   drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
+  page.recorder.frame();
   signals(page);
   controls.warn(controls.component === -1 && !controls.velocity ? controls.largest : largest(displacement));
   pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
@@ -156,6 +160,7 @@ function offer(page) {
     pause: (paused = true) => controls.pause(paused),
     greeting: page.greeting,
     sound: page.sound,
+    recorder: page.recorder,
     camera,
     controls,
     set: (parameters) => controls.set(parameters),

@@ -69,6 +69,14 @@ export class Sound {
     this.node.connect(this.context.destination);
   }
 
+  /** What rings, for a clip; nothing while the switch is off. */
+  tracks() {
+    if (!this.isOn) return [];
+    const end = this.context.createMediaStreamDestination();
+    this.node.connect(end);
+    return end.stream.getTracks();
+  }
+
   post(...message) {
     if (this.isOn) this.node.port.postMessage(message);
   }

@@ -37,7 +37,7 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 19] = modules!(
+const MODULES: [(&str, &str); 21] = modules!(
     "body",
     "camera",
     "chart",
@@ -51,9 +51,11 @@ const MODULES: [(&str, &str); 19] = modules!(
     "overlay",
     "parameters",
     "player",
+    "record",
     "render",
     "ring",
     "ringer",
+    "share",
     "sound",
     "vectors",
     "views"
