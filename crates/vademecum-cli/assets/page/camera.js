@@ -7,6 +7,8 @@ const START = { yaw: -1.05, pitch: 0.42 };
 const REMEMBERED = 100;
 /** A body that runs away is followed up to this many of its own sizes. */
 const FOLLOWED = 3;
+/** So far (of half the body's diagonal) it moves without the view: there is room for it. */
+const FREE = 0.1;
 
 const middle = ({ low, high }) => scaled(add(low, high), 0.5);
 
@@ -75,10 +77,10 @@ export class Camera {
   /** Makes room for a body that is drawn in `box`: at once where it grows, slowly back. Who turned the wheel or moved the view chose for himself. */
   follow(box, seconds) {
     if (this.zoom !== 1 || norm(sub(this.target, middle(this.box))) > 1e-9 * this.radius) return;
-    const most = FOLLOWED * 2 * this.radius;
+    const [most, free] = [FOLLOWED * 2 * this.radius, FREE * this.radius];
     const [grow, shrink] = [1 - Math.exp(-seconds / 0.15), 1 - Math.exp(-seconds / 8)];
     const side = (now, wanted, rest, sign) => {
-      const to = sign * Math.max(sign * rest, Math.min(sign * wanted, sign * rest + most));
+      const to = sign * Math.max(sign * rest, Math.min(sign * wanted - free, sign * rest + most));
       return now + (to - now) * (sign * to > sign * now ? grow : shrink);
     };
     const { low, high } = this.around;
@@ -91,14 +93,13 @@ export class Camera {
   distance(frame) {
     const margin = 1.12;
     let distance = 0;
-    const centre = middle(this.box);
-    for (const [box, wide] of [[this.box, margin], [this.around, 1.02]]) {
-      for (let corner = 0; corner < 8; corner++) {
-        const p = [0, 1, 2].map((i) => ((corner >> i) & 1 ? box.high[i] : box.low[i]) - centre[i]);
-        const across = Math.abs(dot(p, frame.right)) / (TANGENT * this.aspect);
-        const along = Math.abs(dot(p, frame.up)) / TANGENT;
-        distance = Math.max(distance, dot(p, frame.back) + wide * Math.max(across, along));
-      }
+    const centre = middle(this.around);
+    const { low, high } = this.around;
+    for (let corner = 0; corner < 8; corner++) {
+      const p = [0, 1, 2].map((i) => ((corner >> i) & 1 ? high[i] : low[i]) - centre[i]);
+      const across = Math.abs(dot(p, frame.right)) / (TANGENT * this.aspect);
+      const along = Math.abs(dot(p, frame.up)) / TANGENT;
+      distance = Math.max(distance, dot(p, frame.back) + margin * Math.max(across, along));
     }
     return distance / this.zoom;
   }
@@ -109,7 +110,9 @@ export class Camera {
     [this.width, this.height] = [width, height];
     const frame = this.frame();
     const distance = this.distance(frame);
-    this.view = { ...frame, eye: add(this.target, scaled(frame.back, distance)) };
+    // The middle of a body that has moved away is looked at, as far as the visitor has not chosen another point.
+    const looked = add(this.target, sub(middle(this.around), middle(this.box)));
+    this.view = { ...frame, eye: add(looked, scaled(frame.back, distance)) };
     const far = distance + 6 * this.radius;
     this.matrix = viewProjection(this.view, TANGENT, this.aspect, Math.max(distance - 4 * this.radius, 0.03 * distance), far);
     this.metresPerPixel = (2 * TANGENT * distance) / height;

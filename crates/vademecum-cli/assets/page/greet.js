@@ -1,8 +1,8 @@
-// What a visitor meets first: the body is pulled aside and let go, and a line says what to do.
+// What a visitor meets first: the body is pushed aside and let go where it has come farthest, and a line says what to do.
 import { scaled } from "vademecum/vectors";
 
-/** How long the first pull is held, in periods of the first mode: until the body has come farthest. */
-const HELD = 0.5;
+/** The push is held until the body comes back by this share of the way it came, at most for so many periods of the first mode. */
+const BACK = 0.03, LONGEST = 1;
 
 /** Plucks the body once, unless the visitor asked the browser for less motion; what the visitor does ends it. */
 export class Greeting {
@@ -11,14 +11,20 @@ export class Greeting {
     const { point, normal, force } = player.body.flexible;
     if (player.body.loadTriangles === 0 || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
     this.id = player.press(point, scaled(normal, -force));
-    this.until = player.time + HELD / controls.firstFrequency();
+    Object.assign(this, { until: player.time + LONGEST / controls.firstFrequency(), seen: player.history.count, farthest: 0 });
     document.addEventListener("pointerdown", () => this.end(), { capture: true, once: true });
     document.addEventListener("keydown", () => this.end(), { capture: true, once: true });
   }
 
   /** Called each frame. */
   frame() {
-    if (this.id !== null && this.player.time >= this.until) this.end();
+    const { history, time } = this.player;
+    const watched = history.columns.at(-2);
+    for (; this.id !== null && this.seen < history.count; this.seen++) {
+      const way = -history.at(watched, this.seen);
+      this.farthest = Math.max(this.farthest, way);
+      if (way < (1 - BACK) * this.farthest || time >= this.until) this.end();
+    }
   }
 
   /** Lets go. */

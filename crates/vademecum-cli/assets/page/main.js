@@ -49,8 +49,8 @@ async function start() {
   offer(page);
   let last = performance.now();
   const frame = (now) => {
-    // A page that was hidden does not catch up.
-    const seconds = Math.min(Math.max((now - last) / 1000, 0), 0.25);
+    // A page that was hidden does not catch up, and the greeting lets go in the right frame.
+    const seconds = Math.min(Math.max((now - last) / 1000, 0), page.greeting.id === null ? 0.25 : 0.02);
     last = now;
     show(page, seconds);
     requestAnimationFrame(frame);

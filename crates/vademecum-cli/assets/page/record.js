@@ -71,7 +71,7 @@ export class Recorder {
     const right = width - 12 * unit;
     const ends = said("high") ? `${said("low")} to ${said("high")}` : said("low");
     write(`${said("quantity")}: ${ends}`, right, 22, "right", 12, style.ink);
-    write(`${said("true-scale")}, ${said("time")}`, right, 52, "right", 12, style.soft);
+    write(`${said("true-scale")}, time ${said("time")}`, right, 52, "right", 12, style.soft);
     this.bar(context, right - 160 * unit, 28 * unit, 160 * unit, 8 * unit);
   }
 

@@ -55,7 +55,7 @@ void main() {
   vec3 base = texture(ramp, vec2(clamp(value, 0.0, 1.0) * 0.996 + 0.002, 0.5)).rgb;
   // What cannot be pushed: paler, and striped.
   float line = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / stripe));
-  base = mix(mix(base, vec3(0.45 + 0.25 * line), 0.55), base, bright);
+  base = mix(mix(base, vec3(0.5 + 0.18 * line), 0.5), base, bright);
   if (component == -2 && bright < 0.5) base = vec3(0.6);
   if (ball.w > 0.0) base = ball_color;
   color = vec4(base * light + shine, 1.0);
