@@ -3,7 +3,7 @@
 //   vademecum build tests/browser/bar.toml -o out/bar.vdm && vademecum view out/bar.vdm --export out/bar.html
 //   vademecum build fixtures/problems/liver.toml -o out/liver.vdm && vademecum view out/liver.vdm --export out/liver.html
 //   WORK=target/browser node tests/browser/pictures.mjs out        (tests/browser/check installs what it needs)
-// They were reduced to 256 colours afterwards (ImageMagick: convert IN -dither None -colors 256 PNG8:OUT) to stay small.
+import { writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
 
@@ -13,14 +13,23 @@ const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", arg
 const DESKTOP = { viewport: { width: 1120, height: 700 } };
 const PHONE = { viewport: { width: 380, height: 760 }, hasTouch: true, isMobile: true, deviceScaleFactor: 1.5 };
 
-/** Opens a page, plain behind the body (gradients do not survive few colours), lets `act` happen and takes the picture. */
-async function picture(body, name, options, background, act) {
+/** Opens a page, lets `act` happen and takes the picture, as WebP since that is small. */
+async function picture(body, name, options, act) {
   const page = await browser.newPage(options);
   await page.goto(`file://${folder}/${body}.html`);
   await page.evaluate(() => window.vademecum.ready);
-  await page.addStyleTag({ content: `#stage { background: ${background} !important }` });
   await act(page);
-  await page.screenshot({ path: `${folder}/${name}.png` });
+  const png = (await page.screenshot()).toString("base64");
+  const webp = await page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    canvas.getContext("2d").drawImage(image, 0, 0);
+    return canvas.toDataURL("image/webp", 0.9).split(",")[1];
+  }, png);
+  writeFileSync(`${folder}/${name}.webp`, Buffer.from(webp, "base64"));
   await page.close();
 }
 
@@ -32,7 +41,7 @@ const push = (page, share) => page.evaluate((s) => {
 }, share);
 
 // The pluck, some seconds after it was let go.
-await picture("beam", "view-beam", { ...DESKTOP, colorScheme: "light" }, "#eef2f7", async (page) => {
+await picture("beam", "view-beam", { ...DESKTOP, colorScheme: "light" }, async (page) => {
   await page.evaluate(() => window.vademecum.set({ alpha: 4 }));
   await page.waitForFunction(() => window.vademecum.greeting.id === null);
   await page.waitForTimeout(2500);
@@ -40,7 +49,7 @@ await picture("beam", "view-beam", { ...DESKTOP, colorScheme: "light" }, "#eef2f
   await page.waitForTimeout(700);
 });
 
-await picture("liver", "view-liver", { ...DESKTOP, colorScheme: "dark" }, "#1a212d", async (page) => {
+await picture("liver", "view-liver", { ...DESKTOP, colorScheme: "dark" }, async (page) => {
   await page.locator("#ghost").check();
   await page.waitForFunction(() => window.vademecum.greeting.id === null);
   await page.waitForTimeout(2500);
@@ -48,13 +57,13 @@ await picture("liver", "view-liver", { ...DESKTOP, colorScheme: "dark" }, "#1a21
   await page.waitForTimeout(900);
 });
 
-// Mid-motion, by the page's own button.
-await picture("liver", "view-phone", { ...PHONE, colorScheme: "dark" }, "#1a212d", async (page) => {
+// Mid-motion.
+await picture("liver", "view-phone", { ...PHONE, colorScheme: "dark" }, async (page) => {
   await page.waitForFunction(() => window.vademecum.greeting.id === null);
   await page.waitForTimeout(1500);
 });
 
-await picture("bar", "view-sound", { ...DESKTOP, colorScheme: "light" }, "#eef2f7", async (page) => {
+await picture("bar", "view-sound", { ...DESKTOP, colorScheme: "light" }, async (page) => {
   await page.locator("#sound").click();
   await page.waitForFunction(() => /^Sound/.test(document.getElementById("hint").textContent));
   await push(page, 1);

@@ -72,7 +72,7 @@ test("the sound dies away as the file's damping says", async () => {
 test("the switch rings what is struck, and a body that no ear hears says so", async () => {
   const { page, heard, context } = await open(BAR);
   await page.locator("#sound").click();
-  await page.waitForFunction(() => /^Sound: 12 tones from 212 Hz\./.test(document.getElementById("hint").textContent));
+  await page.waitForFunction(() => /^Sound: 12 tones from 212 Hz \(G♯3 \+ 35 cents\)\./.test(document.getElementById("hint").textContent));
   assert.equal(await page.locator("#sound").getAttribute("aria-pressed"), "true");
   // What a press on the body sends to the loudspeaker.
   const loudest = () => page.evaluate(async () => {

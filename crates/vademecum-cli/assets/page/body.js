@@ -162,8 +162,8 @@ function splitAtCreases(rest, triangles, loadTriangles) {
 /** What a push drawn as this share of the body's size shows; the place that gives way most shows no more than `MOST`. */
 const SHOWN = 0.07, MOST = 0.15;
 
-/** The loadable node that gives way most along its normal, a round force that moves it by at most 4 % of the body's size, and the round
- * magnification that shows this force at most places: static compliance `Σ_k (B_k·n)²/λ_k`. */
+/** The loadable node that gives way most along its normal, a round force that moves it by at most 4 % of the body's size, how far [m] that is, and
+ * the round magnification that shows this force at most places: static compliance `Σ_k (B_k·n)²/λ_k`. */
 function flexiblePoint(body, evaluator, basis) {
   const { modes, loadNodes } = evaluator.counts;
   const table = evaluator.section(SECTION.modeTable);
@@ -192,7 +192,8 @@ function flexiblePoint(body, evaluator, basis) {
   const share = (compliance) => (force * compliance) / body.size;
   const median = compliances.sort((a, b) => a - b)[compliances.length >> 1];
   const magnification = median ? Math.max(1, round125(Math.min(SHOWN / share(median), MOST / share(best.compliance)))) : 1;
-  return { point: { nodes: [best.node, best.node, best.node], weights: [1, 0, 0] }, normal: best.normal, force, magnification };
+  const point = { nodes: [best.node, best.node, best.node], weights: [1, 0, 0] };
+  return { point, normal: best.normal, force, magnification, moves: force * best.compliance };
 }
 
 /** The nearest of 1, 2, 5 times a power of ten below `x`. */

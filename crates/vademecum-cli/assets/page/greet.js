@@ -1,7 +1,7 @@
 // What a visitor meets first: the body is pushed aside and let go where it has come farthest, and a line says what to do.
 import { scaled } from "vademecum/vectors";
 
-/** The push is held until the body comes back by this share of the way it came, at most for so many periods of the first mode. */
+/** The push is held until the body has come as far as it would rest, and then comes back by this share; at most for so many periods of the first mode. */
 const BACK = 0.03, LONGEST = 1;
 
 /** Plucks the body once, unless the visitor asked the browser for less motion; what the visitor does ends it. */
@@ -23,7 +23,8 @@ export class Greeting {
     for (; this.id !== null && this.seen < history.count; this.seen++) {
       const way = -history.at(watched, this.seen);
       this.farthest = Math.max(this.farthest, way);
-      if (way < (1 - BACK) * this.farthest || time >= this.until) this.end();
+      const back = this.farthest > this.player.body.flexible.moves && way < (1 - BACK) * this.farthest;
+      if (back || time >= this.until) this.end();
     }
   }
 

@@ -60,7 +60,7 @@ export class Sound {
     const { tones } = this;
     const { alpha, beta } = this.player.evaluator.options;
     const still = alpha === 0 && beta === 0 ? " The file has no damping: it rings until Rest." : "";
-    say(`Sound: ${tones.length} tone${tones.length === 1 ? "" : "s"} from ${short(tones[0], "Hz")}. Strike the body: it rings in real time.${still}`);
+    say(`Sound: ${tones.length} tone${tones.length === 1 ? "" : "s"} from ${short(tones[0], "Hz")} (${note(tones[0])}). Strike the body: it rings in real time.${still}`);
   }
 
   async start() {
@@ -95,6 +95,15 @@ export class Sound {
     node.connect(context.destination);
     return (await context.startRendering()).getChannelData(0);
   }
+}
+
+/** The nearest note of a piano tuned to A4 = 440 Hz, and how far above or below it a tone lies, in hundredths of a semitone. */
+export function note(hertz) {
+  const exact = 69 + 12 * Math.log2(hertz / 440);
+  const key = Math.round(exact);
+  const cents = Math.round(100 * (exact - key));
+  const name = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"][((key % 12) + 12) % 12];
+  return `${name}${Math.floor(key / 12) - 1}${cents === 0 ? "" : ` ${cents > 0 ? "+" : "−"} ${Math.abs(cents)} cents`}`;
 }
 
 /** A worklet that rings. */
