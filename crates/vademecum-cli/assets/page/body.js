@@ -50,21 +50,25 @@ export class Body {
     return [0, 1, 2].reduce((sum, k) => add(sum, scaled(this.node(point.nodes[k], positions), point.weights[k])), [0, 0, 0]);
   }
 
-  /** The first triangle a ray meets, as `{ triangle, loadable, point }`; null if it passes by. */
-  pick({ from, along }) {
+  /** The first triangle a ray meets, as `{ triangle, loadable, point }`; null if it passes by. Plain numbers: fine meshes are asked at each move. */
+  pick({ from: [fx, fy, fz], along: [lx, ly, lz] }) {
+    const { triangles, displaced: x } = this;
     let best = null;
-    for (let t = 0; t < this.triangles.length / 3; t++) {
-      const [a, b, c] = this.corners(t, this.displaced);
-      const [ab, ac, away] = [sub(b, a), sub(c, a), sub(from, a)];
-      const p = cross(along, ac);
-      const determinant = dot(ab, p);
+    for (let t = 0; t < triangles.length; t += 3) {
+      const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
+      const bx = x[b] - x[a], by = x[b + 1] - x[a + 1], bz = x[b + 2] - x[a + 2];
+      const cx = x[c] - x[a], cy = x[c + 1] - x[a + 1], cz = x[c + 2] - x[a + 2];
+      const px = ly * cz - lz * cy, py = lz * cx - lx * cz, pz = lx * cy - ly * cx;
+      const determinant = bx * px + by * py + bz * pz;
       if (determinant === 0) continue;
-      const v = dot(away, p) / determinant;
-      const q = cross(away, ab);
-      const w = dot(along, q) / determinant;
-      const distance = dot(ac, q) / determinant;
-      if (v < 0 || w < 0 || v + w > 1 || distance <= 0 || (best && distance >= best.distance)) continue;
-      best = { triangle: t, distance, weights: [1 - v - w, v, w] };
+      const ax = fx - x[a], ay = fy - x[a + 1], az = fz - x[a + 2];
+      const v = (ax * px + ay * py + az * pz) / determinant;
+      if (v < 0 || v > 1) continue;
+      const qx = ay * bz - az * by, qy = az * bx - ax * bz, qz = ax * by - ay * bx;
+      const w = (lx * qx + ly * qy + lz * qz) / determinant;
+      const distance = (cx * qx + cy * qy + cz * qz) / determinant;
+      if (w < 0 || v + w > 1 || distance <= 0 || (best && distance >= best.distance)) continue;
+      best = { triangle: t / 3, distance, weights: [1 - v - w, v, w] };
     }
     if (!best) return null;
     const nodes = [0, 1, 2].map((k) => this.triangles[3 * best.triangle + k]);

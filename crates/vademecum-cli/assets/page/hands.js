@@ -1,9 +1,6 @@
 // Pointers and keys: a press on the loadable surface is a contact, beside it the view turns. Every finger is its own contact.
-import { add, scaled } from "vademecum/vectors";
+import { add, AXES, scaled } from "vademecum/vectors";
 import { find, say } from "vademecum/elements";
-
-/** Unit vectors of the axes. */
-export const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 
 export class Hands {
   constructor(canvas, player, camera, controls) {
@@ -141,7 +138,11 @@ export class Hands {
     const hand = this.held.get(name);
     if (!hand) return;
     this.held.delete(name);
-    if (hand.kind === "contact") this.player.release(hand.id);
+    if (hand.kind === "contact") {
+      // What was pulled aside sounds when it is let go.
+      if (find("direction").value === "drag") this.player.heard.press(hand.point, this.force(hand));
+      this.player.release(hand.id);
+    }
     if (hand.kind === "tool") this.player.lift();
   }
 

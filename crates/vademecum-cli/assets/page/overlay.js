@@ -1,8 +1,7 @@
 // What is drawn over the body: arrows of pushes, a ring where Enter pushes, the axes, a scale bar.
 import { round125 } from "vademecum/body";
 import { short } from "vademecum/chart";
-import { AXES } from "vademecum/hands";
-import { add, dot, scaled, unit } from "vademecum/vectors";
+import { add, AXES, dot, scaled, unit } from "vademecum/vectors";
 
 /** Draws all of it. */
 export function drawOver(canvas, player, camera, controls, focused) {

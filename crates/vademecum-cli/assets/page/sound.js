@@ -58,22 +58,25 @@ export class Sound {
     this.post("silence");
     this.post("tune", this.tuning);
     const { tones } = this;
-    const { alpha, beta } = this.player.evaluator.options;
-    const still = alpha === 0 && beta === 0 ? " The file has no damping: it rings until Rest." : "";
+    const { options: { alpha, beta } } = this.player.evaluator;
+    const ratios = this.player.evaluator.section(SECTION.dampingRatios) ?? [];
+    const still = alpha === 0 && beta === 0 && ratios.every((ratio) => ratio === 0) ? " The file has no damping: it rings until Rest." : "";
     say(`Sound: ${tones.length} tone${tones.length === 1 ? "" : "s"} from ${short(tones[0], "Hz")} (${note(tones[0])}). Strike the body: it rings in real time.${still}`);
   }
 
   async start() {
     this.context = new AudioContext();
     this.node = await ringer(this.context, this.bytes, this.tuning, []);
-    this.node.connect(this.context.destination);
+    // Hard strikes stay below what a loudspeaker can give.
+    this.out = new DynamicsCompressorNode(this.context, { threshold: -4, knee: 0, ratio: 20, attack: 0.001, release: 0.1 });
+    this.node.connect(this.out).connect(this.context.destination);
   }
 
   /** What rings, for a clip; nothing while the switch is off. */
   tracks() {
     if (!this.isOn) return [];
     const end = this.context.createMediaStreamDestination();
-    this.node.connect(end);
+    this.out.connect(end);
     return end.stream.getTracks();
   }
 
