@@ -8,7 +8,7 @@ const REMEMBERED = 100;
 /** A body that runs away is followed up to this many of its own sizes. */
 const FOLLOWED = 3;
 /** So far (of half the body's diagonal) it moves without the view: there is room for it. */
-const FREE = 0.1;
+const FREE = 0.04;
 
 const middle = ({ low, high }) => scaled(add(low, high), 0.5);
 
@@ -78,7 +78,7 @@ export class Camera {
   follow(box, seconds) {
     if (this.zoom !== 1 || norm(sub(this.target, middle(this.box))) > 1e-9 * this.radius) return;
     const [most, free] = [FOLLOWED * 2 * this.radius, FREE * this.radius];
-    const [grow, shrink] = [1 - Math.exp(-seconds / 0.15), 1 - Math.exp(-seconds / 8)];
+    const [grow, shrink] = [1 - Math.exp(-seconds / 0.08), 1 - Math.exp(-seconds / 8)];
     const side = (now, wanted, rest, sign) => {
       const to = sign * Math.max(sign * rest, Math.min(sign * wanted - free, sign * rest + most));
       return now + (to - now) * (sign * to > sign * now ? grow : shrink);
