@@ -46,7 +46,31 @@ test("a clip plays what was seen while it was recorded", async () => {
   const file = readFileSync(path);
   // Each WebM file begins with this mark (EBML).
   assert.equal(file.readUInt32BE(0), 0x1a45dfa3);
-  assert.ok(file.length > 5000, `${file.length} bytes`);
+  const [width, height] = await page.evaluate(() => [document.getElementById("view").width, document.getElementById("view").height]);
+  const [x, y] = await page.evaluate((point) => window.vademecum.pixel(point), [0.3, 0.08, 0.1]);
+  const cinema = await context.newPage();
+  // The body moves: frames differ, and where it is held it is not the background.
+  const seen = await cinema.evaluate(async ([data, x, y]) => {
+    const video = Object.assign(document.createElement("video"), { src: `data:video/webm;base64,${data}`, muted: true });
+    const canvas = document.createElement("canvas");
+    const frames = [];
+    video.requestVideoFrameCallback(function look() {
+      [canvas.width, canvas.height] = [video.videoWidth, video.videoHeight];
+      const context = canvas.getContext("2d");
+      context.drawImage(video, 0, 0);
+      const pixels = context.getImageData(0, 0, canvas.width, canvas.height).data;
+      const at = (x, y) => Array.from(pixels.slice(4 * (y * canvas.width + x), 4 * (y * canvas.width + x) + 3));
+      frames.push({ sum: pixels.reduce((sum, value) => sum + value, 0), body: at(Math.round(x), Math.round(y)), corner: at(5, canvas.height >> 1) });
+      video.requestVideoFrameCallback(look);
+    });
+    await video.play();
+    await new Promise((done) => video.addEventListener("ended", done));
+    return { width: video.videoWidth, height: video.videoHeight, frames };
+  }, [file.toString("base64"), x, y]);
+  assert.deepEqual([seen.width, seen.height], [width, height]);
+  assert.ok(new Set(seen.frames.map(({ sum }) => sum)).size > 3, `${seen.frames.length} frames`);
+  const { body, corner } = seen.frames.at(-1);
+  assert.ok(Math.hypot(...body.map((x, i) => x - corner[i])) > 60, `${body}, ${corner}`);
   assert.equal(await page.locator("#clip").getAttribute("aria-pressed"), "false");
   assert.deepEqual(heard.errors, []);
   await context.close();

@@ -92,6 +92,8 @@ test("the switch rings what is struck, and a body that no ear hears says so", as
   await page.keyboard.down("Enter");
   await until((x) => x > 0.05 && x < 0.51);
   await page.keyboard.up("Enter");
+  // A clip takes it along.
+  assert.deepEqual(await page.evaluate(() => window.vademecum.sound.tracks().map(({ kind }) => kind)), ["audio"]);
   await page.locator("#rest").click();
   await until((x) => x === 0);
   await page.evaluate(() => window.vademecum.set({ stiffness: 1e-6 }));
