@@ -37,18 +37,28 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 11] = modules!(
+const MODULES: [(&str, &str); 21] = modules!(
     "body",
     "camera",
     "chart",
     "colors",
     "controls",
+    "elements",
     "evaluator",
+    "greet",
     "hands",
     "main",
+    "overlay",
+    "parameters",
     "player",
+    "record",
     "render",
-    "vectors"
+    "ring",
+    "ringer",
+    "share",
+    "sound",
+    "vectors",
+    "views"
 );
 
 /// Where the served page finds the file.
@@ -62,7 +72,10 @@ const MAX_CONNECTIONS: usize = 32;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum view body.vdm                       opens the browser on a page of this machine; Ctrl-C ends it
-  vademecum view body.vdm --export body.html    one file that works from disk, without network, on a phone")]
+  vademecum view body.vdm --export body.html    one file that works from disk, without network, on a phone
+
+On the page: press on the body to push it, drag beside it to turn the view. With Sound on, a struck body rings
+in the ear; Picture and Clip save what is seen; Link puts camera and parameters into the address.")]
 pub struct View {
     /// The vademecum file.
     file: PathBuf,
