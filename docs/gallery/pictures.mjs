@@ -1,0 +1,12 @@
+// node pictures.mjs FOLDER TO: a picture of each page of the gallery, pushed where it gives way most. Run by docs/gallery/make.
+import { browser, picture, push } from "../../tests/browser/picture.mjs";
+
+const [folder, to] = process.argv.slice(2);
+for (const [body, share, dark] of [["fork", 0.6, false], ["glass", 1.5, true], ["organ", 0.3, false], ["bridge", 1, true]]) {
+  const options = { viewport: { width: 1120, height: 780 }, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce" };
+  await picture(`${folder}/${body}.html`, `${to}/gallery-${body}.webp`, options, async (page) => {
+    await push(page, share);
+    await page.waitForTimeout(900);
+  });
+}
+await browser.close();
