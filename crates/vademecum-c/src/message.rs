@@ -1,0 +1,89 @@
+//! What was wrong, in words, without heap.
+
+use core::ffi::{CStr, c_char};
+use core::fmt::{self, Display, Write};
+
+use crate::VdmStatus;
+
+/// Bytes of a message, its zero included.
+const LENGTH: usize = 240;
+
+/// The words of one refusal, with a zero at their end; longer ones are cut.
+#[derive(Clone, Copy, Debug)]
+pub struct Message {
+    bytes: [u8; LENGTH],
+    used: usize,
+}
+
+impl Default for Message {
+    fn default() -> Self {
+        Self { bytes: [0; LENGTH], used: 0 }
+    }
+}
+
+impl Write for Message {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for &byte in text.as_bytes() {
+            // The last byte stays zero.
+            if self.used + 1 == LENGTH {
+                return Err(fmt::Error);
+            }
+            self.bytes[self.used] = byte;
+            self.used += 1;
+        }
+        Ok(())
+    }
+}
+
+impl Message {
+    /// Keeps what was wrong.
+    pub fn note(&mut self, status: VdmStatus, what: &dyn Display) -> VdmStatus {
+        *self = Self::default();
+        // A message that is too long is cut.
+        let _ = write!(self, "{what}");
+        status
+    }
+
+    /// Hands the words out.
+    pub fn hand_out(&self, status: VdmStatus, text: &mut [c_char]) -> VdmStatus {
+        copy(&self.bytes[..self.used], text);
+        status
+    }
+
+    /// Both.
+    pub fn tell(&mut self, status: VdmStatus, what: &dyn Display, text: &mut [c_char]) -> VdmStatus {
+        let status = self.note(status, what);
+        self.hand_out(status, text)
+    }
+
+    /// The words, with a zero at their end.
+    pub fn as_ptr(&self) -> *const c_char {
+        self.bytes.as_ptr().cast()
+    }
+}
+
+/// Copies a text, as far as there is room, and ends it with a zero.
+pub fn copy(text: &[u8], out: &mut [c_char]) {
+    let Some(room) = out.len().checked_sub(1) else { return };
+    let used = text.len().min(room);
+    for (out, &byte) in out.iter_mut().zip(&text[..used]) {
+        *out = byte as c_char;
+    }
+    out[used] = 0;
+}
+
+/// What a status means.
+pub const fn status(status: i32) -> &'static CStr {
+    match status {
+        0 => c"done",
+        1 => c"done; the body is at rest",
+        -1 => c"a null pointer, or an index or a name that the file does not have",
+        -2 => c"lent memory is too short or not aligned to 16 bytes",
+        -3 => c"no vademecum file that can be stepped",
+        -4 => c"the file does not allow these options or this value",
+        -5 => c"the load is refused",
+        -6 => c"the step is refused; the state is unchanged",
+        -7 => c"the file does not hold what is asked for",
+        _ => c"no status of this library",
+    }
+}
