@@ -9,6 +9,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use vademecum_build::dynamics::{Course, History, Interval, LoadTable, Wave};
+use vademecum_build::input::ProbeEntry;
 use vademecum_build::input::toml_file::{self, TomlError};
 
 use crate::error::StudyError;
@@ -32,6 +33,9 @@ pub const STEPS_AT_FULL_ORDER: u64 = 1_000_000;
 /// Most contacts, and most load patterns, of a scenario. Each contact is looked for on the whole surface,
 /// which takes a fraction of a millisecond.
 pub(crate) const MOST_LOADS: usize = 100_000;
+
+/// Most probes of a scenario: each of them is a column of the table.
+const MOST_PROBES: usize = 10_000;
 
 /// Most periods of a sinusoid or a chirp in a step: it is stepped in 2222 parts a period.
 const MOST_PERIODS: f64 = 16.0;
@@ -164,6 +168,9 @@ pub struct OutputPlan {
     /// `"body"` or `"surface"`.
     #[serde(default)]
     pub fields: FieldChoice,
+    /// Named values beside those of the file.
+    #[serde(rename = "probe", default)]
+    pub probes: Vec<ProbeEntry>,
 }
 
 /// Which nodes a field shows.
@@ -179,7 +186,7 @@ pub enum FieldChoice {
 
 impl Default for OutputPlan {
     fn default() -> Self {
-        Self { probes_every: 1, fields_every: 0, fields: FieldChoice::default() }
+        Self { probes_every: 1, fields_every: 0, fields: FieldChoice::default(), probes: vec![] }
     }
 }
 
@@ -457,11 +464,16 @@ impl Scenario {
                 return fault(key, format!("a list of {count}"), "at most 100 000 of them");
             }
         }
+        let probes = &self.output.probes;
+        if probes.len() > MOST_PROBES {
+            return fault("output.probe", format!("a list of {}", probes.len()), "at most 10 000 of them");
+        }
         let contacts = self.contacts.iter().enumerate();
         let patterns = self.patterns.iter().enumerate();
         contacts
             .map(|(i, contact)| contact.fault(i))
             .chain(patterns.map(|(i, pattern)| pattern.fault(i)))
+            .chain((0..probes.len()).map(|i| probe_fault(probes, i)))
             .find_map(|fault| fault)
     }
 }
@@ -494,6 +506,26 @@ impl ContactEntry {
         }
         self.varying().fault(&at)
     }
+}
+
+/// The first value of a probe that cannot be.
+fn probe_fault(probes: &[ProbeEntry], index: usize) -> Option<Fault> {
+    let ProbeEntry { name, point, direction } = &probes[index];
+    let fault = |key: &str, found, expected| {
+        Some(Fault { key: format!("output.probe[{index}].{key}"), found, expected })
+    };
+    let twice = probes[..index].iter().any(|other| other.name == *name);
+    if name.is_empty() || name.contains(['\n', ',', '"']) || twice {
+        return fault("name", format!("{name:?}"), "a name of one line that no other probe has");
+    }
+    if !point.iter().all(|x| x.abs() <= LARGEST) {
+        return fault("point", numbers(point), "finite numbers of at most 1e150 in size");
+    }
+    let length: f64 = direction.iter().map(|x| x * x).sum();
+    if !(length > 0.0 && length.is_finite()) {
+        return fault("direction", numbers(direction), "a vector of some length");
+    }
+    None
 }
 
 impl PatternUse {

@@ -81,8 +81,10 @@ pub struct Problem {
     #[serde(rename = "support", default)]
     pub supports: Vec<SupportEntry>,
     /// Where and how the body can be loaded.
+    #[serde(default)]
     pub load: LoadEntry,
     /// Scheme and step.
+    #[serde(default)]
     pub time: TimeEntry,
     /// How the snapshots are made.
     #[serde(default)]

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::quality::{dot, norm, sub};
 use super::{Mesh, bounding_box};
+use crate::suggest::did_you_mean;
 
 /// A choice of nodes, written in a problem file as a table with one key, for instance `{ group = "fixed" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -114,7 +115,7 @@ pub enum SelectError {
     UnknownGroup {
         /// The name asked for.
         name: String,
-        /// The names there are, or `none`.
+        /// The names there are, or `none`, and the nearest.
         known: String,
     },
     /// The mesh has no node of this number, or dropped it because no element uses it.
@@ -170,7 +171,11 @@ impl Selection {
         match self {
             Selection::Group(name) => match mesh.node_groups.get(name) {
                 Some(nodes) => Ok(nodes.clone()),
-                None => Err(SelectError::UnknownGroup { name: name.clone(), known: known_groups(mesh) }),
+                None => {
+                    let nearest = did_you_mean(name, mesh.node_groups.keys().map(String::as_str));
+                    let known = known_groups(mesh) + &nearest;
+                    Err(SelectError::UnknownGroup { name: name.clone(), known })
+                }
             },
             Selection::Nodes(ids) => by_id(ids, mesh),
             Selection::Plane(plane) => on_plane(plane, mesh),

@@ -31,7 +31,7 @@ pub struct Info {
     json: bool,
     /// Print how many terms of the separated solution keep its maps within this relative error, such as 1e-3
     /// (reads all load rows).
-    #[arg(long, value_name = "TOLERANCE")]
+    #[arg(long, value_name = "TOLERANCE", value_parser = crate::arguments::positive)]
     terms_for: Option<f64>,
     #[command(flatten)]
     limit: Limit,

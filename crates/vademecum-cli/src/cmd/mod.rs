@@ -4,6 +4,7 @@ pub mod bench;
 pub mod build;
 pub mod demo;
 pub mod export;
+pub mod help;
 pub mod info;
 pub mod init;
 pub mod mesh;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
-use crate::arguments::{Limit, OutputArguments};
+use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, read_file, write_file};
 
@@ -29,7 +29,7 @@ pub struct Pack {
     #[arg(long, default_value_t = 19, value_parser = clap::value_parser!(i32).range(1..=22))]
     level: i32,
     /// Relative error of fields that rounding may bring, such as 1e-4 [default: no rounding].
-    #[arg(long)]
+    #[arg(long, value_parser = rounding)]
     tolerance: Option<f64>,
     #[command(flatten)]
     limit: Limit,

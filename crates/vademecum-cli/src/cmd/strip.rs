@@ -8,7 +8,7 @@ use vademecum_rewrite::{Keep, RewriteError, drop_terms_limited, strip};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::target::check_target;
 
-use crate::arguments::{Limit, OutputArguments};
+use crate::arguments::{Limit, OutputArguments, positive};
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, read_file, write_file};
 
@@ -26,7 +26,7 @@ pub struct Strip {
     #[arg(long, value_enum, default_value_t = KeepArgument::All, required_unless_present = "terms_for")]
     keep: KeepArgument,
     /// Drop terms of the separated solution while its maps stay within this relative error, such as 1e-4.
-    #[arg(long, value_name = "TOLERANCE")]
+    #[arg(long, value_name = "TOLERANCE", value_parser = positive)]
     terms_for: Option<f64>,
     /// A scenario (TOML) the new file must still be able to play and show.
     #[arg(long = "for", value_name = "SCENARIO")]

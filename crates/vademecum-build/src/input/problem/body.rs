@@ -177,8 +177,8 @@ pub enum Component {
     Z,
 }
 
-/// Where and how the body can be loaded.
-#[derive(Clone, Debug, Deserialize)]
+/// Where and how the body can be loaded; absent: contacts anywhere, no patterns.
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadEntry {
     /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free

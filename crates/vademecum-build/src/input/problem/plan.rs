@@ -8,13 +8,14 @@ use crate::dynamics::SchemeKind;
 use vademecum_format::policy;
 
 /// Scheme and step.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimeEntry {
     /// The scheme; absent: [`Problem::scheme`](super::Problem::scheme) tells.
     pub scheme: Option<SchemeKind>,
-    /// Δt \[s\].
-    pub step: f64,
+    /// Δt \[s\]; absent: the middle of the range of a live time step, else
+    /// [`proposed_time_step`](crate::prepared::proposed_time_step) of the first natural period.
+    pub step: Option<f64>,
 }
 
 /// How the snapshots are made, or where they are read.
@@ -242,7 +243,7 @@ pub enum Precision {
 }
 
 /// A displacement component at the node nearest to a point.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeEntry {
     /// Its name.
