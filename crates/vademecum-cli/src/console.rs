@@ -67,6 +67,12 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
+/// Prints a line on standard error. If nobody reads it, there is nobody left to tell.
+pub fn tell(line: std::fmt::Arguments<'_>) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
 /// Progress on standard error: a bar on a terminal, a line per stage elsewhere, nothing with `--quiet`.
 pub struct Console {
     bar: Option<ProgressBar>,

@@ -7,6 +7,11 @@ macro_rules! println {
     ($($text:tt)*) => { $crate::console::show(format_args!($($text)*)) };
 }
 
+/// Prints a line on standard error. Shadows the standard macro, which panics when nobody reads it any more.
+macro_rules! eprintln {
+    ($($text:tt)*) => { $crate::console::tell(format_args!($($text)*)) };
+}
+
 mod arguments;
 mod cmd;
 mod console;
@@ -73,6 +78,9 @@ enum Command {
     Pack(cmd::pack::Pack),
     Unpack(cmd::unpack::Unpack),
     Help(cmd::help::Help),
+    Schema(cmd::schema::Schema),
+    Completions(cmd::completions::Completions),
+    Man(cmd::man::Man),
 }
 
 fn main() -> ExitCode {
@@ -115,5 +123,14 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::Pack(command) => command.run(),
         Command::Unpack(command) => command.run(),
         Command::Help(command) => command.run(Arguments::command()),
+        Command::Man(command) => command.run(Arguments::command()),
+        Command::Schema(command) => {
+            command.run();
+            Ok(())
+        }
+        Command::Completions(command) => {
+            command.run(Arguments::command());
+            Ok(())
+        }
     }
 }

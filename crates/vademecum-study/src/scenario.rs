@@ -6,6 +6,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use vademecum_build::dynamics::{Course, History, Interval, LoadTable, Wave};
@@ -50,7 +51,7 @@ const FASTEST: f64 = 1e9;
 pub struct ScenarioError(#[from] pub TomlError);
 
 /// Loads over time, from rest.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Length \[s\].
@@ -67,7 +68,7 @@ pub struct Scenario {
 }
 
 /// One force at one point, which may move, for a while.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactEntry {
     /// Where; the nearest point of the loadable surface is taken. Absent where `path` says it.
@@ -100,7 +101,7 @@ pub struct ContactEntry {
 }
 
 /// One load pattern for a while.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatternUse {
     /// The pattern's name in the file.
@@ -129,7 +130,7 @@ pub struct PatternUse {
 }
 
 /// `mean + sin(2π f t + phase)`, with `t` from the start of the load.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SinusoidEntry {
     /// `f` \[Hz\].
@@ -143,7 +144,7 @@ pub struct SinusoidEntry {
 }
 
 /// A sinusoid whose frequency rises or falls linearly from the start of the load to its end.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChirpEntry {
     /// Frequency at the start \[Hz\].
@@ -156,7 +157,7 @@ pub struct ChirpEntry {
 }
 
 /// What `run` writes and how often.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputPlan {
     /// Probe rows every so many steps.
@@ -174,7 +175,7 @@ pub struct OutputPlan {
 }
 
 /// Which nodes a field shows.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FieldChoice {
     /// Nodes and triangles of the surface.

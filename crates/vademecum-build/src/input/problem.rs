@@ -22,6 +22,7 @@ pub use plan::{
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::dynamics::{DampingError, SchemeError, SchemeKind};
@@ -54,7 +55,7 @@ pub enum ProblemError {
 }
 
 /// What a build is asked for.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Problem {
     /// A line for people.

@@ -99,7 +99,7 @@ fn hint(said: &str, text: &str, at: usize) -> String {
     {
         return "; a number has a decimal point: write 2.1 for 2,1".into();
     }
-    if said.contains("escape") {
+    if line.contains('\\') {
         return "; in a path write `/` for `\\`, or put the text between single quotes".into();
     }
     String::new()

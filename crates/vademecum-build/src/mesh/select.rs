@@ -1,5 +1,6 @@
 //! Choosing nodes of a mesh: by group, by number, by where they are.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::quality::{dot, norm, sub};
@@ -7,7 +8,7 @@ use super::{Mesh, bounding_box};
 use crate::suggest::did_you_mean;
 
 /// A choice of nodes, written in a problem file as a table with one key, for instance `{ group = "fixed" }`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum Selection {
     /// The nodes of a named group (of nodes, facets or a region).
@@ -32,7 +33,7 @@ pub enum Selection {
 }
 
 /// A coordinate axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AxisName {
     /// First coordinate.
@@ -44,7 +45,7 @@ pub enum AxisName {
 }
 
 /// The low or the high end of an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
     /// Smallest coordinates.
@@ -54,7 +55,7 @@ pub enum Side {
 }
 
 /// A plane: `axis` and `at`, or `normal` (of any length) and `point`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plane {
     /// Axis the plane is normal to.
@@ -76,7 +77,7 @@ pub struct Plane {
 }
 
 /// An axis-parallel box.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cuboid {
     /// Smallest coordinates.
@@ -86,7 +87,7 @@ pub struct Cuboid {
 }
 
 /// A ball.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ball {
     /// Centre.
@@ -96,7 +97,7 @@ pub struct Ball {
 }
 
 /// A share of a body along an axis.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
     /// The axis.
