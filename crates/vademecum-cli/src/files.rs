@@ -168,9 +168,26 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// Writes a vademecum file whole or not at all, and says how large it has become.
-pub fn write_file(outputs: &Outputs, path: &Path, bytes: &[u8], before: usize) -> Result<(), Failure> {
+/// A file that was made of another one.
+#[derive(serde::Serialize)]
+pub struct Rewritten {
+    /// Its path.
+    pub file: String,
+    /// Its length.
+    pub bytes: usize,
+    /// Length of the one it was made of.
+    pub bytes_before: usize,
+}
+
+impl Rewritten {
+    /// As a line of text.
+    pub fn print(&self) {
+        println!("{}: {} bytes, {} before", self.file, self.bytes, self.bytes_before);
+    }
+}
+
+/// Writes a vademecum file whole or not at all, and tells how large it has become.
+pub fn write_file(outputs: &Outputs, path: &Path, bytes: &[u8], before: usize) -> Result<Rewritten, Failure> {
     write_bytes(outputs, path, Kind::Vademecum, bytes)?;
-    println!("{}: {} bytes, {before} before", path.display(), bytes.len());
-    Ok(())
+    Ok(Rewritten { file: path.display().to_string(), bytes: bytes.len(), bytes_before: before })
 }

@@ -17,6 +17,7 @@ use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, sett
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{is_stepped, open_or_map, outputs, usable_file};
+use crate::print::print_json;
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
@@ -59,6 +60,9 @@ pub struct Run {
     /// What happens without `--map`.
     #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
     #[command(flatten)]
@@ -106,9 +110,34 @@ impl Run {
         let kept = [Some(probes.kept()), fields.as_ref().map(FieldSeries::kept)];
         let kept = kept.into_iter().flatten().collect::<Vec<_>>();
         played.and(written).map_err(|failure: Failure| failure.about(&self.file).kept(kept.join("; ")))?;
-        println!("{} steps of {} s; {}", run.steps, run.time_step, kept.join("; "));
+        if self.json {
+            print_json(&Played {
+                steps: run.steps,
+                time_step: run.time_step,
+                probes: run.probes(),
+                rows: probes.rows.lines(),
+                probes_file: probes.path.display().to_string(),
+                fields: fields.as_ref().map_or(0, |series| series.collection.lines()),
+                fields_file: fields.as_ref().map(|series| series.path.display().to_string()),
+            });
+        } else {
+            println!("{} steps of {} s; {}", run.steps, run.time_step, kept.join("; "));
+        }
         Ok(())
     }
+}
+
+/// What was marched and written.
+#[derive(serde::Serialize)]
+struct Played<'a> {
+    steps: usize,
+    time_step: f64,
+    probes: &'a [String],
+    rows: usize,
+    probes_file: String,
+    fields: usize,
+    /// None without fields.
+    fields_file: Option<String>,
 }
 
 /// What is written; of the fields, the first.
