@@ -1,7 +1,8 @@
-//! What somebody may have meant who misspelt a name: one rule for keys, groups, regions, patterns and all else.
+//! What somebody may have meant who misspelt a name: one rule for keys, groups, regions, patterns and all
+//! else.
 
-/// The known name nearest to `word`, if it is near enough to be meant: a third of the letters differ at most, or
-/// one of them begins with the other. Letters count alike whether small or capital.
+/// The known name nearest to `word`, if it is near enough to be meant: a third of the letters differ at most,
+/// or one of them begins with the other. Letters count alike whether small or capital.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = word.to_lowercase();
     let distance = |name: &str| {

@@ -15,7 +15,8 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::{MissedPart, ToleranceMissed};
-use vademecum_build::store::OutputError;
+use vademecum_build::store::OutputError as WriteError;
+use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
 use vademecum_study::{FileError, StudyError};
@@ -34,6 +35,10 @@ const MEMORY: &str = "close other programs, lift the limit on this one, or ask f
 /// What to do about a vademecum file that says what cannot be.
 pub const DAMAGED: &str =
     "the file was damaged after it was written, or not written by this program: copy or build it again";
+
+/// What to do about a file that does not have a section.
+const STRIPPED: &str = "a file that was stripped has lost what its target did not need: use the one it was made of, or \
+                        strip that one with `--keep surface`";
 
 /// Where the keys of a problem file are described.
 const PROBLEM_KEYS: &str = "`vademecum help problem` lists every key and its range";
@@ -182,17 +187,17 @@ pub fn end_where_memory_is_refused() {
     }));
 }
 
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
         let (cause, remedy) = match &error {
-            OutputError::Io { .. } | OutputError::NoFolder { .. } => (Cause::Machine, DISK),
-            OutputError::OtherKind { .. } => {
+            WriteError::Io { .. } | WriteError::NoFolder { .. } => (Cause::Machine, DISK),
+            WriteError::OtherKind { .. } => {
                 (Cause::Usage, "write to another path, or add `--force` to replace it")
             }
-            OutputError::NotAFile { .. }
-            | OutputError::NotAFolder { .. }
-            | OutputError::Input { .. }
-            | OutputError::Twice { .. } => (Cause::Usage, "write to another path"),
+            WriteError::NotAFile { .. }
+            | WriteError::NotAFolder { .. }
+            | WriteError::Input { .. }
+            | WriteError::Twice { .. } => (Cause::Usage, "write to another path"),
         };
         Self::new(cause, error).remedy(remedy)
     }
@@ -228,8 +233,8 @@ impl From<ScenarioError> for Failure {
     }
 }
 
-/// What to do about a file that should hold a problem or a scenario: what fits the file that it is instead, or
-/// else where the keys are described.
+/// What to do about a file that should hold a problem or a scenario: what fits the file that it is instead,
+/// or else where the keys are described.
 fn remedy_of_text(
     error: &TomlError,
     keys: &'static str,
@@ -264,7 +269,7 @@ impl From<BuildError> for Failure {
             BuildError::Prepare(PrepareError::Body(BodyError::Mesh(error))) => {
                 (Cause::Mesh, remedy_of_mesh(error))
             }
-            BuildError::Prepare(PrepareError::Body(BodyError::Model(_))) => (
+            BuildError::Prepare(PrepareError::Body(BodyError::Model { .. })) => (
                 Cause::Numerics,
                 "check `[[support]]` (all six rigid motions must be held) and `[[material]]`",
             ),
@@ -340,6 +345,9 @@ impl From<FileError> for Failure {
             }
             FileError::Format(_) | FileError::Unstable { .. } => DAMAGED,
             FileError::ForeignMesh { .. } => "build the file again from this problem",
+            FileError::Missing { .. }
+            | FileError::NoSurface
+            | FileError::Output(OutputError::Missing { .. }) => STRIPPED,
             _ => "",
         };
         let cause = match &error {

@@ -1,7 +1,7 @@
 //! The pages of `formats/` that say how files are written, as text for a terminal.
 //!
-//! The pages are Markdown with wide tables. Here a paragraph is wrapped, and a row of a table becomes its first
-//! cells as a heading with the other cells below, each behind the name of its column.
+//! The pages are Markdown with wide tables. Here a paragraph is wrapped, and a row of a table becomes its
+//! first cells as a heading with the other cells below, each behind the name of its column.
 
 /// Columns of a terminal that everybody has.
 const WIDTH: usize = 80;

@@ -28,8 +28,8 @@ impl PlacedProbe {
 /// The probes of a scenario, each at the nearest node that the file can show, and what is to tell of them.
 ///
 /// # Errors
-/// [`StudyError::ProbeTwice`]: a name that one of the file's own probes, `built`, has; [`FileError::Missing`]: a
-/// file stripped of its nodes or their motion.
+/// [`StudyError::ProbeTwice`]: a name that one of the file's own probes, `built`, has;
+/// [`FileError::Missing`]: a file stripped of its nodes or their motion.
 pub(crate) fn place(
     file: &File<'_>,
     entries: &[ProbeEntry],

@@ -60,8 +60,8 @@ impl<'a> Run<'a> {
     /// nothing.
     ///
     /// # Errors
-    /// As [`Track::bind`] and [`Scenario::steps_within`]; [`StudyError::ProbeTwice`]; [`RewriteError::Names`]: not
-    /// as many names as probes.
+    /// As [`Track::bind`] and [`Scenario::steps_within`]; [`StudyError::ProbeTwice`];
+    /// [`RewriteError::Names`]: not as many names as probes.
     pub fn bind(
         file: &'a File<'a>,
         options: PlayOptions,

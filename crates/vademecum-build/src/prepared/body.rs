@@ -122,8 +122,13 @@ pub enum BodyError {
     #[error("the matrices cannot be used")]
     Matrices(#[from] MatricesError),
     /// The matrices cannot be assembled.
-    #[error("the model cannot be assembled")]
-    Model(#[from] ModelError),
+    #[error("{path}: `support`: the model cannot be assembled")]
+    Model {
+        /// The problem file, and the line of its first support.
+        path: String,
+        /// Why not.
+        source: ModelError,
+    },
     /// A load pattern cannot be integrated.
     #[error("a load pattern cannot be integrated")]
     Load(#[from] LoadError),
@@ -177,7 +182,8 @@ impl Body {
         let surface = Surface::of(&mesh);
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
         let probes = probes(problem, &mesh);
-        let model = Model::assemble(mesh, &materials, &constrained)?;
+        let unusable = |source| BodyError::Model { path: problem.place("support"), source };
+        let model = Model::assemble(mesh, &materials, &constrained).map_err(unusable)?;
         let mut patterns = vec![];
         for (i, entry) in problem.load.patterns.iter().enumerate() {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
@@ -213,7 +219,8 @@ impl Body {
             return Err(BodyError::NoFreeNode { path: problem.place(LOAD_SURFACE) });
         }
         let probes = probes(problem, &mesh);
-        let model = Model::from_matrices(mesh, &constrained, pencil)?;
+        let unusable = |source| BodyError::Model { path: problem.place("mesh.matrices"), source };
+        let model = Model::from_matrices(mesh, &constrained, pencil).map_err(unusable)?;
         let force = |entry: &PatternEntry| {
             let acceleration =
                 entry.acceleration.expect("a checked pattern beside matrices is an acceleration");

@@ -66,8 +66,8 @@ impl Track {
     /// Finds each contact's triangle and each pattern's number.
     ///
     /// # Errors
-    /// [`StudyError::NoPattern`]; [`StudyError::FarContact`]: further from the loadable surface than the body is
-    /// large; [`StudyError::File`]: a file without a surface, or with one that cannot be read.
+    /// [`StudyError::NoPattern`]; [`StudyError::FarContact`]: further from the loadable surface than the body
+    /// is large; [`StudyError::File`]: a file without a surface, or with one that cannot be read.
     pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
         let chapter = Chapter::read(file)?;
         if !scenario.contacts.is_empty() {
