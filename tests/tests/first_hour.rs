@@ -170,7 +170,7 @@ fn arguments_that_cannot_be_are_usage_errors() {
         refused(folder.path(), &format!("run beam.vdm --scenario push.toml -o o {argument}"), 2, &[]);
     }
     refused(folder.path(), "pack beam.vdm -o p.vdm --tolerance 2", 2, &["1e-12 to 0.1"]);
-    refused(folder.path(), "strip beam.vdm -o p.vdm --terms-for 0", 2, &["positive"]);
+    refused(folder.path(), "strip beam.vdm -o p.vdm --terms-for 0", 2, &["1e-12 to 0.1"]);
     let ran = done(folder.path(), "run beam.vdm --scenario push.toml -o o --terms 3");
     assert!(ran.stderr.contains("`--terms` has no effect"), "{}", ran.stderr);
 }

@@ -76,8 +76,10 @@ pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError
     toml::from_str(text).map_err(|error| {
         let mut message = error.to_string().trim_end().to_string();
         let (said, span) = (error.message(), error.span().unwrap_or_default());
-        // The whole file has no line to be shown.
-        if said.starts_with("missing field") && span.len() >= text.trim_end().len() {
+        // The top level has no line of its own, which a table has: that of its name.
+        let shown = text.get(span.clone()).unwrap_or_default();
+        let is_table = shown.starts_with(['[', '{']) && !shown.contains('\n');
+        if said.starts_with("missing field") && !is_table {
             message = format!("{said}: the file has no such key at its top level");
         }
         message.push_str(&hint(said, text, span.start));

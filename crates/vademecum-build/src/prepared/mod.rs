@@ -3,13 +3,15 @@
 mod body;
 mod matrices;
 mod parameters;
+mod proposed;
 mod size;
 mod time_step;
 
 pub use body::{Body, BodyError, Probe, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
-pub use time_step::{TimeStepError, proposed_time_step};
+pub use proposed::proposed_time_step;
+pub use time_step::TimeStepError;
 
 use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};

@@ -7,6 +7,7 @@
 use vademecum_format::scheme::SchemeTable;
 
 use super::Prepared;
+use super::proposed::SUGGESTED;
 use crate::dynamics::numerical_damping;
 use crate::progress::Listener;
 
@@ -16,8 +17,6 @@ const USEFUL: (f64, f64) = (10.0, 1000.0);
 /// a swing, and in a millionth of a period a state moves by so little that a hundredth of its digits are
 /// left.
 const HOPEFUL: (f64, f64) = (2.0, 1e6);
-/// Steps per first period that are suggested: the schemes' period errors are below a percent there.
-const SUGGESTED: f64 = 40.0;
 
 /// A time step that does not fit the body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -58,16 +57,6 @@ pub enum TimeStepError {
 fn suggestion(period: f64) -> f64 {
     let step = period / SUGGESTED;
     format!("{step:.1e}").parse().unwrap_or(step)
-}
-
-/// A step for a body of this first natural period \[s\]: the largest of 1, 2 and 5 times a power of ten that
-/// takes at least 40 steps to the period.
-pub fn proposed_time_step(first_period: f64) -> f64 {
-    let step = first_period / SUGGESTED;
-    let power = step.log10().floor();
-    let round = [5, 2, 1].map(|digit| format!("{digit}e{power}"));
-    let mut parsed = round.iter().filter_map(|text| text.parse::<f64>().ok());
-    parsed.find(|&round| round <= step).unwrap_or(step)
 }
 
 impl Prepared {
@@ -157,16 +146,6 @@ mod tests {
         // With two steps a period little is left after ten of them.
         assert!(loss(&bathe(), std::f64::consts::PI, 20.0) > 0.9);
         assert_eq!(loss(&bathe(), 1e300, 1.0), 1.0);
-    }
-
-    #[test]
-    fn a_proposed_step_is_round_and_takes_forty_steps_or_more() {
-        assert_eq!(proposed_time_step(1.0), 0.02);
-        assert_eq!(proposed_time_step(0.0399), 5e-4);
-        for period in [1e-9, 3.7e-5, 0.04, 0.0401, 8.0, 1e6] {
-            let steps = period / proposed_time_step(period);
-            assert!((40.0 * (1.0 - 1e-15)..100.1).contains(&steps), "{period}: {steps}");
-        }
     }
 
     #[test]

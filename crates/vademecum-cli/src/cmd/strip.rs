@@ -8,7 +8,7 @@ use vademecum_rewrite::{Dropped, Keep, RewriteError, drop_terms_limited, strip};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::target::check_target;
 
-use crate::arguments::{Limit, OutputArguments, positive};
+use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
 use crate::files::{Rewritten, check_output, outputs, read_file, write_file};
 use crate::print::print_json;
@@ -27,7 +27,7 @@ pub struct Strip {
     #[arg(long, value_enum, default_value_t = KeepArgument::All, required_unless_present = "terms_for")]
     keep: KeepArgument,
     /// Drop terms of the separated solution while its maps stay within this relative error, such as 1e-4.
-    #[arg(long, value_name = "TOLERANCE", value_parser = positive)]
+    #[arg(long, value_name = "TOLERANCE", value_parser = rounding)]
     terms_for: Option<f64>,
     /// A scenario (TOML) the new file must still be able to play and show.
     #[arg(long = "for", value_name = "SCENARIO")]
