@@ -56,6 +56,18 @@ fn press_a_sphere_never_goes_in() {
 }
 
 #[test]
+fn mattress_gives_way_under_whoever_lies_on_it() {
+    let output = output("mattress");
+    let found = line(&output, "1000 springs");
+    let [count, moving, rest, deepest] = numbers(found)[..] else { panic!("{output}") };
+    assert_eq!([count, moving + rest], [1000.0; 2]);
+    let pressed = output.lines().take(10).flat_map(str::chars).filter(char::is_ascii_digit).count();
+    assert!(pressed > 100 && rest > 500.0, "{pressed} of the picture, {rest} at rest");
+    // F L / (E A) of 4 N is 10 mm; eight modes show most of it.
+    assert!((7.0..12.0).contains(&deepest), "{deepest} mm");
+}
+
+#[test]
 fn many_props_move_each_on_its_own() {
     let output = output("many_props");
     assert_eq!(line(&output, "512 props"), "512 props: 384 move, 128 rest, 0 refused");

@@ -3,46 +3,8 @@ import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { once } from "node:events";
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import { after, before, test } from "node:test";
-
-const { WORK, VADEMECUM } = process.env;
-const { chromium } = createRequire(`${WORK}/`)("playwright-core");
-const EXPORTED = `file://${WORK}/beam.html`;
-// The same beam with exact steps and its residual.
-const EXACT = `file://${WORK}/exact.html`;
-const TIP = [0.97, 0.08, 0.1];
-
-let browser;
-before(async () => {
-  browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox", "--enable-unsafe-swiftshader"] });
-});
-after(() => browser.close());
-
-/** Opens a page without network; `heard` collects errors and requests. */
-async function open(address, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, offline: address.startsWith("file:"), ...options });
-  const page = await context.newPage();
-  const heard = { errors: [], requests: [] };
-  page.on("console", (message) => message.type() === "error" && heard.errors.push(message.text()));
-  page.on("pageerror", (error) => heard.errors.push(error.message));
-  page.on("request", (request) => request.url().startsWith("data:") || heard.requests.push(request.url()));
-  await page.goto(address);
-  await page.evaluate(() => window.vademecum.ready);
-  return { page, heard, context };
-}
-
-const state = (page) => page.evaluate(() => window.vademecum.state());
-const moveSlider = (page, id, value) => page.locator(id).evaluate((input, x) => {
-  input.value = String(x);
-  input.dispatchEvent(new Event("input", { bubbles: true }));
-}, value);
-
-/** Where a loadable point is on the screen. */
-async function pixel(page, point) {
-  const [box, at] = [await page.locator("#view").boundingBox(), await page.evaluate((p) => window.vademecum.pixel(p), point)];
-  return { x: box.x + at[0], y: box.y + at[1] };
-}
+import { test } from "node:test";
+import { browser, EXACT, EXPORTED, moveSlider, open, pixel, state, TIP, VADEMECUM, WORK } from "./browser.mjs";
 
 /** Frequency [Hz] of a series: upward crossings of zero, placed between steps. */
 function frequency({ time, values }) {
@@ -339,6 +301,8 @@ test("sliders say their value and unit; speed, magnification, colour, edges and 
   assert.match(await output("parameter-beta"), /^[\d.]+ [nµm]?s$/);
   await moveSlider(page, "#magnification", 1);
   assert.equal(await said("#magnification"), "× 10");
+  assert.equal(await page.locator("#low").textContent(), "at rest");
+  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
   for (const [color, quantity, unit] of [["v2", "velocity z", "m/s"], ["u", "displacement", "m"]]) {
     await page.locator("#color").selectOption(color);
     assert.equal(await page.locator("#quantity").textContent(), quantity);
@@ -350,7 +314,6 @@ test("sliders say their value and unit; speed, magnification, colour, edges and 
   // Slow motion at a tenth: the march keeps it however slowly frames come, but for the frames cut off at a quarter of a second.
   await moveSlider(page, "#speed", -1);
   assert.match(await said("#speed"), /^0\.1 × slow motion$/);
-  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
   await page.waitForFunction(() => Math.abs(window.vademecum.state().pace?.factor / 0.1 - 1) < 0.2);
 
   await page.evaluate(() => window.vademecum.rest());

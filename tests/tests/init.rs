@@ -55,10 +55,17 @@ fn the_unit_is_guessed_from_the_size_and_can_be_said() {
     init(&folder.path().join("none.msh"), &folder.path().join("c.toml"), &[]).fails(4, &["none.msh"]);
 }
 
-/// Real meshes: every one becomes a problem whose support holds it.
+/// Real meshes: every one becomes a problem whose support holds it, in millimetres (the square beam) as well as
+/// without a flat end (five tetrahedra in a row).
 #[test]
 fn real_meshes_become_problems() {
-    let meshes = ["gmsh41_binary/sphere_p2.msh", "vtu/raptorTetra_8418.vtu", "gmsh1/liver.msh"];
+    let meshes = [
+        "gmsh41_binary/sphere_p2.msh",
+        "vtu/raptorTetra_8418.vtu",
+        "gmsh1/liver.msh",
+        "medit/square_beam.mesh",
+        "gmsh22_ascii/22_ascii.msh",
+    ];
     for mesh in meshes {
         let Some(path) = shared(&format!("meshes/{mesh}")) else { return };
         let folder = tempfile::tempdir().expect("a folder");

@@ -165,7 +165,11 @@ fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
         ],
     );
     compare(at, &["export matrices"], &["export matrices beam.toml --modes 4 --steps 20 -o out --json"]);
-    compare(at, &["report"], &["report beam.vdm -o page.html --json"]);
+    compare(
+        at,
+        &["report, view --export"],
+        &["report beam.vdm -o page.html --json", "view beam.vdm --export view.html --json"],
+    );
 }
 
 #[test]

@@ -9,7 +9,7 @@ pub use error::BuildError;
 
 use crate::basis::{BasisError, Runs, find_basis};
 use crate::certificate::UnseenLoads;
-use crate::dynamics::{FullOrder, lowest_modes};
+use crate::dynamics::{FullOrder, first_frequency};
 use crate::export::{Draft, NodeOrder};
 use crate::input::{BasisKind, Problem};
 use crate::limits::Memory;
@@ -169,10 +169,10 @@ fn model(
     let prepared = prepare_within(problem, memory, watch, listener)?;
     plan::check_model(problem, &prepared, memory)?;
     let pencil = prepared.body.model.pencil();
-    let first = || lowest_modes(pencil, &prepared.symbolic, 1);
+    let first = || first_frequency(pencil, &prepared.symbolic);
     let first_period = match prepared.first_period {
         Some(known) => known,
-        None => 1.0 / watch.stage("first natural mode", first)?.frequencies_hz()[0],
+        None => 1.0 / watch.stage("first natural mode", first)?,
     };
     prepared.check_time_step(first_period, listener)?;
     Ok((prepared, first_period))

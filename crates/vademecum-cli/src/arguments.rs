@@ -19,9 +19,9 @@ pub struct OutputArguments {
 }
 
 /// The problem and scenario of the demo, inside the program.
-pub const PROBLEM: &str = include_str!("../../../fixtures/problems/cantilever.toml");
+pub const PROBLEM: &str = include_str!("../assets/cantilever.toml");
 /// See [`PROBLEM`].
-pub const SCENARIO: &str = include_str!("../../../fixtures/scenarios/push.toml");
+pub const SCENARIO: &str = include_str!("../assets/push.toml");
 
 /// The demo's problem.
 pub fn demo_problem() -> Result<Problem, Failure> {

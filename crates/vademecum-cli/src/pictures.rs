@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
@@ -17,6 +18,7 @@ pub struct Series<'a> {
 }
 
 /// What a chart says about itself.
+#[derive(Clone, Copy)]
 pub struct Chart<'a> {
     /// Above the chart.
     pub title: &'a str,
@@ -49,37 +51,107 @@ const COLORS: [RGBColor; 5] = [
 const DASHES: [(u32, u32); 4] = [(1, 0), (7, 7), (2, 5), (12, 4)];
 
 /// Size of every picture \[px\].
-pub(crate) const SIZE: (u32, u32) = (900, 480);
+///
+/// Small, so that words stay readable where a page is as wide as a phone.
+pub(crate) const SIZE: (u32, u32) = (720, 420);
+
+/// Height of the line of names above a chart \[px\].
+const NAMES: i32 = 26;
 
 /// The SVG, or why nothing could be drawn.
 pub type DrawResult = Result<String, Box<dyn Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
+/// Two lines and how far they are apart.
+pub struct Compared<'a> {
+    /// What is compared with, then what is compared.
+    pub lines: [Series<'a>; 2],
+    /// When loads act: start and end along x.
+    pub acting: &'a [[f64; 2]],
+}
+
+/// Draws two lines that should be one, and their difference below; the times at which loads act are shaded.
+pub fn compared_chart(chart: &Chart<'_>, compared: Compared<'_>) -> DrawResult {
+    let [first, second] = compared.lines;
+    let apart = first.points.iter().zip(&second.points).map(|(a, b)| (a.0, b.1 - a.1)).collect();
+    let (above, y) = engineering(chart.y, vec![first, second]);
+    let (below, unit) = engineering(chart.y, vec![Series { name: "", points: apart }]);
+    let unit = unit.rsplit(' ').next().unwrap_or_default();
+    let below_y = format!("difference {unit}");
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (SIZE.0, SIZE.1 + 170)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (upper, lower) = root.split_vertically(SIZE.1 - 10);
+    for (area, title, series, y) in
+        [(&upper, chart.title, &above, y.as_str()), (&lower, "", &below, &below_y)]
+    {
+        let (x_range, y_range) = ranges(series, false)?;
+        let height = y_range.end - y_range.start;
+        let margin = 0.05 * height;
+        let (low, high) = (y_range.start - margin, y_range.end + margin);
+        let within = Chart { title, x: chart.x, y, log_y: false };
+        let mut context = axes(&named(area, &within, series)?, &within, x_range.clone(), low..high)?;
+        let shade = |&[start, end]: &[f64; 2]| {
+            let corners = [(start.max(x_range.start), low), (end.min(x_range.end), high)];
+            Rectangle::new(corners, RGBColor(0, 90, 181).mix(0.07).filled())
+        };
+        context.draw_series(compared.acting.iter().filter(|[start, _]| *start < x_range.end).map(shade))?;
+        lines(&mut context, series, false)?;
+    }
+    root.present()?;
+    drop((upper, lower, root));
+    Ok(svg)
+}
+
+/// Values in a unit with the prefix that suits the largest of them; `y` ends with the unit in brackets.
+fn engineering<'a>(y: &str, series: Vec<Series<'a>>) -> (Vec<Series<'a>>, String) {
+    const PREFIXES: [(f64, &str); 7] =
+        [(1e-12, "p"), (1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M")];
+    let unit = ["m", "J", "s"].iter().find(|unit| y.ends_with(&format!(" [{unit}]")));
+    let points = series.iter().flat_map(|s| &s.points);
+    let largest = points.map(|p| p.1.abs()).filter(|x| x.is_finite()).fold(0.0, f64::max);
+    let (Some(unit), true) = (unit, largest > 0.0) else { return (series, y.into()) };
+    let fits = PREFIXES.iter().rev().find(|(factor, _)| largest >= *factor).unwrap_or(&PREFIXES[0]);
+    let scaled = |s: Series<'a>| Series {
+        name: s.name,
+        points: s.points.into_iter().map(|(x, y)| (x, y / fits.0)).collect(),
+    };
+    let words = y.trim_end_matches(&format!("[{unit}]")).trim_end();
+    (series.into_iter().map(scaled).collect(), format!("{words} [{}{unit}]", fits.1))
+}
+
 /// Draws a line chart.
-pub fn line_chart(chart: &Chart<'_>, series: &[Series<'_>]) -> DrawResult {
-    let usable = |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0);
-    let points: Vec<(f64, f64)> =
-        series.iter().flat_map(|s| s.points.iter().filter(usable)).copied().collect();
+pub fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
+    let (series, y) = if chart.log_y { (series, chart.y.into()) } else { engineering(chart.y, series) };
+    let (x, range) = ranges(&series, chart.log_y)?;
+    let chart = &Chart { y: &y, ..*chart };
+    if chart.log_y {
+        draw(chart, &series, Mark::Line, x, (range.start / 2.0..range.end * 2.0).log_scale())
+    } else {
+        let margin = 0.05 * (range.end - range.start);
+        draw(chart, &series, Mark::Line, x, range.start - margin..range.end + margin)
+    }
+}
+
+/// Whether a point can be drawn.
+fn usable(p: &(f64, f64), log_y: bool) -> bool {
+    p.0.is_finite() && p.1.is_finite() && (!log_y || p.1 > 0.0)
+}
+
+/// From the least to the largest value along both axes.
+fn ranges(series: &[Series<'_>], log_y: bool) -> Result<(Range<f64>, Range<f64>), Box<dyn Error>> {
+    let all = series.iter().flat_map(|s| &s.points);
+    let points: Vec<(f64, f64)> = all.copied().filter(|p| usable(p, log_y)).collect();
     if points.is_empty() {
         return Err("nothing to draw".into());
     }
     let bounds = |value: fn(&(f64, f64)) -> f64| {
         let values = points.iter().map(value);
         let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
-        if high > low {
-            (low, high)
-        } else {
-            (low - 0.5 * low.abs() - 1e-300, high + 0.5 * high.abs() + 1e-300)
-        }
+        if high > low { low..high } else { low - 0.5 * low.abs() - 1e-300..high + 0.5 * high.abs() + 1e-300 }
     };
-    let ((x0, x1), (y0, y1)) = (bounds(|p| p.0), bounds(|p| p.1));
-    if chart.log_y {
-        draw(chart, series, Mark::Line, x0..x1, (y0 / 2.0..y1 * 2.0).log_scale())
-    } else {
-        let margin = 0.05 * (y1 - y0);
-        draw(chart, series, Mark::Line, x0..x1, y0 - margin..y1 + margin)
-    }
+    Ok((bounds(|p| p.0), bounds(|p| p.1)))
 }
 
 /// Draws the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis;
@@ -121,9 +193,10 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
         10f64.powf((low / 1.2).log10().floor())..10f64.powf((high * 1.6).log10().ceil())
     };
     let mut svg = String::new();
-    let root = SVGBackend::with_string(&mut svg, (SIZE.0, SIZE.1 + 120)).into_drawing_area();
+    let root = SVGBackend::with_string(&mut svg, (900, 600)).into_drawing_area();
     root.fill(&WHITE)?;
-    let mut context = axes(&root, chart, range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
+    let area = named(&root, chart, &[])?;
+    let mut context = axes(&area, chart, range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
     let pale = RGBColor(215, 215, 215);
     context.draw_series(LineSeries::new(front.iter().copied(), pale.stroke_width(9)))?;
     for (i, cloud) in clouds.iter().enumerate() {
@@ -143,7 +216,7 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
     }
     legend(&mut context)?;
     root.present()?;
-    drop((context, root));
+    drop((context, area, root));
     Ok(svg)
 }
 
@@ -198,7 +271,6 @@ where
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
     let mut context = ChartBuilder::on(root)
-        .caption(chart.title, ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(86)
@@ -210,7 +282,8 @@ where
         .x_desc(chart.x)
         .y_desc(chart.y)
         .label_style(("sans-serif", 14))
-        .light_line_style(RGBColor(238, 238, 238))
+        .bold_line_style(RGBColor(225, 228, 234))
+        .light_line_style(TRANSPARENT)
         .x_label_formatter(&|v: &f64| number(*v))
         .y_label_formatter(&|v: &f64| number(near_zero(*v, extent)))
         .draw()?;
@@ -242,37 +315,63 @@ where
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
-    let mut context = axes(&root, chart, x, y)?;
-    for (i, line) in series.iter().enumerate() {
-        let color = COLORS[i % COLORS.len()];
-        let style = color.stroke_width(2);
-        let usable = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!chart.log_y || p.1 > 0.0);
-        let points: Vec<(f64, f64)> = line.points.iter().copied().filter(usable).collect();
-        if mark == Mark::Dots {
-            let dot = color.mix(0.7).filled();
-            context
-                .draw_series(points.iter().map(|&p| Circle::new(p, 3, dot)))?
-                .label(line.name)
-                .legend(move |(x, y)| Circle::new((x + 12, y), 3, dot));
-            continue;
+    let area = named(&root, chart, series)?;
+    let mut context = axes(&area, chart, x, y)?;
+    match mark {
+        Mark::Line => lines(&mut context, series, chart.log_y)?,
+        Mark::Dots => {
+            for (i, line) in series.iter().enumerate() {
+                let dot = COLORS[i % COLORS.len()].mix(0.7).filled();
+                let points = line.points.iter().filter(|p| usable(p, chart.log_y));
+                context.draw_series(points.map(|&p| Circle::new(p, 3, dot)))?;
+            }
         }
-        // A line that covers the one before it shall not hide it.
+    }
+    root.present()?;
+    drop((context, area, root));
+    Ok(svg)
+}
+
+/// Title and, of several series, their names in their colours above a chart; what is left for the chart.
+fn named<'a>(area: &Area<'a>, chart: &Chart<'_>, series: &[Series<'_>]) -> Result<Area<'a>, Box<dyn Error>> {
+    if !chart.title.is_empty() {
+        area.draw(&Text::new(chart.title, (20, 12), ("sans-serif", 18)))?;
+    }
+    let several = series.len() > 1;
+    if several {
+        let room = (SIZE.0 as i32 - 100) / series.len() as i32;
+        for (i, line) in series.iter().enumerate() {
+            let color = COLORS[i % COLORS.len()];
+            let x = 86 + i as i32 * room.min(190);
+            let (dash, gap) = DASHES[i % DASHES.len()];
+            let path = vec![(x, 46), (x + 26, 46)];
+            match gap {
+                0 => area.draw(&PathElement::new(path, color.stroke_width(2)))?,
+                gap => area.draw(&DashedPathElement::new(path, dash, gap, color.stroke_width(2)))?,
+            }
+            area.draw(&Text::new(line.name, (x + 32, 38), ("sans-serif", 14)))?;
+        }
+    }
+    let title = if chart.title.is_empty() { 0 } else { 30 };
+    Ok(area.split_vertically(title + if several { NAMES } else { 0 }).1)
+}
+
+/// Draws each series as a line; one that covers the one before it does not hide it.
+fn lines<X, Y>(context: &mut Axes<'_, X, Y>, series: &[Series<'_>], log_y: bool) -> Result<(), Box<dyn Error>>
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    for (i, line) in series.iter().enumerate() {
+        let style = COLORS[i % COLORS.len()].stroke_width(2);
+        let points = line.points.iter().copied().filter(|p| usable(p, log_y));
         let (dash, gap) = DASHES[i % DASHES.len()];
-        let drawn = match gap {
+        match gap {
             0 => context.draw_series(LineSeries::new(points, style))?,
             gap => context.draw_series(DashedLineSeries::new(points, dash, gap, style))?,
         };
-        drawn.label(line.name).legend(move |(x, y)| match gap {
-            0 => PathElement::new(vec![(x, y), (x + 24, y)], style).into_dyn(),
-            gap => DashedPathElement::new(vec![(x, y), (x + 24, y)], dash, gap, style).into_dyn(),
-        });
     }
-    if series.len() > 1 {
-        legend(&mut context)?;
-    }
-    root.present()?;
-    drop((context, root));
-    Ok(svg)
+    Ok(())
 }
 
 /// What an outline shows beside the body.
@@ -281,6 +380,8 @@ pub struct Outline<'a> {
     pub title: &'a str,
     /// Points to mark: colour index and position.
     pub marks: &'a [(usize, [f64; 3])],
+    /// Forces: where they act, and their direction.
+    pub forces: &'a [([f64; 3], [f64; 3])],
 }
 
 /// Draws the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.
@@ -317,8 +418,55 @@ pub fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -
         let (RGBColor(r, g, b), (x, y)) = (COLORS[color % COLORS.len()], pixel.of(*at));
         writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>")?;
     }
+    for (at, force) in view.forces {
+        let size = force.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (dx, dy) = project(force.map(|x| x / size));
+        // Seen from the front a force is as long as it is.
+        let (head, back) = (pixel.of(*at), (-ARROW * dx, ARROW * dy));
+        arrow(&mut svg, (head.0 + back.0, head.1 + back.1), head, "#dc3220")?;
+    }
+    // Axes, and how far the body reaches along each.
+    let corner = (64.0, f64::from(height) - 64.0);
+    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+        let mut along = [0.0; 3];
+        along[axis] = 1.0;
+        let (dx, dy) = project(along);
+        let end = (corner.0 + 34.0 * dx, corner.1 - 34.0 * dy);
+        arrow(&mut svg, corner, end, "#5b6779")?;
+        let (x, y) = (corner.0 + 46.0 * dx - 4.0, corner.1 - 46.0 * dy + 5.0);
+        writeln!(
+            svg,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-family=\"sans-serif\" font-size=\"14\">{name}</text>"
+        )?;
+    }
+    let (low, high) = nodes.iter().fold(([f64::MAX; 3], [f64::MIN; 3]), |(low, high), p| {
+        (std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c])))
+    });
+    let sides = [0, 1, 2].map(|c| number(high[c] - low[c])).join(" × ");
+    let (x, y) = (width - 20, height - 16);
+    writeln!(
+        svg,
+        "<text x=\"{x}\" y=\"{y}\" text-anchor=\"end\" font-family=\"sans-serif\" font-size=\"14\">{sides}</text>"
+    )?;
     svg.push_str("</svg>\n");
     Ok(svg)
+}
+
+/// Length of the arrow of a force \[px\].
+const ARROW: f64 = 60.0;
+
+/// A line with a head at `to`.
+fn arrow(svg: &mut String, from: (f64, f64), to: (f64, f64), color: &str) -> std::fmt::Result {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let length = dx.hypot(dy).max(1e-9);
+    let (ux, uy) = (dx / length, dy / length);
+    let at = |along: f64, across: f64| {
+        format!("{:.1} {:.1}", to.0 - along * ux - across * uy, to.1 - along * uy + across * ux)
+    };
+    let (tail, neck, left, right) =
+        (format!("{:.1} {:.1}", from.0, from.1), at(7.0, 0.0), at(9.0, 4.0), at(9.0, -4.0));
+    writeln!(svg, "<path d=\"M{tail}L{neck}\" stroke=\"{color}\" stroke-width=\"2\" fill=\"none\"/>")?;
+    writeln!(svg, "<path d=\"M{}L{left} {right}z\" fill=\"{color}\"/>", at(0.0, 0.0))
 }
 
 /// An isometric view: x to the lower right, y to the lower left, z up; the viewer stands at (1, 1, 1).
@@ -383,7 +531,7 @@ pub fn bars(title: &str, rows: &[(String, f64, String)]) -> DrawResult {
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, (SIZE.0, height as u32)).into_drawing_area();
     root.fill(&WHITE)?;
-    root.draw(&Text::new(title, (20, 14), ("sans-serif", 20)))?;
+    root.draw(&Text::new(title, (20, 14), ("sans-serif", 18)))?;
     for (i, (label, length, value)) in rows.iter().enumerate() {
         let y = 46 + ROW * i as i32;
         let end = LEFT + (room * length / longest).round() as i32;

@@ -20,17 +20,17 @@ pub const PAGES: [Page; 3] = [
     Page {
         name: "problem",
         about: "every key of the problem file, its range and its default",
-        text: include_str!("../../../formats/problem-1.md"),
+        text: include_str!("../assets/problem-1.md"),
     },
     Page {
         name: "scenario",
         about: "every key of the scenario file, and what `run` and `verify` make of it",
-        text: include_str!("../../../formats/scenario-1.md"),
+        text: include_str!("../assets/scenario-1.md"),
     },
     Page {
         name: "json",
         about: "what each command prints with `--json`",
-        text: include_str!("../../../formats/json-1.md"),
+        text: include_str!("../assets/json-1.md"),
     },
 ];
 

@@ -67,6 +67,16 @@ pub struct Scenario {
     pub output: OutputPlan,
 }
 
+impl Scenario {
+    /// Start and end of each load \[s\], within the scenario.
+    #[must_use]
+    pub fn acting(&self) -> Vec<[f64; 2]> {
+        let contacts = self.contacts.iter().map(|load| [load.start, load.end]);
+        let all = contacts.chain(self.patterns.iter().map(|load| [load.start, load.end]));
+        all.map(|[start, end]| [start.min(self.duration), end.min(self.duration)]).collect()
+    }
+}
+
 /// One force at one point, which may move, for a while.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -82,12 +82,26 @@ pub struct Verified {
     pub figures: Verification,
     /// Step \[s\].
     pub time_step: f64,
+    /// When loads act: start and end of each \[s\], within the scenario.
+    pub acting: Vec<[f64; 2]>,
     /// Names of the probes.
     pub probes: Vec<String>,
     /// Probe values, full order then file: shape (instants, probes), row-major.
     pub probe_series: [Vec<f64>; 2],
     /// Energies, full order then file.
     pub energy_series: [Vec<f64>; 2],
+}
+
+impl Verified {
+    /// The part of the scenario that a picture shows \[s\]: while loads come and go, and half as long again.
+    #[must_use]
+    pub fn shown_seconds(&self) -> f64 {
+        let steps = self.energy_series[0].len().saturating_sub(1);
+        let duration = steps as f64 * self.time_step;
+        let ends = self.acting.iter().map(|[_, end]| *end).filter(|end| *end < duration);
+        let last = ends.fold(0.0, f64::max);
+        if last > 0.0 { duration.min(1.5 * last) } else { duration }
+    }
 }
 
 /// What the file showed at every instant of the scenario, the start included.
@@ -219,6 +233,7 @@ pub fn verify(
     Ok(Verified {
         figures,
         time_step,
+        acting: scenario.acting(),
         probes: lines(file, SectionKind::ProbeNames)?,
         probe_series: [full.probes, shown.probes],
         energy_series: [full.energy, shown.energy],

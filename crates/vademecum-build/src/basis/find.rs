@@ -155,7 +155,7 @@ pub fn basis_of_pod(
     let basis = if problem.basis_kind() == BasisKind::Pod {
         pod_basis(&mass, &stiffness, pod, count)?
     } else {
-        let factor = prepared.symbolic.factorize(pencil.stiffness().clone())?;
+        let factor = prepared.symbolic.factor_of(pencil.stiffness())?;
         let static_response = |x: faer::MatRef<'_, f64>, mut y: faer::MatMut<'_, f64>| {
             pencil.mass().mul_into(x, y.rb_mut());
             Solve::new(&prepared.symbolic, y.ncols(), true).solve_in_place(&factor, y);

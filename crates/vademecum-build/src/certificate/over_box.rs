@@ -14,7 +14,7 @@ use super::kept_certificate;
 use super::unseen::UnseenLoads;
 use super::verdict::StructureMeasured;
 use crate::basis::Basis;
-use crate::dynamics::{FullOrder, lowest_modes};
+use crate::dynamics::{FullOrder, first_frequency};
 use crate::export::NodeOrder;
 use crate::fem::Pencil;
 use crate::parametric::{Parametric, RadiusSample};
@@ -67,8 +67,8 @@ pub fn certify_box(
         let responses = parametric.responses(&prepared.scheme, &setting)?;
         // Uniform factors are folded into θ by the evaluator and into the pencil for the full-order march.
         let pencil = setting.pencil(prepared.body.model.pencil());
-        let first = lowest_modes(&pencil, &prepared.symbolic, 1)?;
-        let unseen = &unseen.over(1.0 / (first.frequencies_hz()[0] * setting.step.time_step));
+        let first = first_frequency(&pencil, &prepared.symbolic)?;
+        let unseen = &unseen.over(1.0 / (first * setting.step.time_step));
         let inputs = |inputs: Inputs| {
             inputs.value(&(&prepared.scheme, &setting)).with(basis).with(&responses[..]).with(unseen)
         };

@@ -131,6 +131,8 @@ impl<'a> FullOrder<'a> {
         let mut pairs: Vec<(f64, f64)> = Vec::new();
         let stages = increment_stages(table, dt, damping, &mut pairs);
         let matrices = pairs.iter().map(|&(m, k)| pencil.combine(m, k)).collect();
+        // What marches needs the memory.
+        symbolic.forget();
         let factors = symbolic.factorize_all(matrices)?;
         Ok(FullOrder { pencil, table: *table, dt, damping, factors, stages })
     }

@@ -6,24 +6,30 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
+use super::orthonormal::orthonormalise;
 use crate::fem::{Factor, Pencil, Solve, contiguous};
 use crate::linalg::{NoConvergence, Random};
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
-/// symmetry), and a full group for the solver.
-const BLOCK: usize = 8;
+/// symmetry), and two full groups for the solver, which works on them side by side.
+const BLOCK: usize = 16;
 
-/// A vector that loses this fraction of its length to the basis is rounding.
-const DEPENDENT: f64 = 1e-11;
+/// Columns solved for together at most.
+const AT_ONCE: usize = 24;
+
+/// Vectors that the search for `count` modes takes at most: two to three times as many, and room for slow
+/// ones and for the probe.
+pub(crate) fn search_vectors(count: usize) -> usize {
+    3 * count + 12 * BLOCK
+}
 
 /// A growing basis, orthonormal in the mass, with the projection of `K⁻¹ M` on it.
 pub(super) struct Krylov<'a> {
     pencil: &'a Pencil,
     factor: &'a Factor,
     solve: Solve,
-    /// Basis `V` and `M V`; the first `used` columns count.
+    /// Basis `V`; the first `used` columns count.
     basis: Mat<f64>,
-    mass_basis: Mat<f64>,
     used: usize,
     /// Columns whose image is known; the rest up to `used` is the frontier.
     expanded: usize,
@@ -44,16 +50,13 @@ pub(super) struct Ritz {
 impl<'a> Krylov<'a> {
     pub fn new(pencil: &'a Pencil, factor: &'a Factor, count: usize) -> Krylov<'a> {
         let n = pencil.n_dof();
-        // Blocks of 8 need two to three times the modes wanted; the rest is room for slow ones and for the
-        // probe.
-        let capacity = (3 * count + 16 * BLOCK).min(n);
+        let capacity = search_vectors(count).min(n);
         let mut space = Krylov {
             pencil,
             factor,
             // No refinement: it would trade the factor's fixed operator for one that differs in each solve.
-            solve: Solve::new(factor.symbolic(), 3 * BLOCK, false),
+            solve: Solve::new(factor.symbolic(), AT_ONCE, false),
             basis: Mat::zeros(n, capacity),
-            mass_basis: Mat::zeros(n, capacity),
             used: 0,
             expanded: 0,
             projected: Mat::zeros(capacity, capacity),
@@ -85,102 +88,28 @@ impl<'a> Krylov<'a> {
 
     /// Applies `K⁻¹ M` to (a solver's share of) the frontier and appends what is new.
     pub fn expand(&mut self) {
-        let n = self.basis.nrows();
-        let width = self.frontier().min(3 * BLOCK);
+        let width = self.frontier().min(AT_ONCE);
         let first = self.expanded;
-        let mut image = Mat::zeros(n, width);
-        image.copy_from(self.mass_basis.subcols(first, width));
+        let mut image = Mat::zeros(self.basis.nrows(), width);
+        self.pencil.mass().mul_into(self.basis.subcols(first, width), image.as_mut());
         self.solve.solve_in_place(self.factor, image.as_mut());
         self.expanded += width;
         self.append(image, Some(first));
     }
 
-    /// Orthonormalises a block against the basis and appends what is left of it. With `images_of`, the block
-    /// is the image of the basis columns from there on, and the coefficients taken off it are entries of the
-    /// projection.
-    fn append(&mut self, mut block: Mat<f64>, images_of: Option<usize>) {
-        let old = self.used;
-        let width = block.ncols();
-        let lengths: Vec<f64> = {
-            let mut product = Mat::zeros(block.nrows(), width);
-            self.pencil.mass().mul_into(block.as_ref(), product.as_mut());
-            (0..width).map(|c| dot(block.col_as_slice(c), product.col_as_slice(c)).sqrt()).collect()
-        };
-        // Twice is enough (Parlett): what the first pass leaves by cancellation the second removes.
-        for _ in 0..2 {
-            let (basis, mass_basis) = (self.basis.subcols(0, old), self.mass_basis.subcols(0, old));
-            let mut coefficients = Mat::zeros(old, width);
-            matmul(
-                coefficients.as_mut(),
-                Accum::Replace,
-                mass_basis.transpose(),
-                block.as_ref(),
-                1.0,
-                Par::Seq,
-            );
-            matmul(block.as_mut(), Accum::Add, basis, coefficients.as_ref(), -1.0, Par::Seq);
-            if let Some(first) = images_of {
-                for c in 0..width {
-                    for i in 0..old {
-                        self.projected[(i, first + c)] += coefficients[(i, c)];
-                    }
-                }
-            }
-        }
-        for c in 0..width {
-            self.append_column(block.col_as_slice_mut(c), c, old, lengths[c], images_of);
-        }
-    }
-
-    /// Orthonormalises column `c` against those of its own block, which start at `old`, and appends it unless
-    /// it depends on what is there.
-    fn append_column(
-        &mut self,
-        column: &mut [f64],
-        c: usize,
-        old: usize,
-        length: f64,
-        images_of: Option<usize>,
-    ) {
-        let before = dot(column, column);
-        self.take_off(column, c, old, images_of);
-        self.take_off(column, c, old, images_of);
-        if dot(column, column) < 1e-4 * before {
-            // So much cancelled within the block that old directions, once rounding, show again.
-            self.take_off(column, c, 0, images_of);
-        }
-        let n = column.len();
-        let mut product = Mat::zeros(n, 1);
-        self.pencil.mass().mul_into(MatRef::from_column_major_slice(column, n, 1), product.as_mut());
-        let product = product.col_as_slice(0);
-        let left = dot(column, product).max(0.0).sqrt();
-        // `<=`: nothing is appended when all is zero.
-        if left <= DEPENDENT * length || self.used == self.basis.ncols() {
-            return;
-        }
-        let at = self.used;
-        for r in 0..n {
-            self.basis[(r, at)] = column[r] / left;
-            self.mass_basis[(r, at)] = product[r] / left;
-        }
+    /// Orthonormalises a block against the basis and appends what is left of it, as far as there is room.
+    /// With `images_of`, the block is the image of the basis columns from there on, and the coefficients taken
+    /// off it are entries of the projection.
+    fn append(&mut self, block: Mat<f64>, images_of: Option<usize>) {
+        let (old, width) = (self.used, block.ncols());
+        let joined = orthonormalise(self.pencil.mass(), self.basis.subcols(0, old), block);
+        let new = joined.new.ncols().min(self.basis.ncols() - old);
+        self.basis.subcols_mut(old, new).copy_from(joined.new.subcols(0, new));
         if let Some(first) = images_of {
-            self.projected[(at, first + c)] = left;
+            self.projected.submatrix_mut(0, first, old, width).copy_from(joined.onto_old);
+            self.projected.submatrix_mut(old, first, new, width).copy_from(joined.onto_new.subrows(0, new));
         }
-        self.used += 1;
-    }
-
-    /// Takes the components along the basis from column `from` on off a vector and books them in the
-    /// projection.
-    fn take_off(&mut self, column: &mut [f64], c: usize, from: usize, images_of: Option<usize>) {
-        for i in from..self.used {
-            let coefficient = dot(self.mass_basis.col_as_slice(i), column);
-            for (x, v) in column.iter_mut().zip(self.basis.col_as_slice(i)) {
-                *x -= coefficient * v;
-            }
-            if let Some(first) = images_of {
-                self.projected[(i, first + c)] += coefficient;
-            }
-        }
+        self.used += new;
     }
 
     /// Rayleigh–Ritz on the expanded part. The image of a Ritz vector leaves that part only into the
@@ -227,26 +156,33 @@ impl<'a> Krylov<'a> {
     /// `xᵀKx / xᵀMx`: stationary at a mode, so a vector error counts by its square, and free of the factor's
     /// rounding, which on slender bodies shifts the lowest `1/θ` by some 1e-9.
     fn rayleigh_quotients(&self, vectors: MatRef<'_, f64>) -> Vec<f64> {
-        let of = |x: &[f64]| self.pencil.stiffness().inner(x, x) / self.pencil.mass().inner(x, x);
-        (0..vectors.ncols()).map(|j| of(contiguous(vectors, j))).collect()
+        let mut image = Mat::zeros(vectors.nrows(), vectors.ncols());
+        let [elastic, inert] = [self.pencil.stiffness(), self.pencil.mass()].map(|matrix| {
+            matrix.mul_into(vectors, image.as_mut());
+            squares(vectors, image.as_ref())
+        });
+        elastic.iter().zip(inert).map(|(elastic, inert)| elastic / inert).collect()
     }
 
     /// `‖K⁻¹M x − x/λ‖_M λ` computed afresh with refined solves, not from the recurrence.
     fn true_residuals(&self, vectors: MatRef<'_, f64>, eigenvalues: &[f64]) -> Vec<f64> {
         let n = vectors.nrows();
-        let mut solve = Solve::new(self.factor.symbolic(), 3 * BLOCK, true);
+        let mut solve = Solve::new(self.factor.symbolic(), AT_ONCE, true);
         let mut residuals = Vec::new();
-        for first in (0..vectors.ncols()).step_by(3 * BLOCK) {
-            let width = (3 * BLOCK).min(vectors.ncols() - first);
+        for first in (0..vectors.ncols()).step_by(AT_ONCE) {
+            let width = (AT_ONCE).min(vectors.ncols() - first);
             let part = vectors.subcols(first, width);
             let mut image = Mat::zeros(n, width);
             self.pencil.mass().mul_into(part, image.as_mut());
             solve.solve_in_place(self.factor, image.as_mut());
             for j in 0..width {
                 let theta = 1.0 / eigenvalues[first + j];
-                let off: Vec<f64> = (0..n).map(|i| image[(i, j)] - theta * part[(i, j)]).collect();
-                residuals.push(self.pencil.mass().inner(&off, &off).max(0.0).sqrt() / theta);
+                let off = image.col_as_slice_mut(j).iter_mut().zip(contiguous(part, j));
+                off.for_each(|(image, x)| *image = *image / theta - x);
             }
+            let mut weighted = Mat::zeros(n, width);
+            self.pencil.mass().mul_into(image.as_ref(), weighted.as_mut());
+            residuals.extend(squares(image.as_ref(), weighted.as_ref()).iter().map(|s| s.max(0.0).sqrt()));
         }
         residuals
     }
@@ -299,6 +235,8 @@ pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<
     Ok(((0..n).map(|i| scale * values[i]).collect(), vectors))
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+/// `aᵀb` of each pair of columns.
+fn squares(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
+    let of = |c| contiguous(a, c).iter().zip(contiguous(b, c)).map(|(x, y)| x * y).sum();
+    (0..a.ncols()).map(of).collect()
 }

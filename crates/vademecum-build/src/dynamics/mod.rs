@@ -9,6 +9,7 @@ pub(crate) mod krylov;
 mod march;
 mod mode_table;
 mod modes;
+mod orthonormal;
 pub mod schemes;
 mod truth;
 mod window;
@@ -20,12 +21,13 @@ pub use damping::{
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use history::{CHORD, Course, History, LoadTable, Wave};
 pub use interval::Interval;
+pub(crate) use krylov::search_vectors;
 pub(crate) use march::march_stages;
 pub use march::{
     ErrorMeter, INSTANTS, MarchError, TimedLoad, TrajectoryError, factors, march_full_order, stage_amplitudes,
 };
 pub use mode_table::{ModeRow, mode_table, table_matrix};
-pub use modes::{Modes, ModesError, lowest_modes};
+pub use modes::{Modes, ModesError, first_frequency, lowest_modes};
 pub use schemes::{SchemeError, SchemeKind};
 pub use truth::{
     Beside, Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,

@@ -21,7 +21,7 @@ pub fn factor_sections(
     order: &NodeOrder,
     precision: Precision,
 ) -> Result<Vec<Draft>, FactorError> {
-    let factor = symbolic.factorize(body.model.pencil().stiffness().clone())?;
+    let factor = symbolic.factor_of(body.model.pencil().stiffness())?;
     let columns = factor.columns();
     let n = columns.order.len();
     let dofs = body.model.dofs().dof_of_free();

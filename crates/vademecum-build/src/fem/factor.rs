@@ -6,7 +6,7 @@
 //! kernel runs on one thread and threads work on whole factors or whole groups of columns, so the bits never
 //! depend on their number.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::solvers::LltError;
@@ -67,6 +67,8 @@ impl From<FaerError> for FactorError {
 pub struct Symbolic {
     pattern: Arc<Pattern>,
     cholesky: Arc<SymbolicCholesky<u32>>,
+    /// The factor that was last kept.
+    kept: Arc<Mutex<Option<Arc<Factor>>>>,
 }
 
 impl Symbolic {
@@ -84,7 +86,7 @@ impl Symbolic {
             }
             None => symbolic_cholesky(&pattern, SymmetricOrdering::Amd)?,
         };
-        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky) })
+        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky), kept: Arc::default() })
     }
 
     /// Number of rows.
@@ -129,11 +131,55 @@ impl Symbolic {
             Spec::default(),
         );
         match done {
-            Ok(_) => Ok(Factor { symbolic: self.clone(), matrix, values }),
+            // Of its own, or a factor would keep itself.
+            Ok(_) => {
+                Ok(Factor { symbolic: Symbolic { kept: Arc::default(), ..self.clone() }, matrix, values })
+            }
             Err(LltError::NonPositivePivot { index }) => {
                 Err(FactorError::NotPositiveDefinite { pivot: index, n: self.n() })
             }
         }
+    }
+
+    /// The factor of a matrix, which is kept until another one is: stages of a build that solve with one
+    /// matrix factorise it once.
+    ///
+    /// # Errors
+    /// As [`Symbolic::factorize`].
+    ///
+    /// # Panics
+    /// If the matrix is on another pattern.
+    pub fn factor_of(&self, matrix: &SymmetricMatrix) -> Result<Arc<Factor>, FactorError> {
+        let kept = self.kept().clone();
+        if let Some(factor) = kept.filter(|factor| factor.matrix.values() == matrix.values()) {
+            return Ok(factor);
+        }
+        self.forget();
+        let factor = Arc::new(self.factorize(matrix.clone())?);
+        *self.kept() = Some(factor.clone());
+        Ok(factor)
+    }
+
+    /// The same factor to be used up, kept no longer.
+    ///
+    /// # Errors
+    /// As [`Symbolic::factorize`].
+    ///
+    /// # Panics
+    /// If the matrix is on another pattern.
+    pub fn take_factor_of(&self, matrix: &SymmetricMatrix) -> Result<Factor, FactorError> {
+        let factor = self.factor_of(matrix)?;
+        self.forget();
+        Ok(Arc::unwrap_or_clone(factor))
+    }
+
+    /// Frees the factor that is kept.
+    pub fn forget(&self) {
+        *self.kept() = None;
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Option<Arc<Factor>>> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Factorises several matrices, one thread each.

@@ -5,6 +5,7 @@
 //! gather that runs in parallel over rows with no sums across threads, hence the same bits for any number of
 //! threads.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use faer::prelude::ReborrowMut;
@@ -128,8 +129,8 @@ impl SymmetricMatrix {
 
     /// `y ← A x` for `x` and `y` of shape `(n, c)`, column-major with contiguous columns.
     ///
-    /// Parallel over rows, the same bits for any number of threads; does not allocate beyond the thread
-    /// pool's own.
+    /// Parallel over rows, the same bits for any number of threads. A thread keeps memory for eight columns
+    /// from its first product to its next.
     ///
     /// # Panics
     /// If the shapes differ.
@@ -171,68 +172,101 @@ impl SymmetricMatrix {
 }
 
 /// Sum of `N` products on one pattern, split over rows.
-fn mul_rows<const N: usize>(pattern: &Pattern, parts: [(&[f64], MatRef<'_, f64>); N], y: MatMut<'_, f64>) {
+fn mul_rows<const N: usize>(
+    pattern: &Pattern,
+    parts: [(&[f64], MatRef<'_, f64>); N],
+    mut y: MatMut<'_, f64>,
+) {
     assert_eq!(y.nrows(), pattern.n());
     for (_, x) in &parts {
         assert!(x.nrows() == pattern.n() && x.ncols() == y.ncols());
     }
-    let task = |(index, mut chunk): (usize, MatMut<'_, f64>)| {
-        for first in (0..chunk.ncols()).step_by(COLUMN_GROUP) {
-            let width = COLUMN_GROUP.min(chunk.ncols() - first);
-            let out = chunk.rb_mut().subcols_mut(first, width);
-            let cut = parts.map(|(values, x)| (values, x.subcols(first, width)));
-            mul_group(pattern, cut, index * ROW_CHUNK, out);
-        }
-    };
-    if pattern.n() <= ROW_CHUNK {
-        task((0, y));
-    } else {
-        row_groups(y, ROW_CHUNK).into_par_iter().enumerate().for_each(task);
+    let mut turned = TURNED.take();
+    for first in (0..y.ncols()).step_by(COLUMN_GROUP) {
+        let width = COLUMN_GROUP.min(y.ncols() - first);
+        let out = y.rb_mut().subcols_mut(first, width);
+        mul_group(pattern, parts.map(|(values, x)| (values, x.subcols(first, width))), &mut turned, out);
     }
+    TURNED.set(turned);
+}
+
+thread_local! {
+    /// The right factors row by row, for the next product of this thread.
+    static TURNED: Cell<Vec<f64>> = const { Cell::new(vec![]) };
 }
 
 /// Picks the kernel for the number of columns.
 fn mul_group<const N: usize>(
     pattern: &Pattern,
     parts: [(&[f64], MatRef<'_, f64>); N],
-    first_row: usize,
+    turned: &mut Vec<f64>,
     y: MatMut<'_, f64>,
 ) {
     match y.ncols() {
-        1 => mul_columns::<N, 1>(pattern, parts, first_row, y),
-        2 => mul_columns::<N, 2>(pattern, parts, first_row, y),
-        3 => mul_columns::<N, 3>(pattern, parts, first_row, y),
-        4 => mul_columns::<N, 4>(pattern, parts, first_row, y),
-        5 => mul_columns::<N, 5>(pattern, parts, first_row, y),
-        6 => mul_columns::<N, 6>(pattern, parts, first_row, y),
-        7 => mul_columns::<N, 7>(pattern, parts, first_row, y),
-        _ => mul_columns::<N, COLUMN_GROUP>(pattern, parts, first_row, y),
+        1 => mul_columns::<N, 1>(pattern, parts, turned, y),
+        2 => mul_columns::<N, 2>(pattern, parts, turned, y),
+        3 => mul_columns::<N, 3>(pattern, parts, turned, y),
+        4 => mul_columns::<N, 4>(pattern, parts, turned, y),
+        5 => mul_columns::<N, 5>(pattern, parts, turned, y),
+        6 => mul_columns::<N, 6>(pattern, parts, turned, y),
+        7 => mul_columns::<N, 7>(pattern, parts, turned, y),
+        _ => mul_columns::<N, COLUMN_GROUP>(pattern, parts, turned, y),
     }
 }
 
-/// The kernel: `y[i, :] = Σ_parts Σ_j a_ij x[j, :]` for the rows of one chunk, `C` columns at once.
+/// The kernel: `y[i, :] = Σ_parts Σ_j a_ij x[j, :]`, `C` columns at once.
+///
+/// An entry of the matrix meets `C` numbers of one row of `x`, so these are laid side by side first: one line
+/// of memory is then read where there were `C`.
 fn mul_columns<const N: usize, const C: usize>(
     pattern: &Pattern,
     parts: [(&[f64], MatRef<'_, f64>); N],
-    first_row: usize,
-    mut y: MatMut<'_, f64>,
+    turned: &mut Vec<f64>,
+    y: MatMut<'_, f64>,
 ) {
-    let columns: [[&[f64]; C]; N] = parts.map(|(_, x)| std::array::from_fn(|c| contiguous(x, c)));
-    for local in 0..y.nrows() {
-        let range = pattern.range(first_row + local);
-        let mut sums = [0.0; C];
-        for place in range {
-            let j = pattern.rows[place] as usize;
-            for part in 0..N {
-                let a = parts[part].0[place];
-                for c in 0..C {
-                    sums[c] += a * columns[part][c][j];
+    let n = pattern.n();
+    turned.resize((N * n * C).max(turned.len()), 0.0);
+    let (rows, _) = turned.as_chunks_mut::<C>();
+    for (part, (_, x)) in parts.iter().enumerate() {
+        let columns: [&[f64]; C] = std::array::from_fn(|c| contiguous(*x, c));
+        let turn = |(chunk, rows): (usize, &mut [[f64; C]])| {
+            let first = chunk * ROW_CHUNK;
+            let cut = columns.map(|column| &column[first..first + rows.len()]);
+            for (at, row) in rows.iter_mut().enumerate() {
+                *row = cut.map(|column| column[at]);
+            }
+        };
+        let rows = &mut rows[part * n..(part + 1) * n];
+        in_chunks(rows.chunks_mut(ROW_CHUNK).collect(), turn);
+    }
+    let right: [(&[f64], &[[f64; C]]); N] =
+        std::array::from_fn(|part| (parts[part].0, &rows[part * n..(part + 1) * n]));
+    let task = |(chunk, mut y): (usize, MatMut<'_, f64>)| {
+        for local in 0..y.nrows() {
+            let range = pattern.range(chunk * ROW_CHUNK + local);
+            let mut sums = [0.0; C];
+            for (place, &j) in range.clone().zip(&pattern.rows[range]) {
+                for (values, x) in right {
+                    let (a, x) = (values[place], &x[j as usize]);
+                    for c in 0..C {
+                        sums[c] += a * x[c];
+                    }
                 }
             }
+            for c in 0..C {
+                y[(local, c)] = sums[c];
+            }
         }
-        for c in 0..C {
-            y[(local, c)] = sums[c];
-        }
+    };
+    in_chunks(row_groups(y, ROW_CHUNK), task);
+}
+
+/// Chunks of rows, shared among threads where there are several.
+fn in_chunks<T: Send>(chunks: Vec<T>, task: impl Fn((usize, T)) + Sync + Send) {
+    if chunks.len() > 1 {
+        chunks.into_par_iter().enumerate().for_each(task);
+    } else {
+        chunks.into_iter().enumerate().for_each(task);
     }
 }
 

@@ -6,7 +6,9 @@ pub(crate) mod stored;
 pub(crate) use random::LoadDraw;
 pub use random::Random;
 
-use faer::{Mat, MatMut, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use rayon::prelude::*;
 
 /// A dense decomposition that met what it cannot decompose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -34,6 +36,41 @@ pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
 pub fn project(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> {
     let dot = |k: usize| force.iter().enumerate().map(|(i, f)| f * vectors[(i, k)]).sum();
     (0..vectors.ncols()).map(dot).collect()
+}
+
+/// Rows of a tall matrix that one thread works on at a time.
+const TALL: usize = 4096;
+
+/// `VᵀX` of two tall matrices, shape (columns of `V`, columns of `X`): all threads, summed in one order.
+pub(crate) fn transposed_product(v: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Mat<f64> {
+    let part = |first: usize| {
+        let height = TALL.min(v.nrows() - first);
+        let mut part = Mat::zeros(v.ncols(), x.ncols());
+        let (v, x) = (v.subrows(first, height), x.subrows(first, height));
+        matmul(part.as_mut(), Accum::Replace, v.transpose(), x, 1.0, Par::Seq);
+        part
+    };
+    let firsts: Vec<usize> = (0..v.nrows()).step_by(TALL).collect();
+    let parts: Vec<Mat<f64>> = match firsts.as_slice() {
+        [] | [_] => firsts.into_iter().map(part).collect(),
+        _ => firsts.into_par_iter().map(part).collect(),
+    };
+    let zero = Mat::zeros(v.ncols(), x.ncols());
+    parts.into_iter().fold(zero, |sum, part| sum + part)
+}
+
+/// `X ← X − V C` for tall `X` and `V`; all threads.
+pub(crate) fn subtract_product(x: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef<'_, f64>) {
+    let some = |(at, rows): (usize, MatMut<'_, f64>)| {
+        let v = v.subrows(at * TALL, rows.nrows());
+        matmul(rows, Accum::Add, v, c, -1.0, Par::Seq);
+    };
+    let groups = row_groups(x, TALL);
+    if groups.len() > 1 {
+        groups.into_par_iter().enumerate().for_each(some);
+    } else {
+        groups.into_iter().enumerate().for_each(some);
+    }
 }
 
 /// A matrix in groups of `width` columns, the last one of what is left: for threads that each write their

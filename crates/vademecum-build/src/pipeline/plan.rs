@@ -6,7 +6,7 @@
 use super::error::BuildError;
 use crate::basis::{Runs, most_vectors, sample_settings};
 use crate::certificate::TRAJECTORIES;
-use crate::dynamics::{FullOrder, Work, seconds_per_step};
+use crate::dynamics::{FullOrder, Work, search_vectors, seconds_per_step};
 use crate::input::{BasisKind, Problem};
 use crate::limits::{Memory, TooMuchMemory, memory_in_words};
 use crate::prepared::Prepared;
@@ -36,8 +36,8 @@ fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
     let factors = prepared.symbolic.factor_bytes() as f64 * if live { 1.0 + threads() } else { 1.0 + stages };
     let modes = problem.basis.modes.unwrap_or(8) as f64;
     let vectors = match problem.basis_kind() {
-        // The Krylov space and its image in the mass.
-        BasisKind::Modes => 2.0 * (3.0 * modes + 128.0).min(n),
+        // The Krylov space, and the block that joins it.
+        BasisKind::Modes => (search_vectors(modes as usize) as f64).min(n) + 128.0,
         // The snapshots' vectors, a batch of as many, and their orthonormal copies.
         _ => 4.0 * most_vectors(problem) as f64,
     };

@@ -19,7 +19,7 @@ use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 use crate::dynamics::schemes::bathe;
 use crate::dynamics::{
     DampingError, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError, SchemeKind,
-    lowest_modes,
+    first_frequency,
 };
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
@@ -164,8 +164,8 @@ pub fn prepare_within(
     if space.time_step().is_none() {
         let factor = symbolic.factor_bytes() as f64 + body.model.pencil().bytes() as f64;
         memory.check(factor, ": a coarser mesh", || format!("the matrices of {} free dofs", body.n_dof()))?;
-        let first = || lowest_modes(body.model.pencil(), &symbolic, 1);
-        let period = 1.0 / watch.stage("first natural mode", first)?.frequencies_hz()[0];
+        let first = || first_frequency(body.model.pencil(), &symbolic);
+        let period = 1.0 / watch.stage("first natural mode", first)?;
         let proposed = proposed_time_step(period);
         listener.note(&format!(
             "no `time.step` is given: {proposed:e} s is taken, {:.0} steps in the first natural period",

@@ -4,6 +4,8 @@
 //! along `B` is taken away by a second projection, `y − B Λ⁻¹ (KB)ᵀ y`. The solve is not refined: what it
 //! leaves beside `B` is far below what a contact feels, and refining would solve twice.
 
+use std::sync::Arc;
+
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -19,8 +21,9 @@ pub(super) const GROUP: usize = 24;
 /// `K⁻¹` and a basis with `BᵀKB = Λ`.
 pub(super) struct Complement<'a> {
     body: &'a Body,
+    symbolic: &'a Symbolic,
     /// Absent while it is used up.
-    factor: Option<Factor>,
+    factor: Option<Arc<Factor>>,
     vectors: MatRef<'a, f64>,
     /// `K B`.
     images: Mat<f64>,
@@ -40,16 +43,16 @@ pub(super) struct Workspace {
 impl<'a> Complement<'a> {
     pub fn new(
         body: &'a Body,
-        symbolic: &Symbolic,
+        symbolic: &'a Symbolic,
         vectors: MatRef<'a, f64>,
         eigenvalues: &[f64],
     ) -> Result<Self, FactorError> {
         let stiffness = body.model.pencil().stiffness();
-        let factor = symbolic.factorize(stiffness.clone())?;
+        let factor = symbolic.factor_of(stiffness)?;
         let mut images = Mat::zeros(vectors.nrows(), vectors.ncols());
         columns_of(vectors, images.as_mut(), |group, image| stiffness.mul_into(group, image));
         let compliances = eigenvalues.iter().map(|lambda| 1.0 / lambda).collect();
-        Ok(Self { body, factor: Some(factor), vectors, images, compliances })
+        Ok(Self { body, symbolic, factor: Some(factor), vectors, images, compliances })
     }
 
     /// The factor of `K`.
@@ -58,13 +61,15 @@ impl<'a> Complement<'a> {
     }
 
     /// The factor of `K`, to use it up: without it nothing is solved for.
-    pub fn take_factor(&mut self) -> Factor {
-        self.factor.take().expect("a factor that is not used up")
+    pub fn take_factor(&mut self) -> Result<Factor, FactorError> {
+        self.factor = None;
+        self.symbolic.take_factor_of(self.pencil().stiffness())
     }
 
-    /// The same factor again.
-    pub fn put_factor(&mut self, factor: Factor) {
-        self.factor = Some(factor);
+    /// Makes the same factor again.
+    pub fn restore_factor(&mut self) -> Result<(), FactorError> {
+        self.factor = Some(self.symbolic.factor_of(self.pencil().stiffness())?);
+        Ok(())
     }
 
     /// `B`, shape (n, r).

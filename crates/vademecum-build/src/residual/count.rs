@@ -14,7 +14,7 @@ use super::selected::static_answers;
 use super::small::{Symmetric, semidefinite};
 use super::sweep::sweep;
 use super::way::Way;
-use crate::dynamics::{Modes, lowest_modes};
+use crate::dynamics::{Modes, lowest_modes, search_vectors};
 use crate::fem::Symbolic;
 use crate::limits::Memory;
 use crate::prepared::Body;
@@ -57,7 +57,7 @@ pub fn modes_within(
             let found = sweep(&complement, nodes, listener, |_, _| ())?;
             found.into_iter().map(|node| node.answer).collect()
         }
-        Way::Selection => static_answers(body, complement.take_factor(), nodes, listener)?,
+        Way::Selection => static_answers(body, complement.take_factor()?, nodes, listener)?,
     };
     let limit = Memory::asked_or_available(None).limit() as f64;
     let mut missed = 0;
@@ -88,8 +88,7 @@ pub fn modes_within(
         }
         missed = count;
         let next = (2 * count).min(MOST).min(pencil.n_dof());
-        // Twice the Krylov space of `lowest_modes`.
-        let bytes = 2.0 * 8.0 * pencil.n_dof() as f64 * (3 * next + 128) as f64;
+        let bytes = 8.0 * (pencil.n_dof() * search_vectors(next)) as f64;
         if next == count || bytes > limit {
             return Ok(Enough::Missed { modes: count, reached });
         }

@@ -180,7 +180,7 @@ pub(super) fn selected(
     note_long(start.elapsed().as_secs_f64() * selection_to_solves(symbolic, r, count), nodes.len(), listener);
 
     let taken = Taken::new(&complement);
-    let selected = complement.take_factor().select(body.model.pencil().mass(), listener)?;
+    let selected = complement.take_factor()?.select(body.model.pencil().mass(), listener)?;
     let at = |place: usize| at_node(body, &selected, &taken, (nodes, firsts), place);
     let mut found: Vec<Found> = (0..nodes.len()).into_par_iter().map(at).collect();
     drop((selected, taken));
@@ -192,7 +192,7 @@ pub(super) fn selected(
         |&place: &usize| doubtful[place] || firsts[place].iter().any(|&first| doubtful[first as usize]);
     let again: Vec<usize> = (0..nodes.len()).filter(again).collect();
     if !again.is_empty() {
-        complement.put_factor(symbolic.factorize(body.model.pencil().stiffness().clone())?);
+        complement.restore_factor()?;
         for (&place, node) in again.iter().zip(swept(&complement, &again, listener)?) {
             found[place].node = node;
         }

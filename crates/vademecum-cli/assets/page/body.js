@@ -39,9 +39,10 @@ export class Body {
     return unit(cross(sub(b, a), sub(c, a)));
   }
 
-  /** Positions drawn: rest plus magnified displacement. */
+  /** Positions drawn: rest plus magnified displacement; and the box they lie in. */
   displace(displacement, magnification) {
     for (let i = 0; i < this.rest.length; i++) this.displaced[i] = this.rest[i] + magnification * displacement[i];
+    this.drawn = boundingBox(this.displaced);
   }
 
   /** Where a point `{ nodes, weights }` is drawn. */
@@ -49,21 +50,25 @@ export class Body {
     return [0, 1, 2].reduce((sum, k) => add(sum, scaled(this.node(point.nodes[k], positions), point.weights[k])), [0, 0, 0]);
   }
 
-  /** The first triangle a ray meets, as `{ triangle, loadable, point }`; null if it passes by. */
-  pick({ from, along }) {
+  /** The first triangle a ray meets, as `{ triangle, loadable, point }`; null if it passes by. Plain numbers: fine meshes are asked at each move. */
+  pick({ from: [fx, fy, fz], along: [lx, ly, lz] }) {
+    const { triangles, displaced: x } = this;
     let best = null;
-    for (let t = 0; t < this.triangles.length / 3; t++) {
-      const [a, b, c] = this.corners(t, this.displaced);
-      const [ab, ac, away] = [sub(b, a), sub(c, a), sub(from, a)];
-      const p = cross(along, ac);
-      const determinant = dot(ab, p);
+    for (let t = 0; t < triangles.length; t += 3) {
+      const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
+      const bx = x[b] - x[a], by = x[b + 1] - x[a + 1], bz = x[b + 2] - x[a + 2];
+      const cx = x[c] - x[a], cy = x[c + 1] - x[a + 1], cz = x[c + 2] - x[a + 2];
+      const px = ly * cz - lz * cy, py = lz * cx - lx * cz, pz = lx * cy - ly * cx;
+      const determinant = bx * px + by * py + bz * pz;
       if (determinant === 0) continue;
-      const v = dot(away, p) / determinant;
-      const q = cross(away, ab);
-      const w = dot(along, q) / determinant;
-      const distance = dot(ac, q) / determinant;
-      if (v < 0 || w < 0 || v + w > 1 || distance <= 0 || (best && distance >= best.distance)) continue;
-      best = { triangle: t, distance, weights: [1 - v - w, v, w] };
+      const ax = fx - x[a], ay = fy - x[a + 1], az = fz - x[a + 2];
+      const v = (ax * px + ay * py + az * pz) / determinant;
+      if (v < 0 || v > 1) continue;
+      const qx = ay * bz - az * by, qy = az * bx - ax * bz, qz = ax * by - ay * bx;
+      const w = (lx * qx + ly * qy + lz * qz) / determinant;
+      const distance = (cx * qx + cy * qy + cz * qz) / determinant;
+      if (w < 0 || v + w > 1 || distance <= 0 || (best && distance >= best.distance)) continue;
+      best = { triangle: t / 3, distance, weights: [1 - v - w, v, w] };
     }
     if (!best) return null;
     const nodes = [0, 1, 2].map((k) => this.triangles[3 * best.triangle + k]);
@@ -96,10 +101,13 @@ function boundOfPushes(evaluator, { rest, triangles, loadTriangles }) {
 
 function boundingBox(points) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  points.forEach((x, i) => {
-    low[i % 3] = Math.min(low[i % 3], x);
-    high[i % 3] = Math.max(high[i % 3], x);
-  });
+  for (let i = 0; i < points.length; i += 3) {
+    for (let k = 0; k < 3; k++) {
+      const x = points[i + k];
+      if (x < low[k]) low[k] = x;
+      if (x > high[k]) high[k] = x;
+    }
+  }
   return { low, high };
 }
 
@@ -155,8 +163,11 @@ function splitAtCreases(rest, triangles, loadTriangles) {
   return { vertexNode: Uint32Array.from(vertexNode), vertexLoadable: Float32Array.from(vertexLoadable), vertexCorners };
 }
 
-/** The loadable node that gives way most along its normal, and a round force that moves it by 4 % of the body's size:
- * static compliance `Σ_k (B_k·n)²/λ_k`. */
+/** What a push drawn as this share of the body's size shows; the place that gives way most shows no more than `MOST`. */
+const SHOWN = 0.07, MOST = 0.15;
+
+/** The loadable node that gives way most along its normal, a round force that moves it by at most 4 % of the body's size, how far [m] that is, and
+ * the round magnification that shows this force at most places: static compliance `Σ_k (B_k·n)²/λ_k`. */
 function flexiblePoint(body, evaluator, basis) {
   const { modes, loadNodes } = evaluator.counts;
   const table = evaluator.section(SECTION.modeTable);
@@ -170,6 +181,7 @@ function flexiblePoint(body, evaluator, basis) {
     }
   }
   let best = { node: 0, compliance: 0, normal: [0, 0, 1] };
+  const compliances = [];
   for (let node = 0; lambda && node < loadNodes; node++) {
     const normal = unit(normals[node]);
     let compliance = 0;
@@ -177,10 +189,15 @@ function flexiblePoint(body, evaluator, basis) {
       const along = [0, 1, 2].reduce((sum, c) => sum + basis[(3 * node + c) * modes + k] * normal[c], 0);
       compliance += (along * along) / lambda[k];
     }
+    if (compliance > 0) compliances.push(compliance);
     if (compliance > best.compliance) best = { node, compliance, normal };
   }
   const force = best.compliance > 0 ? round125((0.04 * body.size) / best.compliance) : 1;
-  return { point: { nodes: [best.node, best.node, best.node], weights: [1, 0, 0] }, normal: best.normal, force };
+  const share = (compliance) => (force * compliance) / body.size;
+  const median = compliances.sort((a, b) => a - b)[compliances.length >> 1];
+  const magnification = median ? Math.max(1, round125(Math.min(SHOWN / share(median), MOST / share(best.compliance)))) : 1;
+  const point = { nodes: [best.node, best.node, best.node], weights: [1, 0, 0] };
+  return { point, normal: best.normal, force, magnification, moves: force * best.compliance };
 }
 
 /** The nearest of 1, 2, 5 times a power of ten below `x`. */

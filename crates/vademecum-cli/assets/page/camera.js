@@ -1,38 +1,102 @@
-// An orbit camera: z is up, the body stays in view.
+// An orbit camera: one axis is up, the body stays in view, and every change of the view can be undone.
 import { add, cross, dot, norm, scaled, sub, transformed, viewProjection } from "vademecum/vectors";
 
 const TANGENT = Math.tan((30 / 2) * (Math.PI / 180));
 const START = { yaw: -1.05, pitch: 0.42 };
+/** Views that can be undone. */
+const REMEMBERED = 100;
+/** A body that runs away is followed up to this many of its own sizes. */
+const FOLLOWED = 3;
+/** So far (of half the body's diagonal) it moves without the view: there is room for it. */
+const FREE = 0.04;
+
+const middle = ({ low, high }) => scaled(add(low, high), 0.5);
 
 export class Camera {
-  /** Around a box `{ low, high }` [m]. */
-  constructor(box) {
-    this.box = box;
+  /** Around a box `{ low, high }` [m]; axis `up` (0, 1, 2) points upwards. */
+  constructor(box, up) {
+    Object.assign(this, { box, up, aspect: 1, past: [] });
     this.radius = norm(sub(box.high, box.low)) / 2;
-    this.aspect = 1;
     this.reset();
+    this.past = [];
   }
 
+  /** The view as built, with the axis that is up kept. */
   reset() {
-    Object.assign(this, START);
-    this.target = scaled(add(this.box.low, this.box.high), 0.5);
-    this.zoom = 1;
+    this.remember();
+    Object.assign(this, START, { target: middle(this.box), zoom: 1, around: this.box });
+  }
+
+  /** What makes the view, and back to it. */
+  get pose() {
+    const { up, yaw, pitch, target, zoom } = this;
+    return { up, yaw, pitch, target, zoom };
+  }
+
+  set pose(pose) {
+    Object.assign(this, pose);
+  }
+
+  /** Keeps the view as it is now for `undo`. */
+  remember() {
+    if (this.target) this.past.push(this.pose);
+    if (this.past.length > REMEMBERED) this.past.shift();
+  }
+
+  undo() {
+    if (this.past.length > 0) this.pose = this.past.pop();
+  }
+
+  /** Axis `up` points upwards from now on. */
+  stand(up) {
+    this.remember();
+    Object.assign(this, { up, ...START });
+  }
+
+  /** Looks along an axis, from its far end; from the other end if it does so already. */
+  lookFrom(axis) {
+    this.remember();
+    const there = axis === this.up ? { yaw: -Math.PI / 2, pitch: Math.PI / 2 } : { yaw: axis === (this.up + 1) % 3 ? 0 : Math.PI / 2, pitch: 0 };
+    const already = Math.abs(this.yaw - there.yaw) < 1e-9 && Math.abs(this.pitch - there.pitch) < 1e-9;
+    if (already && axis === this.up) there.pitch = -there.pitch;
+    else if (already) there.yaw += Math.PI;
+    Object.assign(this, there);
   }
 
   frame() {
     const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
-    const back = [cp * cy, cp * sy, sp];
-    const right = [-sy, cy, 0];
+    const turned = (along, across, above) => {
+      const v = [0, 0, 0];
+      [v[(this.up + 1) % 3], v[(this.up + 2) % 3], v[this.up]] = [along, across, above];
+      return v;
+    };
+    const [back, right] = [turned(cp * cy, cp * sy, sp), turned(-sy, cy, 0)];
     return { back, right, up: cross(back, right) };
+  }
+
+  /** Makes room for a body that is drawn in `box`: at once where it grows, slowly back. Who turned the wheel or moved the view chose for himself. */
+  follow(box, seconds) {
+    if (this.zoom !== 1 || norm(sub(this.target, middle(this.box))) > 1e-9 * this.radius) return;
+    const [most, free] = [FOLLOWED * 2 * this.radius, FREE * this.radius];
+    const [grow, shrink] = [1 - Math.exp(-seconds / 0.08), 1 - Math.exp(-seconds / 8)];
+    const side = (now, wanted, rest, sign) => {
+      const to = sign * Math.max(sign * rest, Math.min(sign * wanted - free, sign * rest + most));
+      return now + (to - now) * (sign * to > sign * now ? grow : shrink);
+    };
+    const { low, high } = this.around;
+    this.around = {
+      low: low.map((x, i) => side(x, box.low[i], this.box.low[i], -1)), high: high.map((x, i) => side(x, box.high[i], this.box.high[i], 1)),
+    };
   }
 
   /** Distance at which all corners of the box are in view, whatever the shape of the window. */
   distance(frame) {
     const margin = 1.12;
     let distance = 0;
-    const middle = scaled(add(this.box.low, this.box.high), 0.5);
+    const centre = middle(this.around);
+    const { low, high } = this.around;
     for (let corner = 0; corner < 8; corner++) {
-      const p = [0, 1, 2].map((i) => ((corner >> i) & 1 ? this.box.high[i] : this.box.low[i]) - middle[i]);
+      const p = [0, 1, 2].map((i) => ((corner >> i) & 1 ? high[i] : low[i]) - centre[i]);
       const across = Math.abs(dot(p, frame.right)) / (TANGENT * this.aspect);
       const along = Math.abs(dot(p, frame.up)) / TANGENT;
       distance = Math.max(distance, dot(p, frame.back) + margin * Math.max(across, along));
@@ -46,7 +110,9 @@ export class Camera {
     [this.width, this.height] = [width, height];
     const frame = this.frame();
     const distance = this.distance(frame);
-    this.view = { ...frame, eye: add(this.target, scaled(frame.back, distance)) };
+    // The middle of a body that has moved away is looked at, as far as the visitor has not chosen another point.
+    const looked = add(this.target, sub(middle(this.around), middle(this.box)));
+    this.view = { ...frame, eye: add(looked, scaled(frame.back, distance)) };
     const far = distance + 6 * this.radius;
     this.matrix = viewProjection(this.view, TANGENT, this.aspect, Math.max(distance - 4 * this.radius, 0.03 * distance), far);
     this.metresPerPixel = (2 * TANGENT * distance) / height;

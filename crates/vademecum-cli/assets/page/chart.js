@@ -1,16 +1,17 @@
 // Strip charts on a 2-D canvas: each pixel column shows the range of the records that fall into it.
 
-/** A number with three digits and an SI prefix. */
+/** A number with three digits and an SI prefix, which only a unit takes that begins with a letter: 0.457 1/s. */
 export function short(x, unit = "") {
   if (x === 0 || !Number.isFinite(x)) return `${x} ${unit}`.trim();
+  if (!/^\p{L}/u.test(unit)) return `${Number(x.toPrecision(3))} ${unit}`.trim();
   const prefixes = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
   const place = Math.min(4, Math.max(-4, Math.floor(Math.log10(Math.abs(x)) / 3 + 1e-9)));
-  if (Math.abs(x) < 1e-12 || !unit) return `${Number(x.toPrecision(3))} ${unit}`.trim();
+  if (Math.abs(x) < 1e-12) return `${Number(x.toPrecision(3))} ${unit}`.trim();
   return `${Number((x / 1000 ** place).toPrecision(3))} ${prefixes[place + 4]}${unit}`;
 }
 
-/** Draws columns of a history over the last `span` seconds. */
-export function drawStrip(canvas, history, { columns, names, unit, span, now, positive }, style) {
+/** Draws columns of a history over the last `span` seconds; records within ±`nothing` are a body at rest. */
+export function drawStrip(canvas, history, { columns, names, unit, span, now, positive, nothing }, style) {
   const [context, width, height] = prepare(canvas);
   const left = 64, right = 6, top = 8, bottom = 18;
   const [w, h] = [width - left - right, height - top - bottom];
@@ -23,7 +24,9 @@ export function drawStrip(canvas, history, { columns, names, unit, span, now, po
       high = Math.max(high, x);
     }
   }
-  if (!(high > low)) [low, high] = Number.isFinite(low) && low !== 0 ? [low - Math.abs(low) / 2, low + Math.abs(low) / 2] : [-1e-12, 1e-12];
+  const still = !(Math.max(high, -low) > nothing);
+  if (still) [low, high] = [-1, 1];
+  else if (!(high > low)) [low, high] = [low - Math.abs(low) / 2, low + Math.abs(low) / 2];
   const margin = 0.06 * (high - low);
   [low, high] = [low - (positive ? 0 : margin), high + margin];
   const y = (value) => top + h * (1 - (value - low) / (high - low));
@@ -31,17 +34,18 @@ export function drawStrip(canvas, history, { columns, names, unit, span, now, po
   context.fillStyle = style.soft;
   context.strokeStyle = style.line;
   context.textAlign = "right";
-  for (const value of ticks(low, high)) {
+  for (const value of still ? [0] : ticks(low, high)) {
     context.beginPath();
     context.moveTo(left, y(value));
     context.lineTo(width - right, y(value));
     context.stroke();
-    context.fillText(short(value, unit), left - 6, y(value) + 4);
+    context.fillText(still ? "at rest" : short(value, unit), left - 6, y(value) + 4);
   }
   context.textAlign = "left";
-  context.fillText(`${Number((now - span).toFixed(2))} s`, left, height - 4);
+  const digits = span < 0.1 ? 4 : span < 1 ? 3 : 2;
+  context.fillText(`${Number((now - span).toFixed(digits))} s`, left, height - 4);
   context.textAlign = "right";
-  context.fillText(`${now.toFixed(2)} s`, width - right, height - 4);
+  context.fillText(`${now.toFixed(digits)} s`, width - right, height - 4);
   columns.forEach((column, k) => {
     context.strokeStyle = style.series[k % style.series.length];
     context.lineWidth = 1.5;

@@ -1,17 +1,9 @@
 // Buttons, sliders and figures: reads what the user set, shows what the march measured.
 import { gradient } from "vademecum/colors";
 import { short } from "vademecum/chart";
-
-export const find = (id) => document.getElementById(id);
-
-/** What the diagonal structure takes live in any file: name, unit, range (a factor of the value as built where `log`). */
-const ALWAYS = [
-  { key: "stiffness", name: "Stiffness ×", unit: "", log: true, range: () => [0.1, 10] },
-  { key: "density", name: "Density ×", unit: "", log: true, range: () => [0.1, 10] },
-  { key: "timeStep", name: "Time step", unit: "s", log: true, range: ({ timeStep }) => [timeStep / 100, timeStep * 10] },
-  { key: "alpha", name: "Damping α", unit: "1/s", log: false, range: ({ alpha }) => [0, Math.max(20, 4 * alpha)] },
-  { key: "beta", name: "Damping β", unit: "s", log: false, range: ({ beta, timeStep }) => [0, Math.max(timeStep, 4 * beta)] },
-];
+import { element, find, range } from "vademecum/elements";
+import { round125 } from "vademecum/body";
+import { Parameters } from "vademecum/parameters";
 
 const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"], b: ["largest error of a push here", ""] };
 
@@ -20,11 +12,14 @@ const percent = (x) => `${Number((100 * x).toPrecision(2))} %`;
 
 export class Controls {
   constructor(player, renderer, camera) {
-    Object.assign(this, { player, renderer, camera, peak: 0 });
+    Object.assign(this, { player, renderer, camera, peak: 0, refusal: "" });
     this.evaluator = player.evaluator;
-    this.asBuilt = { ...this.evaluator.options };
     this.buttons();
-    this.parameters();
+    this.parameters = new Parameters(player, (refusal) => {
+      this.refusal = refusal;
+      this.tools();
+    });
+    this.tools();
     this.patterns();
     this.file();
     for (const id of ["force", "speed", "magnification", "color", "tool", "radius", "depth", "friction"]) find(id).addEventListener("input", () => this.read());
@@ -35,40 +30,42 @@ export class Controls {
   /** Speed and shown time such that the first mode can be followed by eye. */
   start() {
     const first = this.firstFrequency();
-    if (first > 8) find("speed").value = String(Math.log10([0.5, 0.2, 0.1, 0.05, 0.02, 0.01].find((s) => s * first <= 4) ?? 0.005));
+    if (first > 8) find("speed").value = String(Math.log10(Math.max(1e-5, round125(4 / first))));
+    find("magnification").value = String(Math.log10(this.player.body.flexible.magnification));
     const spans = [...find("span").options].map((option) => Number(option.value));
     find("span").value = String(spans.find((span) => span >= 12 / first) ?? 10);
   }
 
+  /** The lowest frequency of the file [Hz]. */
   firstFrequency() {
-    const table = this.evaluator.section(16);
-    return table ? Math.min(...table.filter((x, i) => i % 6 === 0 && x > 0)) : 1;
+    if (this.first === undefined) {
+      const table = this.evaluator.section(16);
+      this.first = table ? Math.min(...table.filter((x, i) => i % 6 === 0 && x > 0)) : 1;
+    }
+    return this.first;
+  }
+
+  /** Displacements [m] up to this are a body at rest. */
+  get nothing() {
+    return 1e-9 * this.player.body.size;
   }
 
   buttons() {
-    const { player, renderer, camera } = this;
+    const { player, renderer } = this;
     const on = (id, act) => find(id).addEventListener("click", act);
     on("pause", () => this.pause(!player.paused));
     on("step", () => {
       this.pause(true);
       player.step(1);
     });
-    on("rest", () => {
-      this.refusal = "";
-      player.rest();
-    });
-    on("home", () => camera.reset());
+    on("rest", () => this.rest());
+    on("true-scale", () => this.magnify(this.magnification === 1 ? player.body.flexible.magnification : 1));
     on("theme", () => this.theme(!document.documentElement.classList.contains("dark")));
-    on("reset", () => this.reset());
     for (const id of ["wire", "ghost", "supports"]) {
       find(id).checked = renderer[id];
       find(id).addEventListener("change", (event) => (renderer[id] = event.target.checked));
     }
-    for (const [value, present] of [["1", this.evaluator.has.diagonal && !this.evaluator.exact], ["2", this.evaluator.has.block], ["4", this.evaluator.has.diagonal]]) {
-      find("structure").querySelector(`[value="${value}"]`).disabled = !present;
-    }
-    find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
-    find("structure").addEventListener("change", () => this.set({ structure: Number(find("structure").value) }));
+    find("held").hidden = player.body.loadTriangles === player.body.triangles.length / 3;
     find("color").querySelector('[value="b"]').hidden = !player.body.bound;
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => this.theme(dark.matches));
@@ -80,7 +77,7 @@ export class Controls {
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(`--${name}`).trim();
     this.dark = dark;
-    this.style = { soft: color("soft"), line: color("line"), panel: color("panel"), ink: color("ink"), arrow: color("arrow"), series: [0, 1, 2, 3].map((k) => color(`series${k}`)) };
+    this.style = { soft: color("soft"), line: color("line"), panel: color("panel"), stage: color("stage-plain"), ink: color("ink"), arrow: color("arrow"), series: [0, 1, 2, 3].map((k) => color(`series${k}`)) };
   }
 
   pause(paused) {
@@ -89,47 +86,21 @@ export class Controls {
     find("pause").textContent = paused ? "Go on" : "Pause";
   }
 
-  /** Sliders of the file's parameters, and of what the diagonal structure takes besides. */
-  parameters() {
-    const own = this.evaluator.parameters;
-    const others = ALWAYS.filter(({ key }) => this.evaluator.has.diagonal && !own.some((parameter) => parameter.key === key));
-    const ranged = others.map((parameter) => {
-      const [lower, upper] = parameter.range(this.asBuilt);
-      return { ...parameter, region: null, lower, upper };
-    });
-    this.sliders = [...own, ...ranged].map((parameter) => {
-      const { key, region, name, log, lower, upper } = parameter;
-      const [walked, back] = log ? [Math.log10, (x) => 10 ** x] : [(x) => x, (x) => x];
-      const id = `parameter-${key}${region === null ? "" : `-${region}`}`;
-      const input = range(find("parameters"), id, name, walked(lower), walked(upper), walked(this.value(parameter)));
-      input.addEventListener("input", () => this.set(this.option(parameter, Math.min(upper, Math.max(lower, back(Number(input.value)))))));
-      return { ...parameter, input, put: (x) => (input.value = String(walked(x))) };
-    });
-    this.shown();
+  /** The body at rest; scales and plots begin anew. */
+  rest() {
+    this.refusal = "";
+    this.peak = 0;
+    this.player.rest();
   }
 
-  /** What a parameter stands at. */
-  value({ key, region }) {
-    const option = this.evaluator.options[key];
-    return region === null ? option : option[region];
+  magnify(factor) {
+    find("magnification").value = String(Math.log10(factor));
+    this.read();
   }
 
-  /** The option that puts a parameter to `value`. */
-  option({ key, region }, value) {
-    if (region === null) return { [key]: value };
-    return { [key]: this.evaluator.options[key].map((x, q) => (q === region ? value : x)) };
-  }
-
-  /** What is bound, beside the sliders. */
-  shown() {
-    for (const { input, put, ...parameter } of this.sliders) {
-      const value = this.value(parameter);
-      put(value);
-      input.previousElementSibling.textContent = short(value, parameter.unit);
-    }
-    find("precision").value = this.evaluator.options.double ? "64" : "32";
-    find("structure").value = String(this.evaluator.options.structure);
-    this.tools();
+  /** Binds other parameters; a refusal is said and changes nothing. */
+  set(parameters) {
+    this.parameters.set(parameters);
   }
 
   /** Which tools the bound session takes, and why not. */
@@ -161,21 +132,6 @@ export class Controls {
     find("radius-out").textContent = short(radius, "m");
     find("depth-out").textContent = short(depth, "m");
     find("friction-out").textContent = String(friction);
-  }
-
-  /** Binds other parameters; a refusal is said and changes nothing. */
-  set(parameters) {
-    try {
-      this.player.set(parameters);
-      this.refusal = "";
-    } catch (error) {
-      this.refusal = `Refused: ${error.message}`;
-    }
-    this.shown();
-  }
-
-  reset() {
-    this.set(this.asBuilt);
   }
 
   /** A slider per load pattern. */
@@ -220,7 +176,9 @@ export class Controls {
     find("force-out").textContent = short(this.force, "N");
     const speed = this.player.speed;
     find("speed-out").textContent = `${Number(speed.toPrecision(2))} × ${Math.abs(speed - 1) < 0.02 ? "real time" : speed < 1 ? "slow motion" : "fast"}`;
-    find("magnification-out").textContent = `× ${Number(this.magnification.toPrecision(2))}`;
+    const drawn = Number(this.magnification.toPrecision(2));
+    find("magnification-out").textContent = `× ${drawn}`;
+    find("true-scale").textContent = drawn === 1 ? "true scale" : `motion drawn × ${drawn}`;
     const [name] = FIELDS[kind];
     const also = bound && !bound.rigorous ? " (estimate; logarithmic)" : " (logarithmic)";
     find("quantity").textContent = bound ? name + also : component === undefined ? name : `${name} ${"xyz"[component]}`;
@@ -242,24 +200,25 @@ export class Controls {
       if (value > largest) largest = value;
     }
     this.largest = largest;
-    this.peak = Math.max(largest, this.peak * Math.exp(-seconds / 4), 1e-9 * this.player.body.size);
-    find("low").textContent = this.component < 0 ? "0" : short(-this.peak, this.unit);
-    find("high").textContent = short(this.peak, this.unit);
-    return this.peak;
+    this.peak = Math.max(largest, this.peak * Math.exp(-seconds / 4));
+    const still = this.peak <= this.nothing * (this.velocity ? this.firstFrequency() : 1);
+    find("low").textContent = still ? "at rest" : this.component < 0 ? "0" : short(-this.peak, this.unit);
+    find("high").textContent = still ? "" : short(this.peak, this.unit);
+    return still ? Infinity : this.peak;
   }
 
   /** The line under the body, a few times a second. */
   pace({ rate, factor, frame, frames }) {
     const { player, evaluator } = this;
     find("step-time").textContent = short(player.secondsPerStep, "s");
-    find("step-rate").textContent = rate >= 1e4 ? `${Math.round(rate / 1000)} k` : String(Math.round(rate));
+    find("step-rate").textContent = rate >= 1e4 ? `${Math.round(rate / 1000)} k` : String(Number(rate.toPrecision(rate < 10 ? 2 : 4)));
     find("factor").textContent = player.paused ? "paused" : `× ${factor.toPrecision(2)}`;
     find("frame").textContent = `${(1000 * frame).toFixed(1)} ms, ${Math.round(frames)}/s`;
     find("modes").textContent = `${evaluator.counts.modes}, ${{ 1: "diagonal", 4: "exact" }[evaluator.structure] ?? `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
     const touches = player.tool ? evaluator.tool().touches : [];
     const total = [0, 1, 2].map((i) => touches.reduce((sum, { force }) => sum + force[i], 0));
     find("tool-force").textContent = touches.length === 0 ? "nothing" : `${short(Math.hypot(...total), "N")} at ${touches.length} place${touches.length === 1 ? "" : "s"}`;
-    find("time").textContent = `${player.time.toFixed(3)} s`;
+    find("time").textContent = player.time < 1 ? short(player.time, "s") : `${player.time.toFixed(2)} s`;
   }
 
   /** What the user must know now; `moved` is the largest displacement on the surface [m]. */
@@ -270,22 +229,4 @@ export class Controls {
     const text = this.refusal || large || late;
     if (find("status").textContent !== text) find("status").textContent = text;
   }
-}
-
-function element(name, text) {
-  const made = document.createElement(name);
-  made.textContent = text;
-  return made;
-}
-
-/** A labelled slider with an output before it. */
-function range(parent, id, label, low, high, value) {
-  const [wrap, output, input] = ["label", "output", "input"].map((name) => document.createElement(name));
-  Object.assign(input, { id, type: "range", min: String(low), max: String(high), step: "any" });
-  input.value = String(value);
-  // An output can be labelled too and comes first.
-  wrap.htmlFor = id;
-  wrap.append(label, " ", output, input);
-  parent.append(wrap);
-  return input;
 }

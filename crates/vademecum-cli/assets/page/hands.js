@@ -1,12 +1,10 @@
 // Pointers and keys: a press on the loadable surface is a contact, beside it the view turns. Every finger is its own contact.
-import { add, dot, scaled, unit } from "vademecum/vectors";
-import { find } from "vademecum/controls";
-
-const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
+import { add, AXES, scaled } from "vademecum/vectors";
+import { find, say } from "vademecum/elements";
 
 export class Hands {
   constructor(canvas, player, camera, controls) {
-    Object.assign(this, { canvas, player, camera, controls, held: new Map() });
+    Object.assign(this, { canvas, player, camera, controls, held: new Map(), turned: -Infinity });
     const on = (name, act) => canvas.addEventListener(name, act, { passive: false });
     on("pointerdown", (event) => this.down(event));
     on("pointermove", (event) => this.move(event));
@@ -14,6 +12,7 @@ export class Hands {
     on("contextmenu", (event) => event.preventDefault());
     on("wheel", (event) => {
       event.preventDefault();
+      this.remember();
       camera.closer(Math.exp(-event.deltaY * 0.0015));
     });
     document.addEventListener("keydown", (event) => {
@@ -22,6 +21,13 @@ export class Hands {
     });
     document.addEventListener("keyup", (event) => event.key === "Enter" && this.lift("Enter"));
     canvas.addEventListener("blur", () => this.lift("Enter"));
+  }
+
+  /** Keeps the view for "undo": once for a row of turns of the wheel or strokes of a key. */
+  remember() {
+    const now = performance.now();
+    if (now - this.turned > 600) this.camera.remember();
+    this.turned = now;
   }
 
   place(event) {
@@ -38,9 +44,9 @@ export class Hands {
     this.canvas.classList.remove("keys");
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(event.pointerId);
-    find("hint").classList.add("gone");
     const at = this.place(event);
     const hit = event.button === 0 && !event.shiftKey ? this.pick(at) : null;
+    if (hit) say(hit.loadable ? "" : this.refused());
     if (hit?.loadable && this.controls.sphere && !this.player.tool) {
       this.lay(event.pointerId, at, hit.point, this.player.body.normal(hit.triangle));
     } else if (hit?.loadable) {
@@ -51,8 +57,15 @@ export class Hands {
       if (event.pointerType !== "mouse" && navigator.vibrate) navigator.vibrate(8);
     } else {
       const pan = event.button !== 0 || event.shiftKey;
+      this.camera.remember();
       this.held.set(event.pointerId, { kind: pan ? "pan" : "orbit", at });
     }
+  }
+
+  /** Why a press moves nothing. */
+  refused() {
+    if (this.player.body.loadTriangles === 0) return "This file has no loadable surface: nothing of it can be pushed.";
+    return "Not loadable here: the problem's [load] leaves this part out. Press on the part without stripes.";
   }
 
   move(event) {
@@ -103,7 +116,6 @@ export class Hands {
     const most = 30 * player.body.flexible.force;
     player.hold({ radius, friction, speed: this.controls.toolSpeed, most, centre, target: this.below(point, normal), point });
     this.held.set(name, { kind: "tool", at });
-    find("hint").classList.add("gone");
   }
 
   /** Where the sphere goes: as deep as is set under the place of the body at rest, which does not run away from it. */
@@ -126,7 +138,11 @@ export class Hands {
     const hand = this.held.get(name);
     if (!hand) return;
     this.held.delete(name);
-    if (hand.kind === "contact") this.player.release(hand.id);
+    if (hand.kind === "contact") {
+      // What was pulled aside sounds when it is let go.
+      if (find("direction").value === "drag") this.player.heard.press(hand.point, this.force(hand));
+      this.player.release(hand.id);
+    }
     if (hand.kind === "tool") this.player.lift();
   }
 
@@ -146,14 +162,24 @@ export class Hands {
     const { camera, controls, player } = this;
     const turn = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, -20], ArrowDown: [0, 20] }[event.key];
     const acts = {
-      " ": () => controls.pause(!player.paused), ".": () => find("step").click(), "0": () => player.rest(), r: () => camera.reset(),
-      w: () => find("wire").click(), "+": () => camera.closer(1.15), "=": () => camera.closer(1.15), "-": () => camera.closer(1 / 1.15),
+      " ": () => controls.pause(!player.paused), ".": () => find("step").click(), "0": () => controls.rest(), r: () => find("home").click(), u: () => find("undo").click(),
+      w: () => find("wire").click(), "+": () => this.closer(1.15), "=": () => this.closer(1.15), "-": () => this.closer(1 / 1.15),
       Enter: () => this.pushByKey(event),
     };
-    const act = turn ? () => document.activeElement === this.canvas && camera.orbit(...turn) : acts[event.key];
+    const turns = () => {
+      if (document.activeElement !== this.canvas) return;
+      this.remember();
+      camera.orbit(...turn);
+    };
+    const act = turn ? turns : acts[event.key];
     if (!act) return;
     if (!turn || document.activeElement === this.canvas) event.preventDefault();
     act();
+  }
+
+  closer(factor) {
+    this.remember();
+    this.camera.closer(factor);
   }
 
   /** Enter holds a push at the point that gives way most. */
@@ -168,92 +194,6 @@ export class Hands {
     const contact = { kind: "contact", start: at, at: [at[0], at[1] + 40], point, normal };
     contact.id = this.player.press(point, this.force(contact));
     this.held.set("Enter", contact);
-    find("hint").classList.add("gone");
+    say("");
   }
-}
-
-/** Arrows of all contacts and a ring where Enter pushes, over the drawing. */
-export function drawOver(canvas, player, camera, controls, focused) {
-  const ratio = Math.min(window.devicePixelRatio || 1, 2);
-  const [w, h] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
-  if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, w, h);
-  const { body } = player;
-  for (const { point, force } of player.contacts.values()) arrow(context, camera, body.place(point), force, body, controls.style.arrow);
-  const tool = player.tool && player.evaluator.tool();
-  if (tool) pushes(context, camera, tool, drawnTool(player, controls.magnification), body, controls.style.arrow);
-  if (focused && body.loadTriangles > 0) {
-    const at = camera.pixel(body.place(body.flexible.point));
-    if (at) ring(context, at, controls.style.arrow);
-  }
-  axes(context, camera, canvas.clientHeight, controls.style);
-}
-
-/** Where the sphere is drawn: moved as much farther as the body under it is. */
-export function drawnTool({ tool, evaluator }, magnification) {
-  const { centre, radius, point } = tool;
-  return { centre: add(centre, scaled(evaluator.point(point), magnification - 1)), radius };
-}
-
-/** One arrow for all pushes of the sphere, where they act. */
-function pushes(context, camera, { centre, touches }, drawn, body, color) {
-  const sizes = touches.map(({ force }) => Math.hypot(...force));
-  const all = sizes.reduce((sum, size) => sum + size, 0);
-  if (all === 0) return;
-  const [place, force] = [[0, 0, 0], [0, 0, 0]];
-  touches.forEach((touch, t) => {
-    for (let i = 0; i < 3; i++) {
-      place[i] += (sizes[t] / all) * (touch.place[i] - centre[i] + drawn.centre[i]);
-      force[i] += touch.force[i];
-    }
-  });
-  arrow(context, camera, place, force, body, color);
-}
-
-function arrow(context, camera, place, force, body, color) {
-  const size = Math.hypot(...force);
-  const tip = camera.pixel(place);
-  if (!tip || size === 0) return;
-  const length = body.size * Math.min(0.2, Math.max(0.05, 0.1 * Math.cbrt(size / body.flexible.force)));
-  const tail = camera.pixel(add(place, scaled(unit(force), -length)));
-  if (!tail) return;
-  const angle = Math.atan2(tip[1] - tail[1], tip[0] - tail[0]);
-  context.strokeStyle = context.fillStyle = color;
-  context.lineWidth = 3;
-  context.beginPath();
-  context.moveTo(...tail);
-  context.lineTo(tip[0] - 8 * Math.cos(angle), tip[1] - 8 * Math.sin(angle));
-  context.stroke();
-  context.beginPath();
-  context.moveTo(...tip);
-  for (const side of [-0.4, 0.4]) context.lineTo(tip[0] - 13 * Math.cos(angle + side), tip[1] - 13 * Math.sin(angle + side));
-  context.fill();
-}
-
-function ring(context, [x, y], color) {
-  context.strokeStyle = color;
-  context.lineWidth = 2;
-  context.beginPath();
-  context.arc(x, y, 7, 0, 2 * Math.PI);
-  context.stroke();
-}
-
-/** Where x, y and z point, in the lower left corner. */
-function axes(context, camera, height, style) {
-  const [x, y] = [34, height - 92];
-  context.font = "11px system-ui, sans-serif";
-  context.textAlign = "center";
-  Object.entries(AXES).forEach(([name, axis], k) => {
-    const [dx, dy] = [22 * dot(axis, camera.view.right), -22 * dot(axis, camera.view.up)];
-    context.strokeStyle = style.series[[1, 2, 0][k]];
-    context.lineWidth = 2;
-    context.beginPath();
-    context.moveTo(x, y);
-    context.lineTo(x + dx, y + dy);
-    context.stroke();
-    context.fillStyle = style.soft;
-    context.fillText(name, x + 1.35 * dx, y + 1.35 * dy + 4);
-  });
 }

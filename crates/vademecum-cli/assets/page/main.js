@@ -3,10 +3,17 @@ import { Evaluator, SECTION } from "vademecum/evaluator";
 import { Body } from "vademecum/body";
 import { Camera } from "vademecum/camera";
 import { drawBars, drawStrip } from "vademecum/chart";
-import { Controls, find } from "vademecum/controls";
-import { Hands, drawOver, drawnTool } from "vademecum/hands";
+import { Controls } from "vademecum/controls";
+import { find } from "vademecum/elements";
+import { Greeting } from "vademecum/greet";
+import { Hands } from "vademecum/hands";
+import { drawOver, drawnTool } from "vademecum/overlay";
 import { Player } from "vademecum/player";
+import { Recorder } from "vademecum/record";
 import { Renderer } from "vademecum/render";
+import { Share } from "vademecum/share";
+import { Sound } from "vademecum/sound";
+import { upward, viewButtons } from "vademecum/views";
 
 function decode(text) {
   const binary = atob(text.trim());
@@ -25,20 +32,25 @@ async function file() {
 }
 
 async function start() {
-  const evaluator = await Evaluator.open(decode(find("wasm").textContent), await file());
+  const bytes = { wasm: decode(find("wasm").textContent), file: await file() };
+  const evaluator = await Evaluator.open(bytes.wasm, bytes.file);
   const body = new Body(evaluator);
   const player = new Player(evaluator, body, { double: true });
   const renderer = new Renderer(find("view"), body);
-  const camera = new Camera(body.box);
+  const camera = new Camera(body.box, upward(body, evaluator.problem));
   const controls = new Controls(player, renderer, camera);
   new Hands(find("view"), player, camera, controls);
   const page = { evaluator, body, player, renderer, camera, controls, pace: new Pace(player) };
   page.modes = modes(evaluator);
+  page.share = new Share(camera, viewButtons(camera));
+  page.sound = new Sound(player, bytes);
+  page.recorder = new Recorder(controls, page.sound);
+  page.greeting = new Greeting(player, controls);
   offer(page);
   let last = performance.now();
   const frame = (now) => {
-    // A page that was hidden does not catch up.
-    const seconds = Math.min(Math.max((now - last) / 1000, 0), 0.25);
+    // A page that was hidden does not catch up, and the greeting lets go in the right frame.
+    const seconds = Math.min(Math.max((now - last) / 1000, 0), page.greeting.id === null ? 0.25 : 0.02);
     last = now;
     show(page, seconds);
     requestAnimationFrame(frame);
@@ -53,21 +65,24 @@ function show(page, seconds) {
   const start = performance.now();
   try {
     player.advance(seconds);
+    page.greeting.frame();
   } catch (error) {
     // Numbers that are not finite any more: say so and stand still, "Rest" begins anew.
     controls.refusal = `Stopped: ${error.message}`;
     controls.pause(true);
   }
   const size = renderer.resize();
-  camera.update(...size);
-  const displacement = evaluator.surface(false).slice();
+  const displacement = player.displacement();
   const field = controls.bound?.field ?? (controls.velocity ? evaluator.surface(true) : displacement);
   body.displace(displacement, controls.magnification);
+  camera.follow(body.drawn, seconds);
+  camera.update(...size);
   renderer.fill(displacement, field);
   const { magnification, component, dark } = controls;
   const tool = player.tool && drawnTool(player, magnification);
   renderer.draw(camera, { magnification, component, dark, tool, scale: controls.scale(field, seconds) });
   drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
+  page.recorder.frame();
   signals(page);
   controls.warn(controls.component === -1 && !controls.velocity ? controls.largest : largest(displacement));
   pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
@@ -85,9 +100,11 @@ function signals({ player, evaluator, controls, modes }) {
   const probes = evaluator.probeNames.length;
   const shown = probes > 0 ? history.columns.slice(0, probes) : [history.columns[0]];
   const names = probes > 0 ? evaluator.probeNames : ["most flexible point"];
+  // What the push of the first press stores when it moves the body by no more than the rounding.
+  const nothing = player.body.flexible.force * player.body.size * 1e-16;
   const common = { span, now: Math.max(player.time, span) };
-  drawStrip(find("probes"), history, { ...common, columns: shown.slice(0, 4), names, unit: "m" }, controls.style);
-  drawStrip(find("energy"), history, { ...common, columns: history.columns.slice(-1), names: [""], unit: "J", positive: true }, controls.style);
+  drawStrip(find("probes"), history, { ...common, columns: shown.slice(0, 4), names, unit: "m", nothing: controls.nothing }, controls.style);
+  drawStrip(find("energy"), history, { ...common, columns: history.columns.slice(-1), names: [""], unit: "J", positive: true, nothing }, controls.style);
   const state = evaluator.coordinates();
   const { density, stiffness } = evaluator.options;
   const shares = modes.map(({ lambda }, k) => density * state[modes.length + k] ** 2 + stiffness * lambda * state[k] ** 2);
@@ -108,7 +125,7 @@ function modes(evaluator) {
 /** Measured over the last quarter of a second. */
 class Pace {
   constructor(player) {
-    Object.assign(this, { player, wall: 0, busy: 0, frames: 0, steps: 0, time: 0, last: null });
+    Object.assign(this, { player, wall: 0, busy: 0, frames: 0, reached: player.reached, last: null });
   }
 
   frame(seconds, busy, tell) {
@@ -116,11 +133,10 @@ class Pace {
     this.busy += busy;
     this.frames += 1;
     if (this.wall < 0.25) return;
-    const { stepped, time } = this.player;
-    this.last = {
-      rate: (stepped - this.steps) / this.wall, factor: (time - this.time) / this.wall, frame: this.busy / this.frames, frames: this.frames / this.wall,
-    };
-    Object.assign(this, { wall: 0, busy: 0, frames: 0, steps: stepped, time });
+    const { reached, timeStep } = this.player;
+    const factor = (reached - this.reached) / this.wall;
+    this.last = { rate: factor / timeStep, factor, frame: this.busy / this.frames, frames: this.frames / this.wall };
+    Object.assign(this, { wall: 0, busy: 0, frames: 0, reached });
     tell(this.last);
   }
 }
@@ -142,16 +158,21 @@ function offer(page) {
     tool: () => evaluator.tool(),
     lift: () => player.lift(),
     pause: (paused = true) => controls.pause(paused),
+    greeting: page.greeting,
+    sound: page.sound,
+    recorder: page.recorder,
+    camera,
+    controls,
     set: (parameters) => controls.set(parameters),
     rest: () => {
       player.contacts.clear();
       player.lift();
-      player.rest();
-      player.time = 0;
-      player.history.clear();
+      controls.rest();
     },
     /** Displacement of the loadable point nearest to `point`. */
     at: (point) => evaluator.point(evaluator.locate(point)),
+    /** Where a loadable point is drawn [m]. */
+    drawn: (point) => body.place(evaluator.locate(point)),
     /** Pixel of a loadable point, from the canvas's corner. */
     pixel: (point) => camera.pixel(body.place(evaluator.locate(point))),
     series: () => ({

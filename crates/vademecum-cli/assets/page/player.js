@@ -6,6 +6,8 @@ const ROUND = 512;
 const CAPACITY = 1 << 16;
 /** Most wall time [ms] the march may take of a frame; what does not fit is given up and shows in the real-time factor. */
 const BUDGET = 12;
+/** Frames of at most this many steps show the motion between steps. */
+const SEEN = 8;
 
 /** Time, probes, watched component and energy of the last steps. */
 export class History {
@@ -47,11 +49,16 @@ export class Player {
     this.tool = null;
     this.amplitudes = evaluator.patternNames.map(() => 0);
     this.nextContact = 1;
+    /** Who wants to hear of new contacts, of rest and of other parameters. */
+    this.heard = { press() {}, rest() {}, set() {} };
     this.paused = false;
     this.speed = 1;
     this.time = 0;
     this.owed = 0;
     this.stepped = 0;
+    this.lived = 0;
+    /** Surface before the last step, while single steps can be seen. */
+    this.before = null;
     this.history = new History([...evaluator.probeNames, "watched", "energy"]);
     evaluator.bind(options);
     this.bound();
@@ -116,6 +123,7 @@ export class Player {
     const id = this.nextContact++;
     this.contacts.set(id, { point, force });
     this.load();
+    this.heard.press(point, force);
     return id;
   }
 
@@ -136,6 +144,7 @@ export class Player {
 
   /** Other parameters; displacement and velocity stay. Throws what the evaluator refuses, with everything as it was. */
   set(parameters) {
+    this.before = null;
     const kind = () => `${this.evaluator.structure} ${this.evaluator.options.double}`;
     const before = kind();
     this.evaluator.rebind(parameters, () => {
@@ -144,13 +153,18 @@ export class Player {
       this.load();
     });
     if (kind() !== before) this.measure();
+    this.heard.set();
   }
 
-  /** Displacement and velocity zero, loads kept. */
+  /** Displacement and velocity zero, time and records anew, loads kept. */
   rest() {
     this.evaluator.rest();
     this.atRest = true;
+    this.before = null;
+    Object.assign(this, { time: 0, owed: 0 });
+    this.history.clear();
     this.load();
+    this.heard.rest();
   }
 
   /** Takes `n` steps now. */
@@ -165,6 +179,30 @@ export class Player {
     }
     if (this.tool) this.tool.centre = this.evaluator.tool().centre;
     this.stepped += n;
+    this.lived += n * this.timeStep;
+    this.before = null;
+  }
+
+  /** Takes `due` steps of a frame and keeps what the drawing between the last two needs. */
+  follow(due) {
+    if (due > SEEN) return this.step(due);
+    if (due > 1) this.step(due - 1);
+    const before = this.evaluator.surface(false).slice();
+    this.step(1);
+    this.before = before;
+  }
+
+  /** Displacement to draw: where single steps show, between the last two, as far as the clock has come; else after the last. */
+  displacement() {
+    const now = this.evaluator.surface(false);
+    if (this.before?.length !== now.length) return now.slice();
+    const share = Math.min(1, this.owed / this.timeStep);
+    return now.map((x, i) => this.before[i] + share * (x - this.before[i]));
+  }
+
+  /** Time [s] of motion that steps and clock have come to since the page opened. */
+  get reached() {
+    return this.lived + this.owed;
   }
 
   /** Lets `seconds` of wall time pass. */
@@ -174,7 +212,7 @@ export class Player {
     const end = performance.now() + BUDGET;
     while (this.owed >= this.timeStep) {
       const due = Math.min(ROUND, Math.floor(this.owed / this.timeStep));
-      this.step(due);
+      this.follow(due);
       this.owed -= due * this.timeStep;
       if (performance.now() > end) {
         this.owed = 0;

@@ -35,6 +35,7 @@ precision highp float;
 uniform sampler2D ramp;
 uniform vec4 flat_color;
 uniform vec3 eye, above;
+uniform float stripe;
 uniform bool dots;
 uniform vec4 ball;
 uniform vec3 ball_color;
@@ -52,7 +53,9 @@ void main() {
   float light = 0.66 + 0.16 * dot(unit, above) + 0.26 * key;
   float shine = 0.14 * pow(key, 24.0);
   vec3 base = texture(ramp, vec2(clamp(value, 0.0, 1.0) * 0.996 + 0.002, 0.5)).rgb;
-  base = mix(mix(base, vec3(0.5), 0.18), base, bright);
+  // What cannot be pushed: paler, and striped.
+  float line = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / stripe));
+  base = mix(mix(base, vec3(0.5 + 0.18 * line), 0.5), base, bright);
   if (component == -2 && bright < 0.5) base = vec3(0.6);
   if (ball.w > 0.0) base = ball_color;
   color = vec4(base * light + shine, 1.0);
@@ -69,9 +72,13 @@ export class Renderer {
   constructor(canvas, body) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: false });
     if (!gl) throw new Error("this browser does not offer WebGL2");
-    Object.assign(this, { canvas, gl, body, wire: body.edges.length < 60000, ghost: false, supports: true });
+    Object.assign(this, { canvas, gl, body, ghost: false });
+    // Edges and supports help where they are few; of a fine mesh they would hide the body.
+    this.wire = body.edges.length < 6000;
+    this.supports = body.held.length < 150;
+    this.dot = body.held.length < 50 ? 5 : 3;
     this.program = link(gl);
-    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above", "dots", "ball", "ball_color"];
+    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above", "stripe", "dots", "ball", "ball_color"];
     this.at = Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(this.program, name)]));
     const vertices = body.vertexNode.length;
     this.arrays = { displacement: new Float32Array(3 * vertices), field: new Float32Array(3 * vertices) };
@@ -187,9 +194,10 @@ export class Renderer {
     gl.uniform1f(at.magnification, magnification);
     gl.uniform1i(at.component, component);
     gl.uniform1f(at.scale, scale);
-    gl.uniform1f(at.point_size, 5 * this.ratio);
+    gl.uniform1f(at.point_size, this.dot * this.ratio);
     gl.uniform3fv(at.eye, camera.view.back);
-    gl.uniform3fv(at.above, [0, 0, 1]);
+    gl.uniform3fv(at.above, [0, 1, 2].map((axis) => (axis === camera.up ? 1 : 0)));
+    gl.uniform1f(at.stripe, 9 * this.ratio);
     gl.uniform4fv(at.ball, [0, 0, 0, 0]);
     gl.bindTexture(gl.TEXTURE_2D, this.ramps[component < 0 ? 0 : 1]);
     gl.enable(gl.POLYGON_OFFSET_FILL);
@@ -222,10 +230,10 @@ export class Renderer {
 function sumNormals(positions, triangles, corners, normals) {
   normals.fill(0);
   for (let t = 0; t < triangles.length; t += 3) {
-    const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
-    const [ux, uy, uz] = [positions[b] - positions[a], positions[b + 1] - positions[a + 1], positions[b + 2] - positions[a + 2]];
-    const [vx, vy, vz] = [positions[c] - positions[a], positions[c + 1] - positions[a + 1], positions[c + 2] - positions[a + 2]];
-    const [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
+    const ux = positions[b] - positions[a], uy = positions[b + 1] - positions[a + 1], uz = positions[b + 2] - positions[a + 2];
+    const vx = positions[c] - positions[a], vy = positions[c + 1] - positions[a + 1], vz = positions[c + 2] - positions[a + 2];
+    const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
     const length = Math.hypot(x, y, z) || 1;
     for (let k = 0; k < 3; k++) {
       const v = 3 * corners[t + k];

@@ -1,5 +1,8 @@
 // Small vectors and matrices: arrays of 3, column-major Float32Array of 16.
 
+/** Unit vectors of the axes. */
+export const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
+
 export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 export const scaled = (a, s) => [a[0] * s, a[1] * s, a[2] * s];

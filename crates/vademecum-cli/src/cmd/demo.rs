@@ -18,7 +18,7 @@ use crate::arguments::{OutputArguments, PROBLEM, SCENARIO, demo_problem, demo_sc
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_own, open, outputs, write_bytes, write_own, write_picture};
-use crate::pictures::{Chart, Outline, Series, line_chart, outline};
+use crate::pictures::{Chart, Compared, Outline, Series, compared_chart, line_chart, outline};
 use crate::print::{json, print_json, print_report, print_verification};
 
 /// Steps of the long run.
@@ -84,9 +84,9 @@ impl Demo {
         let unread = |error: FileError| Failure::file(&path, error);
         let geometry = Geometry::of(&file).map_err(unread)?;
         let held = geometry.held(&file).map_err(unread)?.into_iter().map(|place| (0, place));
-        let pushed = track.contacts.iter().map(|contact| (1, contact.point.position));
-        let marks: Vec<_> = held.chain(pushed).collect();
-        self.draw(&outputs, &verified, &geometry, &marks)?;
+        let marks: Vec<_> = held.collect();
+        let pushed = track.contacts.iter().map(|placed| (placed.point.position, placed.contact.force));
+        self.draw(&outputs, &verified, &geometry, &marks, &pushed.collect::<Vec<_>>())?;
         let report = DemoReport { verify: &verified.figures, long_run: &long, build: &built.report };
         write_bytes(&outputs, &self.output.join("demo.json"), Kind::Json, json(&report).as_bytes())?;
         if self.json {
@@ -103,23 +103,29 @@ impl Demo {
         verified: &Verified,
         geometry: &Geometry,
         marks: &[(usize, [f64; 3])],
+        forces: &[([f64; 3], [f64; 3])],
     ) -> Result<(), Failure> {
         let write = |name: &str, drawn| write_picture(outputs, &self.output.join(name), drawn).map(|_| ());
-        let title = "mesh (blue: held nodes, red: contacts)";
+        let title = "mesh (blue: held nodes, red: pushes)";
         let Geometry { nodes, triangles } = geometry;
-        write("mesh.svg", outline(&Outline { title, marks }, nodes, triangles))?;
+        write("mesh.svg", outline(&Outline { title, marks, forces }, nodes, triangles))?;
 
         let [full, file] = &verified.probe_series;
         let tip = Chart { title: "tip displacement", x: "time [s]", y: "displacement [m]", log_y: false };
         let probes = verified.probes.len();
-        let lines =
-            [over_time("full order", full, probes, verified), over_time("vademecum", file, probes, verified)];
-        write("tip.svg", line_chart(&tip, &lines))?;
+        let shown = verified.shown_seconds();
+        let lines = [
+            over_time("exact motion", full, probes, verified),
+            over_time("vademecum", file, probes, verified),
+        ]
+        .map(|line| until(line, shown));
+        write("tip.svg", compared_chart(&tip, Compared { lines, acting: &verified.acting }))?;
 
         let [full, file] = &verified.energy_series;
         let energy = Chart { title: "energy", x: "time [s]", y: "energy [J]", log_y: false };
-        let lines = [over_time("full order", full, 1, verified), over_time("vademecum", file, 1, verified)];
-        write("energy.svg", line_chart(&energy, &lines))
+        let lines =
+            vec![over_time("exact motion", full, 1, verified), over_time("vademecum", file, 1, verified)];
+        write("energy.svg", line_chart(&energy, lines))
     }
 
     fn print(&self, report: &BuildReport, verified: &Verified, long: &LongRun) {
@@ -134,6 +140,11 @@ impl Demo {
         println!("  demo.vdm, demo.json, problem.toml, scenario.toml");
         println!("  mesh.svg, tip.svg, energy.svg");
     }
+}
+
+/// The part of a line up to `end` \[s\].
+fn until(line: Series<'_>, end: f64) -> Series<'_> {
+    Series { points: line.points.into_iter().filter(|point| point.0 <= end).collect(), ..line }
 }
 
 /// The first of `width` interleaved series over time.

@@ -25,6 +25,7 @@ use crate::files::{
     check_output, is_stepped, open_or_map, outputs, refuse_canonical, usable_file, write_bytes,
 };
 use crate::html::{escaped, title};
+use crate::print::print_json;
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
 const STYLE: &str = include_str!("../../assets/page/style.css");
@@ -37,18 +38,28 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 11] = modules!(
+const MODULES: [(&str, &str); 21] = modules!(
     "body",
     "camera",
     "chart",
     "colors",
     "controls",
+    "elements",
     "evaluator",
+    "greet",
     "hands",
     "main",
+    "overlay",
+    "parameters",
     "player",
+    "record",
     "render",
-    "vectors"
+    "ring",
+    "ringer",
+    "share",
+    "sound",
+    "vectors",
+    "views"
 );
 
 /// Where the served page finds the file.
@@ -62,7 +73,10 @@ const MAX_CONNECTIONS: usize = 32;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum view body.vdm                       opens the browser on a page of this machine; Ctrl-C ends it
-  vademecum view body.vdm --export body.html    one file that works from disk, without network, on a phone")]
+  vademecum view body.vdm --export body.html    one file that works from disk, without network, on a phone
+
+On the page: press on the body to push it, drag beside it to turn the view. With Sound on, a struck body rings
+in the ear; Picture and Clip save what is seen; Link puts camera and parameters into the address.")]
 pub struct View {
     /// The vademecum file.
     file: PathBuf,
@@ -75,6 +89,9 @@ pub struct View {
     /// Write one self-contained page, file included, instead of serving.
     #[arg(long, value_name = "PAGE.html")]
     export: Option<PathBuf>,
+    /// Print JSON: what `--export` has written.
+    #[arg(long, requires = "export")]
+    json: bool,
     /// Map the file into memory instead of copying it, for files too large to copy. Nobody may shorten or
     /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
@@ -86,6 +103,13 @@ pub struct View {
     outputs: OutputArguments,
     #[command(flatten)]
     limit: Limit,
+}
+
+/// What `--export` has written.
+#[derive(serde::Serialize)]
+struct Written {
+    page: String,
+    bytes: usize,
 }
 
 impl View {
@@ -106,7 +130,15 @@ impl View {
             Some(path) => {
                 let page = page(&title, "", file.bytes());
                 write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
-                println!("{}: {} bytes, works from disk and without network", path.display(), page.len());
+                let written = Written { page: path.display().to_string(), bytes: page.len() };
+                if self.json {
+                    print_json(&written);
+                } else {
+                    println!(
+                        "{}: {} bytes, works from disk and without network",
+                        written.page, written.bytes
+                    );
+                }
                 Ok(())
             }
             None => self.serve(&page(&title, SOURCE, &[]), file.bytes(), console),

@@ -7,8 +7,8 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::orthonormal::{Joined, orthonormalise};
 use super::reference::{Trajectory, Truth, WINDOW, Windows};
+use crate::dynamics::orthonormal::{Joined, orthonormalise};
 use crate::fem::SymmetricMatrix;
 
 /// A motion shown as `u(t) = Σ_j c_j a_j(t)`.

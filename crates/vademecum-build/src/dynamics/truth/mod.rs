@@ -20,7 +20,6 @@
 
 mod distance;
 mod motion;
-mod orthonormal;
 mod reference;
 mod space;
 

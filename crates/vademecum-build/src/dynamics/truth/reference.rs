@@ -4,8 +4,8 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::motion::Motion;
-use super::orthonormal::DEPENDENT;
 use super::space::{Ritz, Space, ritz};
+use crate::dynamics::orthonormal::DEPENDENT;
 use crate::dynamics::{History, Rayleigh, TimedLoad};
 use crate::fem::{FactorError, Pencil, Symbolic};
 use crate::linalg::{NoConvergence, project};
@@ -132,11 +132,31 @@ impl<'a> Truth<'a> {
         symbolic: &Symbolic,
         decay: Decay<'_>,
         loads: &[TimedLoad],
-        (time_step, steps): (f64, usize),
+        span: (f64, usize),
         options: &TruthOptions,
         listener: &dyn Listener,
     ) -> Result<Truth<'a>, TruthError> {
-        let factor = symbolic.factorize(pencil.stiffness().clone())?;
+        let never = |_: &Truth<'_>| None::<()>;
+        Ok(Self::find_until(pencil, symbolic, decay, loads, span, options, listener, never)?.0)
+    }
+
+    /// The same, but the space grows no more once `enough` has an answer, which comes along: what is measured
+    /// against the truth may need less of it. It is asked at every size at which the error is estimated.
+    ///
+    /// # Errors
+    /// As [`Truth::find`].
+    #[expect(clippy::too_many_arguments, reason = "those of `find`, and one")]
+    pub fn find_until<T>(
+        pencil: &'a Pencil,
+        symbolic: &Symbolic,
+        decay: Decay<'_>,
+        loads: &[TimedLoad],
+        (time_step, steps): (f64, usize),
+        options: &TruthOptions,
+        listener: &dyn Listener,
+        enough: impl Fn(&Truth<'a>) -> Option<T>,
+    ) -> Result<(Truth<'a>, Option<T>), TruthError> {
+        let factor = symbolic.factor_of(pencil.stiffness())?;
         let mut space = Space::new(pencil, &factor, loads.iter().map(|load| load.force.as_slice()));
         let most = options.most_vectors(space.used(), pencil.n_dof());
         let mut aim = FIRST.max(3 * space.used()).min(most);
@@ -157,21 +177,16 @@ impl<'a> Truth<'a> {
                 estimate(&modes, &fewer, &loads, time_step, steps, listener)?
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
-            if closed || converged || space.used() >= most {
-                let (space, stiffness) = space.into_parts();
-                return Ok(Truth {
-                    pencil,
-                    space,
-                    stiffness,
-                    closed,
-                    modes,
-                    loads,
-                    time_step,
-                    steps,
-                    errors,
-                });
-            }
+            let last = closed || converged || space.used() >= most;
             aim = (space.used() + space.used().div_ceil(2)).min(most);
+            let (vectors, stiffness) = space.lend();
+            let truth =
+                Truth { pencil, space: vectors, stiffness, closed, modes, loads, time_step, steps, errors };
+            let answer = enough(&truth);
+            if last || answer.is_some() {
+                return Ok((truth, answer));
+            }
+            space.take_back((truth.space, truth.stiffness));
         }
     }
 

@@ -4,8 +4,8 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
-use super::orthonormal::orthonormalise;
 use crate::dynamics::krylov::symmetric_eigen;
+use crate::dynamics::orthonormal::orthonormalise;
 use crate::fem::{Factor, Pencil, Solve};
 use crate::linalg::NoConvergence;
 
@@ -108,11 +108,16 @@ impl<'a> Space<'a> {
         self.vectors.subcols(0, self.used)
     }
 
-    /// Gives the vectors and the projected stiffness away.
-    pub fn into_parts(mut self) -> (Mat<f64>, Mat<f64>) {
+    /// Lends the vectors and the projected stiffness away.
+    pub fn lend(&mut self) -> (Mat<f64>, Mat<f64>) {
         let n = self.vectors.nrows();
         self.vectors.resize_with(n, self.used, |_, _| 0.0);
-        (self.vectors, self.stiffness)
+        (std::mem::replace(&mut self.vectors, Mat::new()), std::mem::replace(&mut self.stiffness, Mat::new()))
+    }
+
+    /// Takes them back.
+    pub fn take_back(&mut self, (vectors, stiffness): (Mat<f64>, Mat<f64>)) {
+        (self.vectors, self.stiffness) = (vectors, stiffness);
     }
 
     /// Projects the stiffness on the columns that are new.

@@ -14,7 +14,9 @@ use super::content::Content;
 use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
 use crate::files::write_bytes;
-use crate::pictures::{Chart, DrawResult, Outline, Series, bars, line_chart, outline};
+use crate::pictures::{
+    Chart, Compared, DrawResult, Outline, Series, bars, compared_chart, line_chart, outline,
+};
 use crate::surface_picture::colored;
 
 /// A drawn figure.
@@ -98,7 +100,7 @@ impl Figures {
             "body",
             "mesh",
             caption,
-            outline(&Outline { title, marks: &marks }, &geometry.nodes, &geometry.triangles),
+            outline(&Outline { title, marks: &marks, forces: &[] }, &geometry.nodes, &geometry.triangles),
         )
     }
 
@@ -116,7 +118,7 @@ impl Figures {
                 "basis",
                 "singular-values",
                 caption.into(),
-                line_chart(&chart, &[Series { name: "", points }]),
+                line_chart(&chart, vec![Series { name: "", points }]),
             )?;
         }
         if content.modes.iter().all(|mode| mode.energy.is_nan()) {
@@ -189,7 +191,7 @@ impl Figures {
             y: "energy / energy at the start",
             log_y: false,
         };
-        self.add("energy", "free-run", caption, line_chart(&chart, &lines))
+        self.add("energy", "free-run", caption, line_chart(&chart, lines))
     }
 
     /// Factors of the first terms along each axis that has more than names.
@@ -224,7 +226,7 @@ impl Figures {
                 lines.len(),
                 axis.name
             );
-            self.add("axes", &format!("axis-{}", file_name(axis.name)), caption, line_chart(&chart, &lines))?;
+            self.add("axes", &format!("axis-{}", file_name(axis.name)), caption, line_chart(&chart, lines))?;
         }
         Ok(())
     }
@@ -272,41 +274,35 @@ impl Figures {
         let width = verified.probes.len();
         for (place, probe) in verified.probes.iter().enumerate() {
             let [full, file] = &verified.probe_series;
+            let shown = verified.shown_seconds();
             let lines = [over_time(name, full, width, place), over_time("vademecum", file, width, place)];
+            let lines = lines.map(|line| Series {
+                name: line.name,
+                points: line.points.into_iter().filter(|point| point.0 <= shown).collect(),
+            });
             let title = format!("displacement of {probe}");
             let chart = Chart { title: &title, x: "time [s]", y: "displacement [m]", log_y: false };
             let caption = format!(
-                "The same loads on the {model} and on the file; the dashed line lies on the other where they \
-                 agree."
+                "The same loads on the {model} and on the file, and how far apart the two are; the shade says when \
+                 loads act."
             );
             self.add(
                 "full order",
                 &format!("probe-{}", file_name(probe)),
                 caption,
-                line_chart(&chart, &lines),
-            )?;
-            let apart = full.iter().zip(file).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
-            let lines = [over_time("", &apart, width, place)];
-            let title = format!("difference to the {}", name.replace("full order", "march at full order"));
-            let chart = Chart { title: &title, x: "time [s]", y: "|difference| [m]", log_y: true };
-            let caption = format!("How far apart they are at {probe}.");
-            self.add(
-                "full order",
-                &format!("difference-{}", file_name(probe)),
-                caption,
-                line_chart(&chart, &lines),
+                compared_chart(&chart, Compared { lines, acting: &verified.acting }),
             )?;
         }
         let [full, file] = &verified.energy_series;
-        let lines = [over_time(name, full, 1, 0), over_time("vademecum", file, 1, 0)];
+        let lines = vec![over_time(name, full, 1, 0), over_time("vademecum", file, 1, 0)];
         let chart = Chart { title: "energy", x: "time [s]", y: "energy [J]", log_y: false };
         let caption = "Kinetic plus elastic energy over the scenario.".into();
-        self.add("full order", "energy", caption, line_chart(&chart, &lines))
+        self.add("full order", "energy", caption, line_chart(&chart, lines))
     }
 }
 
 /// A share in percent, with two figures.
-fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     let text = format!("{:.1e}", 100.0 * share);
     match text.parse::<f64>() {
         Ok(percent) if percent == 0.0 || percent >= 1e-3 => format!("{percent} %"),

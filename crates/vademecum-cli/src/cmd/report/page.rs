@@ -5,10 +5,11 @@ use std::fmt::Write as _;
 use vademecum_build::certificate::StructureReport;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
+use vademecum_study::contents::bound;
 use vademecum_study::timings::machine;
 
 use super::content::Content;
-use super::figures::Figures;
+use super::figures::{Figures, percent};
 use super::words::{hertz, size};
 use crate::html::escaped;
 
@@ -74,7 +75,35 @@ fn summary(content: &Content<'_>) -> String {
         duration(m.time_step),
         duration(step),
         times(m.time_step / step)
-    )
+    ) + &good_for(content)
+}
+
+/// What the file may be used for, and what it may not.
+fn good_for(content: &Content<'_>) -> String {
+    let m = content.file.metadata();
+    let highest = content.modes.iter().map(|mode| mode.frequency_hz).fold(0.0, f64::max);
+    let mut good = format!("motions up to {}", hertz(highest));
+    if m.n_load_nodes > 0 {
+        good += &format!(", and forces at {} nodes of the surface", m.n_load_nodes);
+    }
+    if let Ok(Some(bound)) = bound(content.file) {
+        let kind = if bound.kind == "bound" { "at most" } else { "about" };
+        good += &format!(
+            ". A sudden push at one of them misses {kind} {} of its static answer in the median, and {} at 95 % of \
+             places and directions",
+            percent(bound.median),
+            percent(bound.p95)
+        );
+    }
+    let mut not = "large rotations, plastic strain and stress: displacements are small, and the material is \
+                   linear"
+        .to_string();
+    if m.n_load_nodes == 0 {
+        not += "; forces at single points, which the file does not know";
+    } else if m.n_load_triangles < m.n_triangles {
+        not += "; forces at the rest of the surface, which the file does not know";
+    }
+    format!("<p><b>Good for</b> {good}.</p>\n<p><b>Not for</b> {not}.</p>\n")
 }
 
 fn body(content: &Content<'_>) -> String {

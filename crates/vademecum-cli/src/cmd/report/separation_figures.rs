@@ -38,7 +38,7 @@ impl Figures {
             that keeps falling was stopped by the tolerance; one that runs level had nothing more to gain. \
             The dashed lines are the error of the finished solution against full-order solves at other fresh \
             points.";
-        self.add("axes", "enrichment", caption.into(), line_chart(&chart, &lines))
+        self.add("axes", "enrichment", caption.into(), line_chart(&chart, lines.into()))
     }
 
     /// Distance of the spectral radius from 1 against the parameters it follows most.
