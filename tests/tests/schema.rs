@@ -64,7 +64,7 @@ fn fault(root: &Value, schema: &Value, value: &Value, at: &str) -> Option<String
             "number" => value.is_number(),
             name => panic!("the schema has the type `{name}`"),
         };
-        if !types.iter().any(|name| is(name)) {
+        if !types.iter().any(is) {
             return wrong(&format!("of {types:?}"));
         }
     }
@@ -75,12 +75,11 @@ fn fault(root: &Value, schema: &Value, value: &Value, at: &str) -> Option<String
         return wrong("one of the choices");
     }
     let number = |key: &str| rules.get(key).and_then(Value::as_f64);
-    if let Some(found) = value.as_f64() {
-        if number("minimum").is_some_and(|least| found < least)
-            || number("maximum").is_some_and(|most| found > most)
-        {
-            return wrong("in its range");
-        }
+    if let Some(found) = value.as_f64()
+        && (number("minimum").is_some_and(|least| found < least)
+            || number("maximum").is_some_and(|most| found > most))
+    {
+        return wrong("in its range");
     }
     if let Some(items) = value.as_array() {
         let count = items.len() as f64;

@@ -42,7 +42,7 @@ impl Page {
 
     /// Names of its sections, without marks.
     pub fn sections(&self) -> Vec<String> {
-        parts(self.text).into_iter().skip(1).map(|part| title(part)).collect()
+        parts(self.text).into_iter().skip(1).map(title).collect()
     }
 
     /// The section of a name.
