@@ -199,7 +199,8 @@ pub(crate) fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> 
     group.iter().enumerate().map(load).collect()
 }
 
-/// Marches runs together and tells `stepped` of their steps; snapshots as columns, shape (n, runs × snapshots).
+/// Marches runs together and tells `stepped` of their steps; snapshots as columns, shape
+/// (n, runs × snapshots).
 fn run_group(
     body: &Body,
     full: &FullOrder<'_>,
