@@ -26,7 +26,7 @@ fn what_is_proposed_for_a_bar_builds_and_says_why() {
     let parsed = Problem::read(&problem).expect("a problem");
     let number = |key: &str| proposed[key].as_f64().expect("a number");
     // A step is 1, 2 or 5 times a power of ten, and at least 40 make the first period.
-    let steps = 1.0 / (number("frequency") * parsed.time.step);
+    let steps = 1.0 / (number("frequency") * parsed.time.step.expect("a step"));
     assert!((40.0..=101.0).contains(&steps), "{steps} steps");
     let file = folder.path().join("bar.vdm").display().to_string();
     let built = vademecum(&["build", &problem.display().to_string(), "-o", &file]);

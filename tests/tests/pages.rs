@@ -29,11 +29,9 @@ fn refusals(page: &str) -> Vec<(usize, String)> {
 }
 
 /// Tables a problem must have.
-const REQUIRED: [(&str, &str); 4] = [
+const REQUIRED: [(&str, &str); 2] = [
     ("[mesh", "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [10, 1, 1] }\n"),
     ("[[material", "[[material]]\nyoung = 2.1e9\npoisson = 0.3\ndensity = 1200.0\n"),
-    ("[load", "[load]\n"),
-    ("[time", "[time]\nstep = 1e-3\n"),
 ];
 
 /// A fragment with the required tables it lacks.
@@ -255,6 +253,10 @@ fn every_refusal_of_a_problem_happens_and_names_its_key() {
 #[test]
 fn every_refusal_of_a_scenario_happens_and_names_its_key() {
     let contact = "[[contact]]\npoint = [0, 0, 0]\nforce = [0, 0, 1]\n";
+    let probe = |name: &str, point: &str, direction: &str| {
+        format!("duration = 1.0\n[[output.probe]]\nname = {name}\npoint = {point}\ndirection = {direction}\n")
+    };
+    let many = "[[output.probe]]\nname = \"a\"\npoint = [0, 0, 0]\ndirection = [0, 0, 1]\n";
     let bad = [
         (3, "duration = 0.0".to_string()),
         (4, "duration = 1.0\n[output]\nprobes_every = 0".into()),
@@ -281,6 +283,10 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         (14, format!("duration = 1.0\n{contact}sinusoid = {{ frequency = -1.0 }}")),
         (15, format!("duration = 1.0\n{contact}chirp = {{ from = 1.0, to = inf }}")),
         (16, "duration = 1.0\n[[pattern]]\nname = \"a\"\ntable = [[0, 0, 0, 0], [1, 1, 1, 1]]".into()),
+        (17, probe("\"a,b\"", "[0, 0, 0]", "[0, 0, 1]")),
+        (18, probe("\"a\"", "[0, 0, inf]", "[0, 0, 1]")),
+        (19, probe("\"a\"", "[0, 0, 0]", "[0, 0, 0]")),
+        (20, format!("duration = 1.0\n{}", many.repeat(10_001))),
     ];
     let rows = refusals(&page("scenario-1.md"));
     assert!(matches!(

@@ -109,7 +109,7 @@ fn compare(entries: &[Value], table: &[Vec<f64>], points: usize) {
 fn full_order_snapshots(problem: &Problem) -> (Prepared, Matrix) {
     let mut watch = Stopwatch::new(&Silent);
     let prepared = prepare(problem, &mut watch, &Silent).expect("a model");
-    let (body, dt) = (&prepared.body, problem.time.step);
+    let (body, dt) = (&prepared.body, prepared.step.time_step);
     let pencil = body.model.pencil();
     let period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1).expect("a mode").frequencies_hz()[0];
     let runs = Runs::plan(&problem.snapshots, body, dt, period);

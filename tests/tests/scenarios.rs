@@ -107,8 +107,8 @@ fn what_acts_on_nothing_is_said_in_words() {
     assert!(zero.len() == 1 && zero[0].contains("pattern[0] (`gravity`) moves nothing"), "{zero:?}");
     let late = notes(&pattern("start = 1.0"));
     assert!(late.len() == 1 && late[0].contains("starts at 1 s"), "{late:?}");
-    let far = notes(&format!("duration = 0.1\n{}", contact("point = [1.0, 0.1, 3.1]")));
-    assert!(far.len() == 1 && far[0].contains("acts 3.000e0 away from the point given"), "{far:?}");
+    let far = notes(&format!("duration = 0.1\n{}", contact("point = [1.0, 0.1, 0.6]")));
+    assert!(far.len() == 1 && far[0].contains("acts 5.000e-1 away from the point given"), "{far:?}");
     let force = "duration = 0.1\n[[contact]]\npoint = [1.0, 0.1, 0.1]\nforce = [0.0, 0.0, 0.0]\n";
     let none = notes(force);
     assert!(none.len() == 1 && none[0].contains("its force is zero"), "{none:?}");

@@ -85,6 +85,7 @@ pub mod residual;
 pub mod response;
 pub mod separated;
 pub mod store;
+pub mod suggest;
 
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;

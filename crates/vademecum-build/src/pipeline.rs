@@ -169,8 +169,11 @@ fn model(
     let prepared = prepare_within(problem, memory, watch, listener)?;
     plan::check_model(problem, &prepared, memory)?;
     let pencil = prepared.body.model.pencil();
-    let first = watch.stage("first natural mode", || first_frequency(pencil, &prepared.symbolic))?;
-    let first_period = 1.0 / first;
+    let first = || first_frequency(pencil, &prepared.symbolic);
+    let first_period = match prepared.first_period {
+        Some(known) => known,
+        None => 1.0 / watch.stage("first natural mode", first)?,
+    };
     prepared.check_time_step(first_period, listener)?;
     Ok((prepared, first_period))
 }

@@ -54,6 +54,18 @@ pub fn setting(text: &str) -> Result<ParameterValue, String> {
     Ok(ParameterValue { name: name.trim().to_string(), value: number })
 }
 
+/// A positive number.
+pub fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| format!("`{text}` is no positive number; write one such as 1e-3"))
+}
+
+/// A relative error that rounding may bring.
+pub fn rounding(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| (1e-12..=0.1).contains(number));
+    number.ok_or_else(|| format!("`{text}` is no number from 1e-12 to 0.1; write one such as 1e-4"))
+}
+
 /// Structure of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum StructureArgument {
@@ -120,7 +132,19 @@ pub fn size(text: &str) -> Result<u64, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::size;
+    use super::{positive, rounding, size};
+
+    #[test]
+    fn numbers_out_of_their_range_are_no_arguments() {
+        assert_eq!(positive("1e-3"), Ok(1e-3));
+        for text in ["0", "-1", "nan", "inf", "1,5", ""] {
+            assert!(positive(text).is_err_and(|error| error.contains("positive")), "{text}");
+        }
+        assert_eq!(rounding("1e-4"), Ok(1e-4));
+        for text in ["0", "1", "1e-13", "x"] {
+            assert!(rounding(text).is_err_and(|error| error.contains("1e-12 to 0.1")), "{text}");
+        }
+    }
 
     #[test]
     fn sizes_are_bytes_or_have_a_letter() {

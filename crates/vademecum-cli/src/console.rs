@@ -58,6 +58,21 @@ pub fn show(line: std::fmt::Arguments<'_>) {
     }
 }
 
+/// What is shown of a stage that has not said how long it is.
+const UNCOUNTED: &str = "{spinner} {msg} ({elapsed})";
+/// What is shown of one that has.
+const COUNTED: &str = "{spinner} {msg:<28} {wide_bar} {pos}/{len} {eta}";
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+/// Prints a line on standard error. If nobody reads it, there is nobody left to tell.
+pub fn tell(line: std::fmt::Arguments<'_>) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
 /// Progress on standard error: a bar on a terminal, a line per stage elsewhere, nothing with `--quiet`.
 pub struct Console {
     bar: Option<ProgressBar>,
@@ -68,8 +83,7 @@ impl Console {
     /// A console; `quiet` shows nothing but results and errors.
     pub fn new(quiet: bool) -> Self {
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
-            let style = ProgressStyle::with_template("{spinner} {msg:<28} {wide_bar} {pos}/{len} {eta}");
-            let bar = ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            let bar = ProgressBar::new(0).with_style(style(UNCOUNTED));
             bar.enable_steady_tick(Duration::from_millis(120));
             bar
         });
@@ -88,9 +102,10 @@ impl Listener for Console {
     fn stage(&self, name: &str) {
         match &self.bar {
             Some(bar) => {
+                // Nothing is known of its length before it says so: no bar of 0/0.
+                bar.set_style(style(UNCOUNTED));
                 bar.set_message(name.to_string());
-                bar.set_length(0);
-                bar.set_position(0);
+                bar.reset();
             }
             None if !self.quiet => eprintln!("  {name}"),
             None => {}
@@ -99,6 +114,9 @@ impl Listener for Console {
 
     fn advance(&self, done: usize, total: usize) {
         if let Some(bar) = &self.bar {
+            if bar.length() != Some(total as u64) || bar.position() == 0 {
+                bar.set_style(style(COUNTED));
+            }
             bar.set_length(total as u64);
             bar.set_position(done as u64);
         }

@@ -2,27 +2,32 @@
 
 use std::error::Error;
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use vademecum_build::basis::BasisError;
 use vademecum_build::dynamics::ModesError;
 use vademecum_build::input::ProblemError;
+use vademecum_build::input::toml_file::TomlError;
 use vademecum_build::mesh::MeshError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::{MissedPart, ToleranceMissed};
-use vademecum_build::store::OutputError;
+use vademecum_build::store::OutputError as WriteError;
+use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
 use vademecum_study::{FileError, StudyError};
+
+use crate::looks::{Looks, look};
 
 /// What to do about a mesh that was read and cannot be used.
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
 
 /// What to do about a file that cannot be read.
-const UNREAD: &str = "name a file that exists and that you may read";
+pub const UNREAD: &str = "name a file that exists and that you may read";
 /// What to do about a disk that refuses.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
 /// What to do when memory runs out.
@@ -31,8 +36,14 @@ const MEMORY: &str = "close other programs, lift the limit on this one, or ask f
 pub const DAMAGED: &str =
     "the file was damaged after it was written, or not written by this program: copy or build it again";
 
+/// What to do about a file that does not have a section.
+const STRIPPED: &str = "a file that was stripped has lost what its target did not need: use the one it was made of, or \
+                        strip that one with `--keep surface`";
+
 /// Where the keys of a problem file are described.
-const PROBLEM_KEYS: &str = "see formats/problem-1.md for every key and its range";
+const PROBLEM_KEYS: &str = "`vademecum help problem` lists every key and its range";
+/// Where the keys of a scenario file are described.
+const SCENARIO_KEYS: &str = "`vademecum help scenario` lists every key and its range";
 
 /// A failed command.
 #[derive(Debug)]
@@ -109,7 +120,12 @@ impl Failure {
         use StudyError as S;
         let of_scenario = matches!(
             error,
-            S::NoPattern { .. } | S::TooManySteps { .. } | S::Long { .. } | S::TooManyLoads { .. }
+            S::NoPattern { .. }
+                | S::ProbeTwice { .. }
+                | S::FarContact { .. }
+                | S::TooManySteps { .. }
+                | S::Long { .. }
+                | S::TooManyLoads { .. }
         );
         let mut failure = Self::from(error).about(file);
         if of_scenario {
@@ -171,17 +187,17 @@ pub fn end_where_memory_is_refused() {
     }));
 }
 
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
         let (cause, remedy) = match &error {
-            OutputError::Io { .. } | OutputError::NoFolder { .. } => (Cause::Machine, DISK),
-            OutputError::OtherKind { .. } => {
+            WriteError::Io { .. } | WriteError::NoFolder { .. } => (Cause::Machine, DISK),
+            WriteError::OtherKind { .. } => {
                 (Cause::Usage, "write to another path, or add `--force` to replace it")
             }
-            OutputError::NotAFile { .. }
-            | OutputError::NotAFolder { .. }
-            | OutputError::Input { .. }
-            | OutputError::Twice { .. } => (Cause::Usage, "write to another path"),
+            WriteError::NotAFile { .. }
+            | WriteError::NotAFolder { .. }
+            | WriteError::Input { .. }
+            | WriteError::Twice { .. } => (Cause::Usage, "write to another path"),
         };
         Self::new(cause, error).remedy(remedy)
     }
@@ -189,13 +205,46 @@ impl From<OutputError> for Failure {
 
 impl From<ProblemError> for Failure {
     fn from(error: ProblemError) -> Self {
-        Self::new(Cause::Input, error).remedy(PROBLEM_KEYS)
+        let remedy = match &error {
+            ProblemError::Toml(error) => remedy_of_text(error, PROBLEM_KEYS, |looks| match looks {
+                Looks::Vademecum => Some("it is built already: `vademecum info`, `run` and `view` take it"),
+                Looks::Mesh => Some("`vademecum init MESH` writes a problem file for a mesh"),
+                Looks::Scenario => {
+                    Some("it is a scenario: `vademecum run FILE --scenario SCENARIO` plays it")
+                }
+                _ => None,
+            }),
+            _ => PROBLEM_KEYS,
+        };
+        Self::new(Cause::Input, error).remedy(remedy)
     }
 }
 
 impl From<ScenarioError> for Failure {
     fn from(error: ScenarioError) -> Self {
-        Self::new(Cause::Input, error).remedy("see formats/scenario-1.md for every key and its range")
+        let remedy = remedy_of_text(&error.0, SCENARIO_KEYS, |looks| match looks {
+            Looks::Vademecum => Some("give the vademecum file first, and the scenario with `--scenario`"),
+            Looks::Problem => {
+                Some("it is a problem: `vademecum build PROBLEM -o FILE` makes a vademecum of it")
+            }
+            _ => None,
+        });
+        Self::new(Cause::Input, error).remedy(remedy)
+    }
+}
+
+/// What to do about a file that should hold a problem or a scenario: what fits the file that it is instead,
+/// or else where the keys are described.
+fn remedy_of_text(
+    error: &TomlError,
+    keys: &'static str,
+    instead: impl Fn(Looks) -> Option<&'static str>,
+) -> &'static str {
+    match error {
+        TomlError::Unreadable { source, .. } if source.kind() == ErrorKind::NotFound => UNREAD,
+        TomlError::Unreadable { path, .. } => instead(look(Path::new(path))).unwrap_or(""),
+        TomlError::Malformed { path, .. } => instead(look(Path::new(path))).unwrap_or(keys),
+        TomlError::TooLong { .. } | TomlError::Impossible { .. } => keys,
     }
 }
 
@@ -220,11 +269,12 @@ impl From<BuildError> for Failure {
             BuildError::Prepare(PrepareError::Body(BodyError::Mesh(error))) => {
                 (Cause::Mesh, remedy_of_mesh(error))
             }
-            BuildError::Prepare(PrepareError::Body(BodyError::Model(_))) => (
+            BuildError::Prepare(PrepareError::Body(BodyError::Model { .. })) => (
                 Cause::Numerics,
                 "check `[[support]]` (all six rigid motions must be held) and `[[material]]`",
             ),
             BuildError::Modes(ModesError::LostInRounding { .. })
+            | BuildError::Prepare(PrepareError::Modes(ModesError::LostInRounding { .. }))
             | BuildError::Basis(BasisError::Modes(ModesError::LostInRounding { .. })) => (
                 Cause::Numerics,
                 "hold every part of the body; thicken or refine what is a thousand times as long as thick",
@@ -232,7 +282,7 @@ impl From<BuildError> for Failure {
             BuildError::Prepare(PrepareError::NotDefinite { .. }) => {
                 (Cause::Numerics, "leave held dofs and dofs without mass out of the matrices")
             }
-            BuildError::Prepare(PrepareError::Factor(_)) => (Cause::Numerics, ""),
+            BuildError::Prepare(PrepareError::Factor(_) | PrepareError::Modes(_)) => (Cause::Numerics, ""),
             BuildError::Prepare(_) => (Cause::Input, PROBLEM_KEYS),
             BuildError::Basis(
                 BasisError::Snapshots(_) | BasisError::TooManyModes { .. } | BasisError::BoundMissed { .. },
@@ -256,9 +306,10 @@ impl From<StudyError> for Failure {
             StudyError::Build(error) => error.into(),
             StudyError::File(error) => error.into(),
             error if is_cancelled(&error) => Self::new(Cause::Stopped, "stopped on request"),
-            error @ (StudyError::NoPattern { .. } | StudyError::ForeignPattern { .. }) => {
-                Self::new(Cause::Input, error)
-            }
+            error @ (StudyError::NoPattern { .. }
+            | StudyError::ForeignPattern { .. }
+            | StudyError::ProbeTwice { .. }
+            | StudyError::FarContact { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")
             }
@@ -294,6 +345,9 @@ impl From<FileError> for Failure {
             }
             FileError::Format(_) | FileError::Unstable { .. } => DAMAGED,
             FileError::ForeignMesh { .. } => "build the file again from this problem",
+            FileError::Missing { .. }
+            | FileError::NoSurface
+            | FileError::Output(OutputError::Missing { .. }) => STRIPPED,
             _ => "",
         };
         let cause = match &error {

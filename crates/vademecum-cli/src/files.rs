@@ -4,14 +4,14 @@ use std::error::Error;
 use std::path::Path;
 
 use vademecum_build::input::Problem;
-use vademecum_build::mesh::{self, MeshError};
 use vademecum_build::store::{Kind, Outputs, open_regular, read_regular};
 use vademecum_eval::{Mapped, OpenError};
-use vademecum_format::{Codec, File, FormatError, MAGIC, Section, SectionKind};
+use vademecum_format::{Codec, File, FormatError, Section, SectionKind};
 
 use crate::arguments::{Limit, OutputArguments};
 use crate::console;
-use crate::failure::{Cause, DAMAGED, Failure};
+use crate::failure::{Cause, DAMAGED, Failure, UNREAD};
+use crate::looks::{Looks, is_vademecum, look_at};
 use crate::pictures::DrawResult;
 
 /// What a command writes, which reads `inputs` and what `problem` names. Everything that the program writes
@@ -121,58 +121,33 @@ pub fn is_stepped(kind: SectionKind) -> bool {
 
 /// A vademecum file that cannot be read, for the system's reason.
 fn unreadable(path: &Path, reason: Option<&(dyn Error + 'static)>) -> Failure {
-    let reason = reason.map_or_else(|| "it cannot be read".to_string(), ToString::to_string);
-    Failure::new(Cause::File, reason).about(path)
+    let text = reason.map_or_else(|| "it cannot be read".to_string(), ToString::to_string);
+    let failure = Failure::new(Cause::File, text).about(path);
+    let system = reason.and_then(|reason| reason.downcast_ref::<std::io::Error>());
+    let absent = system.is_some_and(|error| error.kind() == std::io::ErrorKind::NotFound);
+    if absent { failure.remedy(UNREAD) } else { failure }
 }
 
 /// Refuses a file that is no vademecum at all, with a guess what it is instead.
 fn recognise(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    // A file that is damaged in its first bytes keeps the rest of them, or its name.
-    let near = bytes.iter().zip(&MAGIC).filter(|(a, b)| a == b).count() >= 4;
-    if bytes.starts_with(&MAGIC) || (!bytes.is_empty() && near) {
+    if is_vademecum(bytes) {
         return Ok(());
     }
-    let (what, remedy) = guess(path, bytes);
-    let text = format!("this is not a vademecum file: {what}");
-    Err(Failure::new(Cause::File, text).about(path).remedy(remedy))
+    let looks = look_at(path, bytes);
+    let text = format!("this is not a vademecum file: {}", looks.words());
+    Err(Failure::new(Cause::File, text).about(path).remedy(instead(looks)))
 }
 
-/// What a file that is no vademecum looks like, and what to do with it.
-fn guess(path: &Path, bytes: &[u8]) -> (&'static str, &'static str) {
-    const BUILD: &str = "`vademecum build PROBLEM -o FILE` makes a vademecum file of it";
-    const GIVE: &str = "give the vademecum file first, and the scenario with `--scenario`";
-    const MESH: &str = "name the mesh in a problem file (`[mesh]`) and build that; `vademecum mesh` shows it";
-    const OTHER: &str = "give a file that `vademecum build` has written";
-    if bytes.is_empty() {
-        return ("it is empty", OTHER);
-    }
-    let start = bytes.trim_ascii_start();
-    let head = start.get(..512.min(start.len())).unwrap_or_default().to_ascii_lowercase();
-    if head.starts_with(b"<!doctype html") || head.starts_with(b"<html") {
-        return ("it looks like a page, such as `report` and `view --export` write", OTHER);
-    }
-    match mesh::parse(path) {
-        Err(MeshError::UnknownFormat { .. }) => {}
-        Err(MeshError::Geometry { .. }) => {
-            return (
-                "it looks like a surface or a CAD file",
-                "mesh its volume first, then name the mesh in a problem file",
-            );
+/// What to do with a file that is no vademecum.
+fn instead(looks: Looks) -> &'static str {
+    match looks {
+        Looks::Problem => "`vademecum build PROBLEM -o FILE` makes a vademecum file of it",
+        Looks::Scenario => "give the vademecum file first, and the scenario with `--scenario`",
+        Looks::Mesh => {
+            "`vademecum init MESH` writes a problem file for the mesh, and `vademecum build` a vademecum file of that"
         }
-        _ => return ("it looks like a mesh", MESH),
-    }
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let text = std::str::from_utf8(bytes).ok();
-    let table = text.and_then(|text| text.parse::<toml::Table>().ok());
-    match table {
-        Some(table) if table.contains_key("mesh") || table.contains_key("material") => {
-            ("it looks like a problem file (TOML)", BUILD)
-        }
-        Some(table) if table.contains_key("duration") => ("it looks like a scenario file (TOML)", GIVE),
-        Some(_) => ("it looks like a TOML file", OTHER),
-        None if extension == "toml" => ("it looks like a problem file (TOML)", BUILD),
-        None if text.is_some() => ("it is a text", OTHER),
-        None => ("its first eight bytes are others than those of one", OTHER),
+        Looks::Surface => "mesh its volume first; `vademecum init MESH` goes on from there",
+        _ => "give a file that `vademecum build` has written",
     }
 }
 
@@ -193,9 +168,26 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// Writes a vademecum file whole or not at all, and says how large it has become.
-pub fn write_file(outputs: &Outputs, path: &Path, bytes: &[u8], before: usize) -> Result<(), Failure> {
+/// A file that was made of another one.
+#[derive(serde::Serialize)]
+pub struct Rewritten {
+    /// Its path.
+    pub file: String,
+    /// Its length.
+    pub bytes: usize,
+    /// Length of the one it was made of.
+    pub bytes_before: usize,
+}
+
+impl Rewritten {
+    /// As a line of text.
+    pub fn print(&self) {
+        println!("{}: {} bytes, {} before", self.file, self.bytes, self.bytes_before);
+    }
+}
+
+/// Writes a vademecum file whole or not at all, and tells how large it has become.
+pub fn write_file(outputs: &Outputs, path: &Path, bytes: &[u8], before: usize) -> Result<Rewritten, Failure> {
     write_bytes(outputs, path, Kind::Vademecum, bytes)?;
-    println!("{}: {} bytes, {before} before", path.display(), bytes.len());
-    Ok(())
+    Ok(Rewritten { file: path.display().to_string(), bytes: bytes.len(), bytes_before: before })
 }

@@ -7,23 +7,30 @@ macro_rules! println {
     ($($text:tt)*) => { $crate::console::show(format_args!($($text)*)) };
 }
 
+/// Prints a line on standard error. Shadows the standard macro, which panics when nobody reads it any more.
+macro_rules! eprintln {
+    ($($text:tt)*) => { $crate::console::tell(format_args!($($text)*)) };
+}
+
 mod arguments;
 mod cmd;
 mod console;
 mod failure;
 mod files;
 mod html;
+mod looks;
 mod pictures;
 mod print;
+mod reference;
 mod surface_picture;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// Real-time solid dynamics: build a vademecum offline, step it online.
 #[derive(Parser)]
-#[command(version, about, after_help = EXAMPLES)]
+#[command(name = "vademecum", version, about, after_help = EXAMPLES, disable_help_subcommand = true)]
 struct Arguments {
     /// Show results and errors only.
     #[arg(long, global = true)]
@@ -48,6 +55,7 @@ Examples:
   vademecum strip body.vdm --keep probes -o p.vdm   only what stepping and probes need
   vademecum pack body.vdm -o small.vdm              compress it for shipping; `unpack` gives it back
   vademecum verify body.vdm --file-only             is the file whole and sound
+  vademecum help problem                            every key of the problem file; also `help scenario`
 
 Exit codes: 0 done, 1 the machine failed, 2 wrong usage, 3 problem or scenario file, 4 mesh, 5 numerics,
 6 a tolerance is missed, 7 vademecum file, 130 stopped on request.";
@@ -69,6 +77,10 @@ enum Command {
     Strip(cmd::strip::Strip),
     Pack(cmd::pack::Pack),
     Unpack(cmd::unpack::Unpack),
+    Help(cmd::help::Help),
+    Schema(cmd::schema::Schema),
+    Completions(cmd::completions::Completions),
+    Man(cmd::man::Man),
 }
 
 fn main() -> ExitCode {
@@ -110,5 +122,15 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::Strip(command) => command.run(),
         Command::Pack(command) => command.run(),
         Command::Unpack(command) => command.run(),
+        Command::Help(command) => command.run(Arguments::command()),
+        Command::Man(command) => command.run(Arguments::command()),
+        Command::Schema(command) => {
+            command.run();
+            Ok(())
+        }
+        Command::Completions(command) => {
+            command.run(Arguments::command());
+            Ok(())
+        }
     }
 }

@@ -37,11 +37,12 @@ pub fn print_report(report: &BuildReport) {
     );
     println!("\nmode  frequency [Hz]  energy     damping: material  scheme     period");
     for (k, row) in report.mode_table.iter().enumerate() {
+        // Natural modes have no share of the energy of any snapshots.
+        let energy = if row.energy.is_nan() { "-".into() } else { format!("{:.2e}", row.energy) };
         println!(
-            "{:>4}  {:>14.6}  {:>9.2e}  {:>17.3e}  {:>9.2e}  {:>+9.2e}",
+            "{:>4}  {:>14.6}  {energy:>9}  {:>17.3e}  {:>9.2e}  {:>+9.2e}",
             k + 1,
             row.frequency_hz,
-            row.energy,
             row.physical_damping,
             row.numerical_damping,
             row.period_elongation

@@ -19,7 +19,7 @@ pub enum RewriteError {
         count: usize,
     },
     /// What is to be kept is not in the file.
-    #[error("to keep {keep:?}, the file needs section {kind}, which it does not have")]
+    #[error("to keep {keep}, the file needs section {kind}, which it does not have")]
     Absent {
         /// The section.
         kind: SectionKind,
@@ -27,7 +27,7 @@ pub enum RewriteError {
         keep: Keep,
     },
     /// The file holds no more than what is to be kept.
-    #[error("the file holds nothing beside {keep:?}: there is nothing to strip")]
+    #[error("the file holds nothing beside {keep}: there is nothing to strip")]
     NothingToStrip {
         /// What was to be kept.
         keep: Keep,

@@ -14,6 +14,17 @@ pub enum Keep {
     All,
 }
 
+/// As a sentence has it.
+impl std::fmt::Display for Keep {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Probes => "the probes",
+            Self::Surface => "the surface",
+            Self::All => "everything",
+        })
+    }
+}
+
 impl Keep {
     /// Whether a section stays.
     #[must_use]

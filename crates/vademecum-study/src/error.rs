@@ -56,6 +56,29 @@ pub enum StudyError {
         /// The pattern's name.
         name: String,
     },
+    /// The scenario has a probe of a name that the file has.
+    #[error("`output.probe`: the file has a probe `{name}` already; give this one another name")]
+    ProbeTwice {
+        /// The name.
+        name: String,
+    },
+    /// A contact is nowhere near the body.
+    #[error(
+        "`contact[{contact}]` is {distance:.3e} away from the loadable surface, which reaches from {} to {}; \
+         expected a point on it: is it in the unit of the file?",
+        place(*low),
+        place(*high)
+    )]
+    FarContact {
+        /// Number of the contact.
+        contact: usize,
+        /// Distance to the nearest point of the loadable surface.
+        distance: f64,
+        /// Lower corner of the box around the loadable surface.
+        low: [f64; 3],
+        /// Its upper corner.
+        high: [f64; 3],
+    },
     /// A scenario has more steps than can be counted.
     #[error(
         "`duration` is {duration:e} s, which is {:.3e} steps of {time_step:e} s; expected at most 2^53 \
@@ -199,6 +222,11 @@ pub enum StudyError {
     /// On request.
     #[error("stopped on request")]
     Cancelled(#[from] Cancelled),
+}
+
+/// A point as messages have it.
+pub(crate) fn place([x, y, z]: [f64; 3]) -> String {
+    format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
 /// Why a vademecum file cannot be used for what is asked.

@@ -19,6 +19,7 @@ mod notes;
 mod pace;
 pub mod parameters;
 pub mod player;
+mod probes;
 pub mod run;
 pub mod scenario;
 pub mod separation;

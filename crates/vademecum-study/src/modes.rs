@@ -3,7 +3,7 @@
 use serde::Serialize;
 use vademecum_build::dynamics::{lowest_modes, numerical_damping};
 use vademecum_build::input::Problem;
-use vademecum_build::prepared::prepare;
+use vademecum_build::prepared::{prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 
 use crate::error::StudyError;
@@ -13,6 +13,10 @@ use crate::error::StudyError;
 pub struct NaturalModes {
     /// Free dofs.
     pub dofs: usize,
+    /// Step that the scheme's figures belong to \[s\]: the problem's.
+    pub time_step: f64,
+    /// Step for such a body \[s\]: a round number, with at least 40 steps in the first period.
+    pub proposed_time_step: f64,
     /// Frequency \[Hz\], ascending.
     pub frequencies_hz: Vec<f64>,
     /// Relative residual of the eigenvalue problem.
@@ -45,12 +49,14 @@ pub fn natural_modes(
         .map(|(k, &f)| prepared.rayleigh().ratio(f) + prepared.ratios.of(k))
         .collect();
     let damping = |(&value, &ratio): (&f64, &f64)| {
-        numerical_damping(prepared.file_scheme(), value.sqrt() * problem.time.step, ratio)
+        numerical_damping(prepared.file_scheme(), value.sqrt() * prepared.step.time_step, ratio)
     };
     let numerical: Vec<_> = modes.eigenvalues.iter().zip(&material_damping).map(damping).collect();
     let added = numerical.iter().zip(&material_damping).map(|(n, m)| n.ratio.map(|r| r - m));
     Ok(NaturalModes {
         dofs: pencil.n_dof(),
+        time_step: prepared.step.time_step,
+        proposed_time_step: proposed_time_step(1.0 / frequencies_hz[0]),
         scheme_damping: added.collect(),
         period_elongation: numerical.iter().map(|n| n.period_elongation).collect(),
         frequencies_hz,

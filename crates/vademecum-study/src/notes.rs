@@ -4,7 +4,7 @@ use vademecum_build::dynamics::{Course, History, INSTANTS};
 use vademecum_format::{File, Numbers, SectionKind};
 
 use crate::contents::lines;
-use crate::error::FileError;
+use crate::error::{FileError, place};
 use crate::player::{PlacedContact, Track};
 use crate::scenario::Scenario;
 
@@ -30,6 +30,12 @@ pub(crate) fn notes(
     let instants = (!scheme.is_exact()).then(|| scheme.instants());
     let never = |when: &History| never(when, instants.as_ref(), time_step, steps);
     let (basis, patterns) = (raw(file, SectionKind::SurfaceBasis), raw(file, SectionKind::PatternBasis));
+    let partly = file.metadata().n_load_triangles < file.metadata().n_triangles;
+    let surface = if partly {
+        "loadable part of the surface (`load.surface` of the problem chooses it)"
+    } else {
+        "surface"
+    };
     let mut notes = vec![];
     for i in 0..scenario.contacts.len() {
         // Components of its force, and places of its path: there are none of a table of zeros.
@@ -39,7 +45,9 @@ pub(crate) fn notes(
         let furthest = all.iter().filter_map(|placed| Some((placed, far(placed)?)));
         notes.extend(furthest.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(placed, distance)| {
             let at = place(placed.point.position);
-            format!("contact[{i}] acts {distance:.3e} away from the point given, at {at} on the surface")
+            format!(
+                "contact[{i}] acts {distance:.3e} away from the point given, at {at}, the nearest place on the {surface}"
+            )
         }));
         let is_held = |placed: &PlacedContact| basis.as_ref().is_some_and(|basis| held(r, basis, placed));
         let nothing = if all.iter().all(|placed| placed.contact.force == [0.0; 3]) {
@@ -127,11 +135,6 @@ fn never(when: &History, instants: Option<&[f64; INSTANTS]>, time_step: f64, ste
     } else {
         format!("no instant that a step of {time_step} s looks at lies from {start} s to {end} s")
     })
-}
-
-/// A point as a note has it.
-fn place([x, y, z]: [f64; 3]) -> String {
-    format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use vademecum_build::prepared::{ParameterSpace, Setting};
+use vademecum_build::suggest::did_you_mean;
 use vademecum_eval::SceneOptions;
 use vademecum_format::{Metadata, ParameterRole};
 
@@ -28,8 +29,10 @@ pub fn set(
 ) -> Result<(), StudyError> {
     let given = options.time_step.is_some();
     for ParameterValue { name, value } in settings {
-        let index = SceneOptions::find(metadata, name)
-            .ok_or_else(|| StudyError::NoParameter { name: name.clone(), known: known(metadata) })?;
+        let index = SceneOptions::find(metadata, name).ok_or_else(|| {
+            let nearest = did_you_mean(name, metadata.active_parameters().iter().map(|p| p.name));
+            StudyError::NoParameter { name: name.clone(), known: known(metadata) + &nearest }
+        })?;
         let parameter = &metadata.active_parameters()[index];
         if given && parameter.role == ParameterRole::TimeStep {
             return Err(StudyError::TimeStepTwice { name: name.clone() });

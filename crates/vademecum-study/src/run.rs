@@ -10,6 +10,7 @@ use crate::error::{FileError, StudyError};
 use crate::notes::notes;
 use crate::pace::Pace;
 use crate::player::{PlayOptions, Playable, Track, play};
+use crate::probes::{self, PlacedProbe};
 use crate::scenario::{FieldChoice, OutputPlan, STEPS_OF_A_RUN, Scenario};
 
 /// A scenario bound to a file, ready to be played.
@@ -18,6 +19,8 @@ pub struct Run<'a> {
     options: PlayOptions,
     plan: &'a OutputPlan,
     track: Track,
+    probes: Vec<PlacedProbe>,
+    names: Vec<String>,
     /// Step \[s\].
     pub time_step: f64,
     /// Number of steps.
@@ -57,7 +60,8 @@ impl<'a> Run<'a> {
     /// nothing.
     ///
     /// # Errors
-    /// As [`Track::bind`] and [`Scenario::steps_within`].
+    /// As [`Track::bind`] and [`Scenario::steps_within`]; [`StudyError::ProbeTwice`];
+    /// [`RewriteError::Names`]: not as many names as probes.
     pub fn bind(
         file: &'a File<'a>,
         options: PlayOptions,
@@ -68,21 +72,29 @@ impl<'a> Run<'a> {
         let steps = scenario.steps_within(time_step, STEPS_OF_A_RUN, options.long)?;
         let track = Track::bind(file, scenario)?;
         notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
-        Ok(Self { file, options, plan: &scenario.output, track, time_step, steps })
+        let plan = &scenario.output;
+        let mut names = built_probes(file)?;
+        let (probes, looks) = probes::place(file, &plan.probes, &names)?;
+        names.extend(plan.probes.iter().map(|probe| probe.name.clone()));
+        looks.iter().for_each(|note| listener.note(note));
+        if names.is_empty() {
+            listener.note(
+                "neither the file nor the scenario has a probe, so the table has time and energy only; add \
+                 `[[output.probe]]` to the scenario",
+            );
+        }
+        if plan.fields_every > steps {
+            listener.note(&format!(
+                "`output.fields_every` is {}, and the run has {steps} steps: the only field is the one at its start",
+                plan.fields_every
+            ));
+        }
+        Ok(Self { file, options, plan, track, probes, names, time_step, steps })
     }
 
-    /// Names of the probes.
-    ///
-    /// # Errors
-    /// As [`lines`]; [`RewriteError::Names`]: not as many names as probes.
-    pub fn probes(&self) -> Result<Vec<String>, FileError> {
-        let names = lines(self.file, SectionKind::ProbeNames)?;
-        let count = self.file.metadata().n_probes as usize;
-        if names.len() != count {
-            let reason = format!("it has {} names, the metadata count {count}", names.len());
-            return Err(RewriteError::Names { kind: SectionKind::ProbeNames, reason }.into());
-        }
-        Ok(names)
+    /// Names of the probes: those of the file, then those of the scenario.
+    pub fn probes(&self) -> &[String] {
+        &self.names
     }
 
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.
@@ -116,7 +128,7 @@ impl<'a> Run<'a> {
         listener: &dyn Listener,
         mut show: impl FnMut(&Moment<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut instant = Shown::new(self).map_err(StudyError::from)?;
+        let mut instant = Shown::new(self);
         let mut refused = None;
         listener.stage("step");
         let paced = Pace::new(self.time_step, listener);
@@ -135,24 +147,32 @@ impl<'a> Run<'a> {
     }
 }
 
+/// Names of the file's own probes.
+fn built_probes(file: &File<'_>) -> Result<Vec<String>, FileError> {
+    let names = lines(file, SectionKind::ProbeNames)?;
+    let count = file.metadata().n_probes as usize;
+    if names.len() != count {
+        let reason = format!("it has {} names, the metadata count {count}", names.len());
+        return Err(RewriteError::Names { kind: SectionKind::ProbeNames, reason }.into());
+    }
+    Ok(names)
+}
+
 /// Memory for what is shown of an instant.
 struct Shown {
-    names: Vec<String>,
     probes: Vec<f64>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
 }
 
 impl Shown {
-    fn new(run: &Run<'_>) -> Result<Self, FileError> {
+    fn new(run: &Run<'_>) -> Self {
         let n_fields = if run.plan.fields_every > 0 { 3 * run.n_field_nodes() } else { 0 };
-        let n_probes = run.file.metadata().n_probes as usize;
-        Ok(Self {
-            names: run.probes()?,
-            probes: vec![0.0; n_probes],
+        Self {
+            probes: vec![0.0; run.names.len()],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
-        })
+        }
     }
 
     fn at(
@@ -161,16 +181,20 @@ impl Shown {
         step: usize,
         body: &dyn Playable<Number = f64>,
     ) -> Result<Moment<'_>, StudyError> {
-        let OutputPlan { probes_every, fields_every, fields } = *run.plan;
+        let &OutputPlan { probes_every, fields_every, fields, .. } = run.plan;
         let mut energy = None;
         if step.is_multiple_of(probes_every) {
             energy = Some(body.energy()?);
+            let built = self.probes.len() - run.probes.len();
             for (probe, value) in self.probes.iter_mut().enumerate() {
-                *value = body.probe(probe)?;
+                *value = match probe.checked_sub(built) {
+                    None => body.probe(probe)?,
+                    Some(added) => run.probes[added].value(body)?,
+                };
             }
         }
         if let Some(energy) = energy {
-            finite(step, run.time_step, body.zeta(), energy, &self.probes, &self.names)?;
+            finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
         }
         let with_fields = fields_every > 0 && step.is_multiple_of(fields_every);
         if with_fields {

@@ -6,9 +6,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use vademecum_build::dynamics::{Course, History, Interval, LoadTable, Wave};
+use vademecum_build::input::ProbeEntry;
 use vademecum_build::input::toml_file::{self, TomlError};
 
 use crate::error::StudyError;
@@ -33,6 +35,9 @@ pub const STEPS_AT_FULL_ORDER: u64 = 1_000_000;
 /// which takes a fraction of a millisecond.
 pub(crate) const MOST_LOADS: usize = 100_000;
 
+/// Most probes of a scenario: each of them is a column of the table.
+const MOST_PROBES: usize = 10_000;
+
 /// Most periods of a sinusoid or a chirp in a step: it is stepped in 2222 parts a period.
 const MOST_PERIODS: f64 = 16.0;
 
@@ -46,7 +51,7 @@ const FASTEST: f64 = 1e9;
 pub struct ScenarioError(#[from] pub TomlError);
 
 /// Loads over time, from rest.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Length \[s\].
@@ -73,7 +78,7 @@ impl Scenario {
 }
 
 /// One force at one point, which may move, for a while.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactEntry {
     /// Where; the nearest point of the loadable surface is taken. Absent where `path` says it.
@@ -106,7 +111,7 @@ pub struct ContactEntry {
 }
 
 /// One load pattern for a while.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatternUse {
     /// The pattern's name in the file.
@@ -135,7 +140,7 @@ pub struct PatternUse {
 }
 
 /// `mean + sin(2π f t + phase)`, with `t` from the start of the load.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SinusoidEntry {
     /// `f` \[Hz\].
@@ -149,7 +154,7 @@ pub struct SinusoidEntry {
 }
 
 /// A sinusoid whose frequency rises or falls linearly from the start of the load to its end.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChirpEntry {
     /// Frequency at the start \[Hz\].
@@ -162,7 +167,7 @@ pub struct ChirpEntry {
 }
 
 /// What `run` writes and how often.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputPlan {
     /// Probe rows every so many steps.
@@ -174,10 +179,13 @@ pub struct OutputPlan {
     /// `"body"` or `"surface"`.
     #[serde(default)]
     pub fields: FieldChoice,
+    /// Named values beside those of the file.
+    #[serde(rename = "probe", default)]
+    pub probes: Vec<ProbeEntry>,
 }
 
 /// Which nodes a field shows.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FieldChoice {
     /// Nodes and triangles of the surface.
@@ -189,7 +197,7 @@ pub enum FieldChoice {
 
 impl Default for OutputPlan {
     fn default() -> Self {
-        Self { probes_every: 1, fields_every: 0, fields: FieldChoice::default() }
+        Self { probes_every: 1, fields_every: 0, fields: FieldChoice::default(), probes: vec![] }
     }
 }
 
@@ -467,11 +475,16 @@ impl Scenario {
                 return fault(key, format!("a list of {count}"), "at most 100 000 of them");
             }
         }
+        let probes = &self.output.probes;
+        if probes.len() > MOST_PROBES {
+            return fault("output.probe", format!("a list of {}", probes.len()), "at most 10 000 of them");
+        }
         let contacts = self.contacts.iter().enumerate();
         let patterns = self.patterns.iter().enumerate();
         contacts
             .map(|(i, contact)| contact.fault(i))
             .chain(patterns.map(|(i, pattern)| pattern.fault(i)))
+            .chain((0..probes.len()).map(|i| probe_fault(probes, i)))
             .find_map(|fault| fault)
     }
 }
@@ -504,6 +517,26 @@ impl ContactEntry {
         }
         self.varying().fault(&at)
     }
+}
+
+/// The first value of a probe that cannot be.
+fn probe_fault(probes: &[ProbeEntry], index: usize) -> Option<Fault> {
+    let ProbeEntry { name, point, direction } = &probes[index];
+    let fault = |key: &str, found, expected| {
+        Some(Fault { key: format!("output.probe[{index}].{key}"), found, expected })
+    };
+    let twice = probes[..index].iter().any(|other| other.name == *name);
+    if name.is_empty() || name.contains(['\n', ',', '"']) || twice {
+        return fault("name", format!("{name:?}"), "a name of one line that no other probe has");
+    }
+    if !point.iter().all(|x| x.abs() <= LARGEST) {
+        return fault("point", numbers(point), "finite numbers of at most 1e150 in size");
+    }
+    let length: f64 = direction.iter().map(|x| x * x).sum();
+    if !(length > 0.0 && length.is_finite()) {
+        return fault("direction", numbers(direction), "a vector of some length");
+    }
+    None
 }
 
 impl PatternUse {

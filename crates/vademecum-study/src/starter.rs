@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use vademecum_build::dynamics::lowest_modes;
 use vademecum_build::input::Problem;
 use vademecum_build::mesh::{self, Mesh, MeshError, surface::Surface};
-use vademecum_build::prepared::prepare;
+use vademecum_build::prepared::{prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 
 use crate::error::StudyError;
@@ -145,7 +145,7 @@ pub fn starter(
     listener.stage("first natural mode");
     let first = lowest_modes(pencil, &prepared.symbolic, 1).map_err(StudyError::from)?;
     let frequency = first.frequencies_hz()[0];
-    let time_step = rounded_down(1.0 / (STEPS_PER_PERIOD * frequency));
+    let time_step = proposed_time_step(1.0 / frequency);
 
     // Where the first mode moves most, a probe looks.
     let shape = first.vectors.col_as_slice(0);
@@ -218,7 +218,7 @@ impl Draft<'_> {
             }
         };
         let mut text = format!(
-            "# Proposed by `vademecum init`: everything here can be changed. Keys: formats/problem-1.md\n\
+            "# Proposed by `vademecum init`: everything here can be changed. Keys: `vademecum help problem`\n\
              title = {}\n\n[mesh]\nfile = {name}\nscale = {scale:?} # {unit}\n\n",
             quoted(&title)
         );
@@ -278,14 +278,6 @@ fn quoted(text: &str) -> String {
     }
     out.push('"');
     out
-}
-
-/// The largest of 1, 2 and 5 times a power of ten that is not above.
-fn rounded_down(value: f64) -> f64 {
-    let power = value.log10().floor();
-    let text = [5, 2, 1].map(|digit| format!("{digit}e{power}"));
-    let parsed = text.iter().filter_map(|text| text.parse::<f64>().ok());
-    parsed.into_iter().find(|&step| step <= value).unwrap_or(value)
 }
 
 /// A group that is called a support; or else a flat face: the end of a long body, the largest of another; or

@@ -42,6 +42,9 @@ pub fn check_target(bytes: &[u8], scenario: &Scenario) -> Result<(), FileError> 
             need(&[S::InteriorBasis], "a field inside the body")?;
         }
     }
+    if !scenario.output.probes.is_empty() {
+        need(&[S::NodeCoordinates, S::SurfaceBasis], "a probe of its own")?;
+    }
     if metadata.n_probes > 0 {
         need(&[S::ProbeRows, S::ProbeNames], "a probe")?;
     }

@@ -121,7 +121,7 @@ pub fn parse(text: &str) -> Problem {
 pub fn timed(mut problem: Problem, steps: f64, scheme: SchemeKind) -> Result<Problem, BuildError> {
     let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent)?;
     let first = lowest_modes(prepared.body.model.pencil(), &prepared.symbolic, 1)?;
-    problem.time.step = 1.0 / (steps * first.frequencies_hz()[0]);
+    problem.time.step = Some(1.0 / (steps * first.frequencies_hz()[0]));
     problem.time.scheme = Some(scheme);
     Ok(problem)
 }

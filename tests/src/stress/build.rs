@@ -62,9 +62,10 @@ pub fn structures(report: &BuildReport) -> Vec<(StructureChoice, Measured)> {
 /// A refusal, by its name without its numbers, with what the build had measured.
 pub fn refused(error: &BuildError) -> Outcome {
     let name = match error {
-        BuildError::Prepare(PrepareError::Body(BodyError::Model(ModelError::Unsupported { .. }))) => {
-            "unsupported"
-        }
+        BuildError::Prepare(PrepareError::Body(BodyError::Model {
+            source: ModelError::Unsupported { .. },
+            ..
+        })) => "unsupported",
         BuildError::Basis(BasisError::TooManyModes { .. }) => "more modes than the snapshots span",
         BuildError::Modes(ModesError::LostInRounding { .. })
         | BuildError::Basis(BasisError::Modes(ModesError::LostInRounding { .. })) => "lost in rounding",

@@ -283,7 +283,7 @@ fn damping() -> Vec<Cell> {
     let cell = |alpha: f64, beta: f64| {
         let problem = move || {
             let mut problem = Beam::default().problem(STEPS, bathe())?;
-            let period = STEPS * problem.time.step;
+            let period = STEPS * problem.time.step.expect("a step");
             (problem.damping.alpha, problem.damping.beta) = (Some(alpha / period), Some(beta * period));
             Ok(problem)
         };

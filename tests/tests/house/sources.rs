@@ -11,13 +11,17 @@ pub struct Source {
 }
 
 /// All files with this extension, by path. Hidden folders, what git ignores at the root, and folders of build
-/// results are left out.
+/// results are left out, and so are links to files.
 pub fn files(extension: &str) -> Vec<Source> {
     let root = repository();
     let ignored = std::fs::read_to_string(root.join(".gitignore")).expect("a list");
     let ignored: Vec<&str> = ignored.lines().map(|line| line.trim_matches('/')).collect();
     let mut found = vec![];
     walk(&root, &mut |path| {
+        // What a link leads to is read where it is.
+        if path.is_symlink() {
+            return false;
+        }
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         let below = path.strip_prefix(&root).expect("below the root").to_string_lossy().replace('\\', "/");
         if path.is_dir() {

@@ -4,6 +4,7 @@
 //! POD, so memory does not grow with the plan.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -168,19 +169,21 @@ pub fn compute(
     let group = runs.side_by_side(n);
     let groups: Vec<&[(u32, [f64; 3])]> = loads.chunks(group).collect();
     let mut pod = StreamingPod::new(inner_product, n, max_rank);
-    let mut done = 0;
+    // Bars move with the steps of all runs: a group of runs may take most of the time there is.
+    let (done, steps) = (AtomicUsize::new(0), runs.steps * loads.len());
+    let stepped = |count: usize| listener.advance(count + done.fetch_add(count, Ordering::Relaxed), steps);
     for side_by_side in groups.chunks(rayon::current_num_threads()) {
         if listener.cancelled() {
             return Err(Cancelled.into());
         }
         // Groups are independent and pushed in order: the same bytes come out for any number of threads.
-        let fields: Vec<Result<Mat<f64>, MarchError>> =
-            side_by_side.par_iter().map(|group| run_group(body, full, runs, group, listener)).collect();
+        let fields: Vec<Result<Mat<f64>, MarchError>> = side_by_side
+            .par_iter()
+            .map(|group| run_group(body, full, runs, group, listener, &stepped))
+            .collect();
         for snapshots in fields {
             pod.push(snapshots?.as_ref())?;
         }
-        done += side_by_side.iter().map(|g| g.len()).sum::<usize>();
-        listener.advance(done, loads.len());
     }
     finish(pod)
 }
@@ -196,18 +199,23 @@ pub(crate) fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> 
     group.iter().enumerate().map(load).collect()
 }
 
-/// Marches runs together; snapshots as columns, shape (n, runs × snapshots).
+/// Marches runs together and tells `stepped` of their steps; snapshots as columns, shape
+/// (n, runs × snapshots).
 fn run_group(
     body: &Body,
     full: &FullOrder<'_>,
     runs: &Runs,
     group: &[(u32, [f64; 3])],
     listener: &dyn Listener,
+    stepped: &(dyn Fn(usize) + Sync),
 ) -> Result<Mat<f64>, MarchError> {
     let loads = run_loads(body, runs, group);
     let mut snapshots = Mat::zeros(body.n_dof(), group.len() * runs.snapshots_per_run());
     let mut next = 0;
     march_full_order(full, &loads, group.len(), runs.steps, &Quiet(listener), |step, state| {
+        if step > 0 {
+            stepped(group.len());
+        }
         if step > 0 && step % runs.stride == 0 {
             snapshots.subcols_mut(next, group.len()).copy_from(&state.displacement);
             next += group.len();

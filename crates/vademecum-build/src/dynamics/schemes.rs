@@ -11,6 +11,7 @@
 //! the forms of a later stage contain those of an earlier one, which is how Bathe's `28 u½ − 19 u − 5 Δt u̇`
 //! comes about.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vademecum_format::scheme::{HISTORY, MAX_STAGES, SchemeTable, Stage};
 
@@ -24,7 +25,7 @@ const A: usize = 2;
 const STAGE: usize = 3;
 
 /// A time scheme by name, as the problem file has it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     tag = "name",
     rename_all = "kebab-case",

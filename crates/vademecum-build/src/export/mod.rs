@@ -42,6 +42,8 @@ pub struct Parts<'a> {
     pub scheme_name: &'a str,
     /// The scheme.
     pub scheme: &'a SchemeTable,
+    /// Δt \[s\].
+    pub time_step: f64,
     /// Rayleigh damping.
     pub rayleigh: Rayleigh,
     /// The block structure.
@@ -89,7 +91,7 @@ pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
         n_probes: parts.body.probes.len() as u32,
         scheme_name: parts.scheme_name,
         scheme: *parts.scheme,
-        time_step: parts.problem.time.step,
+        time_step: parts.time_step,
         alpha: parts.rayleigh.alpha,
         beta: parts.rayleigh.beta,
         axes,

@@ -22,6 +22,7 @@ pub use plan::{
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::dynamics::{DampingError, SchemeError, SchemeKind};
@@ -54,7 +55,7 @@ pub enum ProblemError {
 }
 
 /// What a build is asked for.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Problem {
     /// A line for people.
@@ -81,8 +82,10 @@ pub struct Problem {
     #[serde(rename = "support", default)]
     pub supports: Vec<SupportEntry>,
     /// Where and how the body can be loaded.
+    #[serde(default)]
     pub load: LoadEntry,
     /// Scheme and step.
+    #[serde(default)]
     pub time: TimeEntry,
     /// How the snapshots are made.
     #[serde(default)]

@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
 use crate::store::{read_text, read_text_within};
+use crate::suggest::did_you_mean;
 
 /// A file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -72,8 +73,38 @@ pub(super) fn check_length(length: usize, most: usize, path: &str) -> Result<(),
 
 /// What a text says; messages name `path`.
 pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
-    toml::from_str(text)
-        .map_err(|error| TomlError::Malformed { path: path.into(), message: error.to_string() })
+    toml::from_str(text).map_err(|error| {
+        let mut message = error.to_string().trim_end().to_string();
+        let (said, span) = (error.message(), error.span().unwrap_or_default());
+        // The top level has no line of its own, which a table has: that of its name.
+        let shown = text.get(span.clone()).unwrap_or_default();
+        let is_table = shown.starts_with(['[', '{']) && !shown.contains('\n');
+        if said.starts_with("missing field") && !is_table {
+            message = format!("{said}: the file has no such key at its top level");
+        }
+        message.push_str(&hint(said, text, span.start));
+        TomlError::Malformed { path: path.into(), message }
+    })
+}
+
+/// What may have been meant where a text is refused; empty where nothing comes to mind.
+fn hint(said: &str, text: &str, at: usize) -> String {
+    let mut quoted = said.split('`').skip(1).step_by(2);
+    if said.starts_with("unknown field") || said.starts_with("unknown variant") {
+        let found = quoted.next().unwrap_or_default();
+        return did_you_mean(found, quoted);
+    }
+    let behind = text.get(at..).unwrap_or_default();
+    let before = text.get(..at).unwrap_or_default();
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    if behind.starts_with(',') && before.ends_with(|c: char| c.is_ascii_digit()) && !line.contains(['[', '{'])
+    {
+        return "; a number has a decimal point: write 2.1 for 2,1".into();
+    }
+    if line.contains('\\') {
+        return "; in a path write `/` for `\\`, or put the text between single quotes".into();
+    }
+    String::new()
 }
 
 /// Line (from 1) of a key such as `parameter[1].range`; of its nearest parent that is there if the key itself

@@ -150,6 +150,10 @@ impl fmt::Display for MeshReport {
         writeln!(f, "file          {}", self.file)?;
         writeln!(f, "format        {}", self.format)?;
         writeln!(f, "nodes         {} ({} unused)", self.nodes, self.unused_nodes)?;
+        if self.elements == 0 {
+            writeln!(f, "elements      none that a body is made of")?;
+            return self.fmt_remarks(f);
+        }
         let turned = self.reoriented_elements;
         writeln!(f, "elements      {} {kind} tetrahedra ({turned} reoriented)", self.elements)?;
         for (axis, k) in ["x", "y", "z"].into_iter().zip(0..) {
@@ -167,6 +171,12 @@ impl fmt::Display for MeshReport {
             writeln!(f, "group         {}: {} nodes, {} facets", g.name, g.nodes, g.facets)?;
         }
         self.fmt_quality(f)?;
+        self.fmt_remarks(f)
+    }
+}
+
+impl MeshReport {
+    fn fmt_remarks(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for note in &self.notes {
             writeln!(f, "note          {note}")?;
         }
@@ -175,9 +185,7 @@ impl fmt::Display for MeshReport {
         }
         Ok(())
     }
-}
 
-impl MeshReport {
     fn fmt_quality(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "quality       min {:.2e}, mean {:.3}", self.quality.min, self.quality.mean)?;
         let most = self.quality.histogram.iter().copied().max().unwrap_or(0).max(1);

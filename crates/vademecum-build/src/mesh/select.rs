@@ -1,12 +1,14 @@
 //! Choosing nodes of a mesh: by group, by number, by where they are.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::quality::{dot, norm, sub};
 use super::{Mesh, bounding_box};
+use crate::suggest::did_you_mean;
 
 /// A choice of nodes, written in a problem file as a table with one key, for instance `{ group = "fixed" }`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum Selection {
     /// The nodes of a named group (of nodes, facets or a region).
@@ -31,7 +33,7 @@ pub enum Selection {
 }
 
 /// A coordinate axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AxisName {
     /// First coordinate.
@@ -43,7 +45,7 @@ pub enum AxisName {
 }
 
 /// The low or the high end of an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
     /// Smallest coordinates.
@@ -53,7 +55,7 @@ pub enum Side {
 }
 
 /// A plane: `axis` and `at`, or `normal` (of any length) and `point`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plane {
     /// Axis the plane is normal to.
@@ -75,7 +77,7 @@ pub struct Plane {
 }
 
 /// An axis-parallel box.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cuboid {
     /// Smallest coordinates.
@@ -85,7 +87,7 @@ pub struct Cuboid {
 }
 
 /// A ball.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ball {
     /// Centre.
@@ -95,7 +97,7 @@ pub struct Ball {
 }
 
 /// A share of a body along an axis.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
     /// The axis.
@@ -114,7 +116,7 @@ pub enum SelectError {
     UnknownGroup {
         /// The name asked for.
         name: String,
-        /// The names there are, or `none`.
+        /// The names there are, or `none`, and the nearest.
         known: String,
     },
     /// The mesh has no node of this number, or dropped it because no element uses it.
@@ -170,7 +172,11 @@ impl Selection {
         match self {
             Selection::Group(name) => match mesh.node_groups.get(name) {
                 Some(nodes) => Ok(nodes.clone()),
-                None => Err(SelectError::UnknownGroup { name: name.clone(), known: known_groups(mesh) }),
+                None => {
+                    let nearest = did_you_mean(name, mesh.node_groups.keys().map(String::as_str));
+                    let known = known_groups(mesh) + &nearest;
+                    Err(SelectError::UnknownGroup { name: name.clone(), known })
+                }
             },
             Selection::Nodes(ids) => by_id(ids, mesh),
             Selection::Plane(plane) => on_plane(plane, mesh),

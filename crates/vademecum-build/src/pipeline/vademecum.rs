@@ -420,6 +420,7 @@ impl Stages<'_> {
             basis,
             scheme_name: &problem.scheme().to_string(),
             scheme: prepared.file_scheme(),
+            time_step: prepared.step.time_step,
             rayleigh: prepared.rayleigh(),
             diagonal: block.is_some() || matches!(vademecum, Step::Exact),
             block,

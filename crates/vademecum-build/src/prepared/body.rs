@@ -10,6 +10,7 @@ use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
 use crate::mesh::{self, Mesh, MeshError};
+use crate::suggest::did_you_mean;
 
 /// Why a problem and its mesh make no body.
 #[derive(Debug, thiserror::Error)]
@@ -121,8 +122,13 @@ pub enum BodyError {
     #[error("the matrices cannot be used")]
     Matrices(#[from] MatricesError),
     /// The matrices cannot be assembled.
-    #[error("the model cannot be assembled")]
-    Model(#[from] ModelError),
+    #[error("{path}: `support`: the model cannot be assembled")]
+    Model {
+        /// The problem file, and the line of its first support.
+        path: String,
+        /// Why not.
+        source: ModelError,
+    },
     /// A load pattern cannot be integrated.
     #[error("a load pattern cannot be integrated")]
     Load(#[from] LoadError),
@@ -176,7 +182,8 @@ impl Body {
         let surface = Surface::of(&mesh);
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
         let probes = probes(problem, &mesh);
-        let model = Model::assemble(mesh, &materials, &constrained)?;
+        let unusable = |source| BodyError::Model { path: problem.place("support"), source };
+        let model = Model::assemble(mesh, &materials, &constrained).map_err(unusable)?;
         let mut patterns = vec![];
         for (i, entry) in problem.load.patterns.iter().enumerate() {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
@@ -212,7 +219,8 @@ impl Body {
             return Err(BodyError::NoFreeNode { path: problem.place(LOAD_SURFACE) });
         }
         let probes = probes(problem, &mesh);
-        let model = Model::from_matrices(mesh, &constrained, pencil)?;
+        let unusable = |source| BodyError::Model { path: problem.place("mesh.matrices"), source };
+        let model = Model::from_matrices(mesh, &constrained, pencil).map_err(unusable)?;
         let force = |entry: &PatternEntry| {
             let acceleration =
                 entry.acceleration.expect("a checked pattern beside matrices is an acceleration");
@@ -305,18 +313,24 @@ fn constrained_dofs(problem: &Problem, mesh: &Mesh) -> Result<Vec<bool>, BodyErr
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.
 fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
     let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
-    let error = |key: &str, found| BodyError::Region { path: problem.place(key), found, regions: names() };
+    let error = |key: &str, found, nearest: &str| BodyError::Region {
+        path: problem.place(key),
+        found,
+        regions: names() + nearest,
+    };
     let fits = |entry: &str, region: &mesh::Region| entry == region.name || entry == region.tag.to_string();
     for (i, entry) in problem.materials.iter().enumerate().filter(|(_, entry)| entry.region != "*") {
         if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {
-            return Err(error(&format!("material[{i}].region"), format!("`{}` is no region", entry.region)));
+            let nearest = did_you_mean(&entry.region, mesh.regions.iter().map(|r| r.name.as_str()));
+            let (key, found) = (format!("material[{i}].region"), format!("`{}` is no region", entry.region));
+            return Err(error(&key, found, &nearest));
         }
     }
     let material = |region: &mesh::Region| {
         let named = problem.materials.iter().find(|entry| fits(&entry.region, region));
         let entry = named.or_else(|| problem.materials.iter().find(|entry| entry.region == "*"));
-        let entry =
-            entry.ok_or_else(|| error("material", format!("no material for region `{}`", region.name)))?;
+        let entry = entry
+            .ok_or_else(|| error("material", format!("no material for region `{}`", region.name), ""))?;
         Ok(Material { young: entry.young, poisson: entry.poisson, density: entry.density })
     };
     mesh.regions.iter().map(material).collect()

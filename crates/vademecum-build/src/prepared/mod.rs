@@ -3,12 +3,14 @@
 mod body;
 mod matrices;
 mod parameters;
+mod proposed;
 mod size;
 mod time_step;
 
 pub use body::{Body, BodyError, Probe, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
+pub use proposed::proposed_time_step;
 pub use time_step::TimeStepError;
 
 use faer::Mat;
@@ -16,7 +18,8 @@ use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::schemes::bathe;
 use crate::dynamics::{
-    DampingError, FullOrder, FullOrderError, ModalRatios, Rayleigh, SchemeError, SchemeKind,
+    DampingError, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError, SchemeKind,
+    first_frequency,
 };
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::Problem;
@@ -55,6 +58,9 @@ pub enum PrepareError {
     /// The pattern of the matrices cannot be analysed.
     #[error("a matrix of the model does not factorise")]
     Factor(#[from] FactorError),
+    /// No first natural mode to propose a time step from.
+    #[error("natural modes, to propose `time.step`")]
+    Modes(#[from] ModesError),
 }
 
 /// A model ready to be marched: what `build`, `verify` and `modes` start from.
@@ -73,6 +79,8 @@ pub struct Prepared {
     pub step: StepParameters,
     /// Damping ratios beside Rayleigh's, of a file that moves its modes exactly.
     pub ratios: ModalRatios,
+    /// First natural period \[s\], where the time step was proposed from it.
+    pub first_period: Option<f64>,
 }
 
 impl Prepared {
@@ -148,13 +156,27 @@ pub fn prepare_within(
         (watch.stage("assemble", || Body::build(problem, mesh))?, space)
     };
     note_probes(problem, &body, listener);
-    let step = space.setting(&space.nominal()).step;
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
     }
+    let (mut space, mut first_period) = (space, None);
+    if space.time_step().is_none() {
+        let factor = symbolic.factor_bytes() as f64 + body.model.pencil().bytes() as f64;
+        memory.check(factor, ": a coarser mesh", || format!("the matrices of {} free dofs", body.n_dof()))?;
+        let first = || first_frequency(body.model.pencil(), &symbolic);
+        let period = 1.0 / watch.stage("first natural mode", first)?;
+        let proposed = proposed_time_step(period);
+        listener.note(&format!(
+            "no `time.step` is given: {proposed:e} s is taken, {:.0} steps in the first natural period",
+            period / proposed
+        ));
+        space = space.at_time_step(proposed);
+        first_period = Some(period);
+    }
+    let step = space.setting(&space.nominal()).step;
     let ratios = problem.damping.modal_ratios();
-    Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios })
+    Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios, first_period })
 }
 
 /// A matrix whose inverse is so many times larger than one over its largest diagonal entry is singular to
@@ -212,13 +234,21 @@ fn note_probes(problem: &Problem, body: &Body, listener: &dyn Listener) {
     }
 }
 
-/// Linear tetrahedra cannot keep their volume and bend: near ν = ½ they are many times too stiff.
+/// Linear tetrahedra cannot bend, and near ν = ½ they cannot even keep their volume: they are too stiff.
 fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
     const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
     let poisson = problem.materials.iter().map(|m| m.poisson).fold(0.0, f64::max);
-    if mesh.order == Order::Linear && poisson >= NEARLY_INCOMPRESSIBLE {
+    if mesh.order != Order::Linear {
+        return;
+    }
+    if poisson >= NEARLY_INCOMPRESSIBLE {
         listener.note(&format!(
             "Poisson's ratio {poisson} with linear tetrahedra: they lock and are many times too stiff; mesh with quadratic ones"
         ));
+    } else {
+        listener.note(
+            "linear tetrahedra are too stiff where the body bends, and no certificate shows it: with one of them through \
+             the thickness frequencies are twice as high as they should be; mesh with quadratic ones",
+        );
     }
 }

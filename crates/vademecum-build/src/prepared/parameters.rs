@@ -13,6 +13,7 @@ use crate::fem::Pencil;
 use crate::input::{ParameterEntry, ParameterKind, ParameterScale, Problem};
 use crate::linalg::Random;
 use crate::mesh::Mesh;
+use crate::suggest::did_you_mean;
 
 /// Corners of the box looked at; of more than six parameters, that many are drawn.
 const MOST_CORNERS: usize = 64;
@@ -60,14 +61,15 @@ pub struct Setting {
 impl ParameterSpace {
     /// Resolves the parameters of a problem on its mesh.
     ///
-    /// A coefficient of damping that the problem leaves out stands at the middle of its parameter's range.
+    /// A coefficient of damping or a time step that the problem leaves out stands at the middle of its
+    /// parameter's range.
     ///
     /// # Errors
     /// [`BodyError::Region`] for a region the mesh does not have, [`BodyError::Nominal`] for a range without
     /// the problem's own value.
     pub fn new(problem: &Problem, mesh: &Mesh, rayleigh: Rayleigh) -> Result<Self, BodyError> {
         let mut fixed = StepParameters {
-            time_step: problem.time.step,
+            time_step: problem.time.step.unwrap_or(f64::NAN),
             alpha: rayleigh.alpha,
             beta: rayleigh.beta,
             density: 1.0,
@@ -97,6 +99,17 @@ impl ParameterSpace {
             return Err(BodyError::TooManyRegions { path, regions: space.n_regions, regional });
         }
         Ok(space)
+    }
+
+    /// Δt \[s\]; none if neither the problem nor a parameter says it.
+    pub(super) fn time_step(&self) -> Option<f64> {
+        Some(self.fixed.time_step).filter(|step| !step.is_nan())
+    }
+
+    /// The same with another Δt \[s\].
+    pub(super) fn at_time_step(mut self, time_step: f64) -> Self {
+        self.fixed.time_step = time_step;
+        self
     }
 
     /// Whether a parameter scales single regions, so that θ alone does not carry them all.
@@ -255,7 +268,8 @@ fn role(
         return Err(BodyError::Region {
             path: problem.place(&format!("parameter[{index}].region")),
             found: format!("`{}` is no region", entry.region),
-            regions: names.join(", "),
+            regions: names.join(", ")
+                + &did_you_mean(&entry.region, mesh.regions.iter().map(|r| r.name.as_str())),
         });
     };
     // With one region there is no ratio between regions: its scale is the uniform one.
@@ -290,6 +304,7 @@ fn live_parameter(
     let middle = if log { (lower * upper).sqrt() } else { 0.5 * (lower + upper) };
     let undamped = problem.damping.ratios.is_none();
     let (unit, nominal) = match role {
+        ParameterRole::TimeStep if problem.time.step.is_none() => ("s", middle),
         ParameterRole::TimeStep => ("s", fixed.time_step),
         ParameterRole::Alpha if undamped && problem.damping.alpha.is_none() => ("1/s", middle),
         ParameterRole::Alpha => ("1/s", fixed.alpha),

@@ -7,6 +7,7 @@
 use vademecum_format::scheme::SchemeTable;
 
 use super::Prepared;
+use super::proposed::SUGGESTED;
 use crate::dynamics::numerical_damping;
 use crate::progress::Listener;
 
@@ -16,8 +17,6 @@ const USEFUL: (f64, f64) = (10.0, 1000.0);
 /// a swing, and in a millionth of a period a state moves by so little that a hundredth of its digits are
 /// left.
 const HOPEFUL: (f64, f64) = (2.0, 1e6);
-/// Steps per first period that are suggested: the schemes' period errors are below a percent there.
-const SUGGESTED: f64 = 40.0;
 
 /// A time step that does not fit the body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use vademecum_study::bench::{BenchOptions, compare_methods};
 
-use crate::arguments::{OutputArguments, problem_or_demo, scenario_or_demo};
+use crate::arguments::{OutputArguments, positive, problem_or_demo, scenario_or_demo};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::outputs;
@@ -46,7 +46,7 @@ pub struct Bench {
     split: Option<u16>,
     /// Map tolerances of files with a live stiffness, 8 to 16 modes each [default: 1e-3,1e-5,1e-7; with
     /// --quick none].
-    #[arg(long, value_delimiter = ',')]
+    #[arg(long, value_delimiter = ',', value_parser = positive)]
     tolerance: Vec<f64>,
     /// Fewer modes and steps, one time scheme, no live stiffness, fewer repetitions.
     #[arg(long)]

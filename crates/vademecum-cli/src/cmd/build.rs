@@ -22,7 +22,7 @@ use crate::print::{bytes, print_json, print_report};
 A build that was stopped goes on where it was when it is started again: finished stages lie in OUTPUT.work
 until the file is written.
   vademecum build regions.toml -o regions.vdm --repair
-Keys of the problem file: formats/problem-1.md")]
+Keys of the problem file: `vademecum help problem`")]
 pub struct Build {
     /// The problem file (TOML).
     problem: PathBuf,

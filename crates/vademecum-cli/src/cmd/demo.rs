@@ -19,7 +19,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_own, open, outputs, write_bytes, write_own, write_picture};
 use crate::pictures::{Chart, Compared, Outline, Series, compared_chart, line_chart, outline};
-use crate::print::{json, print_report, print_verification};
+use crate::print::{json, print_json, print_report, print_verification};
 
 /// Steps of the long run.
 const MANY: usize = 1_000_000;
@@ -33,6 +33,9 @@ pub struct Demo {
     /// Folder for the file, the pictures and demo.json; made if missing.
     #[arg(short, long, default_value = "demo")]
     output: PathBuf,
+    /// Print what `demo.json` holds.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
 }
@@ -86,7 +89,11 @@ impl Demo {
         self.draw(&outputs, &verified, &geometry, &marks, &pushed.collect::<Vec<_>>())?;
         let report = DemoReport { verify: &verified.figures, long_run: &long, build: &built.report };
         write_bytes(&outputs, &self.output.join("demo.json"), Kind::Json, json(&report).as_bytes())?;
-        self.print(&built.report, &verified, &long);
+        if self.json {
+            print_json(&report);
+        } else {
+            self.print(&built.report, &verified, &long);
+        }
         Ok(())
     }
 

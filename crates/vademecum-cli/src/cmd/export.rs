@@ -13,7 +13,7 @@ use crate::arguments::{OutputArguments, problem_or_demo, scenario_or_demo};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{outputs, write_bytes};
-use crate::print::json;
+use crate::print::{json, print_json};
 
 /// Hands a model to other programs.
 #[derive(clap::Args)]
@@ -52,8 +52,20 @@ struct Matrices {
     /// Steps of the scenario [default: all].
     #[arg(long)]
     steps: Option<usize>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
+}
+
+/// What was written.
+#[derive(serde::Serialize)]
+struct Exported {
+    folder: String,
+    dofs: usize,
+    modes: usize,
+    loads: usize,
 }
 
 /// What is written.
@@ -110,13 +122,18 @@ impl Matrices {
         }
         text("model.json", Kind::Json, &json(&export.model))?;
         console.clear();
-        println!(
-            "{}: {} dofs, {} modes, {} loads",
-            self.output.display(),
-            export.model.dofs,
-            export.model.modes,
-            export.loads.columns
-        );
+        let exported = Exported {
+            folder: self.output.display().to_string(),
+            dofs: export.model.dofs,
+            modes: export.model.modes,
+            loads: export.loads.columns,
+        };
+        if self.json {
+            print_json(&exported);
+        } else {
+            let Exported { folder, dofs, modes, loads } = &exported;
+            println!("{folder}: {dofs} dofs, {modes} modes, {loads} loads");
+        }
         Ok(())
     }
 }

@@ -13,7 +13,7 @@ use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound, figures, lines, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
-use crate::arguments::Limit;
+use crate::arguments::{Limit, rounding};
 use crate::failure::Failure;
 use crate::files::{open, usable_file};
 use crate::print::{print_chapter, print_json, symmetry};
@@ -31,7 +31,7 @@ pub struct Info {
     json: bool,
     /// Print how many terms of the separated solution keep its maps within this relative error, such as 1e-3
     /// (reads all load rows).
-    #[arg(long, value_name = "TOLERANCE")]
+    #[arg(long, value_name = "TOLERANCE", value_parser = rounding)]
     terms_for: Option<f64>,
     #[command(flatten)]
     limit: Limit,

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::store::Kind;
+use vademecum_build::suggest::did_you_mean;
 use vademecum_study::starter::{MATERIALS, NamedMaterial, StarterError, StarterOptions, starter};
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{OutputArguments, positive};
 use crate::console::Console;
-use crate::failure::{Cause, Failure};
+use crate::failure::Failure;
 use crate::files::{check_output, outputs, write_bytes};
 use crate::print::print_json;
 
@@ -18,7 +19,7 @@ use crate::print::print_json;
   vademecum init fork.msh --view                    build it and push it in the browser
   vademecum init part.inp --scale 0.001             the mesh is in millimetres
 Materials: steel, stainless, aluminium, titanium, brass, concrete, glass, wood, pla, abs, nylon, rubber,
-silicone, foam, bone, liver. Keys of the problem file: formats/problem-1.md")]
+silicone, foam, bone, liver. Keys of the problem file: `vademecum help problem`")]
 pub struct Init {
     /// The mesh file.
     mesh: PathBuf,
@@ -29,7 +30,7 @@ pub struct Init {
     #[arg(long, default_value = "steel", value_parser = named)]
     material: NamedMaterial,
     /// Metres in a unit of the mesh [default: 0.001 for a body of more than 20 units, else 1].
-    #[arg(long)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     scale: Option<f64>,
     /// Build the body and open it in the browser.
     #[arg(long)]
@@ -45,15 +46,13 @@ pub struct Init {
 fn named(name: &str) -> Result<NamedMaterial, String> {
     let known = || MATERIALS.map(|material| material.name).join(", ");
     let found = MATERIALS.into_iter().find(|material| material.name == name);
-    found.ok_or_else(|| format!("no material is called so; there are {}", known()))
+    let nearest = || did_you_mean(name, MATERIALS.iter().map(|material| material.name));
+    found.ok_or_else(|| format!("no material is called so; there are {}{}", known(), nearest()))
 }
 
 impl Init {
     /// The command lines that follow.
     pub fn run(&self, console: &Console) -> Result<Vec<Vec<PathBuf>>, Failure> {
-        if self.scale.is_some_and(|scale| !(scale.is_finite() && scale > 0.0)) {
-            return Err(Failure::new(Cause::Usage, "--scale takes a positive number of metres"));
-        }
         let problem = self.output.clone().unwrap_or_else(|| self.mesh.with_extension("toml"));
         let outputs = outputs(&self.outputs, &[Some(&self.mesh)], None);
         check_output(&outputs, &problem, Kind::Own)?;

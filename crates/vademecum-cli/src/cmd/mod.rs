@@ -2,15 +2,19 @@
 
 pub mod bench;
 pub mod build;
+pub mod completions;
 pub mod demo;
 pub mod export;
+pub mod help;
 pub mod info;
 pub mod init;
+pub mod man;
 pub mod mesh;
 pub mod modes;
 pub mod pack;
 pub mod report;
 pub mod run;
+pub mod schema;
 pub mod strip;
 pub mod unpack;
 pub mod verify;

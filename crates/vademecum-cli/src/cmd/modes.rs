@@ -53,4 +53,11 @@ fn print(modes: &NaturalModes) {
             modes.residuals[k]
         );
     }
+    let steps = 1.0 / (modes.time_step * modes.frequencies_hz[0]);
+    println!(
+        "\ntime step {:e} s: {steps:.1} steps in the first period; {:e} s would be {:.1}",
+        modes.time_step,
+        modes.proposed_time_step,
+        1.0 / (modes.proposed_time_step * modes.frequencies_hz[0])
+    );
 }

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
-use crate::arguments::{Limit, OutputArguments};
+use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, read_file, write_file};
+use crate::print::print_json;
 
 /// Compresses a file for shipping; without a tolerance, `unpack` gives back the very bytes.
 #[derive(clap::Args)]
@@ -23,13 +24,16 @@ pub struct Pack {
     /// The compressed file.
     #[arg(short, long)]
     output: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
     /// Level of zstd: 1 is quick, 22 is small.
     #[arg(long, default_value_t = 19, value_parser = clap::value_parser!(i32).range(1..=22))]
     level: i32,
     /// Relative error of fields that rounding may bring, such as 1e-4 [default: no rounding].
-    #[arg(long)]
+    #[arg(long, value_parser = rounding)]
     tolerance: Option<f64>,
     #[command(flatten)]
     limit: Limit,
@@ -43,6 +47,12 @@ impl Pack {
         let limit = self.limit.of(bytes.len());
         let packed = rewrite::pack_limited(&bytes, self.level, self.tolerance, limit);
         let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
-        write_file(&outputs, &self.output, &packed, bytes.len())
+        let written = write_file(&outputs, &self.output, &packed, bytes.len())?;
+        if self.json {
+            print_json(&written);
+        } else {
+            written.print();
+        }
+        Ok(())
     }
 }

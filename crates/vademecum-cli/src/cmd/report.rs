@@ -32,6 +32,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_output, open, outputs, refuse_canonical, usable_file, write_bytes};
 use crate::html::title;
+use crate::print::print_json;
 
 /// Writes a page about a file: body, basis, modes, certificate, energy, parameters, make-up, timings.
 #[derive(clap::Args)]
@@ -55,10 +56,23 @@ pub struct Report {
     /// What `build --json` printed for this file: shows what the build took.
     #[arg(long)]
     build: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
     #[command(flatten)]
     limit: Limit,
+}
+
+/// What was written.
+#[derive(serde::Serialize)]
+struct Written {
+    page: String,
+    bytes: usize,
+    figures: usize,
+    /// None where the figures are in the page alone.
+    figures_folder: Option<String>,
 }
 
 /// Figures of every report.
@@ -122,8 +136,18 @@ impl Report {
         }
         write_bytes(&outputs, &self.output, Kind::Html, page.as_bytes())?;
         console.clear();
-        let at = if beside { format!("in {}", folder.display()) } else { "inside".into() };
-        println!("{}: {} bytes; {} figures {at}", self.output.display(), page.len(), figures.len());
+        let written = Written {
+            page: self.output.display().to_string(),
+            bytes: page.len(),
+            figures: figures.len(),
+            figures_folder: beside.then(|| folder.display().to_string()),
+        };
+        if self.json {
+            print_json(&written);
+        } else {
+            let at = written.figures_folder.as_ref().map_or("inside".into(), |folder| format!("in {folder}"));
+            println!("{}: {} bytes; {} figures {at}", written.page, written.bytes, written.figures);
+        }
         Ok(())
     }
 

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
+use vademecum_build::progress::Listener;
 use vademecum_build::store::{Growing, Kind, Outputs};
 use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
@@ -12,10 +13,11 @@ use vademecum_study::run::{Fields, Moment, Probed};
 use vademecum_study::scenario::{FieldChoice, Scenario};
 use vademecum_study::{FileError, StudyError, run};
 
-use crate::arguments::{Limit, OutputArguments, StructureArgument, setting};
+use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, setting};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{is_stepped, open_or_map, outputs, usable_file};
+use crate::print::print_json;
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
@@ -23,7 +25,7 @@ use crate::files::{is_stepped, open_or_map, outputs, usable_file};
   vademecum run body.vdm --scenario push.toml -o out/
   vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
-Keys of the scenario file: formats/scenario-1.md")]
+Keys of the scenario file: `vademecum help scenario`")]
 pub struct Run {
     /// The vademecum file.
     file: PathBuf,
@@ -38,7 +40,7 @@ pub struct Run {
     structure: StructureArgument,
     /// Time step \[s\]; the file's if absent. The diagonal structure takes any; the block structure takes
     /// those of the range it was built for, if the time step is one of its live parameters, and no other.
-    #[arg(long)]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     time_step: Option<f64>,
     /// Set a live parameter of the file, by its name; may be given several times. `info` shows names, ranges
     /// and units.
@@ -58,6 +60,9 @@ pub struct Run {
     /// What happens without `--map`.
     #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
     #[command(flatten)]
@@ -71,20 +76,25 @@ impl Run {
         outputs.check_in(&self.output, &FILES)?;
         let mapped = open_or_map(&self.file, self.map)?;
         let mut memory = vec![];
-        let inside = scenario.output.fields_every > 0 && scenario.output.fields == FieldChoice::Body;
+        let shown = &scenario.output;
+        let inside =
+            !shown.probes.is_empty() || (shown.fields_every > 0 && shown.fields == FieldChoice::Body);
         let wanted = |kind| is_stepped(kind) && (inside || kind != SectionKind::InteriorBasis);
         let file = usable_file(&self.file, &mapped, wanted, self.limit, &mut memory)?;
         let mut options = self.structure.options();
         (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
         options.long = self.long;
+        if self.terms.is_some() && file.metadata().active_parameters().is_empty() {
+            console
+                .note("`--terms` has no effect: without live parameters the file has no terms to leave out");
+        }
         let about = |error: StudyError| Failure::of_study(error, &self.file, &self.scenario);
         parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
         let unread = |error: FileError| Failure::file(&self.file, error);
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
-        let probes = run.probes().map_err(unread)?;
         let geometry = run.geometry().map_err(unread)?;
         outputs.make_folder(&self.output)?;
-        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &probes)?;
+        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), run.probes())?;
         let mut fields =
             geometry.map(|geometry| FieldSeries::begin(&outputs, &self.output, geometry)).transpose()?;
         let played = run.play(console, |moment: &Moment<'_>| {
@@ -100,9 +110,34 @@ impl Run {
         let kept = [Some(probes.kept()), fields.as_ref().map(FieldSeries::kept)];
         let kept = kept.into_iter().flatten().collect::<Vec<_>>();
         played.and(written).map_err(|failure: Failure| failure.about(&self.file).kept(kept.join("; ")))?;
-        println!("{} steps of {} s; {}", run.steps, run.time_step, kept.join("; "));
+        if self.json {
+            print_json(&Played {
+                steps: run.steps,
+                time_step: run.time_step,
+                probes: run.probes(),
+                rows: probes.rows.lines(),
+                probes_file: probes.path.display().to_string(),
+                fields: fields.as_ref().map_or(0, |series| series.collection.lines()),
+                fields_file: fields.as_ref().map(|series| series.path.display().to_string()),
+            });
+        } else {
+            println!("{} steps of {} s; {}", run.steps, run.time_step, kept.join("; "));
+        }
         Ok(())
     }
+}
+
+/// What was marched and written.
+#[derive(serde::Serialize)]
+struct Played<'a> {
+    steps: usize,
+    time_step: f64,
+    probes: &'a [String],
+    rows: usize,
+    probes_file: String,
+    fields: usize,
+    /// None without fields.
+    fields_file: Option<String>,
 }
 
 /// What is written; of the fields, the first.

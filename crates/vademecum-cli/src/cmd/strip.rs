@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use vademecum_build::store::Kind;
 use vademecum_format::{File, SectionKind};
-use vademecum_rewrite::{Keep, RewriteError, drop_terms_limited, strip};
+use vademecum_rewrite::{Dropped, Keep, RewriteError, drop_terms_limited, strip};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::target::check_target;
 
-use crate::arguments::{Limit, OutputArguments};
+use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
-use crate::files::{check_output, outputs, read_file, write_file};
+use crate::files::{Rewritten, check_output, outputs, read_file, write_file};
+use crate::print::print_json;
 
 /// Drops the parts of a file a target does not need.
 #[derive(clap::Args)]
@@ -26,7 +27,7 @@ pub struct Strip {
     #[arg(long, value_enum, default_value_t = KeepArgument::All, required_unless_present = "terms_for")]
     keep: KeepArgument,
     /// Drop terms of the separated solution while its maps stay within this relative error, such as 1e-4.
-    #[arg(long, value_name = "TOLERANCE")]
+    #[arg(long, value_name = "TOLERANCE", value_parser = rounding)]
     terms_for: Option<f64>,
     /// A scenario (TOML) the new file must still be able to play and show.
     #[arg(long = "for", value_name = "SCENARIO")]
@@ -34,6 +35,9 @@ pub struct Strip {
     /// The new file.
     #[arg(short, long)]
     output: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
     #[command(flatten)]
@@ -75,20 +79,48 @@ impl Strip {
                 .map_err(|error| Failure::file(&self.file, error))?;
         }
         let file = File::parse(&bytes).map_err(|error| Failure::file(&self.file, error))?;
-        write_file(&outputs, &self.output, &stripped, bytes.len())?;
-        if let Some(terms) = dropped_terms {
+        let written = write_file(&outputs, &self.output, &stripped, bytes.len())?;
+        let dropped: Vec<SectionKind> =
+            file.sections().map(|s| s.kind()).filter(|&kind| !keep.keeps(kind)).collect();
+        let lost = LOST.iter().filter(|(kind, _)| dropped.contains(kind));
+        let without = lost.map(|&(section, lost)| Without { section: section.to_string(), lost }).collect();
+        let stripped = Stripped { written, terms: dropped_terms, without };
+        if self.json {
+            print_json(&stripped);
+        } else {
+            stripped.print();
+        }
+        Ok(())
+    }
+}
+
+/// What was written, and what is gone.
+#[derive(serde::Serialize)]
+struct Stripped {
+    #[serde(flatten)]
+    written: Rewritten,
+    /// With `--terms-for`.
+    terms: Option<Dropped>,
+    without: Vec<Without>,
+}
+
+#[derive(serde::Serialize)]
+struct Without {
+    section: String,
+    lost: &'static str,
+}
+
+impl Stripped {
+    fn print(&self) {
+        self.written.print();
+        if let Some(terms) = &self.terms {
             println!(
                 "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with \
                  `verify`",
                 terms.left, terms.before, terms.error_rms, terms.error_max
             );
         }
-        let dropped: Vec<SectionKind> =
-            file.sections().map(|s| s.kind()).filter(|&kind| !keep.keeps(kind)).collect();
-        for (kind, lost) in LOST.iter().filter(|(kind, _)| dropped.contains(kind)) {
-            println!("without {kind}: {lost}");
-        }
-        Ok(())
+        self.without.iter().for_each(|gone| println!("without {}: {}", gone.section, gone.lost));
     }
 }
 

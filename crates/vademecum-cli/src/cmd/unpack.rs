@@ -8,6 +8,7 @@ use vademecum_rewrite as rewrite;
 use crate::arguments::{Limit, OutputArguments};
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, read_file, write_file};
+use crate::print::print_json;
 
 /// Decompresses a file for use.
 #[derive(clap::Args)]
@@ -19,6 +20,9 @@ pub struct Unpack {
     /// The raw file.
     #[arg(short, long)]
     output: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
     #[command(flatten)]
@@ -32,6 +36,12 @@ impl Unpack {
         let bytes = read_file(&self.file)?;
         let limit = self.limit.of(bytes.len());
         let raw = rewrite::unpack(&bytes, limit).map_err(|error| Failure::file(&self.file, error))?;
-        write_file(&outputs, &self.output, &raw, bytes.len())
+        let written = write_file(&outputs, &self.output, &raw, bytes.len())?;
+        if self.json {
+            print_json(&written);
+        } else {
+            written.print();
+        }
+        Ok(())
     }
 }

@@ -25,6 +25,7 @@ use crate::files::{
     check_output, is_stepped, open_or_map, outputs, refuse_canonical, usable_file, write_bytes,
 };
 use crate::html::{escaped, title};
+use crate::print::print_json;
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
 const STYLE: &str = include_str!("../../assets/page/style.css");
@@ -88,6 +89,9 @@ pub struct View {
     /// Write one self-contained page, file included, instead of serving.
     #[arg(long, value_name = "PAGE.html")]
     export: Option<PathBuf>,
+    /// Print JSON: what `--export` has written.
+    #[arg(long, requires = "export")]
+    json: bool,
     /// Map the file into memory instead of copying it, for files too large to copy. Nobody may shorten or
     /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
@@ -99,6 +103,13 @@ pub struct View {
     outputs: OutputArguments,
     #[command(flatten)]
     limit: Limit,
+}
+
+/// What `--export` has written.
+#[derive(serde::Serialize)]
+struct Written {
+    page: String,
+    bytes: usize,
 }
 
 impl View {
@@ -119,7 +130,15 @@ impl View {
             Some(path) => {
                 let page = page(&title, "", file.bytes());
                 write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
-                println!("{}: {} bytes, works from disk and without network", path.display(), page.len());
+                let written = Written { page: path.display().to_string(), bytes: page.len() };
+                if self.json {
+                    print_json(&written);
+                } else {
+                    println!(
+                        "{}: {} bytes, works from disk and without network",
+                        written.page, written.bytes
+                    );
+                }
                 Ok(())
             }
             None => self.serve(&page(&title, SOURCE, &[]), file.bytes(), console),

@@ -146,7 +146,7 @@ impl Study {
 
     /// Time step \[s\].
     pub fn time_step(&self) -> f64 {
-        self.problem.time.step
+        self.prepared.step.time_step
     }
 
     /// First natural period \[s\].
@@ -277,6 +277,7 @@ impl Study {
             basis,
             scheme_name: &scheme_name,
             scheme,
+            time_step: self.time_step(),
             rayleigh,
             block,
             diagonal: others.is_empty(),
@@ -369,7 +370,7 @@ fn decompose(
     long: bool,
     listener: &dyn Listener,
 ) -> Result<(Runs, Pod, f64), StudyError> {
-    let (body, dt) = (&prepared.body, problem.time.step);
+    let (body, dt) = (&prepared.body, prepared.step.time_step);
     let pencil = body.model.pencil();
     let first_period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1)?.frequencies_hz()[0];
     prepared.check_time_step(first_period, listener)?;

@@ -88,6 +88,11 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file without this probe.
     fn probe(&self, index: usize) -> Result<f64, FileError>;
+    /// Displacement of a node of the file \[m\].
+    ///
+    /// # Errors
+    /// A file that does not show the node.
+    fn node(&self, node: usize) -> Result<[f64; 3], FileError>;
     /// Displacement of a point of the surface \[m\].
     ///
     /// # Errors
@@ -139,6 +144,10 @@ macro_rules! alike {
 
         fn probe(&self, index: usize) -> Result<f64, FileError> {
             Ok(self.scene.probe(self.state, index, Field::Displacement)?)
+        }
+
+        fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
+            Ok(self.scene.node(self.state, node, Field::Displacement)?)
         }
 
         fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {

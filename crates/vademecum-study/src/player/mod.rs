@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use vademecum_build::dynamics::{History, INSTANTS, Window};
 use vademecum_build::progress::{Cancelled, Listener};
+use vademecum_build::suggest::did_you_mean;
 use vademecum_eval::{
     Contact, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
 };
@@ -20,7 +21,7 @@ pub(crate) use body::structure_name;
 pub use body::{Body, Loadable, Playable};
 use chapter::{nearest_position, positions_of, with_chapter};
 
-use crate::contents::lines;
+use crate::contents::{lines, numbers};
 use crate::error::{FileError, StudyError};
 use crate::scenario::{ContactEntry, MOST_LOADS, PatternUse, Scenario};
 
@@ -65,8 +66,8 @@ impl Track {
     /// Finds each contact's triangle and each pattern's number.
     ///
     /// # Errors
-    /// [`StudyError::NoPattern`]; [`StudyError::File`]: a file without a surface, or with one that cannot be
-    /// read.
+    /// [`StudyError::NoPattern`]; [`StudyError::FarContact`]: further from the loadable surface than the body
+    /// is large; [`StudyError::File`]: a file without a surface, or with one that cannot be read.
     pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
         let chapter = Chapter::read(file)?;
         if !scenario.contacts.is_empty() {
@@ -75,11 +76,17 @@ impl Track {
         }
         let positions = chapter.as_ref().filter(|_| !scenario.contacts.is_empty());
         let positions = positions.map(|chapter| positions_of(file, chapter)).transpose()?;
-        let locate = |point: [f64; 3]| -> Result<SurfacePoint, StudyError> {
-            Ok(match &positions {
+        let size = if scenario.contacts.is_empty() { f64::INFINITY } else { diagonal(&bounds(file, false)?) };
+        let locate = |contact: usize, point: [f64; 3]| -> Result<SurfacePoint, StudyError> {
+            let found = match &positions {
                 Some(positions) => nearest_position(positions, point)?,
                 None => Surface::new(file)?.locate(point).ok_or(FileError::NoSurface)?,
-            })
+            };
+            if found.distance > size {
+                let [low, high] = bounds(file, true)?;
+                return Err(StudyError::FarContact { contact, distance: found.distance, low, high });
+            }
+            Ok(found)
         };
         let moving = scenario.contacts.iter().any(|entry| entry.path.is_some());
         if moving && chapter.is_some() {
@@ -89,10 +96,10 @@ impl Track {
         // Where a contact is, and the share that falls to the place.
         let places = |index: usize, entry: &ContactEntry| -> Result<Vec<Placed>, StudyError> {
             let Some(rows) = entry.path_rows() else {
-                return Ok(vec![(locate(entry.point.unwrap_or_default())?, None)]);
+                return Ok(vec![(locate(index, entry.point.unwrap_or_default())?, None)]);
             };
             let places = path::places(&rows, edge, index)?;
-            places.iter().map(|place| Ok((locate(place.point)?, Some(place.share)))).collect()
+            places.iter().map(|place| Ok((locate(index, place.point)?, Some(place.share)))).collect()
         };
         let mut contacts = vec![];
         for (index, entry) in scenario.contacts.iter().enumerate() {
@@ -113,6 +120,7 @@ impl Track {
         let pattern = |entry: &PatternUse| -> Result<PlacedPattern, StudyError> {
             let index = names.iter().position(|name| *name == entry.name).ok_or_else(|| {
                 let known = if names.is_empty() { "none".into() } else { names.join(", ") };
+                let known = known + &did_you_mean(&entry.name, names.iter().map(String::as_str));
                 StudyError::NoPattern { name: entry.name.clone(), known }
             })?;
             Ok(PlacedPattern { index, amplitude: entry.amplitude, when: entry.history(scenario.duration) })
@@ -170,6 +178,22 @@ impl Track {
             factors.iter().copied().enumerate().filter(|(_, factors)| acts(factors)).collect();
         self.apply_some(&acting, body)
     }
+}
+
+/// The box around all nodes of a file, or around its loadable ones: lower and upper corner.
+fn bounds(file: &File<'_>, loadable: bool) -> Result<[[f64; 3]; 2], FileError> {
+    let coordinates = numbers(file, SectionKind::NodeCoordinates)?;
+    let nodes = coordinates.as_chunks::<3>().0;
+    // The loadable nodes are the first of the file.
+    let count = if loadable { file.metadata().n_load_nodes as usize } else { nodes.len() };
+    let fold = |start: f64, pick: fn(f64, f64) -> f64| {
+        std::array::from_fn(|c| nodes.iter().take(count).fold(start, |x, node| pick(x, node[c])))
+    };
+    Ok([fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max)])
+}
+
+fn diagonal([low, high]: &[[f64; 3]; 2]) -> f64 {
+    (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// What a scenario is played through.

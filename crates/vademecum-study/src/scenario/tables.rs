@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vademecum_build::dynamics::LoadTable;
 use vademecum_build::input::toml_file::{TomlError, read};
@@ -16,7 +17,7 @@ const MOST_ROWS: usize = 4_000_000;
 pub(super) const LARGEST: f64 = 1e150;
 
 /// Rows of numbers.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged, expecting = "the name of a file, or a list of rows of numbers")]
 pub enum Rows {
     /// In a file, from the folder of the scenario.

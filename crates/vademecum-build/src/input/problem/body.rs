@@ -1,5 +1,6 @@
 //! What the body is: mesh, materials, damping, supports, loads.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -8,7 +9,7 @@ use crate::mesh::Order;
 use crate::mesh::select::Selection;
 
 /// Where the mesh comes from: exactly one of `file`, `tables`, `block` and `matrices`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSource {
     /// A mesh file.
@@ -28,7 +29,7 @@ pub struct MeshSource {
 }
 
 /// A region cut out of the mesh: the elements all of whose corners are selected.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionEntry {
     /// Its name.
@@ -38,7 +39,7 @@ pub struct RegionEntry {
 }
 
 /// Two plain tables, as the chapter's program reads them.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TablesSource {
     /// One node per line: x y z.
@@ -48,7 +49,7 @@ pub struct TablesSource {
 }
 
 /// A model that another program has assembled: its matrices over the free dofs, and what their rows are.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MatricesSource {
     /// Mass, a Matrix Market file.
@@ -65,7 +66,7 @@ pub struct MatricesSource {
 }
 
 /// A block `[0, lengths]` cut into cells of six tetrahedra.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlockSource {
     /// Edge lengths.
@@ -78,7 +79,7 @@ pub struct BlockSource {
 }
 
 /// Order of generated elements.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OrderEntry {
     /// 4-node tetrahedra.
@@ -98,7 +99,7 @@ impl From<OrderEntry> for Order {
 }
 
 /// An isotropic linear elastic material.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialEntry {
     /// Region by name or tag; `"*"` for every region not named elsewhere.
@@ -118,7 +119,7 @@ pub(super) fn every_region() -> String {
 
 /// Rayleigh damping `C = α M + β K`: none, by coefficients, or by two (ratio, frequency) pairs. Beside it, a
 /// damping ratio of each natural mode, or one of all.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DampingEntry {
     /// α \[1/s\].
@@ -153,7 +154,7 @@ impl DampingEntry {
 }
 
 /// Displacement components held at zero.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SupportEntry {
     /// The nodes held.
@@ -168,7 +169,7 @@ fn all_components() -> Vec<Component> {
 }
 
 /// One component of a displacement.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[allow(missing_docs)]
 pub enum Component {
@@ -177,8 +178,8 @@ pub enum Component {
     Z,
 }
 
-/// Where and how the body can be loaded.
-#[derive(Clone, Debug, Deserialize)]
+/// Where and how the body can be loaded; absent: contacts anywhere, no patterns.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadEntry {
     /// Contacts may touch the surface facets all of whose corners are selected; absent: the whole free
@@ -190,7 +191,7 @@ pub struct LoadEntry {
 }
 
 /// One distributed load: exactly one of `acceleration`, `traction` and `pressure`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatternEntry {
     /// Its name.

@@ -160,7 +160,7 @@ impl Problem {
             let values = p.acceleration.iter().chain(&p.traction).flatten().chain(&p.pressure);
             all(&key, &values.copied().collect::<Vec<f64>>())?;
         }
-        positive("time.step", self.time.step)?;
+        self.time.step.map_or(Ok(()), |step| positive("time.step", step))?;
         let plan = &self.snapshots;
         plan.directions.iter().try_for_each(|d| all("snapshots.directions", d))?;
         plan.hold.map_or(Ok(()), |hold| positive("snapshots.hold", hold))?;

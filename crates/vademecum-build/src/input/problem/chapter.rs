@@ -1,10 +1,11 @@
 //! `representation` and `[canonical]`: which form the stage maps are written in, and what is done about the
 //! chapter's.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The form of the stage maps in the file.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Representation {
     /// The state enters as the vector it is.
@@ -15,7 +16,7 @@ pub enum Representation {
 }
 
 /// Options of the canonical representation; the defaults are the chapter's method.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChapterEntry {
     /// What is done about the chapter's weaknesses.
@@ -58,7 +59,7 @@ impl Default for ChapterEntry {
 }
 
 /// One repair of the chapter's method (docs/theory/5-vademecum.md).
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Repair {
     /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`.
@@ -78,7 +79,7 @@ impl Repair {
 }
 
 /// What turns a full-order stage solution into reduced coordinates.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {
     /// `BᵀM`.

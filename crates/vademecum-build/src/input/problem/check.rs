@@ -25,7 +25,7 @@ impl Problem {
             self.require(
                 held,
                 &format!("support[{i}].components"),
-                "empty",
+                Words("empty"),
                 "at least one of \"x\", \"y\", \"z\"",
             )?;
         }
@@ -59,7 +59,7 @@ impl Problem {
 
     /// What needs elements is refused beside matrices, which have none.
     fn check_matrices(&self) -> Result<(), ProblemError> {
-        const BESIDE: &str = "present beside `mesh.matrices`";
+        const BESIDE: Words = Words("present beside `mesh.matrices`");
         let regions = self.mesh.regions.is_empty();
         self.require(regions, "mesh.region", BESIDE, "none: matrices have one region, `body`")?;
         let materials = self.materials.is_empty();
@@ -80,7 +80,7 @@ impl Problem {
     }
 
     fn check_materials(&self) -> Result<(), ProblemError> {
-        self.require(!self.materials.is_empty(), "material", "absent", "at least one `[[material]]`")?;
+        self.require(!self.materials.is_empty(), "material", Words("absent"), "at least one `[[material]]`")?;
         for (i, m) in self.materials.iter().enumerate() {
             let key = |name: &str| format!("material[{i}].{name}");
             self.require(positive(m.young), &key("young"), m.young, "a positive modulus")?;
@@ -96,7 +96,7 @@ impl Problem {
     fn check_damping(&self) -> Result<(), ProblemError> {
         let d = &self.damping;
         let both = d.ratios.is_some() && (d.alpha.is_some() || d.beta.is_some());
-        self.require(!both, "damping", "`ratios` beside `alpha` or `beta`", "one or the other")?;
+        self.require(!both, "damping", Words("`ratios` beside `alpha` or `beta`"), "one or the other")?;
         for (name, value) in [("damping.alpha", d.alpha), ("damping.beta", d.beta)] {
             let value = value.unwrap_or(0.0);
             self.require(value >= 0.0 && value.is_finite(), name, value, "zero or a positive number")?;
@@ -120,7 +120,7 @@ impl Problem {
     fn check_modal_damping(&self) -> Result<(), ProblemError> {
         let d = &self.damping;
         let both = d.modal.is_some() && d.ratio.is_some();
-        self.require(!both, "damping", "`modal` beside `ratio`", "one of them")?;
+        self.require(!both, "damping", Words("`modal` beside `ratio`"), "one of them")?;
         let Some(key) = d.modal.as_ref().map(|_| "damping.modal").or(d.ratio.map(|_| "damping.ratio")) else {
             return Ok(());
         };
@@ -162,7 +162,14 @@ impl Problem {
             ];
             self.require_one(&key, &kinds, "exactly one of `acceleration`, `traction` and `pressure`")?;
             let placed = p.acceleration.is_some() != p.on.is_some();
-            self.require(placed, &key, "`on`", "`on` for traction and pressure, none for acceleration")?;
+            let found =
+                if p.on.is_some() { "an acceleration with `on`" } else { "a load of facets without `on`" };
+            self.require(
+                placed,
+                &key,
+                Words(found),
+                "`on` for traction and pressure, none for acceleration",
+            )?;
             let twice = self.load.patterns[..i].iter().any(|other| other.name == p.name);
             let name = !p.name.is_empty() && !p.name.contains('\n') && !twice;
             self.require(
@@ -173,7 +180,7 @@ impl Problem {
             )?;
             let vectors = p.acceleration.iter().chain(&p.traction).flatten();
             let finite = vectors.chain(&p.pressure).all(|value| value.is_finite());
-            self.require(finite, &key, "not a number or infinite", "finite numbers")?;
+            self.require(finite, &key, Words("not a number or infinite"), "finite numbers")?;
         }
         for (i, probe) in self.output.probes.iter().enumerate() {
             let key = format!("output.probe[{i}]");
@@ -218,7 +225,9 @@ impl Problem {
     }
 
     fn check_time_and_basis(&self) -> Result<(), ProblemError> {
-        self.require(positive(self.time.step), "time.step", self.time.step, "a positive time in seconds")?;
+        let step = self.time.step;
+        let usable = step.is_none_or(positive);
+        self.require(usable, "time.step", step.unwrap_or(0.0), "a positive time in seconds")?;
         let scheme = self.scheme().table();
         scheme.map_err(|source| ProblemError::Scheme { path: self.place("time.scheme"), source })?;
         if self.scheme() == (SchemeKind::Exact {}) {
@@ -242,7 +251,7 @@ impl Problem {
         self.require(
             !(plan.npy.is_some() && plan.vtu.is_some()),
             "snapshots",
-            "`npy` beside `vtu`",
+            Words("`npy` beside `vtu`"),
             "one of them",
         )?;
         let basis = &self.basis;
@@ -250,7 +259,7 @@ impl Problem {
         self.require(
             basis.modes.is_none() || basis.energy.is_none(),
             "basis",
-            "`modes` beside `energy`",
+            Words("`modes` beside `energy`"),
             "one of them",
         )?;
         let energy = basis.energy.is_none_or(|e| e > 0.0 && e < 1.0);
@@ -264,7 +273,7 @@ impl Problem {
         self.require(
             basis.error.is_none() || (basis.modes.is_none() && basis.energy.is_none()),
             "basis",
-            "`error` beside `modes` or `energy`",
+            Words("`error` beside `modes` or `energy`"),
             "one of them",
         )?;
         let error = basis.error.is_none_or(|e| (LEAST_BOUND..1.0).contains(&e));
@@ -302,19 +311,19 @@ impl Problem {
         self.require(
             self.basis.kind != Some(BasisKind::Pod),
             key,
-            "exact, beside `basis.kind = \"pod\"`",
+            Words("exact, beside `basis.kind = \"pod\"`"),
             "a scheme such as `{ name = \"bathe\" }`, or the basis \"ritz\" or \"modes\", whose vectors move apart",
         )?;
         self.require(
             self.representation != Representation::Canonical,
             key,
-            "exact, beside `representation = \"canonical\"`",
+            Words("exact, beside `representation = \"canonical\"`"),
             "a scheme such as `{ name = \"bathe\" }`: stage maps need stages",
         )?;
         self.require(
             self.parameters.iter().all(|p| p.region == "*"),
             key,
-            "exact, beside a live parameter of a region",
+            Words("exact, beside a live parameter of a region"),
             "a scheme such as `{ name = \"bathe\" }`: a region's stiffness or density turns the modes",
         )
     }
@@ -327,7 +336,12 @@ impl Problem {
                 !p.name.is_empty() && !p.name.contains('\n') && !earlier.iter().any(|o| o.name == p.name);
             self.require(name, &key("name"), &p.name, "a name of one line that no other parameter has")?;
             let twice = earlier.iter().any(|o| o.kind == p.kind && o.region == p.region);
-            self.require(!twice, &key("kind"), p.kind.name(), "a quantity no other parameter changes")?;
+            self.require(
+                !twice,
+                &key("kind"),
+                Words(p.kind.name()),
+                "a quantity no other parameter changes",
+            )?;
             let of_region = matches!(p.kind, ParameterKind::Stiffness | ParameterKind::Density);
             self.require(of_region || p.region == "*", &key("region"), &p.region, "no region for this kind")?;
             let [lower, upper] = p.range;
@@ -386,6 +400,16 @@ impl Problem {
     }
 }
 
+/// What is found, in words: a text that a file holds is shown in quotes, these are not.
+#[derive(Clone, Copy)]
+struct Words(&'static str);
+
+impl std::fmt::Debug for Words {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.0)
+    }
+}
+
 pub(super) fn positive(value: f64) -> bool {
     value > 0.0 && value.is_finite()
 }
@@ -396,11 +420,11 @@ impl Problem {
         self.require(
             !asked || self.parameters.is_empty(),
             "representation",
-            "canonical beside `[[parameter]]`",
+            Words("canonical beside `[[parameter]]`"),
             "\"block\" where parameters are live",
         )?;
         let Some(c) = &self.canonical else { return Ok(()) };
-        self.require(asked, "canonical", "a table", "`representation = \"canonical\"` beside it")?;
+        self.require(asked, "canonical", Words("a table"), "`representation = \"canonical\"` beside it")?;
         let tolerance = c.tolerance >= 1e-12 && c.tolerance < 1.0;
         self.require(tolerance, "canonical.tolerance", c.tolerance, "at least 1e-12 and below 1")?;
         let terms = c.max_terms.is_none_or(|t| t >= 2);
@@ -417,6 +441,6 @@ impl Problem {
         let found = c.direction.unwrap_or_default();
         self.require(length, "canonical.direction", found, "a vector of some length")?;
         let one = !(c.components && c.direction.is_some());
-        self.require(one, "canonical.components", "true beside `direction`", "one of them")
+        self.require(one, "canonical.components", Words("true beside `direction`"), "one of them")
     }
 }

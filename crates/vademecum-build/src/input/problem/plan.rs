@@ -1,5 +1,6 @@
 //! What is built of it: time, snapshots, basis, tolerances, outputs, live parameters.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -8,17 +9,19 @@ use crate::dynamics::SchemeKind;
 use vademecum_format::policy;
 
 /// Scheme and step.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeEntry {
-    /// The scheme; absent: [`Problem::scheme`](super::Problem::scheme) tells.
+    /// The scheme; absent: exact steps, or Bathe's scheme where the file needs stages
+    /// ([`Problem::scheme`](super::Problem::scheme)).
     pub scheme: Option<SchemeKind>,
-    /// Δt \[s\].
-    pub step: f64,
+    /// Δt \[s\]; absent: the middle of the range of a live time step, else a round one with at least
+    /// 40 steps in the first natural period ([`proposed_time_step`](crate::prepared::proposed_time_step)).
+    pub step: Option<f64>,
 }
 
 /// How the snapshots are made, or where they are read.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SnapshotPlan {
     /// Load positions, spread over the loadable surface.
@@ -70,10 +73,11 @@ impl Default for SnapshotPlan {
 }
 
 /// The basis.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BasisEntry {
-    /// Kind of basis; absent: [`Problem::basis_kind`](super::Problem::basis_kind) tells.
+    /// Kind of basis; absent: natural modes with exact steps, else Ritz vectors
+    /// ([`Problem::basis_kind`](super::Problem::basis_kind)).
     pub kind: Option<BasisKind>,
     /// Number of modes; absent: by `energy`, else 8.
     pub modes: Option<usize>,
@@ -107,7 +111,7 @@ impl Default for BasisEntry {
 }
 
 /// Kind of basis.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BasisKind {
     /// Ritz vectors of an oversampled POD and of its static response (docs/theory/4-basis.md).
@@ -130,7 +134,7 @@ impl BasisKind {
 }
 
 /// Inner product in which the POD is best.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum InnerProduct {
     /// `M`: kinetic energy.
@@ -143,7 +147,7 @@ pub enum InnerProduct {
 }
 
 /// What the build must reach; a build that misses it writes nothing unless told to.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tolerances {
     /// Largest trajectory error ÷ projection floor.
@@ -200,7 +204,7 @@ impl Default for Tolerances {
 }
 
 /// What the file can show.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputEntry {
     /// Fields kept.
@@ -220,7 +224,7 @@ pub struct OutputEntry {
 }
 
 /// Fields kept in the file.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Fields {
     /// Every node.
@@ -231,7 +235,7 @@ pub enum Fields {
 }
 
 /// Number type of the fields.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
     /// 64 bits.
@@ -242,7 +246,7 @@ pub enum Precision {
 }
 
 /// A displacement component at the node nearest to a point.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeEntry {
     /// Its name.
@@ -254,7 +258,7 @@ pub struct ProbeEntry {
 }
 
 /// A quantity that stays free until the file is used, within a range.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterEntry {
     /// Its name.
@@ -273,7 +277,7 @@ pub struct ParameterEntry {
 }
 
 /// What a parameter changes.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterKind {
     /// Factor on the stiffness of a region.
@@ -302,7 +306,7 @@ impl ParameterKind {
 }
 
 /// How values are spread over a range.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ParameterScale {
     /// Evenly.

@@ -1,0 +1,92 @@
+//! What a file looks like, where another kind of file was expected.
+
+use std::path::Path;
+
+use vademecum_build::mesh::{self, MeshError};
+use vademecum_build::store::read_regular;
+use vademecum_format::MAGIC;
+
+/// What a file looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Looks {
+    /// There is nothing in it.
+    Empty,
+    /// A vademecum file.
+    Vademecum,
+    /// A page in HTML.
+    Page,
+    /// A surface or a shape.
+    Surface,
+    /// A mesh, sound or not.
+    Mesh,
+    /// A problem file.
+    Problem,
+    /// A scenario file.
+    Scenario,
+    /// Another TOML file.
+    Toml,
+    /// Some text.
+    Text,
+    /// Anything else.
+    Unknown,
+}
+
+impl Looks {
+    /// As a message has it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Empty => "it is empty",
+            Self::Vademecum => "it looks like a vademecum file",
+            Self::Page => "it looks like a page, such as `report` and `view --export` write",
+            Self::Surface => "it looks like a surface or a CAD file",
+            Self::Mesh => "it looks like a mesh",
+            Self::Problem => "it looks like a problem file (TOML)",
+            Self::Scenario => "it looks like a scenario file (TOML)",
+            Self::Toml => "it looks like a TOML file",
+            Self::Text => "it is a text",
+            Self::Unknown => "its first eight bytes are others than those of one",
+        }
+    }
+}
+
+/// What the file at `path` looks like; unknown if it cannot be read.
+pub fn look(path: &Path) -> Looks {
+    read_regular(path).map_or(Looks::Unknown, |bytes| look_at(path, &bytes))
+}
+
+/// What these bytes of the file at `path` look like.
+pub fn look_at(path: &Path, bytes: &[u8]) -> Looks {
+    if bytes.is_empty() {
+        return Looks::Empty;
+    }
+    if is_vademecum(bytes) {
+        return Looks::Vademecum;
+    }
+    let start = bytes.trim_ascii_start();
+    let head = start.get(..512.min(start.len())).unwrap_or_default().to_ascii_lowercase();
+    if head.starts_with(b"<!doctype html") || head.starts_with(b"<html") {
+        return Looks::Page;
+    }
+    match mesh::parse(path) {
+        Err(MeshError::UnknownFormat { .. }) => {}
+        Err(MeshError::Geometry { .. }) => return Looks::Surface,
+        _ => return Looks::Mesh,
+    }
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let text = std::str::from_utf8(bytes).ok();
+    let table = text.and_then(|text| text.parse::<toml::Table>().ok());
+    match table {
+        Some(table) if table.contains_key("mesh") || table.contains_key("material") => Looks::Problem,
+        Some(table) if table.contains_key("duration") => Looks::Scenario,
+        Some(_) => Looks::Toml,
+        None if extension == "toml" => Looks::Problem,
+        None if text.is_some() => Looks::Text,
+        None => Looks::Unknown,
+    }
+}
+
+/// A file that is damaged in its first bytes keeps the rest of them.
+pub fn is_vademecum(bytes: &[u8]) -> bool {
+    let near = bytes.iter().zip(&MAGIC).filter(|(a, b)| a == b).count() >= 4;
+    bytes.starts_with(&MAGIC) || (!bytes.is_empty() && near)
+}

@@ -1,0 +1,182 @@
+//! `formats/json-1.md`: every key that a command prints with `--json` is on the page, under its command, and
+//! the page names no key that is never printed.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::Value;
+use vademecum_tests::program::{repository, vademecum};
+
+/// Names between backticks in the first cells of the tables of the page's section.
+fn keys_of(section: &str) -> BTreeSet<String> {
+    let path = repository().join("formats/json-1.md");
+    let page = std::fs::read_to_string(path).expect("the page");
+    let part = page.split("\n## ").find(|part| part.lines().next() == Some(section));
+    let part = part.unwrap_or_else(|| panic!("no section `{section}`"));
+    let rows = part.lines().filter_map(|line| line.strip_prefix("| `"));
+    let names = rows.flat_map(|row| {
+        let first = format!("`{}", row.split('|').next().unwrap_or_default());
+        let quoted: Vec<String> = first.split('`').skip(1).step_by(2).map(str::to_string).collect();
+        quoted
+    });
+    names.map(|name| name.trim_end_matches('.').to_string()).collect()
+}
+
+/// Every key of a value and of what is below.
+fn printed(value: &Value, keys: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(object) => object.iter().for_each(|(key, value)| {
+            keys.insert(key.clone());
+            printed(value, keys);
+        }),
+        Value::Array(items) => items.iter().for_each(|item| printed(item, keys)),
+        _ => {}
+    }
+}
+
+/// Runs lines of the program in a folder and compares their keys with the sections of the page.
+fn compare(folder: &Path, sections: &[&str], lines: &[&str]) {
+    let mut found = BTreeSet::new();
+    for line in lines {
+        let arguments = line.split_whitespace().map(|word| {
+            let path = folder.join(word);
+            let is_number = word.parse::<f64>().is_ok();
+            let is_file = (word.contains('.') && !is_number) || word == "out";
+            if is_file && !word.starts_with("--") { path.display().to_string() } else { word.to_string() }
+        });
+        let ran = vademecum(&arguments.collect::<Vec<_>>());
+        assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+        let value: Value = serde_json::from_str(&ran.stdout).unwrap_or_else(|e| panic!("{line}: {e}"));
+        assert!(value.is_object(), "{line}");
+        printed(&value, &mut found);
+    }
+    let own: BTreeSet<String> = sections.iter().flat_map(|section| keys_of(section)).collect();
+    let known = &own | &keys_of("Shared");
+    let missing: Vec<_> = found.difference(&known).collect();
+    assert!(missing.is_empty(), "{missing:?} of {lines:?} are not on the page");
+    let idle: Vec<_> = keys_of(sections[0]).into_iter().filter(|key| !found.contains(key)).collect();
+    assert!(idle.is_empty(), "{idle:?} are on the page, and {lines:?} do not print them");
+}
+
+const LIVE: &str = r#"
+[mesh]
+block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
+[[mesh.region]]
+name = "tip"
+on = { fraction = { axis = "x", side = "max", fraction = 0.5 } }
+[[material]]
+young = 2e9
+poisson = 0.3
+density = 1200.0
+[[support]]
+on = { group = "x_min" }
+[time]
+step = 1e-3
+[snapshots]
+positions = 2
+[basis]
+modes = 3
+[tolerance]
+error = 1.0
+floor_ratio = 100.0
+map = 1e-3
+[[parameter]]
+name = "stiffness"
+kind = "stiffness"
+region = "tip"
+range = [0.5, 2.0]
+"#;
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (from, to) in [
+        ("problems/short-beam.toml", "beam.toml"),
+        ("scenarios/short-push.toml", "push.toml"),
+        ("meshes/cube.msh", "cube.msh"),
+        ("golden/canonical.vdm", "canonical.vdm"),
+        ("golden/parameters.vdm", "parameters.vdm"),
+        ("golden/separation.vdm", "separation.vdm"),
+    ] {
+        let from = repository().join("fixtures").join(from);
+        std::fs::copy(&from, folder.path().join(to)).unwrap_or_else(|e| panic!("{}: {e}", from.display()));
+    }
+    std::fs::write(folder.path().join("live.toml"), LIVE).expect("written");
+    folder
+}
+
+#[test]
+fn every_command_prints_the_keys_of_its_page() {
+    let folder = folder();
+    let at = folder.path();
+    compare(
+        at,
+        &["build"],
+        &["build beam.toml -o beam.vdm --json", "build live.toml -o live.vdm --json --keep-missed"],
+    );
+    let path = |name: &str| at.join(name).display().to_string();
+    let rounded = ["pack", &path("beam.vdm"), "-o", &path("rounded.vdm"), "--tolerance", "1e-4"];
+    assert_eq!(vademecum(&rounded).code, Some(0));
+    compare(
+        at,
+        &["info"],
+        &[
+            "info beam.vdm --json",
+            "info canonical.vdm --json",
+            "info live.vdm --json --terms-for 1e-2",
+            "info parameters.vdm --json",
+            "info separation.vdm --json",
+            "info rounded.vdm --json",
+        ],
+    );
+    compare(at, &["mesh"], &["mesh cube.msh --json"]);
+    compare(at, &["modes"], &["modes beam.toml --count 2 --json"]);
+    compare(at, &["init"], &["init cube.msh -o cube.toml --json"]);
+    compare(at, &["run"], &["run beam.vdm --scenario push.toml -o out --json"]);
+    let still = "duration = 0.05\n[[contact]]\npoint = [1.0, 0.05, 0.1]\nforce = [0.0, 0.0, -1.0]\n";
+    std::fs::write(at.join("still.toml"), still).expect("written");
+    compare(
+        at,
+        &["verify"],
+        &[
+            "verify beam.vdm --problem beam.toml --scenario push.toml --json",
+            "verify live.vdm --problem live.toml --scenario still.toml --json",
+        ],
+    );
+}
+
+#[test]
+fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
+    let folder = folder();
+    let at = folder.path();
+    for (problem, file) in [("beam.toml", "beam.vdm"), ("live.toml", "live.vdm")] {
+        let path = |name: &str| at.join(name).display().to_string();
+        let ran = vademecum(&["build", &path(problem), "-o", &path(file), "--keep-missed"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    }
+    compare(at, &["verify --file-only"], &["verify beam.vdm --file-only --json"]);
+    compare(
+        at,
+        &["pack, unpack, strip"],
+        &[
+            "pack beam.vdm -o packed.vdm --json",
+            "unpack packed.vdm -o raw.vdm --json",
+            "strip beam.vdm --keep probes -o probes.vdm --json",
+            "strip live.vdm --terms-for 0.1 -o fewer.vdm --json",
+        ],
+    );
+    compare(at, &["export matrices"], &["export matrices beam.toml --modes 4 --steps 20 -o out --json"]);
+    compare(
+        at,
+        &["report, view --export"],
+        &["report beam.vdm -o page.html --json", "view beam.vdm --export view.html --json"],
+    );
+}
+
+#[test]
+fn a_demo_and_a_comparison_print_the_keys_of_their_page() {
+    let folder = folder();
+    let at = folder.path();
+    compare(at, &["demo", "verify", "build"], &["demo -o out --json"]);
+    let bench = "bench beam.toml -o out --quick --modes 8 --json --force";
+    compare(at, &["bench"], &[bench]);
+}
