@@ -1,4 +1,5 @@
-//! A mattress of a thousand springs: somebody lies down, and every spring is a vademecum that rings by itself.
+//! A mattress of a thousand springs: somebody lies down, and every spring is a vademecum that rings by
+//! itself.
 //!
 //! What you learn: `Batch` steps a thousand bodies of one file together, each under its own load that changes
 //! while it moves, and one instance costs a few nanoseconds.

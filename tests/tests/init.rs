@@ -55,8 +55,8 @@ fn the_unit_is_guessed_from_the_size_and_can_be_said() {
     init(&folder.path().join("none.msh"), &folder.path().join("c.toml"), &[]).fails(4, &["none.msh"]);
 }
 
-/// Real meshes: every one becomes a problem whose support holds it, in millimetres (the square beam) as well as
-/// without a flat end (five tetrahedra in a row).
+/// Real meshes: every one becomes a problem whose support holds it, in millimetres (the square beam) as well
+/// as without a flat end (five tetrahedra in a row).
 #[test]
 fn real_meshes_become_problems() {
     let meshes = [

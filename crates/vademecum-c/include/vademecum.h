@@ -112,7 +112,7 @@ typedef enum VdmNamed {
 typedef struct VdmBody VdmBody;
 
 /*
- How a body is bound. Fill it with [`vdm_default_options`] first.
+ How a body is bound. Fill it with `vdm_default_options` first.
  */
 typedef struct VdmOptions {
   /*
@@ -142,11 +142,11 @@ typedef struct VdmNeeds {
    */
   size_t memory;
   /*
-   Numbers of type `double`, while [`vdm_bind`] and [`vdm_set_parameter`] run.
+   Numbers of type `double`, while `vdm_bind` and `vdm_set_parameter` run.
    */
   size_t work;
   /*
-   Numbers that [`vdm_save`] writes.
+   Numbers that `vdm_save` writes.
    */
   size_t state;
   /*
@@ -247,10 +247,10 @@ enum VdmStatus vdm_measure(const uint8_t *file,
  Binds a body at rest, without loads, in lent memory. `*body` is the handle, or null.
 
  # Safety
- `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay where
- they are, and the file unchanged, for as long as the handle is used. `work` points to `work_numbers` numbers
- for the time of the call. `options` is null or points to a `VdmOptions`, `body` points to a pointer, and
- `text` is null or points to `capacity` bytes.
+ `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay
+ where they are, and the file unchanged, for as long as the handle is used. `work` points to `work_numbers`
+ numbers for the time of the call. `options` is null or points to a `VdmOptions`, `body` points to a
+ pointer, and `text` is null or points to `capacity` bytes.
  */
 enum VdmStatus vdm_bind(const uint8_t *file,
                         size_t length,

@@ -9,32 +9,13 @@ use vademecum_eval::{
 };
 
 use crate::message::{Message, copy};
-use crate::{VdmField, VdmNamed, VdmNeeds, VdmOptions, VdmPrecision, VdmStatus};
+use crate::types::{VdmBody, VdmField, VdmNamed, VdmNeeds, VdmOptions, VdmPlace, VdmPrecision, VdmStatus};
 
 /// Alignment of lent memory.
 const ALIGNMENT: usize = 16;
 
 /// Places that an operator is made for at most.
 const MOST_PLACES: usize = 64;
-
-/// A body, behind a handle.
-pub struct VdmBody {
-    _private: [u8; 0],
-}
-
-/// A place of the surface: three loadable nodes and their shares.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct VdmPlace {
-    /// Loadable nodes.
-    pub nodes: [u32; 3],
-    /// Their shares, which sum to 1.
-    pub weights: [f64; 3],
-    /// Where it is at rest, in m; what `vdm_locate` found.
-    pub position: [f64; 3],
-    /// How far that is from the point asked for, in m.
-    pub distance: f64,
-}
 
 impl VdmPlace {
     fn contact(&self, force: [f64; 3]) -> Contact {
@@ -185,7 +166,7 @@ impl Body {
         memory: Lent,
         work: &mut [f64],
         message: &mut Message,
-    ) -> Result<*mut crate::VdmBody, VdmStatus> {
+    ) -> Result<*mut VdmBody, VdmStatus> {
         let own = size_of::<Self>();
         let Some(rest) = memory.bytes.checked_sub(own) else {
             return Err(message.note(VdmStatus::VDM_MEMORY, &"the lent memory is too short"));
@@ -214,7 +195,7 @@ impl Body {
     ///
     /// # Safety
     /// `body` is null or a handle of [`Body::bind`] whose memory is still lent, used by no other thread.
-    pub unsafe fn of<'a>(body: *const crate::VdmBody) -> Option<&'a Self> {
+    pub unsafe fn of<'a>(body: *const VdmBody) -> Option<&'a Self> {
         // SAFETY: as the caller promises.
         unsafe { body.cast::<Self>().as_ref() }
     }
@@ -223,7 +204,7 @@ impl Body {
     ///
     /// # Safety
     /// As for [`Body::of`].
-    pub unsafe fn of_mut<'a>(body: *mut crate::VdmBody) -> Option<&'a mut Self> {
+    pub unsafe fn of_mut<'a>(body: *mut VdmBody) -> Option<&'a mut Self> {
         // SAFETY: as the caller promises.
         unsafe { body.cast::<Self>().as_mut() }
     }

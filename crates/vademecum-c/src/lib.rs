@@ -2,8 +2,8 @@
 //!
 //! A caller asks how many bytes a body needs ([`vdm_measure`]), lends them ([`vdm_bind`]), and from then on
 //! drives the body through its handle. Every call checks its pointers for null and its lengths; it answers
-//! with a [`VdmStatus`], and [`vdm_message`] says in words what was wrong with the last call of a body. Numbers
-//! cross the boundary as `double`, whatever the precision of the march.
+//! with a [`VdmStatus`], and [`vdm_message`] says in words what was wrong with the last call of a body.
+//! Numbers cross the boundary as `double`, whatever the precision of the march.
 //!
 //! The odd thing: a body holds references into memory that C owns. Their lifetime is written as `'static`
 //! here, and the caller keeps the promise: file and memory stay where they are, unchanged, for as long as the
@@ -15,116 +15,16 @@
 mod body;
 mod message;
 mod slices;
+mod types;
 
 use core::ffi::c_char;
 
 use vademecum_eval::format::File;
 
 use body::{Body, Lent};
-pub use body::{VdmBody, VdmPlace};
 use message::Message;
 use slices::{borrowed, given, lent, lent_mut};
-
-/// Version of this interface: callers compare it with the header they were compiled with.
-pub const VDM_ABI: u32 = 1;
-
-/// What a call found.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VdmStatus {
-    /// Done; the body moves or is loaded.
-    VDM_OK = 0,
-    /// Done; the body is at rest and further steps cost nothing.
-    VDM_AT_REST = 1,
-    /// A pointer is null, or an index or a name is not the file's.
-    VDM_ARGUMENT = -1,
-    /// Lent memory is too short or not aligned to 16 bytes.
-    VDM_MEMORY = -2,
-    /// The bytes are no vademecum file that can be stepped.
-    VDM_FILE = -3,
-    /// The file does not allow these options or this value.
-    VDM_BIND = -4,
-    /// The load is refused: not finite, or at a place that is not loadable.
-    VDM_LOAD = -5,
-    /// The step is refused; the state is unchanged.
-    VDM_STEP = -6,
-    /// The file does not hold what is asked for.
-    VDM_OUTPUT = -7,
-}
-
-/// In which numbers a body is stepped.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VdmPrecision {
-    /// `float`: half the memory, and twice as fast.
-    VDM_SINGLE = 0,
-    /// `double`.
-    VDM_DOUBLE = 1,
-}
-
-/// Displacement or velocity; what calls name `field`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VdmField {
-    /// m.
-    VDM_DISPLACEMENT = 0,
-    /// m/s.
-    VDM_VELOCITY = 1,
-}
-
-/// What a file names; what calls name `kind`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VdmNamed {
-    /// Probes.
-    VDM_PROBES = 0,
-    /// Load patterns.
-    VDM_PATTERNS = 1,
-    /// Live parameters.
-    VDM_PARAMETERS = 2,
-}
-
-/// How a body is bound. Fill it with [`vdm_default_options`] first.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct VdmOptions {
-    /// In which numbers the body is stepped: a `VdmPrecision`.
-    pub precision: i32,
-    /// For so many contacts with nodes of their own there is room in the static residual.
-    pub contacts: u32,
-    /// 0: outputs show the modes only.
-    pub residual: u32,
-    /// An unloaded body whose state sums up to less is put at rest.
-    pub rest_below: f64,
-}
-
-/// How much memory to lend, and what the file holds.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct VdmNeeds {
-    /// Bytes for the body, aligned to 16, for as long as it is used.
-    pub memory: usize,
-    /// Numbers of type `double`, while [`vdm_bind`] and [`vdm_set_parameter`] run.
-    pub work: usize,
-    /// Numbers that [`vdm_save`] writes.
-    pub state: usize,
-    /// Modes.
-    pub modes: u32,
-    /// Nodes of the body; those of the surface come first.
-    pub nodes: u32,
-    /// Nodes of the surface.
-    pub surface_nodes: u32,
-    /// Nodes that can be loaded; they come first.
-    pub load_nodes: u32,
-    /// Probes.
-    pub probes: u32,
-    /// Load patterns.
-    pub patterns: u32,
-    /// Live parameters.
-    pub parameters: u32,
-    /// Step, in s.
-    pub time_step: f64,
-}
+pub use types::*;
 
 /// The version of the interface that this library has.
 #[unsafe(no_mangle)]
@@ -193,10 +93,10 @@ pub unsafe extern "C" fn vdm_measure(
 /// Binds a body at rest, without loads, in lent memory. `*body` is the handle, or null.
 ///
 /// # Safety
-/// `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay where
-/// they are, and the file unchanged, for as long as the handle is used. `work` points to `work_numbers` numbers
-/// for the time of the call. `options` is null or points to a `VdmOptions`, `body` points to a pointer, and
-/// `text` is null or points to `capacity` bytes.
+/// `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay
+/// where they are, and the file unchanged, for as long as the handle is used. `work` points to `work_numbers`
+/// numbers for the time of the call. `options` is null or points to a `VdmOptions`, `body` points to a
+/// pointer, and `text` is null or points to `capacity` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_bind(
     file: *const u8,

@@ -3,7 +3,7 @@
 use core::ffi::{CStr, c_char};
 use core::fmt::{self, Display, Write};
 
-use crate::VdmStatus;
+use crate::types::VdmStatus;
 
 /// Bytes of a message, its zero included.
 const LENGTH: usize = 240;

@@ -458,7 +458,7 @@ const ARROW: f64 = 60.0;
 /// A line with a head at `to`.
 fn arrow(svg: &mut String, from: (f64, f64), to: (f64, f64), color: &str) -> std::fmt::Result {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-    let length = dx.hypot(dy).max(1e-9);
+    let length = (dx * dx + dy * dy).sqrt().max(1e-9);
     let (ux, uy) = (dx / length, dy / length);
     let at = |along: f64, across: f64| {
         format!("{:.1} {:.1}", to.0 - along * ux - across * uy, to.1 - along * uy + across * ux)

@@ -236,8 +236,8 @@ const SHARE: f64 = 0.25;
 /// An error that no reduction worth measuring reaches.
 const ANY: f64 = 0.5;
 
-/// What the reference of a certificate has to reach where it measures less: a hundredth of an error that would
-/// be worth a note, and no more vectors than a build has room for.
+/// What the reference of a certificate has to reach where it measures less: a hundredth of an error that
+/// would be worth a note, and no more vectors than a build has room for.
 const REFERENCE: TruthOptions = TruthOptions { tolerance: 1e-5, vectors_per_force: 80, bytes: 500_000_000 };
 
 impl<'m> March<'m> {

@@ -98,8 +98,8 @@ impl<'a> Krylov<'a> {
     }
 
     /// Orthonormalises a block against the basis and appends what is left of it, as far as there is room.
-    /// With `images_of`, the block is the image of the basis columns from there on, and the coefficients taken
-    /// off it are entries of the projection.
+    /// With `images_of`, the block is the image of the basis columns from there on, and the coefficients
+    /// taken off it are entries of the projection.
     fn append(&mut self, block: Mat<f64>, images_of: Option<usize>) {
         let (old, width) = (self.used, block.ncols());
         let joined = orthonormalise(self.pencil.mass(), self.basis.subcols(0, old), block);
