@@ -215,13 +215,17 @@ pub fn certify_exact(
         };
         coordinates.iter().zip(&acting).enumerate().map(error).collect()
     };
+    // What was last measured tells whether it is worth measuring again.
+    let mut known = vec![ANY; unseen.loads.len()];
     let enough = |truth: &Truth<'_>| {
-        let own = |j: usize| truth.trajectory(j).estimate();
-        if (0..unseen.loads.len()).any(|j| own(j) > SHARE * ANY) {
+        let small =
+            |known: &[f64]| (0..known.len()).all(|j| truth.trajectory(j).estimate() <= SHARE * known[j]);
+        if !small(&known) {
             return None;
         }
         let errors = errors(truth);
-        errors.iter().enumerate().all(|(j, found)| own(j) <= SHARE * found.error).then_some(errors)
+        known = errors.iter().map(|found| found.error).collect();
+        small(&known).then_some(errors)
     };
     let (truth, found) =
         Truth::find_until(pencil, symbolic, decay, &loads, span, &REFERENCE, listener, enough)?;

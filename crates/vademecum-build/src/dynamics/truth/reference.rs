@@ -154,7 +154,7 @@ impl<'a> Truth<'a> {
         (time_step, steps): (f64, usize),
         options: &TruthOptions,
         listener: &dyn Listener,
-        enough: impl Fn(&Truth<'a>) -> Option<T>,
+        mut enough: impl FnMut(&Truth<'a>) -> Option<T>,
     ) -> Result<(Truth<'a>, Option<T>), TruthError> {
         let factor = symbolic.factor_of(pencil.stiffness())?;
         let mut space = Space::new(pencil, &factor, loads.iter().map(|load| load.force.as_slice()));
