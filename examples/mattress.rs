@@ -97,7 +97,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for column in 0..along {
             batch.get(column * across + row, &mut state)?;
             let depth = -scene.point(&state, &top, Field::Displacement)?[2];
-            deepest = deepest.max(f64::from(depth));
+            deepest = deepest.max(depth);
             line.push(match (200.0 * depth).round() as u32 {
                 0 => '.',
                 steps => char::from_digit(steps.min(9), 10).unwrap_or('9'),
