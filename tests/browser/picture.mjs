@@ -12,7 +12,7 @@ export const PHONE = { viewport: { width: 380, height: 760 }, hasTouch: true, is
 export async function picture(path, to, options, act) {
   const page = await browser.newPage(options);
   await page.goto(`file://${resolve(path)}`);
-  await page.evaluate(() => window.vademecum.ready);
+  await page.evaluate(() => window.vademecum?.ready);
   await act(page);
   const png = (await page.screenshot()).toString("base64");
   const webp = await page.evaluate(async (data) => {

@@ -2,6 +2,7 @@
 //   vademecum demo -o out && vademecum view out/demo.vdm --export out/beam.html
 //   vademecum build tests/browser/bar.toml -o out/bar.vdm && vademecum view out/bar.vdm --export out/bar.html
 //   vademecum build fixtures/problems/liver.toml -o out/liver.vdm && vademecum view out/liver.vdm --export out/liver.html
+//   vademecum report out/demo.vdm --problem out/problem.toml --scenario out/scenario.toml -o out/report.html
 //   WORK=target/browser node tests/browser/pictures.mjs out        (tests/browser/check installs what it needs)
 import { browser, DESKTOP, PHONE, picture as shot, push } from "./picture.mjs";
 
@@ -36,5 +37,10 @@ await picture("bar", "view-sound", { ...DESKTOP, colorScheme: "light" }, async (
   await page.waitForFunction(() => /^Sound/.test(document.getElementById("hint").textContent));
   await push(page, 1);
   await page.waitForTimeout(600);
+});
+await picture("report", "report", { viewport: { width: 960, height: 1350 }, colorScheme: "light" }, async (page) => {
+  await page.evaluate(() => {
+    for (const part of document.querySelectorAll("section")) part.hidden = !/The body|Against/.test(part.textContent);
+  });
 });
 await browser.close();

@@ -53,6 +53,21 @@ test("the first peak of a struck bar's sound is its first audible mode, and foll
   await context.close();
 });
 
+test("the tutorial's fork, struck at a prong, sounds its modes, 440 Hz among them", async () => {
+  const fork = JSON.parse(execFileSync(VADEMECUM, ["--quiet", "modes", `${WORK}/fork.toml`, "--count", "4", "--json"])).frequencies_hz;
+  const { page, heard, context } = await open(`file://${WORK}/fork.html`);
+  // The place that gives way most is the end of a prong.
+  const samples = await strike(page, 2);
+  const first = firstPeak(samples, 600);
+  const places = Array.from({ length: 81 }, (_, i) => 438 + 0.05 * i);
+  const pitch = places.reduce((best, hertz) => (part(samples, hertz) > part(samples, best) ? hertz : best));
+  console.log(`      first mode ${fork[0]} Hz, first peak ${first.toFixed(2)} Hz; pitch ${pitch.toFixed(2)} Hz, ${fork[2]} Hz by modes`);
+  assert.ok(Math.abs(first - fork[0]) < 1, `${first} Hz, expected ${fork[0]}`);
+  assert.ok(Math.abs(pitch - fork[2]) < 1 && Math.abs(pitch - 440) < 1, `${pitch} Hz, expected ${fork[2]}`);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
 test("the sound dies away as the file's damping says", async () => {
   const { page, context } = await open(BAR);
   const [frequency] = modes();

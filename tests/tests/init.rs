@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use vademecum_build::input::Problem;
-use vademecum_tests::program::{repository, vademecum};
+use vademecum_tests::program::{command, repository, vademecum};
 use vademecum_tests::shared::shared;
 
 fn init(mesh: &Path, problem: &Path, more: &[&str]) -> vademecum_tests::program::Ran {
@@ -75,4 +75,35 @@ fn real_meshes_become_problems() {
         assert!(ran.json()["frequency"].as_f64() > Some(0.0), "{mesh}");
         Problem::read(&problem).expect("a problem");
     }
+}
+
+/// One command takes a stranger's mesh to the moving body.
+#[test]
+fn one_command_goes_from_a_mesh_to_the_page() {
+    use std::io::{BufRead, BufReader, Read, Write};
+    let folder = tempfile::tempdir().expect("a folder");
+    let problem = folder.path().join("bar.toml").display().to_string();
+    let mesh = repository().join("fixtures/meshes/bar/gmsh41.msh").display().to_string();
+    let mut program = command(&["init", &mesh, "-o", &problem, "--view"]);
+    // Nothing on the path: no browser starts.
+    program.env("PATH", folder.path()).stdout(std::process::Stdio::piped());
+    let mut server = program.spawn().expect("the program starts");
+    let said = BufReader::new(server.stdout.take().expect("a pipe"));
+    let address = said.lines().map(|line| line.expect("a line")).find(|line| line.starts_with("http://"));
+    let address = address.expect("an address");
+    let address = address.trim_start_matches("http://").split('/').next().expect("an address").to_string();
+    let fetched = |what: &str| {
+        let mut stream = std::net::TcpStream::connect(&address).expect("a connection");
+        write!(stream, "GET {what} HTTP/1.1\r\nHost: {address}\r\n\r\n").expect("asked");
+        let mut answer = vec![];
+        stream.read_to_end(&mut answer).expect("an answer");
+        let end = answer.windows(4).position(|w| w == b"\r\n\r\n").expect("a head");
+        answer.split_off(end + 4)
+    };
+    let (page, file) = (fetched("/"), fetched("/body.vdm"));
+    server.kill().expect("it runs");
+    server.wait().expect("it ends");
+    assert!(String::from_utf8_lossy(&page).contains("<canvas"), "no page");
+    let file = vademecum_format::File::parse(&file).expect("a vademecum");
+    assert!(file.metadata().n_load_nodes > 0 && file.metadata().scheme.is_exact());
 }
