@@ -2,12 +2,19 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::OnceLock;
 
 use vademecum_build::input::Problem;
 use vademecum_tests::program::{program, repository, vademecum};
 
-/// Gmsh. Outside CI a machine without Python or without a registry skips; in CI that is a failure.
+/// Gmsh, installed once for both tests. Outside CI a machine without Python or without a registry skips; in CI
+/// that is a failure.
 fn gmsh() -> Option<String> {
+    static GMSH: OnceLock<Option<String>> = OnceLock::new();
+    GMSH.get_or_init(installed).clone()
+}
+
+fn installed() -> Option<String> {
     let output = Command::new("sh").arg(repository().join("tests/scripts/gmsh")).output().expect("a shell");
     if output.status.success() {
         return Some(String::from_utf8(output.stdout).expect("a path").trim().to_string());
