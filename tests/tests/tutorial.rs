@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 use vademecum_build::input::Problem;
 use vademecum_tests::program::{program, repository, vademecum};
 
-/// Gmsh, installed once for both tests. Outside CI a machine without Python or without a registry skips; in CI
-/// that is a failure.
+/// Gmsh, installed once for both tests. Outside CI a machine without Python or without a registry skips; in
+/// CI that is a failure.
 fn gmsh() -> Option<String> {
     static GMSH: OnceLock<Option<String>> = OnceLock::new();
     GMSH.get_or_init(installed).clone()
