@@ -275,49 +275,40 @@ impl Body {
         self.answer(done, VdmStatus::VDM_BIND)
     }
 
-    /// The field of this number.
-    fn field(&mut self, field: i32) -> Result<Field, VdmStatus> {
+    /// The field of this number; for another one the message says so.
+    fn field(&mut self, field: i32) -> Option<Field> {
         match field {
-            f if f == VdmField::VDM_DISPLACEMENT as i32 => Ok(Field::Displacement),
-            f if f == VdmField::VDM_VELOCITY as i32 => Ok(Field::Velocity),
-            _ => Err(self.message.note(VdmStatus::VDM_ARGUMENT, &"no such field")),
+            f if f == VdmField::VDM_DISPLACEMENT as i32 => Some(Field::Displacement),
+            f if f == VdmField::VDM_VELOCITY as i32 => Some(Field::Velocity),
+            _ => {
+                self.message.note(VdmStatus::VDM_ARGUMENT, &"no such field");
+                None
+            }
         }
     }
 
     pub fn probe(&mut self, probe: u32, field: i32, value: &mut f64) -> VdmStatus {
-        let field = match self.field(field) {
-            Ok(field) => field,
-            Err(status) => return status,
-        };
+        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
         let found = moved!(self.march, m => m.scene.probe(&m.state, probe as usize, field));
         self.answer(found.map(|found| *value = found), VdmStatus::VDM_OUTPUT)
     }
 
     pub fn point(&mut self, place: &VdmPlace, field: i32, out: [&mut f64; 3]) -> VdmStatus {
-        let field = match self.field(field) {
-            Ok(field) => field,
-            Err(status) => return status,
-        };
+        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
         let found = moved!(self.march, m => m.scene.point(&m.state, &place.point(), field));
         let found = found.map(|found| out.into_iter().zip(found).for_each(|(out, x)| *out = x));
         self.answer(found, VdmStatus::VDM_OUTPUT)
     }
 
     pub fn node(&mut self, node: u32, field: i32, out: [&mut f64; 3]) -> VdmStatus {
-        let field = match self.field(field) {
-            Ok(field) => field,
-            Err(status) => return status,
-        };
+        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
         let found = moved!(self.march, m => m.scene.node(&m.state, node as usize, field));
         let found = found.map(|found| out.into_iter().zip(found).for_each(|(out, x)| *out = x));
         self.answer(found, VdmStatus::VDM_OUTPUT)
     }
 
     pub fn surface_single(&mut self, field: i32, out: &mut [f32]) -> VdmStatus {
-        let field = match self.field(field) {
-            Ok(field) => field,
-            Err(status) => return status,
-        };
+        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
         match &self.march {
             March::Single(m) => {
                 let done = m.scene.surface_into(&m.state, field, out);
@@ -330,10 +321,7 @@ impl Body {
     }
 
     pub fn surface_double(&mut self, field: i32, out: &mut [f64]) -> VdmStatus {
-        let field = match self.field(field) {
-            Ok(field) => field,
-            Err(status) => return status,
-        };
+        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
         match &self.march {
             March::Double(m) => {
                 let done = m.scene.surface_into(&m.state, field, out);

@@ -19,6 +19,7 @@ mod failure;
 mod files;
 mod html;
 mod looks;
+mod outline;
 mod pictures;
 mod print;
 mod reference;

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use vademecum_study::log_scale::LogScale;
 
-use crate::pictures::{DrawResult, Frame, SIZE, faces_viewer, light, project};
+use crate::outline::{Frame, faces_viewer, light, project};
+use crate::pictures::{DrawResult, SIZE};
 
 /// From the least value to the largest; readable without colour, since it grows lighter.
 const RAMP: [[u8; 3]; 6] = [

@@ -7,13 +7,10 @@ use std::path::{Path, PathBuf};
 use vademecum_build::dynamics::lowest_modes;
 use vademecum_build::input::Problem;
 use vademecum_build::mesh::{self, Mesh, MeshError, surface::Surface};
-use vademecum_build::prepared::{prepare, proposed_time_step};
+use vademecum_build::prepared::{STEPS_PER_PERIOD, prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 
 use crate::error::StudyError;
-
-/// Steps in the first period that a proposed time step takes at least.
-const STEPS_PER_PERIOD: f64 = 40.0;
 
 /// Modes proposed for a long body, and for a compact one, which rings in more of them; a small body has
 /// fewer.

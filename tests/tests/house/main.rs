@@ -273,7 +273,7 @@ fn the_program_steps_no_scene() {
 const FORMATTING: [(&str, &str, &str); 6] = [
     ("pictures.rs", "log10", "ticks of a logarithmic axis"),
     ("pictures.rs", "powf", "ticks of a logarithmic axis"),
-    ("pictures.rs", "sqrt", "the shade of a triangle"),
+    ("outline.rs", "sqrt", "the shade of a triangle, the direction of an arrow"),
     ("cmd/report/page.rs", "log10", "digits of a printed ratio"),
     ("cmd/report/page.rs", "powf", "digits of a printed ratio"),
     ("cmd/bench/output.rs", "log10", "digits of a printed number"),

@@ -10,7 +10,7 @@ mod time_step;
 pub use body::{Body, BodyError, Probe, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
-pub use proposed::proposed_time_step;
+pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
 pub use time_step::TimeStepError;
 
 use faer::Mat;

@@ -1,12 +1,12 @@
 //! Which time step a body should have, by its first natural period.
 
 /// Steps per first period that are suggested: the schemes' period errors are below a percent there.
-pub(super) const SUGGESTED: f64 = 40.0;
+pub const STEPS_PER_PERIOD: f64 = 40.0;
 
 /// A step for a body of this first natural period \[s\]: the largest of 1, 2 and 5 times a power of ten that
 /// takes at least 40 steps to the period.
 pub fn proposed_time_step(first_period: f64) -> f64 {
-    let step = first_period / SUGGESTED;
+    let step = first_period / STEPS_PER_PERIOD;
     let power = step.log10().floor();
     let round = [5, 2, 1].map(|digit| format!("{digit}e{power}"));
     let mut parsed = round.iter().filter_map(|text| text.parse::<f64>().ok());

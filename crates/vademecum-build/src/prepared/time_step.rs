@@ -7,7 +7,7 @@
 use vademecum_format::scheme::SchemeTable;
 
 use super::Prepared;
-use super::proposed::SUGGESTED;
+use super::proposed::STEPS_PER_PERIOD;
 use crate::dynamics::numerical_damping;
 use crate::progress::Listener;
 
@@ -55,7 +55,7 @@ pub enum TimeStepError {
 
 /// `period / 40`, two digits.
 fn suggestion(period: f64) -> f64 {
-    let step = period / SUGGESTED;
+    let step = period / STEPS_PER_PERIOD;
     format!("{step:.1e}").parse().unwrap_or(step)
 }
 

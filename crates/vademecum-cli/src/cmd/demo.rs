@@ -18,7 +18,8 @@ use crate::arguments::{OutputArguments, PROBLEM, SCENARIO, demo_problem, demo_sc
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_own, open, outputs, write_bytes, write_own, write_picture};
-use crate::pictures::{Chart, Compared, Outline, Series, compared_chart, line_chart, outline};
+use crate::outline::{Outline, outline};
+use crate::pictures::{Chart, Compared, Series, compared_chart, line_chart};
 use crate::print::{json, print_json, print_report, print_verification};
 
 /// Steps of the long run.

@@ -14,9 +14,8 @@ use super::content::Content;
 use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
 use crate::files::write_bytes;
-use crate::pictures::{
-    Chart, Compared, DrawResult, Outline, Series, bars, compared_chart, line_chart, outline,
-};
+use crate::outline::{Outline, outline};
+use crate::pictures::{Chart, Compared, DrawResult, Series, bars, compared_chart, line_chart};
 use crate::surface_picture::colored;
 
 /// A drawn figure.
