@@ -271,8 +271,8 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`SurfaceTree::pick`]. `None` where it meets nothing, and where the file does not have its whole
     /// surface. A force can be added there if the point is loadable; elsewhere [`Simulation::push`] refuses.
     ///
-    /// The first search after a move fits the tree to the surface, `O(n)` with a small constant; each search is
-    /// `O(log n)`.
+    /// The first search after a move fits the tree to the surface, `O(n)` with a small constant; each search
+    /// is `O(log n)`.
     #[must_use]
     pub fn pick(&mut self, origin: [f64; 3], direction: [f64; 3], scale: f64) -> Option<SurfacePoint> {
         self.moved_surface(scale)?.pick(origin, direction)
