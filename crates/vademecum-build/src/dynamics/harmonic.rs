@@ -19,13 +19,16 @@ pub enum HarmonicError {
     /// On request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// No memory to order the elimination.
+    #[error("the complex matrix of the full order does not fit into memory")]
+    Memory,
     /// The matrix does not factorise: an undamped body at one of its natural frequencies, or no memory.
-    #[error("the full order at {frequency} Hz does not factorise: {reason}")]
+    #[error(
+        "the full order has no answer at {frequency} Hz: it swings freely there, or its factor does not fit"
+    )]
     Factor {
         /// The frequency \[Hz\].
         frequency: f64,
-        /// What the factorisation said.
-        reason: String,
     },
 }
 
@@ -49,8 +52,7 @@ pub fn harmonic(
     let places = (0..n).flat_map(|column| pattern.rows_of(column).iter().map(|&row| row as usize)).collect();
     let symbolic = SymbolicSparseColMat::new_checked(n, n, starts, None, places);
     // The order of elimination is the same for all frequencies.
-    let order = SymbolicLu::try_new(symbolic.as_ref())
-        .map_err(|error| HarmonicError::Factor { frequency: 0.0, reason: format!("{error:?}") })?;
+    let order = SymbolicLu::try_new(symbolic.as_ref()).map_err(|_| HarmonicError::Memory)?;
     let force = Mat::from_fn(n, 1, |row, _| c64::new(force[row], 0.0));
     let done = std::sync::atomic::AtomicUsize::new(0);
     let at = |&frequency: &f64| -> Result<Vec<c64>, HarmonicError> {
@@ -63,9 +65,9 @@ pub fn harmonic(
         let entries = mass.values().iter().zip(stiffness.values());
         let values = entries.map(|(&m, &k)| of_mass * m + of_stiffness * k).collect();
         let matrix = SparseColMat::new(symbolic.clone(), values);
-        let failed = |reason: String| HarmonicError::Factor { frequency, reason };
+        let failed = HarmonicError::Factor { frequency };
         let factor = Lu::try_new_with_symbolic(order.clone(), matrix.as_ref());
-        let factor = factor.map_err(|error| failed(format!("{error:?}")))?;
+        let Ok(factor) = factor else { return Err(failed) };
         let answer = factor.solve(&force);
         let along = |row: &Vec<(u32, f64)>| {
             row.iter()
@@ -73,7 +75,7 @@ pub fn harmonic(
         };
         let found: Vec<c64> = rows.iter().map(along).collect();
         if !found.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
-            return Err(failed("the answer is not finite".into()));
+            return Err(failed);
         }
         listener.advance(1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed), frequencies.len());
         Ok(found)
