@@ -14,6 +14,7 @@ pub struct Instances {
 
 enum Many {
     Single(Batch<'static, f32>),
+    #[cfg(feature = "double")]
     Double(Batch<'static, f64>),
 }
 
@@ -21,6 +22,7 @@ enum Many {
 pub fn bytes(body: &Body, count: usize) -> usize {
     let numbers = match &body.march {
         March::Single(m) => of_scene(&m.scene, count),
+        #[cfg(feature = "double")]
         March::Double(m) => of_scene(&m.scene, count),
     };
     numbers.saturating_add(size_of::<Instances>())
@@ -35,7 +37,9 @@ macro_rules! both {
     ($batch:expr, $body:expr, $b:ident, $m:ident => $lines:expr) => {
         match (&mut $batch.march, &mut $body.march) {
             (Many::Single($b), March::Single($m)) => Ok($lines),
+            #[cfg(feature = "double")]
             (Many::Double($b), March::Double($m)) => Ok($lines),
+            #[cfg(feature = "double")]
             _ => Err(()),
         }
     };
@@ -59,6 +63,7 @@ impl Instances {
                 Batch::new(&m.scene, count, numbers).map(Many::Single)
             }
             // SAFETY: the same.
+            #[cfg(feature = "double")]
             March::Double(m) => {
                 let numbers = unsafe { zeroed::<f64>(behind, needed - own) };
                 Batch::new(&m.scene, count, numbers).map(Many::Double)
@@ -83,6 +88,7 @@ impl Instances {
     pub fn clear(&mut self) -> VdmStatus {
         match &mut self.march {
             Many::Single(batch) => batch.clear(),
+            #[cfg(feature = "double")]
             Many::Double(batch) => batch.clear(),
         }
         VdmStatus::VDM_OK
@@ -131,6 +137,7 @@ impl Instances {
     pub fn status(&mut self, body: &mut Body, instance: usize) -> VdmStatus {
         let found = match &self.march {
             Many::Single(batch) => batch.status(instance),
+            #[cfg(feature = "double")]
             Many::Double(batch) => batch.status(instance),
         };
         match found {

@@ -58,6 +58,7 @@ pub struct Body {
 /// What moves, in the precision of the body.
 pub enum March {
     Single(Moved<f32>),
+    #[cfg(feature = "double")]
     Double(Moved<f64>),
 }
 
@@ -81,6 +82,7 @@ macro_rules! moved {
     ($march:expr, $moved:ident => $lines:expr) => {
         match &mut $march {
             $crate::body::March::Single($moved) => $lines,
+            #[cfg(feature = "double")]
             $crate::body::March::Double($moved) => $lines,
         }
     };
@@ -111,7 +113,7 @@ impl Asked {
         };
         let double = match given.precision {
             p if p == VdmPrecision::VDM_SINGLE as i32 => false,
-            p if p == VdmPrecision::VDM_DOUBLE as i32 => true,
+            p if p == VdmPrecision::VDM_DOUBLE as i32 && cfg!(feature = "double") => true,
             _ => return None,
         };
         scene.contacts = given.contacts as usize;
@@ -132,7 +134,7 @@ impl Asked {
 /// What a caller has to lend.
 pub fn measure(file: &File<'_>, asked: &Asked) -> Result<VdmNeeds, BindError> {
     let (lengths, work) =
-        if asked.double { lengths::<f64>(file, asked)? } else { lengths::<f32>(file, asked)? };
+        if asked.double { lengths::<Double>(file, asked)? } else { lengths::<f32>(file, asked)? };
     let metadata = file.metadata();
     let size = if asked.double { size_of::<f64>() } else { size_of::<f32>() };
     let numbers = lengths.iter().fold(0usize, |sum, &length| sum.saturating_add(length));
@@ -152,6 +154,12 @@ pub fn measure(file: &File<'_>, asked: &Asked) -> Result<VdmNeeds, BindError> {
         time_step: asked.scene.time_step.unwrap_or(metadata.time_step),
     })
 }
+
+/// Double precision, where the library has it; options that ask for it are refused elsewhere.
+#[cfg(feature = "double")]
+type Double = f64;
+#[cfg(not(feature = "double"))]
+type Double = f32;
 
 /// Numbers for the scene, the state, the loads, kept loads and for work, and numbers of work while binding.
 fn lengths<T: Scalar>(file: &File<'_>, asked: &Asked) -> Result<([usize; 5], usize), BindError> {
@@ -220,11 +228,18 @@ impl Body {
         // The size of a body is a multiple of its alignment, so the numbers behind it are aligned, too.
         // SAFETY: `own` bytes are within the lent memory.
         let behind = unsafe { memory.at.add(own) };
+        #[cfg(feature = "double")]
         let march = if asked.double {
             // SAFETY: aligned, within the lent memory, and nobody else's; zeros are numbers.
             let numbers = unsafe { zeroed::<f64>(behind, rest) };
             March::Double(Moved::bind(&file, asked, numbers, work, message)?)
         } else {
+            // SAFETY: the same.
+            let numbers = unsafe { zeroed::<f32>(behind, rest) };
+            March::Single(Moved::bind(&file, asked, numbers, work, message)?)
+        };
+        #[cfg(not(feature = "double"))]
+        let march = {
             // SAFETY: the same.
             let numbers = unsafe { zeroed::<f32>(behind, rest) };
             March::Single(Moved::bind(&file, asked, numbers, work, message)?)

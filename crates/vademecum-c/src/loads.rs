@@ -54,6 +54,7 @@ impl Body {
     pub fn instants(&self) -> Amplitudes {
         match &self.march {
             crate::body::March::Single(m) => m.scene.instants(),
+            #[cfg(feature = "double")]
             crate::body::March::Double(m) => m.scene.instants(),
         }
     }

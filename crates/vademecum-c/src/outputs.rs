@@ -57,22 +57,27 @@ impl Body {
 
     pub fn field_single(&mut self, part: Part, from: Source, field: i32, out: &mut [f32]) -> VdmStatus {
         let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
-        let March::Single(m) = &mut self.march else {
-            let said = "the body is in double precision: call the function that ends in f64";
-            return self.message.note(VdmStatus::VDM_ARGUMENT, &said);
+        let done = match &mut self.march {
+            March::Single(m) => whole_field(m, part, from, field, out),
+            #[cfg(feature = "double")]
+            March::Double(_) => {
+                let said = "the body is in double precision: call the function that ends in f64";
+                return self.message.note(VdmStatus::VDM_ARGUMENT, &said);
+            }
         };
-        let done = whole_field(m, part, from, field, out);
         self.answer(done, VdmStatus::VDM_OUTPUT)
     }
 
     pub fn field_double(&mut self, part: Part, from: Source, field: i32, out: &mut [f64]) -> VdmStatus {
         let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
-        let March::Double(m) = &mut self.march else {
-            let said = "the body is in single precision: call the function that ends in f32";
-            return self.message.note(VdmStatus::VDM_ARGUMENT, &said);
-        };
-        let done = whole_field(m, part, from, field, out);
-        self.answer(done, VdmStatus::VDM_OUTPUT)
+        #[cfg(feature = "double")]
+        if let March::Double(m) = &mut self.march {
+            let done = whole_field(m, part, from, field, out);
+            return self.answer(done, VdmStatus::VDM_OUTPUT);
+        }
+        let _ = (part, from, field, out);
+        let said = "the body is in single precision: call the function that ends in f32";
+        self.message.note(VdmStatus::VDM_ARGUMENT, &said)
     }
 
     pub fn energy(&mut self, value: &mut f64) -> VdmStatus {

@@ -43,7 +43,9 @@ impl Body {
         use crate::body::March as M;
         let done = match (&mut self.march, &other.march) {
             (M::Single(to), M::Single(from)) => to.carry(from),
+            #[cfg(feature = "double")]
             (M::Double(to), M::Double(from)) => to.carry(from),
+            #[cfg(feature = "double")]
             _ => Err(StepError::Mismatch),
         };
         self.answer(done, VdmStatus::VDM_STEP)
