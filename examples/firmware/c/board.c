@@ -72,8 +72,11 @@ uint32_t board_wait_for_tick(void) {
 }
 
 uint32_t board_count(void) {
-    /* At the tick the timer stands at 0. */
-    return (CLOCK_HZ / 1000u - SYSTICK_VALUE) % (CLOCK_HZ / 1000u);
+    return CLOCK_HZ / 1000u - 1u - SYSTICK_VALUE;
+}
+
+uint32_t board_between(uint32_t earlier, uint32_t later) {
+    return later >= earlier ? later - earlier : later + CLOCK_HZ / 1000u - earlier;
 }
 
 uint8_t *board_memory(size_t *bytes) {

@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Nanoseconds of a count of the clock; the check gives it for each board. */
+/* Counts of the clock in a second; the check gives it for each board. */
 #ifndef CLOCK_HZ
 #define CLOCK_HZ 25000000u
 #endif
@@ -14,8 +14,10 @@
 void board_start_clock(void);
 /* Sleeps until the next tick; how many ticks there have been, 1 for the first. */
 uint32_t board_wait_for_tick(void);
-/* Counts of the clock since the last tick. */
+/* The clock, in counts below those of a millisecond. */
 uint32_t board_count(void);
+/* Counts between two times that are less than a millisecond apart. */
+uint32_t board_between(uint32_t earlier, uint32_t later);
 /* All RAM that nothing else uses, aligned to 16, and its length. */
 uint8_t *board_memory(size_t *bytes);
 /* The largest depth of the stack so far, in bytes. */

@@ -132,8 +132,8 @@ int main(void) {
         const uint32_t before = board_count();
         if (vdm_step(body, 1) < 0) return refused(vdm_message(body));
         const uint32_t after = board_count();
-        sum += after - before;
-        if (after - began > worst) worst = after - began;
+        sum += board_between(before, after);
+        if (board_between(began, after) > worst) worst = board_between(began, after);
         if ((tick + 1) % EVERY == 0) {
             for (uint32_t probe = 0; probe < needs.probes; probe++) {
                 double moved = 0, speed = 0;

@@ -103,8 +103,8 @@ fn run() -> Result<(), &'static str> {
         let before = board::count();
         scene.step(&mut state, &loads).map_err(|_| "a step")?;
         let after = board::count();
-        sum += after.wrapping_sub(before);
-        worst = worst.max(after.wrapping_sub(began));
+        sum += board::between(before, after);
+        worst = worst.max(board::between(began, after));
         if (tick + 1) % EVERY == 0 {
             for probe in 0..file.metadata().n_probes {
                 let read = |field| scene.probe(&state, probe as usize, field).map_err(|_| "a probe");
