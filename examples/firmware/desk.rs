@@ -1,8 +1,8 @@
-//! What the firmware does, on a desk: the same loop over the same file in single precision, from which `check`
-//! takes the lines that the firmware must print.
+//! What the firmware does, on a desk: the same loop over the same file in single precision, from which
+//! `check` takes the lines that the firmware must print.
 //!
-//! `firmware_on_a_desk FILE.vdm contacts.txt`; with `places` as a third argument it prints instead, for each line of the
-//! contacts, its tick, where its node is in m, and its force in N.
+//! `firmware_on_a_desk FILE.vdm contacts.txt`; with `places` as a third argument it prints instead, for each
+//! line of the contacts, its tick, where its node is in m, and its force in N.
 
 use std::error::Error;
 

@@ -555,7 +555,8 @@ enum VdmStatus vdm_surface_f64(struct VdmBody *body, int32_t field, double *out,
 enum VdmStatus vdm_energy(struct VdmBody *body, double *value);
 
 /*
- Copies the state out, every bit of it (in the body's precision); at least `VdmNeeds.state` numbers are lent.
+ Copies the state out, every bit of it (in the body's precision); at least `VdmNeeds.state` numbers are
+ lent.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`]; `out` points to `numbers` numbers.
@@ -571,8 +572,8 @@ enum VdmStatus vdm_save(struct VdmBody *body, double *out, size_t numbers);
 enum VdmStatus vdm_restore(struct VdmBody *body, const double *saved, size_t numbers);
 
 /*
- How far each of `count` places, at most `VdmOptions.places`, moves in the coming step for a force of 1 N held at each: `w`
- receives `(3 count)²` numbers, row by row, in m/N.
+ How far each of `count` places, at most `VdmOptions.places`, moves in the coming step for a force of 1 N
+ held at each: `w` receives `(3 count)²` numbers, row by row, in m/N.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`], `places` points to `count` places, and `w` to `(3 count)²`
@@ -712,8 +713,8 @@ enum VdmStatus vdm_set_parameters(struct VdmBody *body,
                                   size_t work_numbers);
 
 /*
- Sets the reduced coordinates and their rates, `VdmNeeds.modes` numbers each, with the acceleration that the
- loads at hand demand.
+ Sets the reduced coordinates and their rates, `VdmNeeds.modes` numbers each, with the acceleration that
+ the loads at hand demand.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
@@ -725,8 +726,8 @@ enum VdmStatus vdm_set(struct VdmBody *body, const double *zeta, const double *z
  The reduced coordinates and their rates, `VdmNeeds.modes` numbers each.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count` numbers
- that do not overlap.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
+ numbers that do not overlap.
  */
 enum VdmStatus vdm_coordinates(struct VdmBody *body, double *zeta, double *zeta_dot, size_t count);
 
@@ -797,8 +798,8 @@ enum VdmStatus vdm_cost(struct VdmBody *body, struct VdmCost *cost);
 enum VdmStatus vdm_increment(struct VdmBody *body, double *out, size_t numbers);
 
 /*
- Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts but
- the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
+ Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts
+ but the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `places` points to `count` places, and `out`

@@ -79,7 +79,8 @@ impl Instances {
     /// What a handle points to.
     ///
     /// # Safety
-    /// `batch` is null or a handle of [`Instances::bind`] whose memory is still lent, used by no other thread.
+    /// `batch` is null or a handle of [`Instances::bind`] whose memory is still lent, used by no other
+    /// thread.
     pub unsafe fn of_mut<'a>(batch: *mut VdmBatch) -> Option<&'a mut Self> {
         // SAFETY: as the caller promises.
         unsafe { batch.cast::<Self>().as_mut() }

@@ -216,8 +216,8 @@ pub unsafe extern "C" fn vdm_set_parameters(
     }
 }
 
-/// Sets the reduced coordinates and their rates, `VdmNeeds.modes` numbers each, with the acceleration that the
-/// loads at hand demand.
+/// Sets the reduced coordinates and their rates, `VdmNeeds.modes` numbers each, with the acceleration that
+/// the loads at hand demand.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
@@ -239,8 +239,8 @@ pub unsafe extern "C" fn vdm_set(
 /// The reduced coordinates and their rates, `VdmNeeds.modes` numbers each.
 ///
 /// # Safety
-/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count` numbers
-/// that do not overlap.
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
+/// numbers that do not overlap.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_coordinates(
     body: *mut VdmBody,
@@ -370,8 +370,8 @@ pub unsafe extern "C" fn vdm_increment(body: *mut VdmBody, out: *mut f64, number
     with!(body => body.increment(out))
 }
 
-/// Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts but
-/// the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
+/// Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts
+/// but the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `places` points to `count` places, and `out`

@@ -382,7 +382,8 @@ pub unsafe extern "C" fn vdm_energy(body: *mut VdmBody, value: *mut f64) -> VdmS
     }
 }
 
-/// Copies the state out, every bit of it (in the body's precision); at least `VdmNeeds.state` numbers are lent.
+/// Copies the state out, every bit of it (in the body's precision); at least `VdmNeeds.state` numbers are
+/// lent.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`]; `out` points to `numbers` numbers.
@@ -408,8 +409,8 @@ pub unsafe extern "C" fn vdm_restore(body: *mut VdmBody, saved: *const f64, numb
     }
 }
 
-/// How far each of `count` places, at most `VdmOptions.places`, moves in the coming step for a force of 1 N held at each: `w`
-/// receives `(3 count)²` numbers, row by row, in m/N.
+/// How far each of `count` places, at most `VdmOptions.places`, moves in the coming step for a force of 1 N
+/// held at each: `w` receives `(3 count)²` numbers, row by row, in m/N.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`], `places` points to `count` places, and `w` to `(3 count)²`

@@ -1,5 +1,5 @@
-//! Start of a Cortex-M4F or M33, its SysTick timer, and semihosting: what a debugger or QEMU offers a program.
-//! Everything `unsafe` of the firmware is here.
+//! Start of a Cortex-M4F or M33, its SysTick timer, and semihosting: what a debugger or QEMU offers a
+//! program. Everything `unsafe` of the firmware is here.
 
 use core::arch::{asm, naked_asm};
 use core::ffi::CStr;

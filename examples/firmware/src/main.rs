@@ -1,8 +1,8 @@
 //! A body in a microcontroller: the file lies in flash, SysTick calls 1000 times a second, and a host that
 //! listens says where the body is touched and reads its probes.
 //!
-//! The host has a file `contacts.txt` with lines `TICK NODE FX FY FZ`, forces in mN: from that tick on the only
-//! contact is this force at this node.
+//! The host has a file `contacts.txt` with lines `TICK NODE FX FY FZ`, forces in mN: from that tick on the
+//! only contact is this force at this node.
 #![no_std]
 #![no_main]
 
