@@ -73,6 +73,9 @@
 //! # }
 //! ```
 //!
+//! Where there is a heap, [`Simulation`] (feature `alloc`) owns all of that memory and does the same in five
+//! lines.
+//!
 //! # The longest ways through
 //!
 //! - **A finger pushes a body.** [`Mapped::copy`] or [`Mapped::map`] (feature `mmap`) or your own bytes,
@@ -101,6 +104,8 @@
 //!
 //! | feature | what it adds | needs |
 //! |---|---|---|
+//! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
+//! | `std` | `Simulation::open`: from a path | an operating system |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
 //! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline to compare with | nothing |
@@ -113,11 +118,13 @@
 #![no_std]
 // The pages link to what the features add; without them those links lead nowhere.
 #![cfg_attr(
-    not(all(feature = "chapter", feature = "mmap", feature = "unpack")),
+    not(all(feature = "alloc", feature = "chapter", feature = "mmap", feature = "unpack")),
     allow(rustdoc::broken_intra_doc_links)
 )]
 
-#[cfg(feature = "mmap")]
+#[cfg(feature = "alloc")]
+extern crate alloc;
+#[cfg(feature = "std")]
 extern crate std;
 
 mod axes;
@@ -153,10 +160,13 @@ mod scalar;
 mod scene;
 mod shape;
 mod short_rows;
+#[cfg(feature = "alloc")]
+mod simulation;
 mod state;
 mod static_field;
 mod step;
 mod surface;
+mod tree;
 
 pub use batch::{Batch, BatchStatus};
 pub use contact::Contact;
@@ -170,7 +180,10 @@ pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use rows::Field;
 pub use scalar::Scalar;
 pub use scene::Scene;
+#[cfg(feature = "alloc")]
+pub use simulation::{Simulation, SimulationError};
 pub use state::State;
 pub use static_field::StaticField;
 pub use surface::{Surface, SurfacePoint};
+pub use tree::{SurfaceTree, TreeSizes};
 pub use vademecum_format as format;

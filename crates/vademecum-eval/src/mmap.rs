@@ -106,3 +106,9 @@ impl Mapped {
         File::parse(self.bytes())
     }
 }
+
+impl AsRef<[u8]> for Mapped {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes()
+    }
+}

@@ -1,7 +1,8 @@
 //! Finding the point of the loadable surface nearest to a point in space.
 //!
 //! Brute force over all loadable triangles, without an index: contacts are looked up when a hand or a tool
-//! moves, and 10 000 triangles take a fraction of a millisecond.
+//! moves, and 10 000 triangles take a fraction of a millisecond. For more of them, and for the surface as it
+//! has moved, there is [`SurfaceTree`](crate::SurfaceTree).
 
 use vademecum_format::{File, Numbers, SectionKind};
 
@@ -11,6 +12,7 @@ use crate::error::OutputError;
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<'m> {
     coordinates: Numbers<'m>,
+    n_nodes: usize,
     triangles: &'m [[u8; 4]],
 }
 
@@ -33,15 +35,49 @@ impl<'m> Surface<'m> {
     /// # Errors
     /// [`OutputError::Missing`] if coordinates or triangles are not in the file or are compressed.
     pub fn new(file: &File<'m>) -> Result<Self, OutputError> {
+        let metadata = file.metadata();
+        Self::of(file, metadata.n_load_triangles, metadata.n_load_nodes)
+    }
+
+    /// The whole surface of `file`, the loadable triangles first: for a [`SurfaceTree`](crate::SurfaceTree)
+    /// that knows what lies in front of what.
+    ///
+    /// # Errors
+    /// As for [`Surface::new`].
+    pub fn whole(file: &File<'m>) -> Result<Self, OutputError> {
+        Self::of(file, u32::MAX, file.metadata().n_surface_nodes)
+    }
+
+    /// The first triangles, and the first nodes, among which theirs are.
+    fn of(file: &File<'m>, n_triangles: u32, n_nodes: u32) -> Result<Self, OutputError> {
         let section = |kind| file.section(kind).ok_or(OutputError::Missing { kind });
         let missing = |kind| move |_| OutputError::Missing { kind };
         let kind = SectionKind::NodeCoordinates;
         let coordinates = section(kind)?.numbers().map_err(missing(kind))?;
         let kind = SectionKind::Triangles;
         let all = section(kind)?.u32s().map_err(missing(kind))?;
-        let loadable = 3 * file.metadata().n_load_triangles as usize;
-        let triangles = all.get(..loadable).unwrap_or(all);
-        Ok(Self { coordinates, triangles })
+        let triangles = all.get(..(n_triangles as usize).saturating_mul(3)).unwrap_or(all);
+        Ok(Self { coordinates, n_nodes: n_nodes as usize, triangles })
+    }
+
+    /// Its triangles.
+    pub(crate) const fn n_triangles(&self) -> usize {
+        self.triangles.len() / 3
+    }
+
+    /// Its nodes are among so many first ones of the file.
+    pub(crate) const fn n_nodes(&self) -> usize {
+        self.n_nodes
+    }
+
+    /// Nodes of a triangle.
+    pub(crate) fn triangle(&self, triangle: usize) -> Option<[u32; 3]> {
+        self.triangles.as_chunks::<3>().0.get(triangle).map(|nodes| nodes.map(u32::from_le_bytes))
+    }
+
+    /// A coordinate at rest \[m\], three a node.
+    pub(crate) fn coordinate(&self, at: usize) -> Option<f64> {
+        self.coordinates.get(at)
     }
 
     /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or
@@ -89,17 +125,21 @@ impl<'m> Surface<'m> {
     }
 }
 
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Barycentric weights of the point of the triangle `a b c` nearest to `p`: the inside if the projection lies
 /// there, else the best of the three edges. A triangle without area gives its edges' answer.
-fn closest(p: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
+pub(crate) fn closest(p: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
     let (ab, ac, ap) = (minus(b, a), minus(c, a), minus(p, a));
     let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
     let (pb, pc) = (dot(ap, ab), dot(ap, ac));

@@ -84,6 +84,21 @@ impl<'a> File<'a> {
         directory.iter().filter_map(move |block| open_section(bytes, &Entry::decode(block)).ok().flatten())
     }
 
+    /// Names of the probes, in their order; none where the file has no probes or keeps the names compressed.
+    pub fn probe_names(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.lines(SectionKind::ProbeNames)
+    }
+
+    /// Names of the load patterns, in their order; none where the file has no patterns or keeps the names
+    /// compressed.
+    pub fn pattern_names(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.lines(SectionKind::PatternNames)
+    }
+
+    fn lines(&self, kind: SectionKind) -> core::str::Lines<'a> {
+        self.section(kind).and_then(|section| section.text().ok()).unwrap_or("").lines()
+    }
+
     /// Compares every section of a known kind with its checksum. Reads the whole file.
     ///
     /// # Errors

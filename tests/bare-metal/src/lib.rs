@@ -8,6 +8,7 @@ use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::format::File;
 use vademecum_eval::{
     Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
+    SurfaceTree,
 };
 
 unsafe extern "C" {
@@ -39,6 +40,11 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     scene.rebind(&options, work).ok()?;
     state.carry(&scene).ok()?;
     let point = Surface::new(&file).ok()?.locate([0.0; 3])?;
+    let surface = Surface::whole(&file).ok()?;
+    let (mut order, mut boxes) = ([0; 64], [0.0; 256]);
+    let mut tree = SurfaceTree::new(&surface, &mut order, &mut boxes).ok()?;
+    tree.refit(memory, 2.0).ok()?;
+    let point = tree.pick(point.position, [0.0, 0.0, -1.0]).or(tree.locate(point.position))?;
     let contact = Contact { nodes: point.nodes, weights: point.weights, force: [0.0, 0.0, -1.0] };
     loads.add_contact(&scene, &contact).ok()?;
     loads.add_pattern_staged(&scene, 0, &[0.0, 0.5, 1.0, 0.0]).ok()?;
