@@ -146,10 +146,7 @@ fn unreadable(path: &Path, reason: Option<&(dyn Error + 'static)>) -> Failure {
 }
 
 /// Refuses a file that is no vademecum at all, with a guess what it is instead.
-///
-/// # Errors
-/// [`Failure`] with that guess.
-pub fn recognise(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+fn recognise(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     if is_vademecum(bytes) {
         return Ok(());
     }

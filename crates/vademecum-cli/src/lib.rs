@@ -37,7 +37,7 @@ pub use arguments::Limit;
 pub use cmd::info::contents_json;
 pub use cmd::view::page;
 pub use failure::{Cause, Failure};
-pub use files::{is_stepped, open_or_map, recognise, usable_bytes};
+pub use files::{is_stepped, open_or_map, usable_bytes};
 
 /// Real-time solid dynamics: build a vademecum offline, step it online.
 #[derive(Parser)]

@@ -5,6 +5,9 @@ use numpy::{Element, IxDyn, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+const NOT_CONTIGUOUS: &str =
+    "out: the array is not C-contiguous; pass one whose numbers lie side by side, row by row";
+
 /// An array of this shape, filled by `write`.
 pub fn filled<'py, T: Element>(
     py: Python<'py>,
@@ -19,9 +22,7 @@ pub fn filled<'py, T: Element>(
     let mut lent = array.try_readwrite().map_err(|error| {
         PyValueError::new_err(format!("out: the array cannot be written to: {error}; pass a writable one"))
     })?;
-    let slice = lent.as_slice_mut().map_err(|_| {
-        PyValueError::new_err("out: the array is not C-contiguous; pass one whose numbers lie side by side")
-    })?;
+    let slice = lent.as_slice_mut().map_err(|_| PyValueError::new_err(NOT_CONTIGUOUS))?;
     write(slice)?;
     drop(lent);
     Ok(array.into_any())
@@ -43,6 +44,9 @@ fn given<'py, T: Element>(
             text(shape),
             text(array.shape())
         )));
+    }
+    if !array.is_c_contiguous() {
+        return Err(PyValueError::new_err(NOT_CONTIGUOUS));
     }
     Ok(array.clone())
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use vademecum_cli::{Failure, Limit, is_stepped, open_or_map, recognise, usable_bytes};
+use vademecum_cli::{Failure, Limit, is_stepped, open_or_map, usable_bytes};
 use vademecum_eval::Mapped;
 use vademecum_format::File;
 
@@ -29,7 +29,6 @@ impl Content {
 
     /// Bytes of a file; `name` is for messages.
     pub fn given(name: &Path, bytes: Vec<u8>) -> Result<Self, Refusal> {
-        recognise(name, &bytes)?;
         Self::of(name, Original::Given(bytes))
     }
 

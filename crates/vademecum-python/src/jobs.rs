@@ -25,7 +25,7 @@ use crate::file::PyFile;
 use crate::options::scene_options;
 use crate::problem::Given;
 use crate::refusal::Refusal;
-use crate::watch::watched;
+use crate::watch::{Told, watched};
 
 /// A value as a text in JSON, in which what is no number is `null`.
 fn json(value: &impl serde::Serialize) -> Result<String, Refusal> {
@@ -52,7 +52,7 @@ pub fn build(
     settings: Settings,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(PyFile, String)> {
-    let (content, report) = watched(py, progress, |listener| {
+    let (content, report) = watched(py, Told { progress, warn: false }, |listener| {
         let problem = problem.problem()?;
         let store = settings.work.as_ref().map(|folder| Store::new(folder, settings.fresh));
         let Settings { repair, long, memory, .. } = settings;
@@ -101,7 +101,7 @@ pub fn run<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Vec<String>, Bound<'py, PyDict>)> {
     let (chapter, scene) = played(file, options)?;
-    let (names, shown) = watched(py, progress, |listener| {
+    let (names, shown) = watched(py, Told { progress, warn: true }, |listener| {
         let scenario = scenario.scenario()?;
         let opened = file.content.file(&file.path)?;
         let about = |error: StudyError| Failure::of_study(error, &file.path, Path::new("the scenario"));
@@ -153,7 +153,7 @@ pub fn verify(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
     let (chapter, scene) = played(file, options)?;
-    watched(py, progress, |listener| {
+    watched(py, Told { progress, warn: false }, |listener| {
         let (problem, scenario) = (problem.problem()?, scenario.scenario()?);
         let opened = file.content.file(&file.path)?;
         let options = PlayOptions { chapter, scene, long };
@@ -167,7 +167,7 @@ pub fn verify(
 /// What a check of the file alone finds, as a text in JSON.
 #[pyfunction]
 pub fn check(py: Python<'_>, file: &PyFile) -> PyResult<String> {
-    watched(py, None, |_| {
+    watched(py, Told { progress: None, warn: false }, |_| {
         let bytes = file.content.original();
         let sound = check_file(bytes, default_limit(bytes.len()));
         json(&sound.map_err(|error| Failure::from(error).about(&file.path))?)
@@ -182,7 +182,7 @@ pub fn modes(
     count: usize,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    watched(py, progress, |listener| {
+    watched(py, Told { progress, warn: false }, |listener| {
         let problem = problem.problem()?;
         json(&natural_modes(&problem, count, listener)?)
     })

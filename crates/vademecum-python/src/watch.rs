@@ -62,19 +62,28 @@ impl Listener for Ear {
     }
 }
 
-/// Tells Python what is new: `progress(stage, done, total)`, and notes as warnings.
+/// What Python hears of work, and how.
+#[derive(Clone, Copy)]
+pub struct Told<'a, 'py> {
+    /// The caller's `progress(stage, done, total)`.
+    pub progress: Option<&'a Bound<'py, PyAny>>,
+    /// Whether notes are warnings; they are logged in any case.
+    pub warn: bool,
+}
+
+/// Tells Python what is new.
 struct Teller<'a, 'py> {
     py: Python<'py>,
-    progress: Option<&'a Bound<'py, PyAny>>,
+    told: Told<'a, 'py>,
     stage: String,
 }
 
 impl Teller<'_, '_> {
     fn tell(&mut self, news: News) -> PyResult<()> {
         for note in news.notes {
-            self.py.import("vademecum._errors")?.getattr("note")?.call1((note,))?;
+            self.py.import("vademecum._errors")?.getattr("note")?.call1((note, self.told.warn))?;
         }
-        let Some(progress) = self.progress else { return Ok(()) };
+        let Some(progress) = self.told.progress else { return Ok(()) };
         for stage in news.stages {
             self.stage = stage;
             progress.call1((&self.stage, 0, 0))?;
@@ -90,11 +99,11 @@ impl Teller<'_, '_> {
 /// exception of that function, and Ctrl-C, end the work.
 pub fn watched<R: Send>(
     py: Python<'_>,
-    progress: Option<&Bound<'_, PyAny>>,
+    told: Told<'_, '_>,
     work: impl FnOnce(&dyn Listener) -> Result<R, Refusal> + Send,
 ) -> PyResult<R> {
     let ear = Ear::default();
-    let mut teller = Teller { py, progress, stage: String::new() };
+    let mut teller = Teller { py, told, stage: String::new() };
     std::thread::scope(|scope| {
         let (say, mut done) = channel();
         let heard = &ear;

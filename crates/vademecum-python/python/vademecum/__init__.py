@@ -31,7 +31,6 @@ from ._data import (
     Axis,
     Bound,
     Certificate,
-    Checked,
     Info,
     NaturalModes,
     Parameter,
@@ -48,7 +47,7 @@ from ._native import Batch, Scene, SurfacePoint
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Bound", "Certificate", "Checked", "Error", "FileError", "Info", "InputError", "MachineError",
+    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "Info", "InputError", "MachineError",
     "MeshError", "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Played", "Scene",
     "Section", "Soundness", "Structure", "SurfacePoint", "ToleranceMissed", "Vademecum", "Verification", "build",
     "from_bytes", "modes", "open", "run", "verify",

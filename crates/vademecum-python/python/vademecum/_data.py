@@ -155,8 +155,9 @@ class Info:
 
     @property
     def precision(self) -> str:
-        """How the file stores its basis, such as `binary32`."""
-        return next((s.element for s in self.sections if s.kind == "SurfaceBasis"), "none")
+        """How the file stores the motion of its surface, as NumPy names it."""
+        names = {"F32": "float32", "F64": "float64", "I16": "int16"}
+        return next((names[s.element] for s in self.sections if s.kind == "SurfaceBasis"), "none")
 
     def parameter(self, name: str) -> Parameter:
         """The live parameter of this name."""
@@ -219,20 +220,14 @@ class Verification:
 
 
 @dataclass(frozen=True)
-class Checked:
-    """How much of a file was looked at."""
-
-    bytes: int
-    sections: int
-    numbers: int
-    unknown_sections: int
-
-
-@dataclass(frozen=True)
 class Soundness:
     """What `vademecum verify FILE --file-only` finds of a sound file; an unsound one is a `FileError`."""
 
-    checked: Checked
+    bytes: int
+    sections: int
+    unknown_sections: int
+    decoded_bytes: int
+    numbers: int
     spectral_radius: Optional[float]
     settings: int
     corners_left_out: int

@@ -1,5 +1,6 @@
 """What can go wrong, by who can act."""
 
+import logging
 import warnings
 
 
@@ -32,8 +33,11 @@ class FileError(Error, ValueError):
 
 
 class Note(UserWarning):
-    """What the program would tell as a note, such as a load that acts on nothing."""
+    """What the program tells as a note about a run, such as a load that acts on nothing."""
 
 
-def note(text: str) -> None:
-    warnings.warn(text, Note, stacklevel=3)
+def note(text: str, is_warning: bool) -> None:
+    """Passes a note of the program on: to the logger `vademecum`, and of a run as a warning, too."""
+    logging.getLogger("vademecum").info(text)
+    if is_warning:
+        warnings.warn(text, Note, stacklevel=4)
