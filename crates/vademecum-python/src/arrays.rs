@@ -29,13 +29,11 @@ pub fn filled<'py, T: Element>(
 }
 
 /// The caller's array, if it has the right type and shape.
-fn given<'py, T: Element>(
-    out: &Bound<'py, PyAny>,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+fn given<'py, T: Element>(out: &Bound<'py, PyAny>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     let array = out.cast::<PyArrayDyn<T>>().map_err(|_| {
         let wanted = T::get_dtype(out.py());
-        let found = out.getattr("dtype").map_or_else(|_| out.get_type().to_string(), |dtype| dtype.to_string());
+        let found =
+            out.getattr("dtype").map_or_else(|_| out.get_type().to_string(), |dtype| dtype.to_string());
         PyTypeError::new_err(format!("out: expected a NumPy array of {wanted}, found {found}"))
     })?;
     if array.shape() != shape {

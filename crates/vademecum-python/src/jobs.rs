@@ -12,12 +12,12 @@ use vademecum_build::progress::Stopwatch;
 use vademecum_build::store::Store;
 use vademecum_cli::Failure;
 use vademecum_rewrite::default_limit;
+use vademecum_study::StudyError;
 use vademecum_study::modes::natural_modes;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
 use vademecum_study::soundness::check_file;
 use vademecum_study::verify::verify as verified;
-use vademecum_study::StudyError;
 
 use crate::arrays::owned;
 use crate::content::Content;

@@ -49,10 +49,7 @@ pub fn structure(name: &str) -> PyResult<StructureChoice> {
 }
 
 /// Options of a scene by their names; all others are live parameters of the file.
-pub fn scene_options(
-    metadata: &Metadata<'_>,
-    given: Option<&Bound<'_, PyDict>>,
-) -> PyResult<SceneOptions> {
+pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<SceneOptions> {
     let mut options = SceneOptions::default();
     let mut live = vec![];
     for (name, value) in given.into_iter().flatten() {
@@ -93,9 +90,8 @@ fn resolve(metadata: &Metadata<'_>, name: String) -> String {
     if known().any(|other| other == name) {
         return name;
     }
-    let keyword = |text: &str| -> String {
-        text.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
-    };
+    let keyword =
+        |text: &str| -> String { text.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect() };
     let mut alike = known().filter(|other| keyword(other) == name);
     match (alike.next(), alike.next()) {
         (Some(only), None) => only.to_string(),

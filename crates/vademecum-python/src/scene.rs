@@ -79,9 +79,7 @@ pub fn field(name: &str) -> PyResult<Field> {
     match name {
         "displacement" => Ok(Field::Displacement),
         "velocity" => Ok(Field::Velocity),
-        _ => Err(PyValueError::new_err(format!(
-            "field is `{name}`; expected `displacement` or `velocity`"
-        ))),
+        _ => Err(PyValueError::new_err(format!("field is `{name}`; expected `displacement` or `velocity`"))),
     }
 }
 
@@ -91,10 +89,7 @@ pub fn index(what: &str, names: &[String], name: &str) -> PyResult<usize> {
 }
 
 /// Values of live parameters by name.
-pub fn values<'py>(
-    py: Python<'py>,
-    body: &dyn Body,
-) -> PyResult<Bound<'py, PyDict>> {
+pub fn values<'py>(py: Python<'py>, body: &dyn Body) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for parameter in parameters::values(&body.options(), body.metadata()) {
         dict.set_item(parameter.name, parameter.value)?;
