@@ -3,8 +3,13 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
+use std::sync::Mutex;
 use std::time::Instant;
 
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::progress::{Listener, Silent, is_cancelled};
+use vademecum_build::store::Store;
 use vademecum_tests::program::{Ran, command, program, repository, vademecum};
 use vademecum_tests::synthetic::Random;
 
@@ -186,6 +191,58 @@ fn killed_again_and_again_a_build_ends_with_the_same_file_and_leaves_nothing_els
     left.retain(|name| !name.to_string_lossy().ends_with(".part"));
     left.sort();
     assert_eq!(left, ["out.vdm", "p.toml", "plain.vdm"]);
+}
+
+/// Stops a build as soon as it has kept some runs, and hears what is used again.
+struct Impatient {
+    work: PathBuf,
+    patient: bool,
+    notes: Mutex<Vec<String>>,
+}
+
+impl Impatient {
+    /// Names of the kept runs.
+    fn runs(&self) -> Vec<String> {
+        let entries = self.work.read_dir().into_iter().flatten().flatten();
+        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        names.filter(|name| name.starts_with("runs-") && name.ends_with(".stage")).collect()
+    }
+}
+
+impl Listener for Impatient {
+    fn stage(&self, _: &str) {}
+    fn advance(&self, _: usize, _: usize) {}
+    fn note(&self, text: &str) {
+        self.notes.lock().expect("notes").push(text.to_string());
+    }
+    fn cancelled(&self) -> bool {
+        !self.patient && !self.runs().is_empty()
+    }
+}
+
+#[test]
+fn a_build_that_is_stopped_while_it_marches_keeps_the_runs_that_are_done() {
+    for (name, more) in [("basis", ""), ("samples", PARAMETERS)] {
+        let place = Place::new(more);
+        let path = place.problem("positions = 2", "positions = 24");
+        let (problem, work) = (Problem::read(&path).expect("a problem"), place.path("kept"));
+        let store = Store::new(&work, false);
+        let options = BuildOptions { store: Some(&store), ..BuildOptions::default() };
+        let mut listener = Impatient { work, patient: false, notes: Mutex::default() };
+        let stopped = build(&problem, &options, &listener).err().expect("stopped");
+        assert!(is_cancelled(&stopped), "{name}: {stopped}");
+        let kept = listener.runs();
+        assert!(!kept.is_empty(), "{name}");
+        listener.patient = true;
+        let again = build(&problem, &options, &listener).expect("built").either().bytes;
+        let notes = listener.notes.lock().expect("notes");
+        let used = notes.iter().filter(|note| note.starts_with("runs-") && note.ends_with(": reused"));
+        assert_eq!(used.count(), kept.len(), "{name}: {notes:?}");
+        let plain = build(&problem, &BuildOptions::default(), &Silent).expect("built").either().bytes;
+        assert!(again == plain, "{name}");
+        // The basis is kept, and with it nobody needs the runs any more.
+        assert_eq!(listener.runs(), [""; 0], "{name}");
+    }
 }
 
 #[test]

@@ -98,6 +98,8 @@ fn a_saved_state_comes_back_and_a_ray_meets_what_has_moved() -> Result<(), Box<d
     body.push(&place, [0.0, 0.0, -4e3])?;
     body.step(20)?;
     let saved = body.save();
+    let close = body.nearest(at_rest.position, 1.0).ok_or("nothing there")?;
+    assert!(close.distance > 0.0 && at_rest.distance < 1.0);
     let pressed = body.pick(above.0, above.1, 1.0).ok_or("nothing there")?;
     let magnified = body.pick(above.0, above.1, 10.0).ok_or("nothing there")?;
     let sunk = |hit: f64| hit - at_rest.distance;

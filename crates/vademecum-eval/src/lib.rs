@@ -127,12 +127,21 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+// Documentation shows the blocks of a type in this order: what a reader wants first comes first.
+mod scene;
+mod step;
+
+mod output;
+
+mod compliance;
+mod motion;
+mod rebind;
+
 mod axes;
 mod batch;
 mod bind;
 #[cfg(feature = "chapter")]
 pub mod chapter;
-mod compliance;
 mod contact;
 mod coordinates;
 mod cost;
@@ -147,24 +156,19 @@ mod loads;
 #[cfg(feature = "mmap")]
 mod mmap;
 mod modal;
-mod motion;
 mod options;
-mod output;
 mod quantised;
-mod rebind;
 mod reconstruct;
 mod residual;
 mod rest;
 mod rows;
 mod scalar;
-mod scene;
 mod shape;
 mod short_rows;
 #[cfg(feature = "alloc")]
 mod simulation;
 mod state;
 mod static_field;
-mod step;
 mod surface;
 mod tree;
 

@@ -62,6 +62,8 @@ pub struct Simulation<T: Scalar + 'static> {
     applied: Vec<Applied>,
     /// Made when something is picked for the first time.
     picking: Option<Picking<T>>,
+    /// Counts what may have moved the body.
+    moves: u64,
     work: Vec<f64>,
     _numbers: Numbers<T>,
     bytes: Bytes,
@@ -71,6 +73,8 @@ pub struct Simulation<T: Scalar + 'static> {
 struct Picking<T> {
     tree: SurfaceTree<'static>,
     displacement: Vec<T>,
+    /// The move and the scale that the tree is fitted to.
+    fitted: Option<(u64, f64)>,
     _order: Numbers<u32>,
     _boxes: Numbers<f32>,
 }
@@ -189,7 +193,19 @@ impl<T: Scalar + 'static> Simulation<T> {
         let surface = Surface::new(&file).ok();
         let applied = Vec::with_capacity(options.contacts);
         let picking = None;
-        Ok(Self { file, surface, scene, state, loads, applied, picking, work, _numbers: numbers, bytes })
+        Ok(Self {
+            file,
+            surface,
+            scene,
+            state,
+            loads,
+            applied,
+            picking,
+            moves: 0,
+            work,
+            _numbers: numbers,
+            bytes,
+        })
     }
 
     /// The file.
@@ -222,6 +238,7 @@ impl<T: Scalar + 'static> Simulation<T> {
         &mut self,
         run: impl for<'m> FnOnce(&mut Scene<'m, T>, &mut State<'m, T>, &mut Loads<'m, T>) -> R,
     ) -> R {
+        self.moves = self.moves.wrapping_add(1);
         run(&mut self.scene, &mut self.state, &mut self.loads)
     }
 
@@ -254,16 +271,33 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`SurfaceTree::pick`]. `None` where it meets nothing, and where the file does not have its whole
     /// surface. A force can be added there if the point is loadable; elsewhere [`Simulation::push`] refuses.
     ///
-    /// Fits the tree to the surface and searches it: `O(n)` with a small constant, then `O(log n)`.
+    /// The first search after a move fits the tree to the surface, `O(n)` with a small constant; each search
+    /// is `O(log n)`.
     #[must_use]
     pub fn pick(&mut self, origin: [f64; 3], direction: [f64; 3], scale: f64) -> Option<SurfacePoint> {
+        self.moved_surface(scale)?.pick(origin, direction)
+    }
+
+    /// The point of the whole surface as it has moved, magnified by `scale`, that is nearest to `point`, as
+    /// [`SurfaceTree::locate`]. Costs as [`Simulation::pick`].
+    #[must_use]
+    pub fn nearest(&mut self, point: [f64; 3], scale: f64) -> Option<SurfacePoint> {
+        self.moved_surface(scale)?.locate(point)
+    }
+
+    /// The tree, fitted to the surface as it is now.
+    fn moved_surface(&mut self, scale: f64) -> Option<&SurfaceTree<'_>> {
         if self.picking.is_none() {
             self.picking = Some(Picking::new(&self.file)?);
         }
-        let Picking { tree, displacement, .. } = self.picking.as_mut()?;
-        self.scene.surface_into(&self.state, Field::Displacement, displacement).ok()?;
-        tree.refit(displacement, scale).ok()?;
-        tree.pick(origin, direction)
+        let Picking { tree, displacement, fitted, .. } = self.picking.as_mut()?;
+        if *fitted != Some((self.moves, scale)) {
+            *fitted = None;
+            self.scene.surface_into(&self.state, Field::Displacement, displacement).ok()?;
+            tree.refit(displacement, scale).ok()?;
+            *fitted = Some((self.moves, scale));
+        }
+        Some(tree)
     }
 
     /// Adds a force \[N\] at a point, as [`Loads::add_contact`].
@@ -304,6 +338,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`StepError`].
     pub fn step(&mut self, steps: usize) -> Result<Status, StepError> {
+        self.moves = self.moves.wrapping_add(1);
         let mut status = Status::Moving;
         for _ in 0..steps {
             status = self.scene.step(&mut self.state, &self.loads)?;
@@ -316,6 +351,7 @@ impl<T: Scalar + 'static> Simulation<T> {
 
     /// Puts the body at rest; loads stay.
     pub fn rest(&mut self) {
+        self.moves = self.moves.wrapping_add(1);
         self.state.rest();
     }
 
@@ -324,6 +360,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`BindError`]; nothing has changed then.
     pub fn set_parameter(&mut self, parameter: usize, value: f64) -> Result<(), BindError> {
+        self.moves = self.moves.wrapping_add(1);
         self.scene.set_parameter(parameter, value, &mut self.state, &mut self.work)?;
         self.loads.clear();
         for load in &self.applied {
@@ -393,6 +430,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`StepError`]; the state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
+        self.moves = self.moves.wrapping_add(1);
         self.state.restore(saved)
     }
 }
@@ -406,7 +444,7 @@ impl<T: Scalar> Picking<T> {
         let lent = unsafe { (order.lend(), boxes.lend()) };
         let tree = SurfaceTree::new(&surface, lent.0, lent.1).ok()?;
         let displacement = vec![T::ZERO; 3 * file.metadata().n_surface_nodes as usize];
-        Some(Self { tree, displacement, _order: order, _boxes: boxes })
+        Some(Self { tree, displacement, fitted: None, _order: order, _boxes: boxes })
     }
 }
 

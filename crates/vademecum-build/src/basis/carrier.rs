@@ -7,12 +7,11 @@ use faer::{Mat, MatMut, MatRef};
 use super::error::BasisError;
 use super::pod::{StreamingPod, apply};
 use super::ritz::{Basis, pod_basis, ritz_basis, ritz_coordinates};
-use super::snapshots::{Runs, compute};
+use super::snapshots::{KeptRuns, Runs, compute};
 use crate::dynamics::FullOrder;
 use crate::fem::{Pencil, Solve};
 use crate::input::Problem;
 use crate::prepared::{ParameterSpace, Prepared, Setting};
-use crate::progress::Listener;
 use crate::store::{Inputs, Kept};
 
 /// Parameter samples at most: nominal and the corners of the region scales.
@@ -46,10 +45,12 @@ pub fn carrier_basis(
         kept.listener.stage(&format!("snapshots, parameter sample {} of {}", i + 1, settings.len()));
         let wanted = (count, problem.basis.oversampling);
         let inputs = |inputs: Inputs| inputs.value(&(&prepared.scheme, setting, runs, wanted));
+        let kept_runs = KeptRuns { kept, inputs: &|inputs| inputs.value(&(&prepared.scheme, setting)) };
         let (ritz, seen) = kept.stage(&format!("sample-{}", i + 1), inputs, || {
             let pencil = setting.pencil(nominal);
-            ritz_at(problem, prepared, setting, &pencil, runs, count, kept.listener)
+            ritz_at(problem, prepared, setting, &pencil, runs, count, &kept_runs)
         })?;
+        kept_runs.forget(body, runs);
         n_snapshots += seen;
         samples.push(ritz);
     }
@@ -108,14 +109,14 @@ fn ritz_at(
     pencil: &Pencil,
     runs: &Runs,
     count: usize,
-    listener: &dyn Listener,
+    kept: &KeptRuns<'_>,
 ) -> Result<(Basis, usize), BasisError> {
     let Prepared { body, symbolic, scheme, .. } = prepared;
     let full = FullOrder::new(pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;
     let mass = apply(pencil.mass());
     let stiffness = apply(pencil.stiffness());
     let oversampling = problem.basis.oversampling.max(1);
-    let pod = compute(body, &full, runs, &mass, 2 * count * oversampling, listener)?;
+    let pod = compute(body, &full, runs, &mass, 2 * count * oversampling, kept)?;
     let factor = symbolic.factorize(pencil.stiffness().clone())?;
     let static_response = |x: MatRef<'_, f64>, mut y: MatMut<'_, f64>| {
         pencil.mass().mul_into(x, y.as_mut());

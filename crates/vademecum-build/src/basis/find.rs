@@ -6,7 +6,7 @@ use super::carrier::carrier_basis;
 use super::error::BasisError;
 use super::pod::{Apply, Pod, apply};
 use super::ritz::{Basis, modes_basis, pod_basis, ritz_basis};
-use super::snapshots::{Runs, SnapshotError, compute, import};
+use super::snapshots::{KeptRuns, Runs, SnapshotError, compute, import};
 use crate::dynamics::{FullOrder, Modes, lowest_modes};
 use crate::fem::Solve;
 use crate::input::{BasisKind, InnerProduct, Problem};
@@ -25,7 +25,7 @@ pub fn decompose(
     body: &Body,
     full: Option<&FullOrder<'_>>,
     runs: &Runs,
-    listener: &dyn Listener,
+    kept: &KeptRuns<'_>,
 ) -> Result<Option<Pod>, SnapshotError> {
     if problem.basis_kind() == BasisKind::Modes {
         return Ok(None);
@@ -41,16 +41,9 @@ pub fn decompose(
     let imported = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
     let rank = most_vectors(problem);
     let pod = if imported {
-        import(body, problem, inner_product, rank, listener)?
+        import(body, problem, inner_product, rank, kept.kept.listener)?
     } else {
-        compute(
-            body,
-            full.expect("snapshots are marched at full order"),
-            runs,
-            inner_product,
-            rank,
-            listener,
-        )?
+        compute(body, full.expect("snapshots are marched at full order"), runs, inner_product, rank, kept)?
     };
     Ok(Some(pod))
 }
@@ -86,7 +79,11 @@ pub fn find_basis(
         return Ok((carrier.basis, carrier.n_snapshots));
     }
     let inputs = |inputs: Inputs| basis_inputs(inputs, problem, prepared, runs);
-    kept.stage("basis", inputs, || nominal_basis(problem, prepared, full, runs, kept.listener))
+    let Prepared { scheme, step, body, .. } = prepared;
+    let kept_runs = KeptRuns { kept, inputs: &|inputs| inputs.value(&(scheme, step)) };
+    let found = kept.stage("basis", inputs, || nominal_basis(problem, prepared, full, runs, &kept_runs))?;
+    kept_runs.forget(body, runs);
+    Ok(found)
 }
 
 /// The same at the values of the problem file.
@@ -95,12 +92,12 @@ fn nominal_basis(
     prepared: &Prepared,
     full: Option<&FullOrder<'_>>,
     runs: &Runs,
-    listener: &dyn Listener,
+    kept: &KeptRuns<'_>,
 ) -> Result<(Basis, usize), BasisError> {
     let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
-    let Some(pod) = decompose(problem, body, full, runs, listener)? else {
+    let Some(pod) = decompose(problem, body, full, runs, kept)? else {
         let Modes { vectors, eigenvalues, .. } = match problem.basis.error {
-            Some(error) => enough_modes(problem, prepared, error, listener)?,
+            Some(error) => enough_modes(problem, prepared, error, kept.kept.listener)?,
             None => {
                 let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
                 lowest_modes(pencil, &prepared.symbolic, count)?

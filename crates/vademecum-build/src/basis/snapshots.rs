@@ -1,12 +1,14 @@
 //! Snapshots: full-order fields under a plan of loads, or the fields of another program.
 //!
 //! Runs are marched several at a time (many right-hand sides cost little more than one) and streamed into the
-//! POD, so memory does not grow with the plan.
+//! POD, so memory does not grow with the plan. Runs that are done are kept until their basis is, so that a
+//! build that was stopped marches the others only.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use faer::Mat;
+use faer::prelude::ReborrowMut;
+use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
 use super::pod::{Apply, Pod, StreamingPod};
@@ -16,6 +18,7 @@ use crate::input::{Problem, SnapshotPlan};
 use crate::linalg::NoConvergence;
 use crate::prepared::Body;
 use crate::progress::{Cancelled, Listener, Quiet};
+use crate::store::{Inputs, Kept};
 
 /// Runs marched at once by one thread; past 16 right-hand sides a solve gains nothing more.
 const RUNS_AT_ONCE: usize = 16;
@@ -152,6 +155,43 @@ fn spread(points: &[[f64; 3]], count: usize) -> Vec<usize> {
     chosen
 }
 
+/// Runs of one setting, as a build keeps them.
+pub struct KeptRuns<'a> {
+    /// The finished stages of the build.
+    pub kept: &'a Kept<'a>,
+    /// What the march of these runs depends on, beside the model and the runs themselves.
+    pub inputs: &'a (dyn Fn(Inputs) -> Inputs + Sync),
+}
+
+impl KeptRuns<'_> {
+    /// Snapshots of the runs from `first` on, marched if they are not kept.
+    fn group(
+        &self,
+        runs: &Runs,
+        first: usize,
+        group: &[(u32, [f64; 3])],
+        march: impl FnOnce() -> Result<Vec<f64>, MarchError>,
+    ) -> Result<Vec<f64>, MarchError> {
+        let inputs = |inputs| (self.inputs)(inputs).value(&(runs, group));
+        self.kept.stage(&name(first, group.len()), inputs, march)
+    }
+
+    /// Removes what is kept of the runs, once the basis that they led to is kept itself.
+    pub fn forget(&self, body: &Body, runs: &Runs) {
+        let loads = runs.loads();
+        let at_once = runs.side_by_side(body.n_dof());
+        for (i, group) in loads.chunks(at_once).enumerate() {
+            let inputs = |inputs| (self.inputs)(inputs).value(&(runs, group));
+            self.kept.forget(&name(i * at_once, group.len()), inputs);
+        }
+    }
+}
+
+/// The stage of some runs: their numbers, from 1.
+fn name(first: usize, count: usize) -> String {
+    format!("runs-{}-to-{}", first + 1, first + count)
+}
+
 /// Marches the plan and streams every snapshot into a POD of at most `max_rank` vectors.
 ///
 /// # Errors
@@ -162,12 +202,12 @@ pub fn compute(
     runs: &Runs,
     inner_product: Apply<'_>,
     max_rank: usize,
-    listener: &dyn Listener,
+    kept: &KeptRuns<'_>,
 ) -> Result<Pod, SnapshotError> {
-    let n = body.n_dof();
+    let (n, listener) = (body.n_dof(), kept.kept.listener);
     let loads = runs.loads();
-    let group = runs.side_by_side(n);
-    let groups: Vec<&[(u32, [f64; 3])]> = loads.chunks(group).collect();
+    let at_once = runs.side_by_side(n);
+    let groups: Vec<(usize, &[(u32, [f64; 3])])> = loads.chunks(at_once).enumerate().collect();
     let mut pod = StreamingPod::new(inner_product, n, max_rank);
     // Bars move with the steps of all runs: a group of runs may take most of the time there is.
     let (done, steps) = (AtomicUsize::new(0), runs.steps * loads.len());
@@ -177,12 +217,23 @@ pub fn compute(
             return Err(Cancelled.into());
         }
         // Groups are independent and pushed in order: the same bytes come out for any number of threads.
-        let fields: Vec<Result<Mat<f64>, MarchError>> = side_by_side
+        let fields: Vec<Result<Vec<f64>, MarchError>> = side_by_side
             .par_iter()
-            .map(|group| run_group(body, full, runs, group, listener, &stepped))
+            .map(|&(i, group)| {
+                let mut marched = false;
+                let fields = kept.group(runs, i * at_once, group, || {
+                    marched = true;
+                    run_group(body, full, runs, group, listener, &stepped)
+                })?;
+                if !marched {
+                    stepped(runs.steps * group.len());
+                }
+                Ok(fields)
+            })
             .collect();
-        for snapshots in fields {
-            pod.push(snapshots?.as_ref())?;
+        for fields in fields {
+            let fields = fields?;
+            pod.push(MatRef::from_column_major_slice(&fields, n, fields.len() / n))?;
         }
     }
     finish(pod)
@@ -200,7 +251,7 @@ pub(crate) fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> 
 }
 
 /// Marches runs together and tells `stepped` of their steps; snapshots as columns, shape
-/// (n, runs × snapshots).
+/// (n, runs × snapshots), column after column.
 fn run_group(
     body: &Body,
     full: &FullOrder<'_>,
@@ -208,20 +259,22 @@ fn run_group(
     group: &[(u32, [f64; 3])],
     listener: &dyn Listener,
     stepped: &(dyn Fn(usize) + Sync),
-) -> Result<Mat<f64>, MarchError> {
-    let loads = run_loads(body, runs, group);
-    let mut snapshots = Mat::zeros(body.n_dof(), group.len() * runs.snapshots_per_run());
+) -> Result<Vec<f64>, MarchError> {
+    let (loads, n) = (run_loads(body, runs, group), body.n_dof());
+    let columns = group.len() * runs.snapshots_per_run();
+    let mut fields = vec![0.0; n * columns];
+    let mut snapshots = MatMut::from_column_major_slice_mut(&mut fields, n, columns);
     let mut next = 0;
     march_full_order(full, &loads, group.len(), runs.steps, &Quiet(listener), |step, state| {
         if step > 0 {
             stepped(group.len());
         }
         if step > 0 && step % runs.stride == 0 {
-            snapshots.subcols_mut(next, group.len()).copy_from(&state.displacement);
+            snapshots.rb_mut().subcols_mut(next, group.len()).copy_from(&state.displacement);
             next += group.len();
         }
     })?;
-    Ok(snapshots)
+    Ok(fields)
 }
 
 /// Streams the snapshots of another program into a POD.

@@ -108,7 +108,8 @@ fn plan(
         let marches =
             Work { steps: steps * runs.count() as f64, seconds: steps * one * (groups / at_once).ceil() };
         work = work.and(marches.times(samples));
-        let kept = runs.snapshots_per_run() as f64 + PER_TRAJECTORY;
+        // Once in memory, and once more on their way to the work folder.
+        let kept = 2.0 * runs.snapshots_per_run() as f64 + PER_TRAJECTORY;
         snapshots = NUMBER * n as f64 * side_by_side as f64 * at_once * kept;
     }
     let steps = unseen as f64;

@@ -94,6 +94,11 @@ impl Store {
         write_atomic(&self.path(stage, address), &encode(address, result)?)
     }
 
+    /// Removes one result; what cannot be removed stays until [`Store::remove`].
+    pub(crate) fn forget(&self, stage: &str, address: u128) {
+        let _ = std::fs::remove_file(self.path(stage, address));
+    }
+
     fn path(&self, stage: &str, address: u128) -> PathBuf {
         self.folder.join(format!("{stage}-{address:032x}{ENDING}"))
     }
@@ -121,8 +126,11 @@ fn checksum(address: u128, content: &[u8]) -> [u8; CHECKSUM] {
 }
 
 fn encode(address: u128, result: &impl Serialize) -> io::Result<Vec<u8>> {
-    let content = bincode::serde::encode_to_vec(result, configuration()).map_err(io::Error::other)?;
-    Ok([&checksum(address, &content)[..], &content].concat())
+    let mut bytes = vec![0; CHECKSUM];
+    bincode::serde::encode_into_std_write(result, &mut bytes, configuration()).map_err(io::Error::other)?;
+    let (checked, content) = bytes.split_at_mut(CHECKSUM);
+    checked.copy_from_slice(&checksum(address, content));
+    Ok(bytes)
 }
 
 fn decode<T: DeserializeOwned>(address: u128, bytes: &[u8]) -> Option<T> {

@@ -76,4 +76,11 @@ impl<'a> Kept<'a> {
         }
         Ok(result)
     }
+
+    /// Removes the result of a stage, where another one that is kept has taken its place.
+    pub(crate) fn forget(&self, name: &str, inputs: impl FnOnce(Inputs) -> Inputs) {
+        if let Some((store, model)) = &self.store {
+            store.forget(name, inputs(model.clone().value(&name)).address());
+        }
+    }
 }

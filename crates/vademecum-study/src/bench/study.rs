@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use faer::Mat;
-use vademecum_build::basis::{Basis, BasisError, Pod, Runs, basis_of_pod, modes_basis};
+use vademecum_build::basis::{Basis, BasisError, KeptRuns, Pod, Runs, basis_of_pod, modes_basis};
 use vademecum_build::dynamics::{
     FullOrder, SchemeKind, TimedLoad, announce, lowest_modes, mode_table, table_matrix,
 };
@@ -15,6 +15,7 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{ParameterSpace, Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::response::{BlockTerms, StageResponse, stage_responses};
+use vademecum_build::store::Kept;
 use vademecum_format::Certificate;
 use vademecum_format::scheme::SchemeTable;
 
@@ -379,6 +380,7 @@ fn decompose(
     let at_once = runs.side_by_side(body.n_dof()).min(runs.count());
     let steps = runs.steps as f64 * runs.count().div_ceil(at_once) as f64;
     announce("snapshots to compare on", &full, at_once, steps, long, listener)?;
-    let pod = vademecum_build::basis::decompose(problem, body, Some(&full), &runs, listener)?;
+    let kept = KeptRuns { kept: &Kept::new(None, prepared, listener), inputs: &|inputs| inputs };
+    let pod = vademecum_build::basis::decompose(problem, body, Some(&full), &runs, &kept)?;
     Ok((runs, pod.expect("a Ritz basis is made of snapshots"), first_period))
 }
