@@ -43,7 +43,7 @@ for dtype in (np.float32, np.float64):
     for label, call, parts in calls:
         timer = timeit.Timer(call)
         number, _ = timer.autorange()
-        rows.setdefault(label, []).append(min(timer.repeat(5, max(1, number // 4))) / max(1, number // 4) / parts)
+        rows.setdefault(label, []).append(min(timer.repeat(5, number // 8 or 1)) / (number // 8 or 1) / parts)
 
 for label, times in rows.items():
     print(f"{label:44}" + "".join(f"{1e9 * seconds:9.0f} ns" for seconds in times))

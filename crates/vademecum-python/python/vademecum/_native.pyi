@@ -7,6 +7,10 @@ from typing import Any, Optional, Union, final
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+__all__ = [
+    "__version__", "Batch", "File", "SurfacePoint", "Scene", "build", "check", "modes", "program", "run", "verify",
+]
+
 __version__: str
 
 _Vector = Union[Sequence[float], NDArray[np.floating[Any]]]
