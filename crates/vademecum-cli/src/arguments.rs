@@ -96,7 +96,7 @@ impl StructureArgument {
 }
 
 /// What packed sections may decode to: the same flag for every command that decodes.
-#[derive(Clone, Copy, Debug, clap::Args)]
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct Limit {
     /// Most bytes that the sections this command needs may decode to, such as 500000, 512M or 4G [default:
     /// 64M and 64 times the length of the file].

@@ -4,7 +4,6 @@ use std::error::Error;
 use std::fmt;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use vademecum_build::basis::BasisError;
 use vademecum_build::dynamics::ModesError;
@@ -134,9 +133,14 @@ impl Failure {
         failure
     }
 
+    /// Who can act.
+    pub fn cause(&self) -> Cause {
+        self.cause
+    }
+
     /// The process's exit code.
-    pub fn exit_code(&self) -> ExitCode {
-        ExitCode::from(self.cause as u8)
+    pub fn exit_code(&self) -> u8 {
+        self.cause as u8
     }
 }
 

@@ -66,6 +66,9 @@ pub fn open(path: &Path) -> Result<Mapped, Failure> {
 }
 
 /// [`open`], or a map of the file if the user asks for it.
+///
+/// # Errors
+/// [`Failure`]: a file that cannot be read, or is no vademecum file.
 pub fn open_or_map(path: &Path, map: bool) -> Result<Mapped, Failure> {
     if !map {
         return open(path);
@@ -99,12 +102,26 @@ pub fn usable_file<'a>(
     limit: Limit,
     memory: &'a mut Vec<u8>,
 ) -> Result<File<'a>, Failure> {
+    usable_bytes(path, mapped.bytes(), wanted, limit, memory)
+}
+
+/// [`usable_file`] of bytes that lie in memory already.
+///
+/// # Errors
+/// [`Failure`]: bytes that are no vademecum file, a damaged one, or one that unpacks to more than `limit`.
+pub fn usable_bytes<'a>(
+    path: &Path,
+    bytes: &'a [u8],
+    wanted: impl Fn(SectionKind) -> bool,
+    limit: Limit,
+    memory: &'a mut Vec<u8>,
+) -> Result<File<'a>, Failure> {
     let failed = |error: FormatError| Failure::file(path, error).remedy(DAMAGED);
-    let file = mapped.file().map_err(failed)?;
+    let file = File::parse(bytes).map_err(failed)?;
     file.verify_all().map_err(failed)?;
     let packed = |section: &Section<'_>| section.codec() != Codec::Raw && wanted(section.kind());
     if file.sections().any(|section| packed(&section)) {
-        let unpacked = vademecum_rewrite::unpack_wanted(&file, &wanted, limit.of(mapped.bytes().len()));
+        let unpacked = vademecum_rewrite::unpack_wanted(&file, &wanted, limit.of(bytes.len()));
         *memory = unpacked.map_err(|error| Failure::file(path, error))?;
         return File::parse(memory).map_err(failed);
     }

@@ -1,6 +1,6 @@
 //! `vademecum info`: everything a file says about itself.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use vademecum_build::certificate::StructureReport;
@@ -8,15 +8,15 @@ use vademecum_build::chapter::ChapterReport;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_format::{Chapter, File, SectionKind};
-use vademecum_rewrite::{Dropped, Loss, check_coordinates, fewest_terms, read_losses};
+use vademecum_rewrite::{Dropped, Loss, RewriteError, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound, figures, lines, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::arguments::{Limit, rounding};
 use crate::failure::Failure;
-use crate::files::{open, usable_file};
-use crate::print::{print_chapter, print_json, symmetry};
+use crate::files::{open, usable_bytes};
+use crate::print::{json, print_chapter, print_json, symmetry};
 
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
@@ -35,6 +35,15 @@ pub struct Info {
     terms_for: Option<f64>,
     #[command(flatten)]
     limit: Limit,
+}
+
+/// What `info --json` prints of the bytes of a file. `path` is its name, for messages.
+///
+/// # Errors
+/// [`Failure`]: bytes that are no vademecum file, or a damaged one.
+pub fn contents_json(path: &Path, bytes: &[u8], limit: Limit) -> Result<String, Failure> {
+    let info = Info { file: path.to_path_buf(), json: true, terms_for: None, limit };
+    info.read(bytes).map(|(contents, _)| json(&contents))
 }
 
 /// Everything a file says about itself.
@@ -142,23 +151,30 @@ struct SectionReport {
 impl Info {
     pub fn run(&self) -> Result<(), Failure> {
         let mapped = open(&self.file)?;
-        let mut memory = vec![];
-        let wanted = |kind| self.is_printed(kind);
-        let read = usable_file(&self.file, &mapped, wanted, self.limit, &mut memory)?;
-        let contents = mapped.file().map_err(FileError::from).and_then(|file| self.contents(&file, &read));
-        let contents = contents.map_err(|error| Failure::file(&self.file, error))?;
+        let (contents, flaw) = self.read(mapped.bytes())?;
         if self.json {
             print_json(&contents);
         } else {
             contents.print();
         }
-        if let Err(error) = check_coordinates(&read) {
+        if let Some(error) = flaw {
             eprintln!(
                 "  note: {error}; `vademecum verify {} --file-only` checks the file",
                 self.file.display()
             );
         }
         Ok(())
+    }
+
+    /// What the bytes of the file say, and what is wrong with its coordinates.
+    fn read(&self, bytes: &[u8]) -> Result<(Contents, Option<RewriteError>), Failure> {
+        let mut memory = vec![];
+        let wanted = |kind| self.is_printed(kind);
+        let read = usable_bytes(&self.file, bytes, wanted, self.limit, &mut memory)?;
+        let listed = File::parse(bytes).map_err(FileError::from);
+        let contents = listed.and_then(|listed| self.contents(&listed, &read));
+        let contents = contents.map_err(|error| Failure::file(&self.file, error))?;
+        Ok((contents, check_coordinates(&read).err()))
     }
 
     /// Whether a section is read, not only listed.

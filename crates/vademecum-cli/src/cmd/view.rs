@@ -122,13 +122,10 @@ impl View {
         let mut memory = vec![];
         // The page wants all of it raw; what is for people only may stay packed.
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
-        refuse_canonical(&self.file, &file, "the viewer")?;
-        check(&self.file, &file)?;
-        let title = title(&self.file, &file);
         console.clear();
         match &self.export {
             Some(path) => {
-                let page = page(&title, "", file.bytes());
+                let page = page(&self.file, &file)?;
                 write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
                 let written = Written { page: path.display().to_string(), bytes: page.len() };
                 if self.json {
@@ -141,7 +138,10 @@ impl View {
                 }
                 Ok(())
             }
-            None => self.serve(&page(&title, SOURCE, &[]), file.bytes(), console),
+            None => {
+                check(&self.file, &file)?;
+                self.serve(&filled(&title(&self.file, &file), SOURCE, &[]), file.bytes(), console)
+            }
         }
     }
 
@@ -245,8 +245,18 @@ fn read_head(stream: &mut TcpStream) -> std::io::Result<Option<String>> {
     Ok(Some(String::from_utf8_lossy(&head).into_owned()))
 }
 
+/// The page of a file, with everything inside: it works from disk and without network. `path` is the name of
+/// the file, for the title and for messages.
+///
+/// # Errors
+/// [`Failure`]: a file that the page cannot show.
+pub fn page(path: &Path, file: &File<'_>) -> Result<String, Failure> {
+    check(path, file)?;
+    Ok(filled(&title(path, file), "", file.bytes()))
+}
+
 /// The page with everything inside; `file` too unless it comes from `source`.
-fn page(title: &str, source: &str, file: &[u8]) -> String {
+fn filled(title: &str, source: &str, file: &[u8]) -> String {
     let module = |(name, text): &(&str, &str)| {
         // Its name, for messages: a data address would be the whole module again.
         let text = format!("{text}//# sourceURL=vademecum/{name}.js\n");
@@ -264,6 +274,7 @@ fn page(title: &str, source: &str, file: &[u8]) -> String {
 
 /// The page draws the surface; say here what it could not use.
 fn check(path: &Path, file: &File<'_>) -> Result<(), Failure> {
+    refuse_canonical(path, file, "the viewer")?;
     let failed = |error: FormatError| Failure::file(path, error);
     for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
         let missing = || Failure::file(path, FileError::Missing { kind });
@@ -310,7 +321,7 @@ mod tests {
 
     #[test]
     fn a_page_holds_everything_and_asks_for_nothing() {
-        let page = page("a <b> {{body}}", "", b"\x01\x02\x03");
+        let page = filled("a <b> {{body}}", "", b"\x01\x02\x03");
         assert!(page.contains("a &lt;b&gt; &#123;&#123;body}}"));
         assert!(page.contains("AQID</script>"));
         assert!(!page.contains("{{"), "every place is filled");

@@ -1,0 +1,303 @@
+"""Elastic bodies that move in real time.
+
+    import vademecum
+
+    body = vademecum.open("body.vdm")
+    scene = body.scene()
+    finger = scene.contact([0.93, 0.03, 0.1], force=[0.0, 0.0, -20.0])
+    scene.step(1000)
+    scene.point(finger)          # how far it has moved [m]
+
+Units are those of the file, SI unless `info.units` says otherwise.
+"""
+
+from __future__ import annotations
+
+import functools
+import html
+import json
+import os
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Optional, Union
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from . import _native
+from ._data import (
+    Axis,
+    Bound,
+    Certificate,
+    Info,
+    NaturalModes,
+    Parameter,
+    ParameterValue,
+    Section,
+    Soundness,
+    Structure,
+    Verification,
+    read,
+)
+from ._errors import Error, FileError, InputError, MachineError, MeshError, Note, NumericsError, ToleranceMissed
+from ._native import Batch, Scene, SurfacePoint
+
+__version__ = _native.__version__
+
+__all__ = [
+    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "Info", "InputError", "MachineError",
+    "MeshError", "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Played", "Scene",
+    "Section", "Soundness", "Structure", "SurfacePoint", "ToleranceMissed", "Vademecum", "Verification", "build",
+    "from_bytes", "modes", "open", "run", "verify",
+]
+
+PathLike = Union[str, "os.PathLike[str]"]
+#: A path, or the keys of the file as a mapping: what `tomllib.load` would give.
+Input = Union[PathLike, Mapping[str, Any]]
+#: Called with the name of the stage, how many of its pieces are done, and how many there are (0 if unknown).
+Progress = Callable[[str, int, int], object]
+
+
+class Vademecum:
+    """A vademecum file in memory. `open`, `from_bytes` and `build` make one."""
+
+    def __init__(self, native: _native.File, report: Optional[dict[str, Any]] = None) -> None:
+        self._native = native
+        #: What the build said about itself, as `vademecum build --json` prints it; `None` for an opened file.
+        self.report = report
+
+    @functools.cached_property
+    def info(self) -> Info:
+        """Everything the file says about itself."""
+        return read(Info, json.loads(self._native.info()))
+
+    @functools.cached_property
+    def _geometry(self) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+        nodes, triangles = self._native.geometry()
+        nodes.setflags(write=False)
+        triangles.setflags(write=False)
+        return nodes, triangles
+
+    @property
+    def nodes(self) -> NDArray[np.float64]:
+        """Positions of all nodes at rest, shape (nodes, 3); those of the surface come first. Read-only."""
+        return self._geometry[0]
+
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """Triangles of the surface, shape (triangles, 3); the loadable ones come first. Read-only."""
+        return self._geometry[1]
+
+    def scene(self, dtype: DTypeLike = np.float64, **options: Any) -> Scene:
+        """A body at rest, without loads.
+
+        `dtype` is the precision of the step: `float64` gives the bits of `vademecum run`, `float32` is about twice
+        as fast. Options are `structure` ("auto", "diagonal", "block", "exact"), `time_step`, `tolerance`, `terms`,
+        `rest_below`, `residual` and `contacts`; all other keywords are live parameters of the file. A parameter
+        whose name is no keyword is given with `_` for every other sign, or as `**{"tip stiffness": 1.5}`.
+        """
+        return self._native.scene(dtype, options)
+
+    def batch(self, instances: int, dtype: DTypeLike = np.float64, **options: Any) -> Batch:
+        """Many bodies at rest that are stepped together, at the same parameters."""
+        return self._native.batch(instances, dtype, options)
+
+    def run(
+        self, scenario: Input, *, long: bool = False, progress: Optional[Progress] = None, **options: Any
+    ) -> Played:
+        """Plays a scenario through the file, as `vademecum run` does: the same numbers, bit for bit.
+
+        Options are those of `scene`, with "canonical" as one more structure.
+        """
+        names, arrays = _native.run(self._native, _given(scenario), options, long, progress)
+        columns = arrays.pop("probes")
+        probes = {name: columns[:, column] for column, name in enumerate(names)}
+        return Played(vademecum=self, probes=probes, values=columns, **arrays)
+
+    def verify(
+        self,
+        scenario: Input,
+        problem: Optional[Input] = None,
+        *,
+        long: bool = False,
+        progress: Optional[Progress] = None,
+        **options: Any,
+    ) -> Verification:
+        """Marches a scenario full order and through the file, and says how far apart they are.
+
+        Without `problem`, the one that the file keeps is taken, with its mesh looked for in the working folder.
+        """
+        given = ("toml", self.info.problem, os.getcwd()) if problem is None else _given(problem)
+        found = _native.verify(self._native, given, _given(scenario), options, long, progress)
+        return read(Verification, json.loads(found))
+
+    def check(self) -> Soundness:
+        """Checks the file alone: checksums, numbers, names, geometry, a stable step. `FileError` says what is wrong."""
+        return read(Soundness, json.loads(_native.check(self._native)))
+
+    def save(self, path: PathLike) -> Path:
+        """Writes the bytes of the file; a file that is there already is replaced in one step."""
+        path = Path(path)
+        part = path.with_name(path.name + ".part")
+        part.write_bytes(self.to_bytes())
+        part.replace(path)
+        return path
+
+    def to_bytes(self) -> bytes:
+        """The bytes of the file."""
+        return self._native.bytes()
+
+    def to_meshio(self, **point_data: Any) -> Any:
+        """The surface as a mesh of `meshio` (a package of its own), with fields such as `displacement=scene.surface()`."""
+        import meshio
+
+        count = self.info.surface_nodes
+        return meshio.Mesh(self.nodes[:count], [("triangle", self.triangles)], point_data=point_data)
+
+    def view(self, height: int = 640) -> Page:
+        """The body to push and to look at, in a notebook: the page that `vademecum view --export` writes."""
+        return Page(self._native.page(), height)
+
+    def __reduce__(self) -> tuple[Callable[..., Vademecum], tuple[bytes, str]]:
+        return from_bytes, (self.to_bytes(), os.fspath(self._native.path))
+
+    def __repr__(self) -> str:
+        return f"<Vademecum {os.fspath(self._native.path)}: {self.info.nodes} nodes, {self.info.modes} modes>"
+
+
+@dataclass(frozen=True, repr=False)
+class Played:
+    """What a run shows. Arrays are (instants,) or (instants, …)."""
+
+    vademecum: Vademecum
+    #: Instants of the probes [s].
+    time: NDArray[np.float64]
+    #: Energy at them [J].
+    energy: NDArray[np.float64]
+    #: Displacement of each probe at them [m], by name: columns of `values`.
+    probes: dict[str, NDArray[np.float64]]
+    #: The same, shape (instants, probes).
+    values: NDArray[np.float64]
+    #: Instants of the fields [s]; none if the scenario asks for no fields.
+    field_time: NDArray[np.float64]
+    #: Displacement of the nodes at them [m], shape (instants, nodes, 3).
+    displacement: NDArray[np.float64]
+    #: Velocity [m/s], alike.
+    velocity: NDArray[np.float64]
+
+    def to_meshio(self, instant: int = -1) -> Any:
+        """The surface at one of the instants of `field_time`, with its displacement and velocity."""
+        count = self.vademecum.info.surface_nodes
+        fields = {"displacement": self.displacement[instant, :count], "velocity": self.velocity[instant, :count]}
+        return self.vademecum.to_meshio(**fields)
+
+    def __repr__(self) -> str:
+        return f"<Played: {len(self.time)} instants of {', '.join(self.probes) or 'no probes'}>"
+
+
+@dataclass(frozen=True, repr=False)
+class Page:
+    """A page that a notebook shows in a frame."""
+
+    html: str
+    height: int
+
+    def save(self, path: PathLike) -> Path:
+        """Writes the page: it works from disk and without network."""
+        path = Path(path)
+        path.write_text(self.html, encoding="utf-8")
+        return path
+
+    def _repr_html_(self) -> str:
+        style = f"width:100%;height:{self.height}px;border:0"
+        return f'<iframe style="{style}" allow="fullscreen" srcdoc="{html.escape(self.html, quote=True)}"></iframe>'
+
+    def __repr__(self) -> str:
+        return f"<Page of {len(self.html)} characters>"
+
+
+def open(path: PathLike, *, map: bool = False) -> Vademecum:
+    """Opens a vademecum file. Its bytes are copied, so whatever becomes of the file on the disk, they stay.
+
+    With `map=True` the file is mapped into memory, for files too large to copy. You promise that nobody, in this
+    process or another, shortens or overwrites it meanwhile: that would end Python or give wrong numbers.
+    """
+    return Vademecum(_native.File.open(os.fspath(path), map))
+
+
+def from_bytes(data: Union[bytes, bytearray, memoryview], name: PathLike = "body.vdm") -> Vademecum:
+    """A vademecum file from its bytes, which are copied. `name` is for messages."""
+    return Vademecum(_native.File.from_bytes(bytes(data), os.fspath(name)))
+
+
+def build(
+    problem: Input,
+    *,
+    work: Optional[PathLike] = None,
+    fresh: bool = False,
+    repair: bool = False,
+    keep_missed: bool = False,
+    long: bool = False,
+    memory: Optional[int] = None,
+    folder: Optional[PathLike] = None,
+    progress: Optional[Progress] = None,
+) -> Vademecum:
+    """Computes a vademecum from a problem: the path of a problem file, or its keys as a mapping.
+
+    `work` is a folder for finished stages: a build that was stopped goes on from there, and after a change only
+    what depends on it is computed again. The other options are those of `vademecum build`. The paths of a mapping
+    are looked for in `folder`, the working folder if it is absent. Ctrl-C ends the build, and so does an exception
+    of `progress`.
+    """
+    settings = {
+        "work": None if work is None else os.fspath(work),
+        "fresh": fresh,
+        "repair": repair,
+        "long": long,
+        "keep_missed": keep_missed,
+        "memory": memory,
+    }
+    native, report = _native.build(_given(problem, folder), settings, progress)
+    return Vademecum(native, json.loads(report))
+
+
+def run(file: Union[Vademecum, PathLike], scenario: Input, **options: Any) -> Played:
+    """Plays a scenario through a file: `Vademecum.run`."""
+    return (file if isinstance(file, Vademecum) else open(file)).run(scenario, **options)
+
+
+def verify(
+    file: Union[Vademecum, PathLike], scenario: Input, problem: Optional[Input] = None, **options: Any
+) -> Verification:
+    """Compares a file with its problem at full order: `Vademecum.verify`."""
+    return (file if isinstance(file, Vademecum) else open(file)).verify(scenario, problem, **options)
+
+
+def modes(
+    problem: Input, count: int = 12, *, folder: Optional[PathLike] = None, progress: Optional[Progress] = None
+) -> NaturalModes:
+    """The lowest natural frequencies of a problem, and the damping that each mode receives."""
+    return read(NaturalModes, json.loads(_native.modes(_given(problem, folder), count, progress)))
+
+
+def _given(source: Input, folder: Optional[PathLike] = None) -> tuple[str, str, str]:
+    """How a problem or a scenario is handed over: kind, text, folder."""
+    place = os.getcwd() if folder is None else os.path.abspath(os.fspath(folder))
+    if isinstance(source, Mapping):
+        return ("json", json.dumps(_plain(source), allow_nan=False), place)
+    return ("path", os.fspath(source), place)
+
+
+def _plain(value: Any) -> Any:
+    """Lists and numbers of Python for arrays and numbers of NumPy; keys without a value are left out."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items() if item is not None}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return os.fspath(value) if isinstance(value, os.PathLike) else value

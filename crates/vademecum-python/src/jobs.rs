@@ -1,0 +1,195 @@
+//! What takes longer: builds, runs, verifications, natural modes, and the program itself.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use vademecum_build::pipeline::{self, BuildOptions};
+use vademecum_build::prepared::prepare;
+use vademecum_build::progress::Stopwatch;
+use vademecum_build::store::Store;
+use vademecum_cli::Failure;
+use vademecum_rewrite::default_limit;
+use vademecum_study::StudyError;
+use vademecum_study::modes::natural_modes;
+use vademecum_study::player::PlayOptions;
+use vademecum_study::run::{Moment, Run};
+use vademecum_study::soundness::check_file;
+use vademecum_study::verify::verify as verified;
+
+use crate::arrays::owned;
+use crate::content::Content;
+use crate::file::PyFile;
+use crate::options::scene_options;
+use crate::problem::Given;
+use crate::refusal::Refusal;
+use crate::watch::{Told, watched};
+
+/// A value as a text in JSON, in which what is no number is `null`.
+fn json(value: &impl serde::Serialize) -> Result<String, Refusal> {
+    serde_json::to_string(value).map_err(|error| Refusal::usage(error.to_string()))
+}
+
+/// Settings of [`build`], by their names in Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Settings {
+    work: Option<PathBuf>,
+    fresh: bool,
+    repair: bool,
+    long: bool,
+    keep_missed: bool,
+    memory: Option<u64>,
+}
+
+/// A file built from a problem, and the report of the build.
+#[pyfunction]
+pub fn build(
+    py: Python<'_>,
+    problem: Given,
+    settings: Settings,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(PyFile, String)> {
+    let (content, report) = watched(py, Told { progress, warn: false }, |listener| {
+        let problem = problem.problem()?;
+        let store = settings.work.as_ref().map(|folder| Store::new(folder, settings.fresh));
+        let Settings { repair, long, memory, .. } = settings;
+        let options = BuildOptions { store: store.as_ref(), repair, long, memory };
+        let outcome = pipeline::build(&problem, &options, listener)?;
+        let built = if settings.keep_missed { outcome.either() } else { outcome.kept()? };
+        Ok((Content::given(Path::new("built.vdm"), built.bytes)?, json(&built.report)?))
+    })?;
+    Ok((PyFile { content: Arc::new(content), path: "built.vdm".into() }, report))
+}
+
+/// What a run shows.
+#[derive(Default)]
+struct Shown {
+    times: Vec<f64>,
+    energy: Vec<f64>,
+    probes: Vec<f64>,
+    field_times: Vec<f64>,
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Shown {
+    fn add(&mut self, moment: &Moment<'_>) {
+        if let Some(probed) = &moment.probes {
+            self.times.push(moment.time);
+            self.energy.push(probed.energy);
+            self.probes.extend_from_slice(probed.values);
+        }
+        if let Some(fields) = &moment.fields {
+            self.field_times.push(moment.time);
+            self.displacement.extend_from_slice(fields.displacement);
+            self.velocity.extend_from_slice(fields.velocity);
+        }
+    }
+}
+
+/// A scenario through a file: names of the probes, then a mapping of arrays.
+#[pyfunction]
+pub fn run<'py>(
+    py: Python<'py>,
+    file: &PyFile,
+    scenario: Given,
+    options: Option<&Bound<'py, PyDict>>,
+    long: bool,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Vec<String>, Bound<'py, PyDict>)> {
+    let (chapter, scene) = played(file, options)?;
+    let (names, shown) = watched(py, Told { progress, warn: true }, |listener| {
+        let scenario = scenario.scenario()?;
+        let opened = file.content.file(&file.path)?;
+        let about = |error: StudyError| Failure::of_study(error, &file.path, Path::new("the scenario"));
+        let options = PlayOptions { chapter, scene, long };
+        let run = Run::bind(&opened, options, &scenario, listener).map_err(about)?;
+        let mut shown = Shown::default();
+        let played = run.play(listener, |moment| {
+            shown.add(moment);
+            Ok::<(), StudyError>(())
+        });
+        played.map_err(about)?;
+        Ok((run.probes().to_vec(), shown))
+    })?;
+    let (rows, fields) = (shown.times.len(), shown.field_times.len());
+    let nodes = shown.displacement.len() / (3 * fields.max(1));
+    let arrays = PyDict::new(py);
+    arrays.set_item("time", owned(py, shown.times, &[rows])?)?;
+    arrays.set_item("energy", owned(py, shown.energy, &[rows])?)?;
+    arrays.set_item("probes", owned(py, shown.probes, &[rows, names.len()])?)?;
+    arrays.set_item("field_time", owned(py, shown.field_times, &[fields])?)?;
+    arrays.set_item("displacement", owned(py, shown.displacement, &[fields, nodes, 3])?)?;
+    arrays.set_item("velocity", owned(py, shown.velocity, &[fields, nodes, 3])?)?;
+    Ok((names, arrays))
+}
+
+/// Whether the canonical structure is asked for, and the other options.
+fn played(
+    file: &PyFile,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<(bool, vademecum_eval::SceneOptions)> {
+    let opened = file.content.file(&file.path)?;
+    let structure = options.map(|all| all.get_item("structure")).transpose()?.flatten();
+    let chapter = structure.is_some_and(|name| name.extract::<String>().is_ok_and(|n| n == "canonical"));
+    if let (true, Some(options)) = (chapter, options) {
+        options.set_item("structure", "auto")?;
+    }
+    Ok((chapter, scene_options(opened.metadata(), options)?))
+}
+
+/// The same scenario full order and through the file, as a text in JSON.
+#[pyfunction]
+pub fn verify(
+    py: Python<'_>,
+    file: &PyFile,
+    problem: Given,
+    scenario: Given,
+    options: Option<&Bound<'_, PyDict>>,
+    long: bool,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let (chapter, scene) = played(file, options)?;
+    watched(py, Told { progress, warn: false }, |listener| {
+        let (problem, scenario) = (problem.problem()?, scenario.scenario()?);
+        let opened = file.content.file(&file.path)?;
+        let options = PlayOptions { chapter, scene, long };
+        let prepared = prepare(&problem, &mut Stopwatch::new(listener), listener)?;
+        let found = verified(&opened, &options, &problem, &prepared, &scenario, listener);
+        let about = |error: StudyError| Failure::of_study(error, &file.path, Path::new("the scenario"));
+        json(&found.map_err(about)?.figures)
+    })
+}
+
+/// What a check of the file alone finds, as a text in JSON.
+#[pyfunction]
+pub fn check(py: Python<'_>, file: &PyFile) -> PyResult<String> {
+    watched(py, Told { progress: None, warn: false }, |_| {
+        let bytes = file.content.original();
+        let sound = check_file(bytes, default_limit(bytes.len()));
+        json(&sound.map_err(|error| Failure::from(error).about(&file.path))?)
+    })
+}
+
+/// The lowest natural modes of a problem, as a text in JSON.
+#[pyfunction]
+pub fn modes(
+    py: Python<'_>,
+    problem: Given,
+    count: usize,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    watched(py, Told { progress, warn: false }, |listener| {
+        let problem = problem.problem()?;
+        json(&natural_modes(&problem, count, listener)?)
+    })
+}
+
+/// The program `vademecum` with these arguments; its exit code.
+#[pyfunction]
+pub fn program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| vademecum_cli::program(arguments))
+}

@@ -1,0 +1,42 @@
+//! The extension module `vademecum._native`: the evaluator and the builder for the Python package `vademecum`.
+//!
+//! Nothing is computed here. The module hands numbers and arrays to the crates of the workspace, says their
+//! errors as exceptions, and lets other threads of Python run while they work. What is plain Python (data
+//! classes, names, defaults) is written in Python, in `python/vademecum`.
+
+mod arrays;
+mod batch;
+mod body;
+mod content;
+mod file;
+mod jobs;
+mod options;
+mod point;
+mod problem;
+mod refusal;
+mod scene;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// The extension module.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::batch::PyBatch;
+    #[pymodule_export]
+    use crate::file::PyFile;
+    #[pymodule_export]
+    use crate::jobs::{build, check, modes, program, run, verify};
+    #[pymodule_export]
+    use crate::point::PyPoint;
+    #[pymodule_export]
+    use crate::scene::PyScene;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

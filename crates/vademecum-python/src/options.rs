@@ -1,0 +1,109 @@
+//! What a scene is asked for, from arguments of Python.
+
+use numpy::{PyArrayDescr, PyArrayDescrMethods, dtype};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::Metadata;
+use vademecum_study::parameters::{self, ParameterValue};
+
+use crate::refusal::{Refusal, of_study};
+
+/// Single or double precision.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    Single,
+    Double,
+}
+
+impl Precision {
+    /// Of a NumPy type, or of anything that NumPy makes one of.
+    pub fn of(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let py = given.py();
+        let descr = PyArrayDescr::new(py, given)?;
+        if descr.is_equiv_to(&dtype::<f32>(py)) {
+            Ok(Self::Single)
+        } else if descr.is_equiv_to(&dtype::<f64>(py)) {
+            Ok(Self::Double)
+        } else {
+            Err(PyTypeError::new_err(format!("dtype is {descr}; expected float32 or float64")))
+        }
+    }
+}
+
+/// The structure of this name.
+pub fn structure(name: &str) -> PyResult<StructureChoice> {
+    Ok(match name {
+        "auto" => StructureChoice::Auto,
+        "diagonal" => StructureChoice::Diagonal,
+        "block" => StructureChoice::Block,
+        "exact" => StructureChoice::Exact,
+        _ => {
+            return Err(Refusal::usage(format!(
+                "structure is `{name}`; expected `auto`, `diagonal`, `block` or `exact`"
+            ))
+            .into());
+        }
+    })
+}
+
+/// Options of a scene by their names; all others are live parameters of the file.
+pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<SceneOptions> {
+    let mut options = SceneOptions::default();
+    let mut live = vec![];
+    for (name, value) in given.into_iter().flatten() {
+        let name: String = name.extract()?;
+        match name.as_str() {
+            "structure" => options.structure = structure(&value.extract::<String>()?)?,
+            "tolerance" => options.tolerance = value.extract()?,
+            "time_step" => options.time_step = value.extract()?,
+            "rest_below" => options.rest_below = value.extract()?,
+            "terms" => options.terms = value.extract()?,
+            "residual" => options.residual = value.extract()?,
+            "contacts" => options.contacts = value.extract()?,
+            _ => live.push((name, value.extract()?)),
+        }
+    }
+    set(&mut options, metadata, live)?;
+    Ok(options)
+}
+
+/// Sets live parameters in options; nothing has changed where one is refused.
+pub fn set(
+    options: &mut SceneOptions,
+    metadata: &Metadata<'_>,
+    values: Vec<(String, f64)>,
+) -> PyResult<Vec<ParameterValue>> {
+    let resolved = |(name, value): (String, f64)| ParameterValue { name: resolve(metadata, name), value };
+    let values: Vec<_> = values.into_iter().map(resolved).collect();
+    let mut changed = *options;
+    parameters::set(&mut changed, metadata, &values).map_err(of_study)?;
+    *options = changed;
+    Ok(values)
+}
+
+/// The parameter that a keyword means: the one of that name, or else the only one whose name becomes the
+/// keyword if every sign that a keyword cannot have is written as `_`.
+fn resolve(metadata: &Metadata<'_>, name: String) -> String {
+    let known = || metadata.active_parameters().iter().map(|parameter| parameter.name);
+    if known().any(|other| other == name) {
+        return name;
+    }
+    let keyword =
+        |text: &str| -> String { text.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect() };
+    let mut alike = known().filter(|other| keyword(other) == name);
+    match (alike.next(), alike.next()) {
+        (Some(only), None) => only.to_string(),
+        _ => name,
+    }
+}
+
+/// Pairs of names and numbers of a mapping and of keywords.
+pub fn pairs(
+    values: Option<&Bound<'_, PyDict>>,
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Vec<(String, f64)>> {
+    let all = values.into_iter().flatten().chain(keywords.into_iter().flatten());
+    all.map(|(name, value)| Ok((name.extract()?, value.extract()?))).collect()
+}

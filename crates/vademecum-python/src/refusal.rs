@@ -1,0 +1,119 @@
+//! Errors of the workspace as exceptions of the package.
+
+use std::fmt;
+
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use vademecum_cli::{Cause, Failure};
+use vademecum_eval::{BindError, LoadError, OutputError, SimulationError, StepError};
+use vademecum_study::{FileError, StudyError};
+
+/// A failure that may go from one thread to another: who can act, and the program's words.
+#[derive(Debug)]
+pub struct Refusal {
+    cause: Cause,
+    words: String,
+}
+
+impl<E: Into<Failure>> From<E> for Refusal {
+    fn from(error: E) -> Self {
+        let failure: Failure = error.into();
+        let words = failure.to_string();
+        Self { cause: failure.cause(), words: words.strip_prefix("error: ").unwrap_or(&words).to_string() }
+    }
+}
+
+impl Refusal {
+    /// Wrong arguments.
+    pub fn usage(words: impl Into<String>) -> Self {
+        Self { cause: Cause::Usage, words: words.into() }
+    }
+}
+
+impl From<Refusal> for PyErr {
+    fn from(refusal: Refusal) -> Self {
+        let name = match refusal.cause {
+            Cause::Stopped => return PyKeyboardInterrupt::new_err(refusal.words),
+            Cause::Usage => return PyValueError::new_err(refusal.words),
+            Cause::Machine => "MachineError",
+            Cause::Input => "InputError",
+            Cause::Mesh => "MeshError",
+            Cause::Numerics => "NumericsError",
+            Cause::Tolerance => "ToleranceMissed",
+            Cause::File => "FileError",
+        };
+        Python::attach(|py| exception(py, name, refusal.words).unwrap_or_else(|error| error))
+    }
+}
+
+/// An exception of the package, which is written in Python.
+fn exception(py: Python<'_>, name: &str, words: String) -> PyResult<PyErr> {
+    let class = py.import("vademecum._errors")?.getattr(name)?;
+    Ok(PyErr::from_value(class.call1((words,))?))
+}
+
+/// Nothing can be bound as it is asked for.
+pub fn of_simulation(error: SimulationError) -> PyErr {
+    let error = match error {
+        SimulationError::Format(error) => FileError::from(error),
+        SimulationError::Bind(error) => FileError::from(error),
+        // Nothing is read from the disk where bytes are bound.
+        other => return PyRuntimeError::new_err(other.to_string()),
+    };
+    Refusal::from(error).into()
+}
+
+/// A binding that was refused.
+pub fn of_bind(error: BindError) -> PyErr {
+    Refusal::from(FileError::from(error)).into()
+}
+
+/// An output that cannot be given.
+pub fn of_output(error: OutputError) -> PyErr {
+    match error {
+        OutputError::Missing { .. } => Refusal::from(FileError::from(error)).into(),
+        other => PyValueError::new_err(other.to_string()),
+    }
+}
+
+/// A load that was refused.
+pub fn of_load(error: LoadError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A step that was refused.
+pub fn of_step(error: StepError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A study's error.
+pub fn of_study(error: StudyError) -> PyErr {
+    Refusal::from(error).into()
+}
+
+/// A value in use by another thread.
+pub fn busy(what: &str) -> PyErr {
+    PyRuntimeError::new_err(format!(
+        "this {what} is in use by another thread; a {what} belongs to one thread at a time: make one for each"
+    ))
+}
+
+/// A name that is not one of those known.
+pub fn unknown(what: &str, name: &str, known: &[String]) -> PyErr {
+    let nearest = vademecum_build::suggest::did_you_mean(name, known.iter().map(String::as_str));
+    let list = if known.is_empty() { "none".to_string() } else { Quoted(known).to_string() };
+    PyValueError::new_err(format!("the file has no {what} `{name}`; it has {list}{nearest}"))
+}
+
+/// Names between quotes, with commas.
+struct Quoted<'a>(&'a [String]);
+
+impl fmt::Display for Quoted<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (place, name) in self.0.iter().enumerate() {
+            let comma = if place > 0 { ", " } else { "" };
+            write!(out, "{comma}`{name}`")?;
+        }
+        Ok(())
+    }
+}

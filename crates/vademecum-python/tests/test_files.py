@@ -1,0 +1,225 @@
+"""Files, runs, builds: the package beside the program."""
+
+import dataclasses
+import html
+import json
+import os
+import pickle
+import signal
+
+import numpy as np
+import pytest
+from conftest import BEAM, PUSH
+
+import vademecum
+
+
+def test_a_run_has_the_numbers_of_the_program(beam, block_beam, program, tmp_path):
+    scenario = tmp_path / "push.toml"
+    scenario.write_text(
+        'duration = 0.5\n[[contact]]\npoint = [0.93, 0.031, 0.1]\nforce = [3.0, -8.0, -20.0]\nend = 0.1\n'
+        '[[pattern]]\nname = "gravity"\nstart = 0.2\n[output]\nfields_every = 100\n'
+    )
+    for body in (beam, block_beam):
+        file = body.save(tmp_path / "body.vdm")
+        program("run", file, "--scenario", scenario, "-o", tmp_path / "out")
+        table = np.genfromtxt(tmp_path / "out/probes.csv", delimiter=",", names=True)
+        played = body.run(scenario)
+        assert len(played.time) == 501 and played.values.any()
+        columns = {"time_s": played.time, "energy_J": played.energy, **played.probes}
+        assert tuple(columns) == table.dtype.names
+        for name, column in columns.items():
+            assert [float(f"{value:.9e}") for value in column] == table[name].tolist(), name
+        # A mapping is a scenario, too, and so is an opened file.
+        again = vademecum.run(file, {**PUSH, "output": {"fields_every": 100}})
+        assert np.array_equal(again.values, played.values)
+        assert played.displacement.shape == (6, body.info.surface_nodes, 3) and played.field_time[-1] == 0.5
+
+
+def test_a_scene_has_the_bits_of_a_run(beam, block_beam):
+    for body in (beam, block_beam):
+        held = {"duration": 0.3, "contact": [{"point": [0.93, 0.031, 0.1], "force": [3.0, -8.0, -20.0]}]}
+        played = body.run(held)
+        scene = body.scene()
+        scene.contact([0.93, 0.031, 0.1], [3.0, -8.0, -20.0])
+        assert np.array_equal(scene.march(300), played.values[1:])
+        assert scene.energy == played.energy[-1]
+
+
+def test_info_is_what_the_program_prints(live_beam, program, tmp_path):
+    file = live_beam.save(tmp_path / "body.vdm")
+    printed = json.loads(program("info", file, "--json"))
+    info = json.loads(json.dumps(dataclasses.asdict(vademecum.open(file).info)))
+
+    def same(ours, theirs, place):
+        if isinstance(ours, dict):
+            for key, value in ours.items():
+                if value is not None or key in theirs:
+                    same(value, theirs[key], f"{place}.{key}")
+        elif isinstance(ours, list):
+            assert len(ours) == len(theirs), place
+            for index, (a, b) in enumerate(zip(ours, theirs)):
+                same(a, b, f"{place}[{index}]")
+        else:
+            assert ours == theirs, place
+
+    same(info, printed, "info")
+    assert set(printed) - set(info) == {"canonical", "enrichment_history", "radius_samples"}
+    assert [p.name for p in live_beam.info.parameters] == ["tip stiffness", "damping"]
+    assert live_beam.info.parameter("damping").range == (1e-5, 1e-4)
+    assert live_beam.info.certificate.diagonal.spectral_radius <= 1 + 1e-12
+    assert live_beam.info.precision == "float64"
+    with pytest.raises(KeyError, match="tip stiffness"):
+        live_beam.info.parameter("x")
+
+
+def test_modes_are_those_of_the_program(program, tmp_path):
+    problem = tmp_path / "beam.toml"
+    problem.write_text(vademecum.build(BEAM).info.problem)
+    ours = vademecum.modes(BEAM, 4)
+    theirs = json.loads(program("modes", problem, "--count", 4, "--json"))
+    assert list(ours.frequencies_hz) == theirs["frequencies_hz"] and ours.dofs == theirs["dofs"]
+    assert vademecum.modes(problem, 4) == ours
+
+
+def test_a_file_is_verified_against_its_own_problem(beam):
+    found = beam.verify(PUSH)
+    assert found.steps == 500 and found.trajectory_error < 0.05 and found.spectral_radius <= 1 + 1e-12
+    assert found == dataclasses.replace(
+        vademecum.verify(beam, PUSH, BEAM),
+        full_order_seconds_per_step=found.full_order_seconds_per_step,
+        vademecum_seconds_per_step=found.vademecum_seconds_per_step,
+    )
+    assert beam.check().sections == len(beam.info.sections)
+
+
+def test_a_build_reports_and_stops(tmp_path):
+    stages = []
+    body = vademecum.build(BEAM, progress=lambda stage, done, total: stages.append(stage))
+    assert body.report["modes"] == 6 and len(set(stages)) > 3
+    assert body.to_bytes() == vademecum.build(BEAM, work=tmp_path / "work").to_bytes()
+    assert any((tmp_path / "work").iterdir())
+
+    class Enough(Exception):
+        pass
+
+    def refuse(*_):
+        raise Enough
+
+    with pytest.raises(Enough):
+        vademecum.build(BEAM, progress=refuse)
+    with pytest.raises(KeyboardInterrupt):
+        vademecum.build(BEAM, progress=lambda *_: os.kill(os.getpid(), signal.SIGINT))
+
+
+def test_failures_have_the_programs_words():
+    def refused(error, words, **changes):
+        with pytest.raises(error, match=words):
+            vademecum.build({**BEAM, **changes})
+
+    refused(vademecum.InputError, "(?s)materiel.*did you mean.*material", materiel=[])
+    refused(vademecum.InputError, "poisson", material=[{"young": 2e9, "poisson": 0.7, "density": 1200.0}])
+    refused(vademecum.MeshError, "nowhere.msh", mesh={"file": "nowhere.msh"})
+    refused(vademecum.NumericsError, "try: check", support=[{"on": {"box": {"min": [-1, -1, -1], "max": [0.01, 0.01, 0.01]}}}])
+    refused(vademecum.ToleranceMissed, "no structure keeps the tolerance", tolerance={"error": 1e-9, "floor_ratio": 1.0})
+    refused(ValueError, "JSON compliant", time={"step": float("nan")})
+    with pytest.raises(vademecum.InputError, match="no load pattern `gravty`"):
+        vademecum.build(BEAM).run({"duration": 0.1, "pattern": [{"name": "gravty"}]})
+
+
+def test_notes_are_warnings(beam):
+    with pytest.warns(vademecum.Note, match="nearest node"):
+        probe = {"name": "new", "point": [0.51, 0.05, 0.2], "direction": [0, 0, 1]}
+        played = beam.run({**PUSH, "output": {"probe": [probe]}})
+    assert list(played.probes) == ["tip", "side", "new"]
+
+
+def test_files_that_are_none(tmp_path):
+    with pytest.raises(vademecum.FileError, match="nowhere.vdm"):
+        vademecum.open(tmp_path / "nowhere.vdm")
+    with pytest.raises(vademecum.FileError, match="given.vdm"):
+        vademecum.from_bytes(b"[mesh]", name="given.vdm")
+    problem = tmp_path / "problem.toml"
+    problem.write_text("[mesh]\n")
+    with pytest.raises(vademecum.FileError, match="it looks like a problem file"):
+        vademecum.open(problem)
+    with pytest.raises(vademecum.FileError, match="folder|directory"):
+        vademecum.open(tmp_path)
+    fifo = tmp_path / "fifo.vdm"
+    os.mkfifo(fifo)
+    with pytest.raises(vademecum.FileError):
+        vademecum.open(fifo)
+
+
+def test_no_byte_of_a_file_can_end_python(beam):
+    good, rng = beam.to_bytes(), np.random.default_rng(15)
+    refused = 0
+    for length in (0, 8, 100, len(good) // 2, len(good) - 1):
+        with pytest.raises(vademecum.FileError):
+            vademecum.from_bytes(good[:length])
+    for place in rng.integers(0, len(good), 300):
+        bad = bytearray(good)
+        bad[place] ^= 1 << int(rng.integers(8))
+        try:
+            vademecum.from_bytes(bad).scene().step(3)
+        except vademecum.FileError:
+            refused += 1
+    assert refused > 280, "sections have checksums; only padding inside them is free"
+
+
+def test_a_file_that_shrinks_on_the_disk_stays_in_memory(beam, tmp_path):
+    file = beam.save(tmp_path / "body.vdm")
+    body = vademecum.open(file)
+    os.truncate(file, 10)
+    scene = body.scene()
+    scene.pattern("gravity")
+    scene.step(10)
+    assert scene.body().any() and body.to_bytes() == beam.to_bytes()
+
+
+def test_a_map_gives_the_same(beam, tmp_path):
+    body = vademecum.open(beam.save(tmp_path / "body.vdm"), map=True)
+    scene, other = body.scene(), beam.scene()
+    for one in (scene, other):
+        one.pattern("gravity")
+    assert np.array_equal(scene.march(20), other.march(20))
+
+
+def test_a_packed_file_is_unpacked(beam, program, tmp_path):
+    file = beam.save(tmp_path / "body.vdm")
+    program("pack", file, "-o", tmp_path / "small.vdm")
+    small = vademecum.open(tmp_path / "small.vdm")
+    assert len(small.to_bytes()) < len(beam.to_bytes())
+    assert np.array_equal(small.run(PUSH).values, beam.run(PUSH).values)
+
+
+def test_a_file_goes_to_another_process(beam):
+    again = pickle.loads(pickle.dumps(beam))
+    assert again.to_bytes() == beam.to_bytes() and again.info == beam.info
+
+
+def test_geometry_and_meshio(beam, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    assert beam.nodes.shape == (beam.info.nodes, 3) and beam.nodes.max(axis=0) == pytest.approx([1.0, 0.1, 0.1])
+    assert beam.triangles.shape == (beam.info.triangles, 3) and beam.triangles.max() < beam.info.surface_nodes
+    with pytest.raises(ValueError, match="read-only"):
+        beam.nodes[0] = 0.0
+    scene = beam.scene()
+    scene.pattern("gravity")
+    scene.step(50)
+    beam.to_meshio(displacement=scene.surface()).write(tmp_path / "moved.vtu")
+    back = meshio.read(tmp_path / "moved.vtu")
+    assert np.array_equal(back.point_data["displacement"], scene.surface()) and scene.surface().any()
+    assert np.array_equal(back.cells_dict["triangle"], beam.triangles)
+    played = beam.run({**PUSH, "output": {"fields_every": 250}})
+    assert np.array_equal(played.to_meshio().point_data["velocity"], played.velocity[-1])
+
+
+def test_the_page_is_the_programs(beam, program, tmp_path):
+    file = beam.save(tmp_path / "body.vdm")
+    program("view", file, "--export", tmp_path / "theirs.html")
+    page = vademecum.open(file).view(height=300)
+    assert page.save(tmp_path / "ours.html").read_bytes() == (tmp_path / "theirs.html").read_bytes()
+    frame = page._repr_html_()
+    inside = frame.partition('srcdoc="')[2].removesuffix('"></iframe>')
+    assert '"' not in inside and html.unescape(inside) == page.html and "height:300px" in frame
