@@ -11,7 +11,7 @@ use super::FmiVersion;
 use super::points::PlacedPoint;
 
 /// Units of a file whose numbers mean what FMI says they do.
-const SI: &str = "m, kg, s";
+const SI: &str = "SI: m, kg, s, N, Pa";
 
 /// What a description is made of.
 pub(super) struct Description<'a> {
