@@ -90,11 +90,11 @@ impl Logger {
         let (category, message) = (category.name().as_ptr(), words.as_ptr());
         match self.callback {
             Callback::Two(Some(callback)) => {
-                // SAFETY: as the maker of the logger promised. The message is no format, so that a percent
-                // sign in a name means itself.
-                unsafe {
-                    callback(self.environment, instance.as_ptr(), status, category, c"%s".as_ptr(), message);
-                }
+                // The message is a format: a percent sign in a name is doubled, so that it means itself. (A
+                // `%s` with the message behind it would be lost on masters that look at no more arguments.)
+                let format = words.as_format();
+                // SAFETY: as the maker of the logger promised; the format asks for no more arguments.
+                unsafe { callback(self.environment, instance.as_ptr(), status, category, format.as_ptr()) };
             }
             // SAFETY: the same.
             Callback::Three(Some(callback)) => unsafe {

@@ -10,11 +10,13 @@ const LENGTH: usize = 512;
 pub struct Words {
     bytes: [u8; LENGTH],
     used: usize,
+    /// Nothing follows what was cut.
+    is_cut: bool,
 }
 
 impl Default for Words {
     fn default() -> Self {
-        Self { bytes: [0; LENGTH], used: 0 }
+        Self { bytes: [0; LENGTH], used: 0, is_cut: false }
     }
 }
 
@@ -25,8 +27,30 @@ impl Words {
         self.bytes.as_ptr().cast()
     }
 
+    /// The same sentence as a format of C: every percent sign is doubled.
+    #[must_use]
+    pub fn as_format(&self) -> Self {
+        let mut format = Self::default();
+        let text = self.bytes.get(..self.used).unwrap_or_default();
+        let mut rest = core::str::from_utf8(text).unwrap_or_default();
+        while let Some((before, behind)) = rest.split_once('%') {
+            format.add(before);
+            // Both or none: half of the pair would be a format of its own.
+            if format.used + 2 >= LENGTH {
+                return format;
+            }
+            format.add("%%");
+            rest = behind;
+        }
+        format.add(rest);
+        format
+    }
+
     /// Adds these words, as far as there is room for whole characters.
     pub fn add(&mut self, text: &str) {
+        if self.is_cut {
+            return;
+        }
         // The last byte stays zero.
         let free = self.bytes.get_mut(self.used..LENGTH - 1).unwrap_or_default();
         let mut fits = text.len().min(free.len());
@@ -37,8 +61,8 @@ impl Words {
             // A zero inside of a name would end the message.
             *place = if byte == 0 { b'?' } else { byte };
         });
-        // What is cut stays the end: nothing follows it.
-        self.used = if fits == text.len() { self.used + fits } else { LENGTH };
+        self.used += fits;
+        self.is_cut |= fits < text.len();
     }
 }
 
@@ -117,5 +141,19 @@ mod tests {
         "ü".repeat(LENGTH).as_str().say(&mut words);
         "a".say(&mut words);
         assert_eq!(words.bytes[LENGTH - 4..], [0xc3, 0xbc, 0, 0]);
+    }
+
+    #[test]
+    fn percent_signs_are_doubled_and_never_halved() {
+        let mut words = Words::default();
+        "100 % of %s".say(&mut words);
+        assert_eq!(said(&words.as_format()), "100 %% of %%s");
+        for length in 0..LENGTH {
+            let mut words = Words::default();
+            "%".repeat(length).as_str().say(&mut words);
+            let format = words.as_format();
+            let signs = format.bytes.iter().take_while(|&&byte| byte == b'%').count();
+            assert_eq!(signs, (2 * length).min(LENGTH - 2), "{length}");
+        }
     }
 }
