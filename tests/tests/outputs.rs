@@ -86,13 +86,14 @@ impl Place {
 }
 
 /// Every command that writes one file.
-const FILES: [&str; 6] = [
+const FILES: [&str; 7] = [
     "build p.toml -o @",
     "pack a.vdm -o @",
     "unpack a.vdm -o @",
     "strip a.vdm --keep probes -o @",
     "report a.vdm -o @",
     "view a.vdm --export @",
+    "export fmu a.vdm -o @",
 ];
 
 /// Every command that writes into a folder, with a file that it writes there.

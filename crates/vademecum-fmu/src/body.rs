@@ -1,9 +1,9 @@
 //! The body of an instance: a scene in double precision, one state, its loads, and the numbers that a master
 //! has set.
 //!
-//! Loads are made of the inputs when a step needs them. What the modes leave out of a static answer belongs to
-//! the inputs of the last step, so those are remembered beside the present ones: a saved body shows the same
-//! outputs when it is taken back.
+//! Loads are made of the inputs when a step needs them. What the modes leave out of a static answer belongs
+//! to the inputs of the last step, so those are remembered beside the present ones: a saved body shows the
+//! same outputs when it is taken back.
 
 use vademecum_eval::format::{File, MAX_PARAMETERS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
@@ -11,7 +11,7 @@ use vademecum_eval::{
 };
 
 use crate::bytes::{Cursor, Pen};
-use crate::points::Points;
+use crate::points::{Point, Points};
 use crate::refusal::Refusal;
 use crate::variables::{Counts, Variable};
 
@@ -34,6 +34,10 @@ pub struct Body {
     /// The loads are not those of the inputs.
     stale: bool,
 }
+
+/// The motion of the point that was looked at last: its other components follow, most of the time.
+#[derive(Debug, Default)]
+pub struct Seen(Option<(u32, Field, [f64; 3])>);
 
 /// One name a line, as the file has them.
 #[derive(Clone, Copy, Debug)]
@@ -182,11 +186,11 @@ impl Body {
         }
     }
 
-    /// Value of a variable other than the time.
+    /// Value of a variable other than the time. `seen` is what the same call has computed before.
     ///
     /// # Errors
     /// [`Refusal::Output`]: a file stripped of what shows it.
-    pub fn value(&self, variable: Variable) -> Result<f64, Refusal> {
+    pub fn value(&self, variable: Variable, seen: &mut Seen) -> Result<f64, Refusal> {
         use Variable as V;
         Ok(match variable {
             V::Step => self.time_step(),
@@ -195,8 +199,10 @@ impl Body {
                 let place = self.input(variable).and_then(|at| self.inputs.get(at));
                 *place.ok_or(Refusal::NoVariable)?
             }
-            V::Displacement(point, component) => self.at_point(point, component, Field::Displacement)?,
-            V::Velocity(point, component) => self.at_point(point, component, Field::Velocity)?,
+            V::Displacement(point, component) => {
+                self.at_point(point, component, Field::Displacement, seen)?
+            }
+            V::Velocity(point, component) => self.at_point(point, component, Field::Velocity, seen)?,
             V::Probe(probe) => self.scene.probe(&self.state, probe as usize, Field::Displacement)?,
             V::ProbeVelocity(probe) => self.scene.probe(&self.state, probe as usize, Field::Velocity)?,
             V::Parameter(index) => {
@@ -206,12 +212,17 @@ impl Body {
         })
     }
 
-    fn at_point(&self, point: u32, component: u32, field: Field) -> Result<f64, Refusal> {
-        let missing = OutputError::OutOfRange { index: point as usize, count: self.points.len() };
-        let point = self.points.get(point as usize).ok_or(missing)?;
-        let place =
-            SurfacePoint { nodes: point.nodes, weights: point.weights, position: [0.0; 3], distance: 0.0 };
-        let moved = self.scene.point(&self.state, &place, field)?;
+    fn at_point(&self, index: u32, component: u32, field: Field, seen: &mut Seen) -> Result<f64, Refusal> {
+        let moved = match seen.0 {
+            Some((point, of, moved)) if (point, of) == (index, field) => moved,
+            _ => {
+                let missing = OutputError::OutOfRange { index: index as usize, count: self.points.len() };
+                let Point { nodes, weights, .. } = self.points.get(index as usize).ok_or(missing)?;
+                let place = SurfacePoint { nodes, weights, position: [0.0; 3], distance: 0.0 };
+                self.scene.point(&self.state, &place, field)?
+            }
+        };
+        seen.0 = Some((index, field, moved));
         moved.get(component as usize).copied().ok_or(Refusal::NoVariable)
     }
 
@@ -422,8 +433,8 @@ fn load_numbers(
     Ok(())
 }
 
-/// Value of a parameter at these options; `None` for one that an FMU does not offer. The time step is one: the
-/// internal step of an FMU is fixed.
+/// Value of a parameter at these options; `None` for one that an FMU does not offer. The time step is one:
+/// the internal step of an FMU is fixed.
 #[must_use]
 pub fn parameter(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) -> Option<f64> {
     use ParameterRole as R;

@@ -7,7 +7,7 @@ use core::ptr::NonNull;
 
 use vademecum_eval::format::File;
 
-use crate::body::Body;
+use crate::body::{Body, Seen};
 use crate::bytes::{Cursor, Pen};
 use crate::location::{Location, text};
 use crate::logger::{Category, Logger, status};
@@ -322,11 +322,12 @@ impl Instance {
     /// # Errors
     /// [`Refusal::NoReference`], [`Refusal::Output`].
     pub fn get(&self, references: &[u32], values: &mut [f64]) -> Result<(), Trouble> {
+        let mut seen = Seen::default();
         for (&reference, value) in references.iter().zip(values) {
             let variable = self.body.counts().variable(reference);
             *value = match variable.ok_or(Refusal::NoReference { reference })? {
                 Variable::Time => self.time,
-                variable => self.body.value(variable).map_err(|refusal| (variable, refusal))?,
+                variable => self.body.value(variable, &mut seen).map_err(|refusal| (variable, refusal))?,
             };
         }
         Ok(())

@@ -5,8 +5,9 @@
 /// Bytes of a token.
 pub const LENGTH: usize = 38;
 
-/// The token of a file and its points, as text: `{8-4-4-4-12}` hexadecimal digits. It is made of the checksums
-/// and the length of both and of the version of this library, whose list of variables it vouches for.
+/// The token of a file and its points, as text: `{8-4-4-4-12}` hexadecimal digits. It is made of the
+/// checksums and the length of both and of the version of this library, whose list of variables it vouches
+/// for.
 #[must_use]
 pub fn token(file: &[u8], points: &[u8]) -> [u8; LENGTH] {
     let numbers = [

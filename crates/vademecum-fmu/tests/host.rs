@@ -1,5 +1,5 @@
-//! A master that calls the entry points: the numbers are those of the evaluator, bit for bit, states come back
-//! as they were, and everything else is refused by name.
+//! A master that calls the entry points: the numbers are those of the evaluator, bit for bit, states come
+//! back as they were, and everything else is refused by name.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};

@@ -1,8 +1,8 @@
 //! A vademecum file as an FMU: one archive with a model description, the library of the crate
 //! `vademecum-fmu`, the file and a table of named points.
 //!
-//! The list of variables is that of [`vademecum_fmu::variables`], which the library itself goes by. Points are
-//! located on the loadable surface here, once, so that an instance searches nothing.
+//! The list of variables is that of [`vademecum_fmu::variables`], which the library itself goes by. Points
+//! are located on the loadable surface here, once, so that an instance searches nothing.
 
 mod archive;
 mod description;
