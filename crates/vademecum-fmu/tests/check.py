@@ -1,9 +1,13 @@
 """An FMU of tests/beam.toml in FMPy: check.py FMU PROBES.CSV, the table of `vademecum run` with tests/push.toml."""
 
 import csv
+import ctypes
 import math
+import pathlib
+import re
 import sys
 
+import fmpy
 import numpy
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.fmi1 import FMICallException
@@ -108,6 +112,23 @@ def as_the_program_runs():
     return worst
 
 
+def every_function_of_the_standard_is_there():
+    """Of the headers that FMPy carries: all of FMI 3, and of FMI 2 all but those for model exchange."""
+    platform = fmpy.platform if two else fmpy.platform_tuple
+    name = description.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
+    library = ctypes.CDLL(str(pathlib.Path(folder) / "binaries" / platform / name))
+    header = f"fmi{2 if two else 3}FunctionTypes.h"
+    text = (pathlib.Path(fmpy.__file__).parent / "c-code" / header).read_text()
+    if two:
+        before, after = text.split("Types for Functions for FMI2 for Model Exchange")
+        text = before + after.split("Types for Functions for FMI2 for Co-Simulation")[1]
+    names = re.findall(r"(fmi[23]\w+)TYPE\s*\(", text)
+    assert len(names) == (34 if two else 75), names
+    missing = [name for name in names if not hasattr(library, name)]
+    assert not missing, missing
+    return len(names)
+
+
 def several_steps_are_one():
     many, one = Unit(), Unit()
     for unit in (many, one):
@@ -193,13 +214,14 @@ def coupled():
     return max(energies) / energies[0], energies[-1] / energies[0], max(energies[2000:]) / energies[0]
 
 
+functions = every_function_of_the_standard_is_there()
 worst = as_the_program_runs()
 several_steps_are_one()
 size = states_come_back()
 what_is_wrong_is_refused()
 largest, final, late = coupled()
 print(
-    f"FMI {description.fmiVersion}: 401 rows as `vademecum run`, to {worst:.1e}; a state has {size} bytes; "
+    f"FMI {description.fmiVersion}: {functions} functions; 401 rows as `vademecum run`, to {worst:.1e}; a state has {size} bytes; "
     f"two coupled: energy at most {largest:.4f} of that at the start, {final:.1e} at the end"
 )
 assert largest <= 1.0 + 1e-9, largest
