@@ -6,7 +6,8 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::description::Description;
-use super::{FmiVersion, FmuError};
+use super::error::FmuError;
+use super::version::FmiVersion;
 
 /// The library for one platform.
 #[derive(Clone, Debug)]

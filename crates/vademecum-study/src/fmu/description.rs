@@ -7,8 +7,8 @@ use vademecum_fmu::logger::Category;
 use vademecum_fmu::variables::Variable;
 use vademecum_format::Metadata;
 
-use super::FmiVersion;
 use super::points::PlacedPoint;
+use super::version::FmiVersion;
 
 /// Units of a file whose numbers mean what FMI says they do.
 const SI: &str = "SI: m, kg, s, N, Pa";
@@ -171,7 +171,7 @@ impl Element {
 
     fn number(self, name: &str, value: Option<f64>) -> Self {
         // The digits that are read back as the same number.
-        self.with(name, &value.map_or_else(String::new, |value| format!("{value:?}")))
+        self.with(name, &value.map_or_else(String::new, |value| value.to_string()))
     }
 
     fn closed(self) -> String {

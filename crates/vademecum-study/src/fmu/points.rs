@@ -7,7 +7,7 @@ use vademecum_eval::Surface;
 use vademecum_fmu::points::{LONGEST_NAME, MOST, Point};
 use vademecum_format::{File, SectionKind};
 
-use super::FmuError;
+use super::error::FmuError;
 use crate::contents::numbers;
 use crate::error::FileError;
 
