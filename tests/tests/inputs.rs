@@ -56,6 +56,7 @@ fn arguments_that_are_no_regular_files_are_refused_by_what_they_are() {
         ("verify ODD --file-only", 7),
         ("report ODD -o o.html", 7),
         ("view ODD --export o.html", 7),
+        ("export fmu ODD -o o.fmu", 7),
         ("pack ODD -o o.vdm", 7),
         ("unpack ODD -o o.vdm", 7),
         ("strip ODD -o o.vdm --keep probes", 7),

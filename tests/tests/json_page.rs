@@ -168,6 +168,7 @@ fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
         ],
     );
     compare(at, &["export matrices"], &["export matrices beam.toml --modes 4 --steps 20 -o out --json"]);
+    compare(at, &["export fmu"], &["export fmu beam.vdm -o beam.fmu --json"]);
     compare(
         at,
         &["report, view --export"],

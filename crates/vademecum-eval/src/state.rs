@@ -3,6 +3,7 @@
 use crate::coordinates::Coordinates;
 use crate::error::{BindError, StepError};
 use crate::lend::Lender;
+use crate::loads::Loads;
 use crate::residual::Statics;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
@@ -141,6 +142,36 @@ impl<'m, T: Scalar> State<'m, T> {
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.y.restore(saved)?;
         self.statics.clear();
+        Ok(())
+    }
+
+    /// [`State::restore`] of a state that was saved after a step under `loads`: outputs add again what the
+    /// modes leave out of the answer to them.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let mut saved = vec![0.0; scene.state_numbers()];
+    /// state.save_into(&mut saved)?;
+    /// let shown = scene.probe(&state, 0, Field::Displacement)?;
+    /// state.rest();
+    /// state.restore_under(&saved, &loads)?;
+    /// assert_eq!(scene.probe(&state, 0, Field::Displacement)?, shown); // every bit
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`State::restore`]; [`StepError::Mismatch`] for loads of another shape.
+    pub fn restore_under(&mut self, saved: &[T], loads: &Loads<'_, T>) -> Result<(), StepError> {
+        if loads.shape != self.shape {
+            return Err(StepError::Mismatch);
+        }
+        self.y.restore(saved)?;
+        self.statics.copy(&loads.statics);
         Ok(())
     }
 }

@@ -12,6 +12,7 @@ pub mod compare;
 pub mod contents;
 mod error;
 pub mod export;
+pub mod fmu;
 pub mod free_run;
 pub mod frf;
 pub mod log_scale;

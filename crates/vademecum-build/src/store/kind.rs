@@ -29,6 +29,8 @@ pub enum Kind {
     Npy,
     /// A Matrix Market file.
     Market,
+    /// A co-simulation unit: an archive whose first entry is a model description.
+    Fmu,
     /// A file of the program's own, the only one of its name: no other may be replaced.
     Own,
     /// Whatever the caller likes: nothing that stands there is looked at.
@@ -48,7 +50,7 @@ impl Kind {
     /// Whether a file of this kind is flushed to the disk before it counts as written. Fields and tables are
     /// many and soon made again.
     pub(super) fn is_flushed(self) -> bool {
-        matches!(self, Self::Vademecum | Self::Html | Self::Any)
+        matches!(self, Self::Vademecum | Self::Html | Self::Fmu | Self::Any)
     }
 }
 
@@ -65,6 +67,7 @@ impl fmt::Display for Kind {
             Self::Text => "a text for people",
             Self::Npy => "a NumPy matrix",
             Self::Market => "a Matrix Market file",
+            Self::Fmu => "an FMU",
             Self::Own | Self::Any => "what is to be written",
         })
     }
@@ -89,6 +92,12 @@ impl fmt::Display for Looks {
     }
 }
 
+/// First bytes of a ZIP archive, and where the name of its first entry stands.
+const ZIP: &[u8] = b"PK\x03\x04";
+const FIRST_NAME: usize = 30;
+/// The first entry of an FMU.
+const DESCRIPTION: &[u8] = b"modelDescription.xml";
+
 /// First bytes that tell what a file is.
 const MARKS: [(&[u8], Looks); 14] = [
     (&vademecum_format::MAGIC, Looks::Of(Kind::Vademecum)),
@@ -99,7 +108,7 @@ const MARKS: [(&[u8], Looks); 14] = [
     (b"#!", Looks::Other("a script")),
     (b"\x89PNG", Looks::Other("a PNG picture")),
     (b"%PDF", Looks::Other("a PDF document")),
-    (b"PK\x03\x04", Looks::Other("a ZIP archive")),
+    (ZIP, Looks::Other("a ZIP archive")),
     (b"\x1f\x8b", Looks::Other("a gzip archive")),
     (b"$", Looks::Other("a Gmsh mesh")),
     (b"# vtk DataFile", Looks::Other("a VTK mesh")),
@@ -110,6 +119,9 @@ const MARKS: [(&[u8], Looks); 14] = [
 impl Looks {
     /// Judges the first bytes of a file.
     pub(super) fn like(head: &[u8]) -> Self {
+        if head.starts_with(ZIP) && head.get(FIRST_NAME..).is_some_and(|name| name.starts_with(DESCRIPTION)) {
+            return Self::Of(Kind::Fmu);
+        }
         if let Some((_, looks)) = MARKS.iter().find(|(mark, _)| head.starts_with(mark)) {
             return *looks;
         }

@@ -1,5 +1,7 @@
 //! `vademecum export`: what other programs need to compute the same.
 
+mod fmu;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -14,6 +16,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{outputs, write_bytes};
 use crate::print::{json, print_json};
+use fmu::Fmu;
 
 /// Hands a model to other programs.
 #[derive(clap::Args)]
@@ -25,6 +28,7 @@ pub struct Export {
 #[derive(clap::Subcommand)]
 enum What {
     Matrices(Matrices),
+    Fmu(Fmu),
 }
 
 /// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and what the march needs
@@ -91,8 +95,10 @@ fn kind(text: &str) -> Result<BasisKind, String> {
 
 impl Export {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
-        let What::Matrices(matrices) = &self.what;
-        matrices.run(console)
+        match &self.what {
+            What::Matrices(matrices) => matrices.run(console),
+            What::Fmu(fmu) => fmu.run(),
+        }
     }
 }
 

@@ -1,0 +1,157 @@
+//! Memory and files from the C library, which every host of an FMU has: with nothing else needed, the library
+//! runs beside any version of it.
+#![allow(unsafe_code)]
+
+use core::ffi::{CStr, c_char, c_int, c_long, c_void};
+use core::ptr::NonNull;
+
+// Without std nobody else asks for it.
+#[cfg_attr(feature = "bare", link(name = "c"))]
+unsafe extern "C" {
+    fn malloc(size: usize) -> *mut c_void;
+    fn free(block: *mut c_void);
+    fn fopen(path: *const c_char, mode: *const c_char) -> *mut c_void;
+    fn fclose(file: *mut c_void) -> c_int;
+    fn fread(at: *mut c_void, size: usize, count: usize, file: *mut c_void) -> usize;
+    fn fseek(file: *mut c_void, offset: c_long, whence: c_int) -> c_int;
+    fn ftell(file: *mut c_void) -> c_long;
+}
+
+/// `SEEK_SET` and `SEEK_END` of every C library.
+const START: c_int = 0;
+const END: c_int = 2;
+
+/// What is left free above a file and its numbers; nobody has blocks near the end of the address space.
+const LARGEST: usize = isize::MAX as usize / 2;
+
+/// A block of memory, aligned to 16 bytes, that is given back when it is dropped.
+#[derive(Debug)]
+pub struct Block {
+    at: NonNull<u8>,
+    length: usize,
+}
+
+impl Block {
+    /// A block of zeros; `None` if there is no memory.
+    #[must_use]
+    pub fn zeroed(length: usize) -> Option<Self> {
+        if length > LARGEST {
+            return None;
+        }
+        // SAFETY: any length may be asked for; `malloc` aligns for every type of C.
+        let at = NonNull::new(unsafe { malloc(length.max(16)) }.cast::<u8>())?;
+        // SAFETY: the block has that many bytes, and nobody else knows it.
+        unsafe { at.as_ptr().write_bytes(0, length) };
+        Some(Self { at, length })
+    }
+
+    /// Its bytes.
+    #[must_use]
+    pub const fn bytes(&self) -> &[u8] {
+        // SAFETY: the block has that many bytes, written when it was made.
+        unsafe { core::slice::from_raw_parts(self.at.as_ptr(), self.length) }
+    }
+
+    /// Its bytes, to be written.
+    #[must_use]
+    pub const fn bytes_mut(&mut self) -> &mut [u8] {
+        // SAFETY: the same, and the block is borrowed as a whole.
+        unsafe { core::slice::from_raw_parts_mut(self.at.as_ptr(), self.length) }
+    }
+
+    /// Its bytes for as long as the caller keeps the block.
+    ///
+    /// # Safety
+    /// The block outlives what is made of them, and nobody writes it meanwhile.
+    #[must_use]
+    pub const unsafe fn lend(&self) -> &'static [u8] {
+        // SAFETY: as the caller promises.
+        unsafe { core::slice::from_raw_parts(self.at.as_ptr(), self.length) }
+    }
+
+    /// The block as numbers, for as long as the caller keeps it.
+    ///
+    /// # Safety
+    /// The block outlives what is made of them, and nobody else reads or writes it meanwhile.
+    #[must_use]
+    pub const unsafe fn lend_numbers(&mut self) -> &'static mut [f64] {
+        // SAFETY: aligned, as long, and zero bytes are zeros; the rest as the caller promises.
+        unsafe { core::slice::from_raw_parts_mut(self.at.as_ptr().cast::<f64>(), self.length / 8) }
+    }
+
+    /// Gives the block away; [`Block::of_raw`] takes it back.
+    #[must_use]
+    pub fn into_raw(self) -> NonNull<u8> {
+        let at = self.at;
+        core::mem::forget(self);
+        at
+    }
+
+    /// Takes a block back.
+    ///
+    /// # Safety
+    /// `at` is from [`Block::into_raw`] of a block of this length, and nobody else takes it.
+    #[must_use]
+    pub const unsafe fn of_raw(at: NonNull<u8>, length: usize) -> Self {
+        Self { at, length }
+    }
+
+    /// A whole file.
+    ///
+    /// # Errors
+    /// What failed, in words.
+    pub fn read(path: &CStr) -> Result<Self, &'static str> {
+        let file = Stream::open(path)?;
+        let length = file.length().ok_or("the length of the file cannot be found")?;
+        let mut block = Self::zeroed(length).ok_or("there is no memory for the file")?;
+        file.fill(block.bytes_mut()).ok_or("the file cannot be read")?;
+        Ok(block)
+    }
+}
+
+impl Drop for Block {
+    fn drop(&mut self) {
+        // SAFETY: from `malloc`, and given back once.
+        unsafe { free(self.at.as_ptr().cast()) }
+    }
+}
+
+/// An open file.
+struct Stream(NonNull<c_void>);
+
+impl Stream {
+    fn open(path: &CStr) -> Result<Self, &'static str> {
+        // SAFETY: both texts end with a zero.
+        let file = unsafe { fopen(path.as_ptr(), c"rb".as_ptr()) };
+        NonNull::new(file).map(Self).ok_or("the file cannot be opened")
+    }
+
+    fn length(&self) -> Option<usize> {
+        let file = self.0.as_ptr();
+        // SAFETY: the file is open.
+        let length = unsafe {
+            if fseek(file, 0, END) != 0 {
+                return None;
+            }
+            let length = ftell(file);
+            if fseek(file, 0, START) != 0 {
+                return None;
+            }
+            length
+        };
+        usize::try_from(length).ok()
+    }
+
+    fn fill(&self, out: &mut [u8]) -> Option<()> {
+        // SAFETY: the file is open, and `out` has that many bytes.
+        let found = unsafe { fread(out.as_mut_ptr().cast(), 1, out.len(), self.0.as_ptr()) };
+        (found == out.len()).then_some(())
+    }
+}
+
+impl Drop for Stream {
+    fn drop(&mut self) {
+        // SAFETY: open, and closed once. What a file that was read says on closing does not matter.
+        let _ = unsafe { fclose(self.0.as_ptr()) };
+    }
+}

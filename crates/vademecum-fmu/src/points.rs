@@ -1,0 +1,137 @@
+//! `points.bin`: the named points of an FMU, located once at export, so that the instance searches nothing.
+//!
+//! ```text
+//! 8 bytes   "VDMFMU01"
+//! 8 bytes   number of points (u64)
+//! then for each point 104 bytes:
+//!   3 × 4   nodes (u32)          3 × 8   weights (f64)
+//!   4       length of the name (u32)      64   name in UTF-8, the rest zeros
+//! ```
+//!
+//! All numbers are little-endian.
+
+use crate::bytes::Cursor;
+
+/// First bytes of the table.
+pub const MAGIC: [u8; 8] = *b"VDMFMU01";
+/// Most bytes of a name.
+pub const LONGEST_NAME: usize = 64;
+/// Most points of an FMU.
+pub const MOST: usize = 4096;
+/// Bytes of one point.
+const RECORD: usize = 104;
+
+/// A named point of the loadable surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Nodes of its triangle, in file order.
+    pub nodes: [u32; 3],
+    /// Their shares, which sum to 1.
+    pub weights: [f64; 3],
+}
+
+/// The table.
+#[derive(Clone, Copy, Debug)]
+pub struct Points<'a> {
+    records: &'a [[u8; RECORD]],
+}
+
+impl<'a> Points<'a> {
+    /// The table in these bytes, if it is one and all of its points could be points of a file with so many
+    /// loadable nodes.
+    #[must_use]
+    pub fn parse(bytes: &'a [u8], n_load_nodes: u32) -> Option<Self> {
+        let rest = bytes.strip_prefix(&MAGIC)?;
+        let (count, rest) = rest.split_first_chunk()?;
+        let (records, behind) = rest.as_chunks();
+        let points = Self { records };
+        let counted = u64::from_le_bytes(*count) == records.len() as u64 && behind.is_empty();
+        let sound = |point: Option<Point<'_>>| {
+            point.is_some_and(|point| {
+                let weights = point.weights.iter().all(|weight| weight.is_finite());
+                weights && point.nodes.iter().all(|&node| node < n_load_nodes)
+            })
+        };
+        let all = records.len() <= MOST && (0..records.len()).all(|index| sound(points.get(index)));
+        (counted && all).then_some(points)
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.records.is_empty()
+    }
+
+    /// One of them.
+    #[must_use]
+    pub fn get(&self, index: usize) -> Option<Point<'a>> {
+        let mut record = Cursor::new(self.records.get(index)?);
+        let mut nodes = [0; 3];
+        for node in &mut nodes {
+            *node = record.u32()?;
+        }
+        let mut weights = [0.0; 3];
+        for weight in &mut weights {
+            *weight = record.f64()?;
+        }
+        let length = record.u32()? as usize;
+        let name = core::str::from_utf8(record.take(length)?).ok()?;
+        Some(Point { name, nodes, weights })
+    }
+}
+
+/// The table of these points; `None` if a name is too long or there are too many points.
+#[cfg(not(feature = "bare"))]
+#[must_use]
+pub fn table(points: &[Point<'_>]) -> Option<Vec<u8>> {
+    if points.len() > MOST || points.iter().any(|point| point.name.len() > LONGEST_NAME) {
+        return None;
+    }
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend((points.len() as u64).to_le_bytes());
+    for Point { name, nodes, weights } in points {
+        let start = bytes.len();
+        nodes.iter().for_each(|node| bytes.extend(node.to_le_bytes()));
+        weights.iter().for_each(|weight| bytes.extend(weight.to_le_bytes()));
+        bytes.extend((name.len() as u32).to_le_bytes());
+        bytes.extend(name.as_bytes());
+        bytes.resize(start + RECORD, 0);
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MAGIC, Point, Points, table};
+
+    #[test]
+    fn a_table_is_read_back_and_a_damaged_one_is_refused() {
+        let tip = Point { name: "tip", nodes: [4, 0, 2], weights: [0.25, 0.5, 0.25] };
+        let root = Point { name: "fuß", nodes: [1, 1, 1], weights: [1.0, 0.0, 0.0] };
+        let bytes = table(&[tip, root]).expect("short names");
+        let points = Points::parse(&bytes, 5).expect("its own table");
+        assert_eq!((points.len(), points.get(0), points.get(1)), (2, Some(tip), Some(root)));
+        assert_eq!(points.get(2), None);
+        assert!(Points::parse(&bytes, 4).is_none(), "node 4 of 4");
+        for end in 0..bytes.len() {
+            assert!(Points::parse(&bytes[..end], 5).is_none(), "cut at {end}");
+        }
+        for (place, value) in [(0, b'X'), (8, 3), (8 + 8 + 12 + 7, 0xff), (16 + 36, 65), (16 + 40, 0xff)] {
+            let mut damaged = bytes.clone();
+            damaged[place] = value;
+            if place == 8 + 8 + 12 + 7 {
+                damaged[place - 1] = 0xf0;
+            }
+            assert!(Points::parse(&damaged, 5).is_none(), "byte {place}");
+        }
+        assert!(Points::parse(&[&MAGIC[..], &[0; 8]].concat(), 0).is_some_and(|none| none.is_empty()));
+    }
+}

@@ -1,0 +1,71 @@
+//! Why a file did not become an FMU.
+
+use vademecum_eval::BindError;
+use vademecum_fmu::points::{LONGEST_NAME, MOST};
+use vademecum_format::FormatError;
+use vademecum_rewrite::RewriteError;
+
+use crate::error::FileError;
+
+/// Why a file did not become an FMU.
+#[derive(Debug, thiserror::Error)]
+pub enum FmuError {
+    /// The file cannot be used.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A point is nowhere near the body.
+    #[error(
+        "the point `{name}` is {distance:.3e} away from the loadable surface of a body that is {size:.3e} \
+         large; expected a point on it: is it in the unit of the file?"
+    )]
+    FarPoint {
+        /// Its name.
+        name: String,
+        /// Distance to the loadable surface.
+        distance: f64,
+        /// Diagonal of the box around the loadable surface.
+        size: f64,
+    },
+    /// A name that a point cannot have.
+    #[error("`{name}` is no name of a point: expected 1 to {most} bytes without control characters", most = LONGEST_NAME)]
+    BadName {
+        /// The name.
+        name: String,
+    },
+    /// Two variables of one name.
+    #[error("there are two variables `{name}`; give one of them another name")]
+    NameTwice {
+        /// The name.
+        name: String,
+    },
+    /// More points than an FMU holds.
+    #[error("{found} points; an FMU holds at most {most}", most = MOST)]
+    TooManyPoints {
+        /// How many were asked for.
+        found: usize,
+    },
+    /// There is nothing to put into the archive for some platform.
+    #[error("an FMU needs a library for at least one platform")]
+    NoPlatform,
+    /// The archive could not be written.
+    #[error("the archive")]
+    Archive(#[from] zip::result::ZipError),
+}
+
+impl From<FormatError> for FmuError {
+    fn from(error: FormatError) -> Self {
+        Self::File(error.into())
+    }
+}
+
+impl From<BindError> for FmuError {
+    fn from(error: BindError) -> Self {
+        Self::File(error.into())
+    }
+}
+
+impl From<RewriteError> for FmuError {
+    fn from(error: RewriteError) -> Self {
+        Self::File(error.into())
+    }
+}

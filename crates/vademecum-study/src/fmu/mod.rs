@@ -1,0 +1,125 @@
+//! A vademecum file as an FMU: one archive with a model description, the library of the crate
+//! `vademecum-fmu`, the file and a table of named points.
+//!
+//! The list of variables is that of [`vademecum_fmu::variables`], which the library itself goes by. Points
+//! are located on the loadable surface here, once, so that an instance searches nothing.
+
+mod archive;
+mod description;
+mod error;
+mod points;
+mod version;
+
+use vademecum_eval::{Scene, SceneOptions};
+use vademecum_fmu::points::{Point, table};
+use vademecum_fmu::token::token;
+use vademecum_fmu::variables::{Counts, Variable};
+use vademecum_format::{File, SectionKind};
+
+use crate::contents::lines;
+use description::{Described, Description};
+
+pub use archive::{Library, NoLibrary};
+pub use error::FmuError;
+pub use points::{AskedPoint, PlacedPoint};
+pub use version::FmiVersion;
+
+/// What an FMU is made of, beside the file.
+#[derive(Clone, Debug)]
+pub struct Request<'a> {
+    /// Version of the interface.
+    pub version: FmiVersion,
+    /// Name of the model; what of it is no letter or digit becomes `_` in the name of the library.
+    pub name: &'a str,
+    /// Named points; without any, the places of the file's probes that lie on the loadable surface.
+    pub points: &'a [AskedPoint],
+    /// One library for each platform.
+    pub libraries: &'a [Library],
+}
+
+/// An FMU.
+#[derive(Clone, Debug)]
+pub struct Fmu {
+    /// The bytes of the archive.
+    pub archive: Vec<u8>,
+    /// Its named points.
+    pub points: Vec<PlacedPoint>,
+    /// Names of its inputs.
+    pub inputs: Vec<String>,
+    /// Names of its outputs.
+    pub outputs: Vec<String>,
+    /// Names of its tunable parameters.
+    pub parameters: Vec<String>,
+    /// Internal step \[s\].
+    pub internal_step: f64,
+}
+
+/// Makes an FMU of a file whose sections are raw.
+///
+/// # Errors
+/// [`FmuError`].
+pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
+    let file = File::parse(bytes)?;
+    let points = points::place(&file, request.points)?;
+    // What the instance will do with it, so that a file that cannot be stepped is refused here.
+    let options = vademecum_fmu::options(file.metadata(), points.len());
+    let sizes = Scene::<f64>::sizes(&file, &options)?;
+    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
+    let internal_step = scene.parameters().time_step;
+
+    let rows: Vec<Point<'_>> = points.iter().map(PlacedPoint::row).collect();
+    let table = table(&rows).ok_or(FmuError::TooManyPoints { found: rows.len() })?;
+    let variables = variables(&file, &points, &options)?;
+    let token = token(bytes, &table);
+    let identifier = archive::identifier(request.name);
+    let description = Description {
+        version: request.version,
+        name: request.name,
+        identifier: &identifier,
+        token: std::str::from_utf8(&token).unwrap_or_default(),
+        metadata: file.metadata(),
+        internal_step,
+        variables: &variables,
+    };
+    let archive = archive::write(&description, request.libraries, bytes, &table)?;
+    let names = |wanted: fn(Variable) -> bool| {
+        let of_kind = variables.iter().filter(|described| wanted(described.variable));
+        of_kind.map(|described| described.name.clone()).collect()
+    };
+    use Variable as V;
+    Ok(Fmu {
+        archive,
+        inputs: names(|variable| matches!(variable, V::Force(..) | V::Pattern(_))),
+        outputs: names(description::is_output),
+        parameters: names(|variable| matches!(variable, V::Parameter(_))),
+        points,
+        internal_step,
+    })
+}
+
+/// All variables, named and described, in the order of their references.
+fn variables(
+    file: &File<'_>,
+    points: &[PlacedPoint],
+    options: &SceneOptions,
+) -> Result<Vec<Described>, FmuError> {
+    let metadata = file.metadata();
+    let (patterns, probes) = (lines(file, SectionKind::PatternNames)?, lines(file, SectionKind::ProbeNames)?);
+    let counts = Counts {
+        points: points.len() as u32,
+        patterns: metadata.n_patterns,
+        probes: metadata.n_probes,
+        parameters: metadata.n_parameters,
+    };
+    let named = |(reference, variable)| {
+        description::describe(reference, variable, points, &patterns, &probes, metadata, options)
+    };
+    let all: Vec<Described> = (0..).zip(counts.all()).filter_map(named).collect();
+    let mut names: Vec<&str> = all.iter().map(|described| described.name.as_str()).collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(FmuError::NameTwice { name: pair[0].to_string() }),
+        None => Ok(all),
+    }
+}

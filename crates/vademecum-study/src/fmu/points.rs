@@ -1,0 +1,129 @@
+//! The named points of an FMU.
+
+use std::path::PathBuf;
+
+use vademecum_build::input::Problem;
+use vademecum_eval::Surface;
+use vademecum_fmu::points::{LONGEST_NAME, MOST, Point};
+use vademecum_format::{File, SectionKind};
+
+use super::error::FmuError;
+use crate::contents::numbers;
+use crate::error::FileError;
+
+/// A probe within this part of the body's size from the loadable surface is taken to be meant on it.
+const NEAR: f64 = 1e-2;
+
+/// A point that is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskedPoint {
+    /// Its name.
+    pub name: String,
+    /// Where, in the unit of the file.
+    pub at: [f64; 3],
+}
+
+/// A point on the loadable surface.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct PlacedPoint {
+    /// Its name.
+    pub name: String,
+    /// Where it is.
+    pub position: [f64; 3],
+    /// How far that is from the point asked for.
+    pub distance: f64,
+    /// Nodes of its triangle.
+    #[serde(skip)]
+    pub nodes: [u32; 3],
+    /// Their shares.
+    #[serde(skip)]
+    pub weights: [f64; 3],
+}
+
+impl PlacedPoint {
+    /// As the instance reads it.
+    pub(super) fn row(&self) -> Point<'_> {
+        Point { name: &self.name, nodes: self.nodes, weights: self.weights }
+    }
+}
+
+/// Locates points on the loadable surface; without any, those of the file's probes.
+///
+/// # Errors
+/// [`FmuError`]: a bad name, a point that is far away, a file without a surface.
+pub(super) fn place(file: &File<'_>, asked: &[AskedPoint]) -> Result<Vec<PlacedPoint>, FmuError> {
+    if asked.len() > MOST {
+        return Err(FmuError::TooManyPoints { found: asked.len() });
+    }
+    for AskedPoint { name, .. } in asked {
+        if name.is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
+            return Err(FmuError::BadName { name: name.clone() });
+        }
+    }
+    let loadable = file.metadata().n_load_triangles > 0;
+    let held = [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis];
+    let lost = held.into_iter().find(|&kind| file.section(kind).is_none());
+    match lost {
+        Some(kind) if !asked.is_empty() => return Err(FileError::Missing { kind }.into()),
+        None if !loadable && !asked.is_empty() => return Err(FileError::NoSurface.into()),
+        Some(_) => return Ok(vec![]),
+        None if !loadable => return Ok(vec![]),
+        None => {}
+    }
+    vademecum_rewrite::check_coordinates(file)?;
+    let size = size(file)?;
+    let surface = Surface::new(file).map_err(FileError::from)?;
+    let locate = |AskedPoint { name, at }: &AskedPoint| {
+        let found = surface.locate(*at).ok_or(FileError::NoSurface)?;
+        let (position, distance) = (found.position, found.distance);
+        let name = name.clone();
+        Ok::<_, FmuError>(PlacedPoint {
+            name,
+            position,
+            distance,
+            nodes: found.nodes,
+            weights: found.weights,
+        })
+    };
+    if asked.is_empty() {
+        let all = of_probes(file).iter().map(locate).collect::<Result<Vec<_>, _>>()?;
+        return Ok(all.into_iter().filter(|point| point.distance <= NEAR * size).collect());
+    }
+    let placed = asked.iter().map(locate).collect::<Result<Vec<_>, _>>()?;
+    // A point that is not finite is nowhere.
+    match placed.iter().find(|point| point.distance > size) {
+        Some(PlacedPoint { name, distance, .. }) => {
+            Err(FmuError::FarPoint { name: name.clone(), distance: *distance, size })
+        }
+        None => Ok(placed),
+    }
+}
+
+/// Places of the probes in the problem that the file keeps, each place once, under the name of its first
+/// probe. A file of a problem that this program no longer reads has none.
+fn of_probes(file: &File<'_>) -> Vec<AskedPoint> {
+    let text = file.metadata().problem;
+    let Ok(problem) = Problem::parse(text, "the problem in the file", PathBuf::new()) else { return vec![] };
+    let mut places: Vec<AskedPoint> = vec![];
+    for probe in problem.output.probes {
+        let known = places.iter().any(|place| place.at == probe.point || place.name == probe.name);
+        let named = !probe.name.is_empty() && probe.name.len() <= LONGEST_NAME;
+        if !known && named && places.len() < MOST {
+            places.push(AskedPoint { name: probe.name, at: probe.point });
+        }
+    }
+    places
+}
+
+/// Diagonal of the box around the loadable surface.
+fn size(file: &File<'_>) -> Result<f64, FmuError> {
+    let all = numbers(file, SectionKind::NodeCoordinates)?;
+    let nodes = all.as_chunks::<3>().0.iter().take(file.metadata().n_load_nodes as usize);
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for node in nodes {
+        for c in 0..3 {
+            (low[c], high[c]) = (low[c].min(node[c]), high[c].max(node[c]));
+        }
+    }
+    Ok((0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt())
+}

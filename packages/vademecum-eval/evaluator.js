@@ -1,0 +1,239 @@
+// The evaluator's WebAssembly module as a JavaScript object. No mechanics here: every number comes from the module.
+// Memory: the module's memory only grows; the file and each buffer stay where they are put (see `Lent`).
+
+const PAGE = 65536;
+
+/** Section numbers of the file format (formats/vademecum-1.md). */
+export const SECTION = {
+  coordinates: 2, triangles: 3, stiffness: 4, eigenvalues: 5, surfaceBasis: 6, patternNames: 12, probeNames: 13,
+  modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41,
+};
+
+/** Scales of the regions, as built. */
+const ONES = Array(8).fill(1);
+
+const ELEMENTS = { 0: Uint8Array, 1: Uint32Array, 3: Float32Array, 4: Float64Array };
+
+/** A range of the module's memory that grows when more is asked of it. */
+class Lent {
+  constructor(memory) {
+    this.memory = memory;
+    this.at = 0;
+    this.length = 0;
+  }
+
+  /** Address of a range of at least `bytes`; what was in it may be gone. */
+  hold(bytes) {
+    if (bytes > this.length) {
+      const pages = Math.ceil(bytes / PAGE);
+      this.at = this.memory.grow(pages) * PAGE;
+      this.length = pages * PAGE;
+    }
+    return this.at;
+  }
+}
+
+/** What the evaluator refused, in its own words. */
+export class Refused extends Error {}
+
+export class Evaluator {
+  /** Compiles the module and opens the file; throws `Refused` if it is not sound. */
+  static async open(wasm, file) {
+    const { instance } = await WebAssembly.instantiate(wasm, {});
+    return new Evaluator(instance.exports, file);
+  }
+
+  constructor(exports, file) {
+    this.wasm = exports;
+    this.lent = { session: new Lent(exports.memory), records: new Lent(exports.memory), numbers: new Lent(exports.memory) };
+    const at = new Lent(exports.memory).hold(Math.max(file.length, 1));
+    new Uint8Array(exports.memory.buffer, at, file.length).set(file);
+    this.must(exports.open(at, file.length));
+    this.describe();
+  }
+
+  /** Throws the module's last sentence unless `done`. */
+  must(done) {
+    if (done) return done;
+    const { message_at, message_len, memory } = this.wasm;
+    const bytes = new Uint8Array(memory.buffer, message_at(), message_len());
+    throw new Refused(new TextDecoder().decode(bytes) || "nothing is bound");
+  }
+
+  /** The module's exchange buffer; a new view each time, since growing memory ends old ones. */
+  exchange(length) {
+    return new Float64Array(this.wasm.memory.buffer, this.wasm.exchange(), length);
+  }
+
+  describe() {
+    this.must(this.wasm.describe());
+    const [nodes, surfaceNodes, loadNodes, triangles, loadTriangles, modes, patterns, probes, terms, diagonal, block, parameters,
+      timeStep, alpha, beta, diagonalError, diagonalFloor, blockError, blockFloor] = this.exchange(19);
+    this.counts = { nodes, surfaceNodes, loadNodes, triangles, loadTriangles, modes, patterns, probes, terms };
+    this.has = { diagonal: diagonal === 1, block: block === 1 };
+    this.built = { timeStep, alpha, beta };
+    this.certificate = {
+      diagonal: { error: diagonalError, floor: diagonalFloor }, block: { error: blockError, floor: blockFloor },
+    };
+    [this.program, this.problem, this.units, this.scheme] = [0, 1, 2, 3].map((which) => this.text(which));
+    this.exact = this.scheme === "exact";
+    this.parameters = Array.from({ length: parameters }, (_, index) => this.parameter(index)).filter((known) => known);
+    this.probeNames = this.names(SECTION.probeNames);
+    this.patternNames = this.names(SECTION.patternNames);
+  }
+
+  text(which) {
+    const at = this.wasm.text(which);
+    return new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, this.exchange(1)[0]));
+  }
+
+  /** A live parameter of the file: name, unit, the option it sets (with the region, if it is of one), range. */
+  parameter(index) {
+    if (!this.wasm.parameter(index)) return null;
+    const [nameAt, nameLength, unitAt, unitLength, role, region, log, lower, upper, nominal] = this.exchange(10);
+    const text = (at, length) => new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, length));
+    const key = ["stiffness", "regionStiffness", "density", "regionDensity", "alpha", "beta", "timeStep"][role];
+    const ofRegion = role === 1 || role === 3 ? region : null;
+    return { name: text(nameAt, nameLength), unit: text(unitAt, unitLength), key, region: ofRegion, log: log === 1, lower, upper, nominal };
+  }
+
+  /** A copy of a section's numbers (bytes for text); null if absent or compressed. */
+  section(kind) {
+    const at = this.wasm.section(kind);
+    if (at === 0) return null;
+    const [length, element] = this.exchange(2);
+    return new ELEMENTS[element](this.wasm.memory.buffer.slice(at, at + length));
+  }
+
+  names(kind) {
+    const bytes = this.section(kind);
+    return bytes && bytes.length ? new TextDecoder().decode(bytes).split("\n") : [];
+  }
+
+  /**
+   * Binds the file: `{ double, structure (0 chosen, 1 diagonal, 2 block, 4 exact), timeStep [s], stiffness, density, alpha [1/s],
+   * beta [s], restBelow, regionStiffness, regionDensity (8 scales each) }`. The body is at rest and unloaded afterwards. A refusal throws and leaves nothing bound.
+   */
+  bind(options) {
+    const o = { double: false, structure: 0, stiffness: 1, density: 1, restBelow: 0, regionStiffness: ONES, regionDensity: ONES, ...this.built, ...options };
+    const numbers = [o.structure, o.timeStep, o.stiffness, o.density, o.alpha, o.beta, o.restBelow, ...o.regionStiffness, ...o.regionDensity];
+    const double = o.double ? 1 : 0;
+    this.exchange(numbers.length).set(numbers);
+    const at = this.lent.session.hold(this.must(this.wasm.bind_len(double)));
+    this.structure = this.must(this.wasm.bind(double, at));
+    this.options = o;
+    this.recordLength = this.wasm.record_len();
+  }
+
+  /** Binds other options and carries displacement and velocity over; `load` puts the loads back before the body goes on. */
+  rebind(options, load) {
+    const before = this.options;
+    const state = this.coordinates();
+    let refusal = null;
+    try {
+      this.bind({ ...before, ...options });
+    } catch (error) {
+      refusal = error;
+      this.bind(before);
+    }
+    load();
+    this.setCoordinates(state);
+    if (refusal) throw refusal;
+  }
+
+  clearLoads() {
+    this.wasm.clear_loads();
+  }
+
+  /** A held force [N] at a point `{ nodes, weights }` of the loadable surface. */
+  addContact(point, force) {
+    this.must(this.wasm.add_contact(...point.nodes, point.weights[0], point.weights[1], ...force));
+  }
+
+  addPattern(index, amplitude) {
+    this.must(this.wasm.add_pattern(index, amplitude));
+  }
+
+  watch(point, direction) {
+    this.must(this.wasm.watch(...point.nodes, point.weights[0], point.weights[1], ...direction));
+  }
+
+  /** Takes `steps` steps without looking; "moving" or "at rest". */
+  march(steps) {
+    return this.must(this.wasm.march(steps, 0, 0)) === 2 ? "at rest" : "moving";
+  }
+
+  /** Takes `steps` steps; rows of (probes, watched component, energy), good until the next call. */
+  record(steps) {
+    const length = steps * this.recordLength;
+    const at = this.lent.records.hold(Math.max(8 * length, 8));
+    const status = this.must(this.wasm.march(steps, at, steps)) === 2 ? "at rest" : "moving";
+    return { status, rows: new Float64Array(this.wasm.memory.buffer, at, length) };
+  }
+
+  /** Displacement [m] or velocity [m/s] of the surface nodes, three each, in the session's precision; good until the next call. */
+  surface(velocity = false) {
+    const at = this.must(this.wasm.surface(velocity ? 1 : 0));
+    const length = 3 * this.counts.surfaceNodes;
+    return new (this.options.double ? Float64Array : Float32Array)(this.wasm.memory.buffer, at, length);
+  }
+
+  /** Displacement or velocity of a point of the surface. */
+  point(point, velocity = false) {
+    this.must(this.wasm.point(...point.nodes, point.weights[0], point.weights[1], velocity ? 1 : 0));
+    return Array.from(this.exchange(3));
+  }
+
+  /** The loadable point nearest to a place [m]; null if nothing is loadable. */
+  locate(place) {
+    if (!this.wasm.locate(...place)) return null;
+    const n = Array.from(this.exchange(10));
+    return { nodes: n.slice(0, 3), weights: n.slice(3, 6), position: n.slice(6, 9), distance: n[9] };
+  }
+
+  energy() {
+    return this.wasm.energy();
+  }
+
+  /** ζ [m kg^½], then ζ̇ [m kg^½/s]: a copy. */
+  coordinates() {
+    const length = 2 * this.counts.modes;
+    const at = this.lent.numbers.hold(8 * length);
+    this.must(this.wasm.coordinates(at, length));
+    return new Float64Array(this.wasm.memory.buffer.slice(at, at + 8 * length));
+  }
+
+  /** Sets ζ and ζ̇; the acceleration follows from them and the loads. */
+  setCoordinates(values) {
+    const at = this.lent.numbers.hold(8 * values.length);
+    new Float64Array(this.wasm.memory.buffer, at, values.length).set(values);
+    this.must(this.wasm.set_coordinates(at, values.length));
+  }
+
+  rest() {
+    this.wasm.rest();
+  }
+
+  /** Lays a sphere down that cannot enter the body, `{ radius [m], friction, speed [m/s], most [N], centre, target [m] }`; throws `Refused` where steps are not exact. */
+  holdTool({ radius, friction, speed, most = Infinity, centre, target }) {
+    this.must(this.wasm.hold_tool(radius, friction, speed, most, ...centre));
+    this.wasm.move_tool(...(target ?? centre));
+  }
+
+  /** Where the sphere is to go; nothing without a sphere. */
+  moveTool(target) {
+    this.wasm.move_tool(...target);
+  }
+
+  liftTool() {
+    this.wasm.lift_tool();
+  }
+
+  /** What the sphere did in the last step: centre, deepest place inside of it [m], whether all forces were found, and each push; null without one. */
+  tool() {
+    if (!this.wasm.tool()) return null;
+    const [x, y, z, deepest, solved, count, ...numbers] = this.exchange(54);
+    const touches = Array.from({ length: count }, (_, k) => ({ place: numbers.slice(6 * k, 6 * k + 3), force: numbers.slice(6 * k + 3, 6 * k + 6) }));
+    return { centre: [x, y, z], deepest, solved: solved === 1, touches };
+  }
+}

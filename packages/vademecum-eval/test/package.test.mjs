@@ -1,0 +1,184 @@
+// The package as it is installed from its tarball (INSTALLED is a folder with node_modules), on the bodies in WORK.
+import assert from "node:assert/strict";
+import { createServer } from "node:http";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { extname, join, normalize } from "node:path";
+import { after, before, test } from "node:test";
+import { march } from "./march.js";
+
+const { INSTALLED, WORK } = process.env;
+const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
+const { Vademecum, Refused } = await import(join(INSTALLED, "node_modules/vademecum-eval/index.js"));
+const { chromium } = createRequire(`${INSTALLED}/`)("playwright-core");
+const [beam, exact, live] = ["beam", "exact", "live"].map((name) => readFileSync(`${WORK}/${name}.vdm`));
+const refused = (call, words) => assert.throws(call, (error) => error instanceof Refused && words.test(error.message), String(words));
+
+let server, browser, address;
+before(async () => {
+  const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm" };
+  server = createServer((request, answer) => {
+    const path = normalize(new URL(request.url, "http://x").pathname);
+    const folder = path.startsWith("/test/") ? join(here, "..") : path.endsWith(".vdm") ? WORK : INSTALLED;
+    try {
+      const bytes = path === "/" ? "<!doctype html><title>empty</title>" : readFileSync(join(folder, path));
+      answer.writeHead(200, { "content-type": kinds[extname(path)] ?? (path === "/" ? "text/html" : "application/octet-stream") }).end(bytes);
+    } catch {
+      answer.writeHead(404).end();
+    }
+  });
+  await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
+  address = `http://127.0.0.1:${server.address().port}`;
+  browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox", "--enable-unsafe-swiftshader"] });
+});
+after(async () => {
+  await browser?.close();
+  server?.close();
+});
+
+test("a body moves as `vademecum run` moves it", async () => {
+  const [head, ...rows] = readFileSync(`${WORK}/run/probes.csv`, "utf8").trim().split("\n").map((line) => line.split(","));
+  const body = await Vademecum.open(exact, { precision: "double" });
+  assert.deepEqual([...body.probeNames], ["tip"]);
+  body.push(body.locate([0.97, 0.08, 0.1]), [0, 3, -20]);
+  let largest = 0;
+  for (const row of rows.slice(1, 100)) {
+    assert.equal(body.step(), "moving");
+    const [wanted, energy] = ["tip", "energy_J"].map((name) => Number(row[head.indexOf(name)]));
+    // The table has ten digits.
+    const digit = (x) => 10 ** (Math.floor(Math.log10(Math.abs(x))) - 9);
+    assert.ok(Math.abs(body.probe("tip") - wanted) <= digit(wanted), `${body.probe("tip")} ${wanted}`);
+    assert.ok(Math.abs(body.energy - energy) <= digit(energy), `${body.energy} ${energy}`);
+    largest = Math.max(largest, Math.abs(wanted));
+  }
+  assert.ok(largest > 1e-5);
+});
+
+test("Node, a page and a worker give the same bits", async () => {
+  const page = await browser.newPage();
+  await page.goto(address);
+  for (const [name, bytes] of [["beam", beam], ["exact", exact]]) {
+    const wanted = await march(Vademecum, bytes);
+    assert.ok(wanted.split(" ").length > 1000);
+    const [onPage, inWorker] = await page.evaluate(async (name) => {
+      const { Vademecum } = await import("/node_modules/vademecum-eval/index.js");
+      const { march } = await import("/test/march.js");
+      const bytes = await (await fetch(`/${name}.vdm`)).arrayBuffer();
+      const worker = new Worker("/test/marcher.js", { type: "module" });
+      const answer = new Promise((done, failed) => Object.assign(worker, { onmessage: ({ data }) => done(data), onerror: failed }));
+      worker.postMessage(bytes);
+      return [await march(Vademecum, bytes), await answer];
+    }, name);
+    assert.equal(onPage, wanted, `${name} on a page`);
+    assert.equal(inWorker, wanted, `${name} in a worker`);
+  }
+});
+
+test("parameters by name, within their ranges, under the loads that are held", async () => {
+  const body = await Vademecum.open(live, { parameters: { stiffness: 1.5 } });
+  assert.deepEqual(body.parameters.map(({ name, lower, upper }) => [name, lower, upper]), [["stiffness", 0.5, 2], ["beta", 0, 1e-3]]);
+  assert.equal(body.get("stiffness"), 1.5);
+  const place = body.locate([1, 0.08, 0.1]);
+  body.push(place, [0, 0, -20]);
+  body.step(3000);
+  const stiff = body.displacement(place)[2];
+  body.set({ stiffness: 0.5, beta: 5e-4 });
+  assert.ok(Math.abs(body.displacement(place)[2] - stiff) < 1e-3 * Math.abs(stiff) || body.displacement(place)[2] < stiff);
+  body.step(6000);
+  const ratio = body.displacement(place)[2] / stiff;
+  assert.ok(Math.abs(ratio - 3) < 0.01, `three times as soft: ${ratio}`);
+  for (const [values, words] of [[{ stiffness: 2.1 }, /"stiffness" = 2.1 is outside of its range, 0.5 to 2/], [{ stiffness: NaN }, /outside/],
+    [{ beta: 1e-4, stiff: 1 }, /no parameter "stiff"; it has stiffness, beta/]]) {
+    refused(() => body.set(values), words);
+    assert.deepEqual([body.get("stiffness"), body.get("beta")], [0.5, 5e-4]);
+  }
+  await assert.rejects(Vademecum.open(live, { parameters: { stiffness: 9 } }), Refused);
+});
+
+test("views, states, spheres and refusals", async () => {
+  const body = await Vademecum.open(exact);
+  assert.equal(body.positions.length, 3 * body.counts.surfaceNodes);
+  assert.equal(body.triangles.length, 3 * body.counts.triangles);
+  assert.equal(body.step(), "at-rest");
+  const place = body.locate([1, 0.08, 0.1]);
+  body.push(place, [0, 0, -20]);
+  body.step(50);
+  const [one, other] = [body.surface(), body.surface()];
+  assert.ok(one instanceof Float32Array && one.buffer === other.buffer && one.byteOffset === other.byteOffset, "no copy");
+  assert.ok(one.some((x) => x !== 0));
+  const [saved, energy] = [body.save(), body.energy];
+  body.step(100);
+  body.restore(saved);
+  assert.deepEqual(body.save(), saved);
+  assert.ok(Math.abs(body.energy / energy - 1) < 0.2);
+  refused(() => body.restore(saved.slice(1)), /15 numbers; this body has 16/);
+  refused(() => body.step(0), /whole number/);
+  refused(() => body.probe("top"), /no probe "top"; it has tip/);
+  refused(() => body.load("gravitation"), /no load pattern "gravitation"; it has/);
+  refused(() => body.push({ nodes: [99999, 0, 0], weights: [1, 0, 0] }, [1, 0, 0]), /node 99999 is not loadable/);
+  refused(() => body.push(place, [NaN, 0, 0]), /not finite/);
+  refused(() => body.surface("speed"), /expected "displacement" or "velocity"/);
+  refused(() => body.moveSphere([0, 0, 0]), /no sphere/);
+  body.release();
+  body.rest();
+  assert.equal(body.energy, 0);
+  const [x, y, z] = place.position;
+  body.press({ radius: 0.05, speed: 1, centre: [x - 0.1, y, z + 0.06], target: [x - 0.1, y, z + 0.045] });
+  body.step(200);
+  const { touches, deepest, solved, centre } = body.sphere;
+  assert.ok(touches.length > 0 && solved && Math.abs(deepest) < 1e-6, JSON.stringify(body.sphere));
+  assert.ok(Math.abs(centre[2] - (z + 0.045)) < 1e-12);
+  body.liftSphere();
+  assert.equal(body.sphere, null);
+  // Several bodies know nothing of each other.
+  const fresh = await Vademecum.open(exact);
+  assert.equal(fresh.energy, 0);
+  const damaged = Uint8Array.from(exact);
+  damaged[damaged.length - 100] ^= 1;
+  await assert.rejects(Vademecum.open(damaged), Refused);
+  await assert.rejects(Vademecum.open(new Uint8Array(0)), Refused);
+  await assert.rejects(Vademecum.open(exact, { precision: "half" }), /"single" or "double"/);
+});
+
+test("the example with three.js shows a body that is pressed", async () => {
+  const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  const errors = [];
+  page.on("pageerror", (error) => errors.push(error.message));
+  page.on("console", (message) => message.type() === "error" && !/favicon/.test(message.location().url) && errors.push(message.text()));
+  await page.goto(`${address}/node_modules/vademecum-eval/examples/three.html?file=/beam.vdm`);
+  await page.waitForFunction(() => window.example, null, { timeout: 30000 });
+  assert.equal(await page.evaluate(() => window.example.energy), 0);
+  // What is blue is the body: how much of the picture, and where its middle is.
+  const picture = await page.screenshot({ path: `${WORK}/three.png` });
+  const blue = await page.evaluate(async (encoded) => {
+    const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${encoded}`)).blob());
+    const canvas = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+    canvas.drawImage(bitmap, 0, 0);
+    const { data } = canvas.getImageData(0, 0, bitmap.width, bitmap.height);
+    let [count, x, y] = [0, 0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      if (data[i + 2] > data[i] + 20) [count, x, y] = [count + 1, x + (i / 4) % bitmap.width, y + Math.floor(i / 4 / bitmap.width)];
+    }
+    return { share: count / (data.length / 4), x: x / count, y: y / count };
+  }, picture.toString("base64"));
+  assert.ok(blue.share > 0.02 && blue.share < 0.5, JSON.stringify(blue));
+  await page.mouse.move(blue.x, blue.y);
+  await page.mouse.down();
+  await page.waitForFunction(() => window.example.energy > 0, null, { timeout: 30000 });
+  await page.mouse.up();
+  assert.deepEqual(errors, []);
+});
+
+test("the example worker answers", async () => {
+  const page = await browser.newPage();
+  await page.goto(address);
+  const answer = await page.evaluate(async () => {
+    const bytes = await (await fetch("/beam.vdm")).arrayBuffer();
+    const worker = new Worker("/node_modules/vademecum-eval/examples/worker.js", { type: "module" });
+    const told = new Promise((done, failed) => Object.assign(worker, { onmessage: ({ data }) => done(data), onerror: failed }));
+    worker.postMessage({ bytes, push: { at: [1, 0.08, 0.1], force: [0, 0, -20] }, steps: 20 });
+    const { moved, surface } = await told;
+    return { moved, length: surface.length };
+  });
+  assert.ok(answer.moved[2] < 0 && answer.length > 0);
+});
