@@ -1,28 +1,28 @@
 //! A body in lent memory: a scene, one state and its loads, in single or double precision.
 
-use core::ffi::c_char;
 use core::ptr::NonNull;
 
-use vademecum_eval::format::{File, SectionKind};
+use vademecum_eval::format::File;
 use vademecum_eval::{
-    Contact, Field, Loads, Scalar, Scene, SceneOptions, State, Status, Surface, SurfacePoint,
+    BindError, Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, StaticField, Status,
+    StructureChoice, Surface, SurfacePoint,
 };
 
-use crate::message::{Message, copy};
-use crate::types::{VdmBody, VdmField, VdmNamed, VdmNeeds, VdmOptions, VdmPlace, VdmPrecision, VdmStatus};
+use crate::message::Message;
+use crate::types::{VdmBody, VdmNeeds, VdmOptions, VdmPlace, VdmPrecision, VdmStatus, VdmStructure};
 
 /// Alignment of lent memory.
 const ALIGNMENT: usize = 16;
 
 /// Places that an operator is made for at most.
-const MOST_PLACES: usize = 64;
+pub const MOST_PLACES: usize = 64;
 
 impl VdmPlace {
-    fn contact(&self, force: [f64; 3]) -> Contact {
+    pub(crate) fn contact(&self, force: [f64; 3]) -> Contact {
         Contact { nodes: self.nodes, weights: self.weights, force }
     }
 
-    fn point(&self) -> SurfacePoint {
+    pub(crate) fn point(&self) -> SurfacePoint {
         let Self { nodes, weights, position, distance } = *self;
         SurfacePoint { nodes, weights, position, distance }
     }
@@ -30,8 +30,8 @@ impl VdmPlace {
 
 /// Memory that C lends, aligned.
 pub struct Lent {
-    at: NonNull<u8>,
-    bytes: usize,
+    pub at: NonNull<u8>,
+    pub bytes: usize,
 }
 
 impl Lent {
@@ -49,94 +49,137 @@ impl Lent {
 /// What the handle points to.
 #[repr(align(16))]
 pub struct Body {
-    file: File<'static>,
-    surface: Option<Surface<'static>>,
-    march: March,
-    message: Message,
+    pub file: File<'static>,
+    pub surface: Option<Surface<'static>>,
+    pub march: March,
+    pub message: Message,
 }
 
-enum March {
+/// What moves, in the precision of the body.
+pub enum March {
     Single(Moved<f32>),
+    #[cfg(feature = "double")]
     Double(Moved<f64>),
 }
 
-struct Moved<T: 'static> {
-    scene: Scene<'static, T>,
-    state: State<'static, T>,
-    loads: Loads<'static, T>,
+/// A scene, one state of it, and what acts on it.
+pub struct Moved<T: 'static> {
+    pub scene: Scene<'static, T>,
+    pub state: State<'static, T>,
+    pub loads: Loads<'static, T>,
+    /// Loads that were kept.
+    pub kept: Option<Loads<'static, T>>,
     /// For the operator, and for a state on its way in or out.
-    work: &'static mut [T],
+    pub work: &'static mut [T],
+    /// The answer of the whole body to forces that stay, once there is memory for it.
+    pub statics: Option<StaticField<'static, T>>,
+    /// The modes of a dense step, once there is memory for them.
+    pub modal: Option<Modal<'static, T>>,
 }
 
 /// Runs the same lines in the precision of a body.
 macro_rules! moved {
     ($march:expr, $moved:ident => $lines:expr) => {
         match &mut $march {
-            March::Single($moved) => $lines,
-            March::Double($moved) => $lines,
+            $crate::body::March::Single($moved) => $lines,
+            #[cfg(feature = "double")]
+            $crate::body::March::Double($moved) => $lines,
         }
     };
 }
+pub(crate) use moved;
 
-/// The options of the evaluator.
-pub fn options(given: Option<&VdmOptions>) -> (SceneOptions, bool) {
-    let mut options = SceneOptions::default();
-    let mut double = false;
-    if let Some(given) = given {
-        options.contacts = given.contacts as usize;
-        options.residual = given.residual != 0;
-        options.rest_below = given.rest_below;
-        double = given.precision == VdmPrecision::VDM_DOUBLE as i32;
+/// What is asked for: options of the evaluator, and those of this interface.
+pub struct Asked {
+    scene: SceneOptions,
+    double: bool,
+    places: usize,
+    keep_loads: bool,
+}
+
+impl Asked {
+    /// `None` for a number that no option has.
+    pub fn of(given: Option<&VdmOptions>) -> Option<Self> {
+        let mut scene = SceneOptions::default();
+        let Some(given) = given else {
+            return Some(Self { scene, double: false, places: MOST_PLACES, keep_loads: false });
+        };
+        scene.structure = match given.structure {
+            s if s == VdmStructure::VDM_AUTO as i32 => StructureChoice::Auto,
+            s if s == VdmStructure::VDM_DIAGONAL as i32 => StructureChoice::Diagonal,
+            s if s == VdmStructure::VDM_BLOCK as i32 => StructureChoice::Block,
+            s if s == VdmStructure::VDM_EXACT as i32 => StructureChoice::Exact,
+            _ => return None,
+        };
+        let double = match given.precision {
+            p if p == VdmPrecision::VDM_SINGLE as i32 => false,
+            p if p == VdmPrecision::VDM_DOUBLE as i32 && cfg!(feature = "double") => true,
+            _ => return None,
+        };
+        scene.contacts = given.contacts as usize;
+        scene.residual = given.residual != 0;
+        scene.terms = (given.terms != 0).then_some(given.terms as usize);
+        scene.tolerance = given.tolerance;
+        scene.time_step = (given.time_step != 0.0).then_some(given.time_step);
+        (scene.stiffness, scene.density) = (given.stiffness, given.density);
+        // Not a number is no wish for the file's value.
+        scene.alpha = (given.alpha.is_nan() || given.alpha >= 0.0).then_some(given.alpha);
+        scene.beta = (given.beta.is_nan() || given.beta >= 0.0).then_some(given.beta);
+        scene.rest_below = given.rest_below;
+        let places = given.places as usize;
+        (places <= MOST_PLACES).then_some(Self { scene, double, places, keep_loads: given.keep_loads != 0 })
     }
-    (options, double)
 }
 
 /// What a caller has to lend.
-pub fn measure(
-    file: &File<'_>,
-    (options, double): &(SceneOptions, bool),
-) -> Result<VdmNeeds, vademecum_eval::BindError> {
-    let (numbers, work) =
-        if *double { lengths::<f64>(file, options)? } else { lengths::<f32>(file, options)? };
+pub fn measure(file: &File<'_>, asked: &Asked) -> Result<VdmNeeds, BindError> {
+    let (lengths, work) =
+        if asked.double { lengths::<Double>(file, asked)? } else { lengths::<f32>(file, asked)? };
     let metadata = file.metadata();
-    let size = if *double { size_of::<f64>() } else { size_of::<f32>() };
+    let size = if asked.double { size_of::<f64>() } else { size_of::<f32>() };
+    let numbers = lengths.iter().fold(0usize, |sum, &length| sum.saturating_add(length));
     Ok(VdmNeeds {
-        memory: size_of::<Body>() + numbers.iter().sum::<usize>() * size,
+        memory: numbers.saturating_mul(size).saturating_add(size_of::<Body>()),
         work,
         state: 3 * metadata.n_modes as usize,
         modes: metadata.n_modes,
         nodes: metadata.n_nodes,
         surface_nodes: metadata.n_surface_nodes,
         load_nodes: metadata.n_load_nodes,
+        triangles: metadata.n_triangles,
+        load_triangles: metadata.n_load_triangles,
         probes: metadata.n_probes,
         patterns: metadata.n_patterns,
         parameters: metadata.active_parameters().len() as u32,
-        time_step: metadata.time_step,
+        time_step: asked.scene.time_step.unwrap_or(metadata.time_step),
     })
 }
 
-/// Numbers for the scene, the state, the loads and for work, and numbers of work while binding.
-fn lengths<T: Scalar>(
-    file: &File<'_>,
-    options: &SceneOptions,
-) -> Result<([usize; 4], usize), vademecum_eval::BindError> {
-    let sizes = Scene::<T>::sizes(file, options)?;
+/// Double precision, where the library has it; options that ask for it are refused elsewhere.
+#[cfg(feature = "double")]
+type Double = f64;
+#[cfg(not(feature = "double"))]
+type Double = f32;
+
+/// Numbers for the scene, the state, the loads, kept loads and for work, and numbers of work while binding.
+fn lengths<T: Scalar>(file: &File<'_>, asked: &Asked) -> Result<([usize; 5], usize), BindError> {
+    let sizes = Scene::<T>::sizes(file, &asked.scene)?;
     let r = file.metadata().n_modes as usize;
-    let work = (3 * MOST_PLACES + 1).saturating_mul(r);
-    Ok(([sizes.scene, sizes.state, sizes.loads, work], sizes.work))
+    let work = (3 * asked.places + 1).max(3).saturating_mul(r);
+    let kept = if asked.keep_loads { sizes.loads } else { 0 };
+    Ok(([sizes.scene, sizes.state, sizes.loads, kept, work], sizes.work))
 }
 
 impl<T: Scalar> Moved<T> {
     fn bind(
         file: &File<'static>,
-        options: &SceneOptions,
+        asked: &Asked,
         memory: &'static mut [T],
         work: &mut [f64],
         message: &mut Message,
     ) -> Result<Self, VdmStatus> {
         use VdmStatus as S;
-        let (lengths, needed) =
-            lengths::<T>(file, options).map_err(|error| message.note(S::VDM_BIND, &error))?;
+        let (lengths, _) = lengths::<T>(file, asked).map_err(|error| message.note(S::VDM_BIND, &error))?;
         let mut memory = memory;
         let mut take = |length: usize| -> Option<&'static mut [T]> {
             let (taken, rest) = core::mem::take(&mut memory).split_at_mut_checked(length)?;
@@ -144,17 +187,25 @@ impl<T: Scalar> Moved<T> {
             Some(taken)
         };
         let parts = lengths.map(&mut take);
-        let [Some(scene), Some(state), Some(loads), Some(own)] = parts else {
+        let [Some(scene), Some(state), Some(loads), Some(kept), Some(own)] = parts else {
             return Err(message.note(S::VDM_MEMORY, &"the lent memory is too short"));
         };
-        if work.len() < needed {
-            return Err(message.note(S::VDM_MEMORY, &"the lent work is too short"));
-        }
-        let scene = Scene::bind(file, options, scene, work);
-        let scene = scene.map_err(|error| message.note(S::VDM_BIND, &error))?;
-        let state = State::new(&scene, state).map_err(|error| message.note(S::VDM_BIND, &error))?;
-        let loads = Loads::new(&scene, loads).map_err(|error| message.note(S::VDM_BIND, &error))?;
-        Ok(Self { scene, state, loads, work: own })
+        let bound = Self::of_pieces(file, asked, [scene, state, loads, kept, own], work);
+        bound.map_err(|error| message.note(S::VDM_BIND, &error))
+    }
+}
+
+impl<T: Scalar> Moved<T> {
+    fn of_pieces(
+        file: &File<'static>,
+        asked: &Asked,
+        [scene, state, loads, kept, own]: [&'static mut [T]; 5],
+        work: &mut [f64],
+    ) -> Result<Self, BindError> {
+        let scene = Scene::bind(file, &asked.scene, scene, work)?;
+        let (state, loads) = (State::new(&scene, state)?, Loads::new(&scene, loads)?);
+        let kept = if asked.keep_loads { Some(Loads::new(&scene, kept)?) } else { None };
+        Ok(Self { scene, state, loads, kept, work: own, statics: None, modal: None })
     }
 }
 
@@ -162,26 +213,36 @@ impl Body {
     /// Places a body at the start of the memory and its numbers behind it.
     pub fn bind(
         file: File<'static>,
-        (options, double): &(SceneOptions, bool),
+        asked: &Asked,
         memory: Lent,
         work: &mut [f64],
         message: &mut Message,
     ) -> Result<*mut VdmBody, VdmStatus> {
         let own = size_of::<Self>();
-        let Some(rest) = memory.bytes.checked_sub(own) else {
-            return Err(message.note(VdmStatus::VDM_MEMORY, &"the lent memory is too short"));
-        };
+        let needed = measure(&file, asked).map_err(|error| message.note(VdmStatus::VDM_BIND, &error))?;
+        if memory.bytes < needed.memory || work.len() < needed.work {
+            let short = Short { memory: [memory.bytes, needed.memory], work: [work.len(), needed.work] };
+            return Err(message.note(VdmStatus::VDM_MEMORY, &short));
+        }
+        let rest = needed.memory - own;
         // The size of a body is a multiple of its alignment, so the numbers behind it are aligned, too.
         // SAFETY: `own` bytes are within the lent memory.
         let behind = unsafe { memory.at.add(own) };
-        let march = if *double {
+        #[cfg(feature = "double")]
+        let march = if asked.double {
             // SAFETY: aligned, within the lent memory, and nobody else's; zeros are numbers.
             let numbers = unsafe { zeroed::<f64>(behind, rest) };
-            March::Double(Moved::bind(&file, options, numbers, work, message)?)
+            March::Double(Moved::bind(&file, asked, numbers, work, message)?)
         } else {
             // SAFETY: the same.
             let numbers = unsafe { zeroed::<f32>(behind, rest) };
-            March::Single(Moved::bind(&file, options, numbers, work, message)?)
+            March::Single(Moved::bind(&file, asked, numbers, work, message)?)
+        };
+        #[cfg(not(feature = "double"))]
+        let march = {
+            // SAFETY: the same.
+            let numbers = unsafe { zeroed::<f32>(behind, rest) };
+            March::Single(Moved::bind(&file, asked, numbers, work, message)?)
         };
         let surface = Surface::new(&file).ok();
         let body = Self { file, surface, march, message: Message::default() };
@@ -214,7 +275,7 @@ impl Body {
     }
 
     /// Keeps the words of a refusal.
-    fn answer<E: core::fmt::Display>(&mut self, done: Result<(), E>, refused: VdmStatus) -> VdmStatus {
+    pub fn answer<E: core::fmt::Display>(&mut self, done: Result<(), E>, refused: VdmStatus) -> VdmStatus {
         match done {
             Ok(()) => VdmStatus::VDM_OK,
             Err(error) => self.message.note(refused, &error),
@@ -242,178 +303,22 @@ impl Body {
         moved!(self.march, m => m.state.rest());
         VdmStatus::VDM_OK
     }
-
-    pub fn locate(&mut self, point: [f64; 3], place: &mut VdmPlace) -> VdmStatus {
-        match self.surface.as_ref().and_then(|surface| surface.locate(point)) {
-            Some(SurfacePoint { nodes, weights, position, distance }) => {
-                *place = VdmPlace { nodes, weights, position, distance };
-                VdmStatus::VDM_OK
-            }
-            None => self.message.note(VdmStatus::VDM_OUTPUT, &"the file has no loadable surface"),
-        }
-    }
-
-    pub fn clear_loads(&mut self) -> VdmStatus {
-        moved!(self.march, m => m.loads.clear());
-        VdmStatus::VDM_OK
-    }
-
-    pub fn add_contact(&mut self, place: &VdmPlace, force: [f64; 3]) -> VdmStatus {
-        let contact = place.contact(force);
-        let done = moved!(self.march, m => m.loads.add_contact(&m.scene, &contact));
-        self.answer(done, VdmStatus::VDM_LOAD)
-    }
-
-    pub fn add_pattern(&mut self, pattern: u32, amplitude: f64) -> VdmStatus {
-        let done = moved!(self.march, m => m.loads.add_pattern(&m.scene, pattern as usize, amplitude));
-        self.answer(done, VdmStatus::VDM_LOAD)
-    }
-
-    pub fn set_parameter(&mut self, parameter: u32, value: f64, work: &mut [f64]) -> VdmStatus {
-        let index = parameter as usize;
-        let done = moved!(self.march, m => m.scene.set_parameter(index, value, &mut m.state, work));
-        self.answer(done, VdmStatus::VDM_BIND)
-    }
-
-    /// The field of this number; for another one the message says so.
-    fn field(&mut self, field: i32) -> Option<Field> {
-        match field {
-            f if f == VdmField::VDM_DISPLACEMENT as i32 => Some(Field::Displacement),
-            f if f == VdmField::VDM_VELOCITY as i32 => Some(Field::Velocity),
-            _ => {
-                self.message.note(VdmStatus::VDM_ARGUMENT, &"no such field");
-                None
-            }
-        }
-    }
-
-    pub fn probe(&mut self, probe: u32, field: i32, value: &mut f64) -> VdmStatus {
-        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
-        let found = moved!(self.march, m => m.scene.probe(&m.state, probe as usize, field));
-        self.answer(found.map(|found| *value = found), VdmStatus::VDM_OUTPUT)
-    }
-
-    pub fn point(&mut self, place: &VdmPlace, field: i32, out: [&mut f64; 3]) -> VdmStatus {
-        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
-        let found = moved!(self.march, m => m.scene.point(&m.state, &place.point(), field));
-        let found = found.map(|found| out.into_iter().zip(found).for_each(|(out, x)| *out = x));
-        self.answer(found, VdmStatus::VDM_OUTPUT)
-    }
-
-    pub fn node(&mut self, node: u32, field: i32, out: [&mut f64; 3]) -> VdmStatus {
-        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
-        let found = moved!(self.march, m => m.scene.node(&m.state, node as usize, field));
-        let found = found.map(|found| out.into_iter().zip(found).for_each(|(out, x)| *out = x));
-        self.answer(found, VdmStatus::VDM_OUTPUT)
-    }
-
-    pub fn surface_single(&mut self, field: i32, out: &mut [f32]) -> VdmStatus {
-        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
-        match &self.march {
-            March::Single(m) => {
-                let done = m.scene.surface_into(&m.state, field, out);
-                self.answer(done, VdmStatus::VDM_OUTPUT)
-            }
-            March::Double(_) => {
-                self.message.note(VdmStatus::VDM_ARGUMENT, &"the body is in double precision")
-            }
-        }
-    }
-
-    pub fn surface_double(&mut self, field: i32, out: &mut [f64]) -> VdmStatus {
-        let Some(field) = self.field(field) else { return VdmStatus::VDM_ARGUMENT };
-        match &self.march {
-            March::Double(m) => {
-                let done = m.scene.surface_into(&m.state, field, out);
-                self.answer(done, VdmStatus::VDM_OUTPUT)
-            }
-            March::Single(_) => {
-                self.message.note(VdmStatus::VDM_ARGUMENT, &"the body is in single precision")
-            }
-        }
-    }
-
-    pub fn energy(&mut self, value: &mut f64) -> VdmStatus {
-        let found = moved!(self.march, m => m.scene.energy(&m.state));
-        self.answer(found.map(|found| *value = found), VdmStatus::VDM_OUTPUT)
-    }
-
-    pub fn save(&mut self, out: &mut [f64]) -> VdmStatus {
-        let done = moved!(self.march, m => {
-            let saved = m.work.get_mut(..out.len()).unwrap_or_default();
-            let done = m.state.save_into(saved);
-            out.iter_mut().zip(saved).for_each(|(out, x)| *out = x.to_f64());
-            done
-        });
-        self.answer(done, VdmStatus::VDM_STEP)
-    }
-
-    pub fn restore(&mut self, saved: &[f64]) -> VdmStatus {
-        let done = moved!(self.march, m => {
-            let own = m.work.get_mut(..saved.len()).unwrap_or_default();
-            own.iter_mut().zip(saved).for_each(|(own, &x)| *own = Scalar::from_f64(x));
-            m.state.restore(own)
-        });
-        self.answer(done, VdmStatus::VDM_STEP)
-    }
-
-    pub fn compliance(&mut self, places: &[VdmPlace], w: &mut [f64]) -> VdmStatus {
-        let mut contacts = [Contact { nodes: [0; 3], weights: [0.0; 3], force: [0.0; 3] }; MOST_PLACES];
-        let Some(contacts) = contacts.get_mut(..places.len()) else {
-            return self.message.note(VdmStatus::VDM_ARGUMENT, &"more than 64 places");
-        };
-        contacts.iter_mut().zip(places).for_each(|(contact, place)| *contact = place.contact([0.0; 3]));
-        let done = moved!(self.march, m => m.scene.compliance(contacts, w, m.work));
-        self.answer(done, VdmStatus::VDM_LOAD)
-    }
-
-    /// Names of a kind, in order.
-    fn names(&self, kind: i32) -> Option<Names<'_>> {
-        let section = |kind| {
-            let text = self.file.section(kind).and_then(|section| section.text().ok()).unwrap_or("");
-            Names::Lines(text.lines())
-        };
-        match kind {
-            k if k == VdmNamed::VDM_PROBES as i32 => Some(section(SectionKind::ProbeNames)),
-            k if k == VdmNamed::VDM_PATTERNS as i32 => Some(section(SectionKind::PatternNames)),
-            k if k == VdmNamed::VDM_PARAMETERS as i32 => {
-                Some(Names::Parameters(self.file.metadata().active_parameters().iter()))
-            }
-            _ => None,
-        }
-    }
-
-    pub fn name(&mut self, kind: i32, index: u32, out: &mut [c_char]) -> VdmStatus {
-        let found = self.names(kind).and_then(|mut names| names.nth(index as usize));
-        match found {
-            Some(name) => {
-                copy(name.as_bytes(), out);
-                VdmStatus::VDM_OK
-            }
-            None => self.message.note(VdmStatus::VDM_ARGUMENT, &"the file has no such name"),
-        }
-    }
-
-    pub fn find(&mut self, kind: i32, name: &str) -> i32 {
-        let place = self.names(kind).and_then(|mut names| names.position(|found| found == name));
-        place.and_then(|place| i32::try_from(place).ok()).unwrap_or(-1)
-    }
 }
 
-/// Names as the file has them.
-enum Names<'a> {
-    Lines(core::str::Lines<'a>),
-    Parameters(core::slice::Iter<'a, vademecum_eval::format::Parameter<'a>>),
+/// What was lent, and what is needed.
+struct Short {
+    memory: [usize; 2],
+    work: [usize; 2],
 }
 
-impl<'a> Iterator for Names<'a> {
-    type Item = &'a str;
-
-    fn next(&mut self) -> Option<&'a str> {
-        match self {
-            Self::Lines(lines) => lines.next(),
-            Self::Parameters(parameters) => parameters.next().map(|parameter| parameter.name),
-        }
+impl core::fmt::Display for Short {
+    fn fmt(&self, out: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let ([memory, needed], [work, wanted]) = (self.memory, self.work);
+        write!(
+            out,
+            "{memory} bytes of memory and {work} numbers of work were lent; the body needs {needed} and \
+             {wanted}: ask vdm_measure with the same options"
+        )
     }
 }
 
@@ -422,7 +327,7 @@ impl<'a> Iterator for Names<'a> {
 /// # Safety
 /// `at` is aligned for `T` and points to `bytes` bytes that nobody else uses for as long as the numbers live;
 /// all zeros is a value of `T`.
-unsafe fn zeroed<T>(at: NonNull<u8>, bytes: usize) -> &'static mut [T] {
+pub unsafe fn zeroed<T>(at: NonNull<u8>, bytes: usize) -> &'static mut [T] {
     let count = bytes / size_of::<T>();
     let at = at.cast::<T>().as_ptr();
     // SAFETY: as the caller promises.

@@ -11,20 +11,44 @@
 #![allow(unsafe_code)]
 // Names are those of the header.
 #![allow(non_camel_case_types)]
+#![cfg_attr(not(feature = "std"), no_std)]
 
+mod batch;
 mod body;
+mod calls;
+mod loads;
 mod message;
+mod names;
+mod outputs;
 mod slices;
+mod solved;
+mod states;
 mod types;
 
 use core::ffi::c_char;
 
 use vademecum_eval::format::File;
 
-use body::{Body, Lent};
+use body::{Asked, Body, Lent};
+pub use calls::*;
 use message::Message;
+use outputs::{Part, Source};
 use slices::{borrowed, given, lent, lent_mut};
 pub use types::*;
+
+/// No panic is reachable from the calls. Without an operating system there must be a handler nevertheless,
+/// and it stops.
+#[cfg(not(any(feature = "std", test)))]
+#[panic_handler]
+fn stop(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {
+        core::hint::spin_loop();
+    }
+}
+
+/// What is wrong with options that are none.
+const BAD_OPTION: &str = "an option is none: precision, structure, or more than 64 places; start from \
+                          vdm_default_options";
 
 /// The version of the interface that this library has.
 #[unsafe(no_mangle)]
@@ -38,7 +62,7 @@ pub extern "C" fn vdm_status_text(status: i32) -> *const c_char {
     message::status(status).as_ptr()
 }
 
-/// Single precision, room for 16 contacts, with residual.
+/// The file as it was built: single precision, room for 16 contacts, with residual.
 ///
 /// # Safety
 /// `options` is null or points to a `VdmOptions`.
@@ -48,8 +72,18 @@ pub unsafe extern "C" fn vdm_default_options(options: *mut VdmOptions) {
     if let Some(options) = unsafe { options.as_mut() } {
         *options = VdmOptions {
             precision: VdmPrecision::VDM_SINGLE as i32,
+            structure: VdmStructure::VDM_AUTO as i32,
             contacts: 16,
             residual: 1,
+            places: 64,
+            keep_loads: 0,
+            terms: 0,
+            tolerance: 0.0,
+            time_step: 0.0,
+            stiffness: 1.0,
+            density: 1.0,
+            alpha: -1.0,
+            beta: -1.0,
             rest_below: 0.0,
         };
     }
@@ -78,9 +112,11 @@ pub unsafe extern "C" fn vdm_measure(
     let (Some(bytes), Some(needs)) = (file, needs) else {
         return message.tell(VdmStatus::VDM_ARGUMENT, &"a null pointer", text);
     };
+    let Some(asked) = Asked::of(options) else {
+        return message.tell(VdmStatus::VDM_ARGUMENT, &BAD_OPTION, text);
+    };
     match File::parse(bytes).map_err(|error| message.note(VdmStatus::VDM_FILE, &error)).and_then(|file| {
-        body::measure(&file, &body::options(options))
-            .map_err(|error| message.note(VdmStatus::VDM_BIND, &error))
+        body::measure(&file, &asked).map_err(|error| message.note(VdmStatus::VDM_BIND, &error))
     }) {
         Ok(found) => {
             *needs = found;
@@ -133,8 +169,11 @@ pub unsafe extern "C" fn vdm_bind(
         let said = "the lent memory is null, or not aligned to 16 bytes";
         return message.tell(VdmStatus::VDM_MEMORY, &said, text);
     };
+    let Some(asked) = Asked::of(options) else {
+        return message.tell(VdmStatus::VDM_ARGUMENT, &BAD_OPTION, text);
+    };
     let bound = match File::parse(bytes) {
-        Ok(file) => Body::bind(file, &body::options(options), memory, work, &mut message),
+        Ok(file) => Body::bind(file, &asked, memory, work, &mut message),
         Err(error) => Err(message.note(VdmStatus::VDM_FILE, &error)),
     };
     match bound {
@@ -307,7 +346,7 @@ pub unsafe extern "C" fn vdm_surface_f32(
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
     match unsafe { (Body::of_mut(body), lent_mut(out, numbers)) } {
-        (Some(body), out) => body.surface_single(field, out),
+        (Some(body), out) => body.field_single(Part::Surface, Source::Modes, field, out),
         _ => VdmStatus::VDM_ARGUMENT,
     }
 }
@@ -325,7 +364,7 @@ pub unsafe extern "C" fn vdm_surface_f64(
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
     match unsafe { (Body::of_mut(body), lent_mut(out, numbers)) } {
-        (Some(body), out) => body.surface_double(field, out),
+        (Some(body), out) => body.field_double(Part::Surface, Source::Modes, field, out),
         _ => VdmStatus::VDM_ARGUMENT,
     }
 }
@@ -343,7 +382,8 @@ pub unsafe extern "C" fn vdm_energy(body: *mut VdmBody, value: *mut f64) -> VdmS
     }
 }
 
-/// Copies the state out, every bit of it (in the body's precision); `VdmNeeds.state` numbers.
+/// Copies the state out, every bit of it (in the body's precision); at least `VdmNeeds.state` numbers are
+/// lent.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`]; `out` points to `numbers` numbers.
@@ -369,8 +409,8 @@ pub unsafe extern "C" fn vdm_restore(body: *mut VdmBody, saved: *const f64, numb
     }
 }
 
-/// How far each of `count` places, at most 64, moves in the coming step for a force of 1 N held at each: `w`
-/// receives `(3 count)²` numbers, row by row, in m/N.
+/// How far each of `count` places, at most `VdmOptions.places`, moves in the coming step for a force of 1 N
+/// held at each: `w` receives `(3 count)²` numbers, row by row, in m/N.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`], `places` points to `count` places, and `w` to `(3 count)²`

@@ -40,7 +40,13 @@ impl Message {
     pub fn note(&mut self, status: VdmStatus, what: &dyn Display) -> VdmStatus {
         *self = Self::default();
         // A message that is too long is cut.
+        #[cfg(feature = "words")]
         let _ = write!(self, "{what}");
+        #[cfg(not(feature = "words"))]
+        {
+            let _ = what;
+            let _ = self.write_str(crate::message::status(status as i32).to_str().unwrap_or(""));
+        }
         status
     }
 

@@ -1,7 +1,7 @@
 //! What crosses the boundary.
 
 /// Version of this interface: callers compare it with the header they were compiled with.
-pub const VDM_ABI: u32 = 1;
+pub const VDM_ABI: u32 = 2;
 
 /// What a call found.
 #[repr(C)]
@@ -37,6 +37,20 @@ pub enum VdmPrecision {
     VDM_DOUBLE = 1,
 }
 
+/// How a step is held; what calls name `structure`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VdmStructure {
+    /// The exact one if the file was built for it, else the cheapest that keeps the tolerance.
+    VDM_AUTO = 0,
+    /// One 3 by 3 block for each mode.
+    VDM_DIAGONAL = 1,
+    /// One dense map, for live regions.
+    VDM_BLOCK = 2,
+    /// One 2 by 2 block for each mode, without error of time.
+    VDM_EXACT = 3,
+}
+
 /// Displacement or velocity; what calls name `field`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,10 +79,30 @@ pub enum VdmNamed {
 pub struct VdmOptions {
     /// In which numbers the body is stepped: a `VdmPrecision`.
     pub precision: i32,
+    /// How a step is held: a `VdmStructure`.
+    pub structure: i32,
     /// For so many contacts with nodes of their own there is room in the static residual.
     pub contacts: u32,
     /// 0: outputs show the modes only.
     pub residual: u32,
+    /// `vdm_compliance` and `vdm_free_motion` take so many places at most; 64 is the largest number.
+    pub places: u32,
+    /// Not 0: there is room for `vdm_keep_loads`.
+    pub keep_loads: u32,
+    /// Of the separated solution only the first so many terms; 0: all.
+    pub terms: u32,
+    /// Relative error of a trajectory that `VDM_AUTO` accepts.
+    pub tolerance: f64,
+    /// Step in s; 0: the file's.
+    pub time_step: f64,
+    /// Factor on the stiffness of the whole body.
+    pub stiffness: f64,
+    /// Factor on the density of the whole body.
+    pub density: f64,
+    /// Rayleigh damping by mass, in 1/s; negative: the file's.
+    pub alpha: f64,
+    /// Rayleigh damping by stiffness, in s; negative: the file's.
+    pub beta: f64,
     /// An unloaded body whose state sums up to less is put at rest.
     pub rest_below: f64,
 }
@@ -81,7 +115,7 @@ pub struct VdmNeeds {
     pub memory: usize,
     /// Numbers of type `double`, while `vdm_bind` and `vdm_set_parameter` run.
     pub work: usize,
-    /// Numbers that `vdm_save` writes.
+    /// Numbers to lend to `vdm_save`.
     pub state: usize,
     /// Modes.
     pub modes: u32,
@@ -91,6 +125,10 @@ pub struct VdmNeeds {
     pub surface_nodes: u32,
     /// Nodes that can be loaded; they come first.
     pub load_nodes: u32,
+    /// Triangles of the surface.
+    pub triangles: u32,
+    /// Triangles that can be touched; they come first.
+    pub load_triangles: u32,
     /// Probes.
     pub probes: u32,
     /// Load patterns.
@@ -118,4 +156,65 @@ pub struct VdmPlace {
     pub position: [f64; 3],
     /// How far that is from the point asked for, in m.
     pub distance: f64,
+}
+
+/// A live parameter.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VdmParameter {
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// The value that the file was built around.
+    pub nominal: f64,
+    /// The value that the body has now.
+    pub value: f64,
+    /// Not 0: its range is best walked in the logarithm.
+    pub logarithmic: u32,
+}
+
+/// What the moves of a body cost. Bytes are those of the file, apart from `step_bytes`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VdmCost {
+    /// Terms of the separated solution that binding adds up.
+    pub terms: usize,
+    /// Read by binding and by every change of a parameter.
+    pub bind_bytes: usize,
+    /// Multiply-adds of a step, which reads nothing of the file.
+    pub step_operations: usize,
+    /// Lent memory that a step reads or writes.
+    pub step_bytes: usize,
+    /// Rows that a contact reads when it is added.
+    pub contact_rows: usize,
+    /// Read when a contact is added.
+    pub contact_bytes: usize,
+    /// Read when a load pattern is added.
+    pub pattern_bytes: usize,
+    /// Read by one probe.
+    pub probe_bytes: usize,
+    /// Read by one node.
+    pub node_bytes: usize,
+    /// Read by the surface.
+    pub surface_bytes: usize,
+    /// Read by the whole body.
+    pub body_bytes: usize,
+}
+
+/// Many instances of a body, behind a handle.
+pub struct VdmBatch {
+    _private: [u8; 0],
+}
+
+/// What a step of many instances found.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VdmBatchStatus {
+    /// Instances that moved or are loaded.
+    pub moving: usize,
+    /// Instances at rest.
+    pub at_rest: usize,
+    /// Instances whose new state would not be finite; they keep the old one.
+    pub refused: usize,
 }

@@ -58,29 +58,186 @@ fn libraries() -> PathBuf {
     running.ancestors().nth(2).expect("a profile folder").to_path_buf()
 }
 
+/// Whether a tool is there; without it a check is skipped, except in CI.
+fn there(tool: &str) -> bool {
+    if Command::new(tool).arg("--version").output().is_ok_and(|ran| ran.status.success()) {
+        return true;
+    }
+    assert!(std::env::var_os("CI").is_none(), "{tool} is missing; .ci/install installs it");
+    eprintln!("skipped: no {tool}");
+    false
+}
+
+/// Runs a program that must succeed, and returns what it says.
+fn run(command: &mut Command) -> String {
+    let ran = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let said = String::from_utf8_lossy(&ran.stdout).into_owned();
+    assert!(ran.status.success(), "{command:?}\n{said}{}", String::from_utf8_lossy(&ran.stderr));
+    said
+}
+
 /// Compiles a program against the static library.
 fn compiled(compiler: &str, arguments: &[&str], source: &Path, folder: &Path) -> PathBuf {
     let program = folder.join("program");
     let mut command = Command::new(compiler);
     command.args(arguments).args(["-Wall", "-Wextra", "-pedantic", "-Werror", "-O2", "-g", "-I"]);
     command.arg(own("include")).arg(source).arg(libraries().join("libvademecum.a"));
-    command.args(["-lm", "-lpthread", "-ldl", "-o"]).arg(&program);
-    let ran = command.output().expect("a compiler");
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    run(command.args(["-lm", "-lpthread", "-ldl", "-o"]).arg(&program));
     program
+}
+
+/// A body of `examples/beam.toml`, with some of its text replaced.
+fn beam(folder: &Path, replaced: &[(&str, &str)]) -> PathBuf {
+    let mut text = std::fs::read_to_string(repository().join("examples/beam.toml")).expect("a problem");
+    for (from, to) in replaced {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let (problem, file) = (folder.join("beam.toml"), folder.join("beam.vdm"));
+    std::fs::write(&problem, text).expect("written");
+    let [problem, path] = [&problem, &file].map(|path| path.display().to_string());
+    let built = vademecum(&["build", &problem, "-o", &path]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    file
+}
+
+/// The names in the output of `nm`, sorted.
+fn names(command: &mut Command) -> Vec<String> {
+    let said = run(command.args(["--defined-only", "--extern-only"]));
+    let names = said.lines().filter_map(|line| line.split_whitespace().nth(2));
+    let mut names: Vec<String> = names.filter(|name| !name.starts_with("anon.")).map(String::from).collect();
+    names.sort_unstable();
+    names
+}
+
+#[test]
+fn the_libraries_export_the_names_of_the_list_and_no_others() {
+    if !there("nm") {
+        return;
+    }
+    let listed = std::fs::read_to_string(own("symbols.txt")).expect("a list");
+    assert!(
+        listed.contains(&format!("VDM_ABI {}.", vademecum::VDM_ABI)),
+        "symbols.txt is of another VDM_ABI"
+    );
+    let listed: Vec<&str> = listed.lines().filter(|line| !line.starts_with('#')).collect();
+    assert!(listed.len() > 60);
+    let shared = names(Command::new("nm").arg("-D").arg(libraries().join("libvademecum.so")));
+    assert_eq!(shared, listed, "the dynamic library and symbols.txt");
+    let mut kept = names(Command::new("nm").arg(libraries().join("libvademecum.a")));
+    kept.retain(|name| name.starts_with("vdm_"));
+    assert_eq!(kept, listed, "the static library and symbols.txt");
+}
+
+#[test]
+fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let exact = [("name = \"bathe\"", "name = \"exact\""), ("[snapshots]\npositions = 4\n", "")];
+    let whole = ("[[output.probe]]", "[output]\nstatic_fields = true\n\n[[output.probe]]");
+    let whole = beam(folder.path(), &[exact[0], exact[1], whole]);
+    let golden = ["fixed-f64", "exact-f64", "parameters"];
+    let mut files = golden.map(|name| repository().join(format!("fixtures/golden/{name}.vdm"))).to_vec();
+    files.push(whole);
+    let source = own("tests/everything.c");
+    let sanitizers =
+        ["-std=c99", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"];
+    let program = compiled("cc", &sanitizers, &source, folder.path());
+    let mut covered = std::collections::BTreeSet::new();
+    for file in &files {
+        covered.extend(run(Command::new(&program).arg(file)).lines().map(String::from));
+    }
+    let parts = [
+        "batch",
+        "body",
+        "fields",
+        "loads",
+        "modes",
+        "operator",
+        "parameter",
+        "patterns",
+        "shape",
+        "states",
+        "statics",
+    ];
+    assert_eq!(covered.iter().map(String::as_str).collect::<Vec<_>>(), parts, "what the files cover");
+
+    let in_cpp = folder.path().join("everything.cpp");
+    std::fs::copy(&source, &in_cpp).expect("a copy");
+    let program = compiled("c++", &["-std=c++17"], &in_cpp, folder.path());
+    if there("valgrind") {
+        for file in &files[1..] {
+            let mut valgrind = Command::new("valgrind");
+            valgrind.args(["--quiet", "--error-exitcode=9", "--leak-check=full"]);
+            run(valgrind.arg(&program).arg(file));
+        }
+    }
+}
+
+#[test]
+fn what_is_installed_serves_pkg_config_cmake_and_cplusplus() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [prefix, build] = ["prefix", "build"].map(|name| folder.path().join(name));
+    let target = libraries().parent().expect("a target folder").to_path_buf();
+    run(Command::new(own("install")).arg(&prefix).env("CARGO_TARGET_DIR", &target));
+    let file = beam(folder.path(), &[]);
+    let [c, cpp] = ["examples/haptic_loop.c", "examples/many_props.cpp"].map(own);
+    let strict = ["-Wall", "-Wextra", "-pedantic", "-Werror", "-O2"];
+
+    // The header of C++, with sanitizers, and the line of the page for C.
+    let program = folder.path().join("program");
+    let mut compiler = Command::new("c++");
+    compiler.args(strict).args([
+        "-std=c++17",
+        "-fsanitize=address,undefined",
+        "-fno-sanitize-recover=all",
+        "-I",
+    ]);
+    compiler.arg(prefix.join("include")).arg(&cpp).arg(prefix.join("lib/libvademecum.a"));
+    run(compiler.args(["-lm", "-lpthread", "-ldl", "-o"]).arg(&program));
+    let props = run(Command::new(&program).arg(&file));
+    assert!(props.contains("100 props move") && props.contains("refused: "), "{props}");
+
+    let mut said = vec![];
+    if there("pkg-config") {
+        let mut asked = Command::new("pkg-config");
+        asked.args(["--cflags", "--libs", "--static", "vademecum"]);
+        let flags = run(asked.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig")));
+        let mut compiler = Command::new("cc");
+        compiler.args(strict).arg("-std=c99").arg(&c).args(flags.split_whitespace()).arg("-o").arg(&program);
+        run(&mut compiler);
+        said.push(run(Command::new(&program).arg(&file).env("LD_LIBRARY_PATH", prefix.join("lib"))));
+    }
+    if there("cmake") {
+        let project = format!(
+            "cmake_minimum_required(VERSION 3.18)\nproject(use LANGUAGES C CXX)\nset(CMAKE_CXX_STANDARD 17)\n\
+             find_package(vademecum 0.1 REQUIRED)\n\
+             add_executable(installed {c})\ntarget_link_libraries(installed PRIVATE vademecum::vademecum)\n\
+             add_executable(props {cpp})\ntarget_link_libraries(props PRIVATE vademecum::shared)\n\
+             add_subdirectory({own} own)\n\
+             add_executable(sources {c})\ntarget_link_libraries(sources PRIVATE vademecum)\n",
+            c = c.display(),
+            cpp = cpp.display(),
+            own = own("").display(),
+        );
+        std::fs::write(folder.path().join("CMakeLists.txt"), project).expect("written");
+        let mut configure = Command::new("cmake");
+        configure.arg("-S").arg(folder.path()).arg("-B").arg(&build);
+        configure.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
+        run(configure.arg(format!("-DVADEMECUM_TARGET_DIR={}", target.display())));
+        run(Command::new("cmake").arg("--build").arg(&build));
+        said.extend(["installed", "sources"].map(|name| run(Command::new(build.join(name)).arg(&file))));
+        assert_eq!(run(Command::new(build.join("props")).arg(&file)), props);
+    }
+    said.dedup();
+    assert!(said.len() <= 1, "different numbers: {said:?}");
 }
 
 #[test]
 fn a_haptic_loop_in_c_gets_the_bits_of_the_evaluator() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("beam.vdm");
-    let problem = repository().join("examples/beam.toml").display().to_string();
-    let built = vademecum(&["build", &problem, "-o", &file.display().to_string()]);
-    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let file = beam(folder.path(), &[]);
     let program = compiled("cc", &["-std=c99"], &own("examples/haptic_loop.c"), folder.path());
-    let ran = Command::new(&program).arg(&file).output().expect("the program");
-    let said = String::from_utf8_lossy(&ran.stdout);
-    assert!(ran.status.success(), "{said}{}", String::from_utf8_lossy(&ran.stderr));
+    let said = run(Command::new(&program).arg(&file));
 
     // The same loop in Rust.
     let bytes = std::fs::read(&file).expect("a file");
@@ -112,13 +269,9 @@ fn a_haptic_loop_in_c_gets_the_bits_of_the_evaluator() {
     assert_eq!(bits(line), bits(&expected), "{line} in C, {expected} in Rust");
 
     // No byte beyond what was lent, and none before it was written.
-    if Command::new("valgrind").arg("--version").output().is_ok_and(|ran| ran.status.success()) {
+    if there("valgrind") {
         let mut valgrind = Command::new("valgrind");
-        valgrind.args(["--quiet", "--error-exitcode=9", "--leak-check=full"]).arg(&program).arg(&file);
-        let ran = valgrind.output().expect("valgrind");
-        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    } else {
-        eprintln!("skipped: no valgrind");
+        run(valgrind.args(["--quiet", "--error-exitcode=9", "--leak-check=full"]).arg(&program).arg(&file));
     }
 }
 

@@ -312,6 +312,9 @@ impl From<StudyError> for Failure {
             error if is_cancelled(&error) => Self::new(Cause::Stopped, "stopped on request"),
             error @ (StudyError::NoPattern { .. }
             | StudyError::ForeignPattern { .. }
+            | StudyError::ForeignProbe { .. }
+            | StudyError::NoChannel { .. }
+            | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
             | StudyError::FarContact { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {

@@ -59,6 +59,7 @@ Examples:
   vademecum info body.vdm --json                    what a file holds
   vademecum run body.vdm --scenario s.toml -o out/  step it; CSV for probes, VTU for fields
   vademecum verify body.vdm --problem problem.toml --scenario s.toml
+  vademecum frf body.vdm --in 1,0,0,z --out tip --range 1,500 --plot tip.svg
   vademecum view body.vdm                           push it in the browser
   vademecum report body.vdm -o report.html          one page about a build, with figures
   vademecum bench body.toml -o bench --quick        run time against error, method by method
@@ -78,6 +79,7 @@ enum Command {
     Info(cmd::info::Info),
     Mesh(cmd::mesh::MeshCommand),
     Modes(cmd::modes::Modes),
+    Frf(cmd::frf::Frf),
     Run(cmd::run::Run),
     Verify(cmd::verify::Verify),
     Demo(cmd::demo::Demo),
@@ -125,6 +127,7 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::Info(command) => command.run(),
         Command::Mesh(command) => command.run(),
         Command::Modes(command) => command.run(console),
+        Command::Frf(command) => command.run(console),
         Command::Run(command) => command.run(console),
         Command::Verify(command) => command.run(console),
         Command::Demo(command) => command.run(console),

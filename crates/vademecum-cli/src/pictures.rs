@@ -103,6 +103,32 @@ pub fn compared_chart(chart: &Chart<'_>, compared: Compared<'_>) -> DrawResult {
     Ok(svg)
 }
 
+/// Draws the amplitude of an answer on a logarithmic axis over the frequency, and its phase below.
+pub fn response_chart(
+    title: &str,
+    y: &str,
+    amplitudes: Vec<Series<'_>>,
+    phases: Vec<Series<'_>>,
+) -> DrawResult {
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (SIZE.0, SIZE.1 + 170)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (upper, lower) = root.split_vertically(SIZE.1 - 10);
+    let (x, range) = ranges(&amplitudes, true)?;
+    let chart = Chart { title, x: "frequency [Hz]", y, log_y: true };
+    let amplitude = (range.start / 2.0..range.end * 2.0).log_scale();
+    {
+        let mut context = axes(&named(&upper, &chart, &amplitudes)?, &chart, x.clone(), amplitude)?;
+        lines(&mut context, &amplitudes, true)?;
+        let chart = Chart { title: "", x: "frequency [Hz]", y: "phase [°]", log_y: false };
+        let mut context = axes(&named(&lower, &chart, &[])?, &chart, x, -185.0..185.0)?;
+        lines(&mut context, &phases, false)?;
+    }
+    root.present()?;
+    drop((upper, lower, root));
+    Ok(svg)
+}
+
 /// Values in a unit with the prefix that suits the largest of them; `y` ends with the unit in brackets.
 fn engineering<'a>(y: &str, series: Vec<Series<'a>>) -> (Vec<Series<'a>>, String) {
     const PREFIXES: [(f64, &str); 7] =

@@ -292,7 +292,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if self.some_unstarted {
             self.start(scene)?;
         }
-        match self.shape.structure {
+        match self.shape.structure() {
             Structure::Diagonal => self.step_groups::<3>(scene)?,
             Structure::Exact => self.step_groups::<2>(scene)?,
             Structure::Block => self.step_each(scene)?,
@@ -421,7 +421,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
 
 /// Numbers of a group's states.
 const fn group_len(shape: Shape) -> usize {
-    match shape.structure {
+    match shape.structure() {
         Structure::Diagonal | Structure::Exact => shape.n_parts() * shape.r * WIDTH,
         Structure::Block => shape.padded() * WIDTH,
     }
@@ -430,7 +430,7 @@ const fn group_len(shape: Shape) -> usize {
 /// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so
 /// that the numbers of a mode lie side by side. Block: `(instance, third, mode)`, padded for the kernel.
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
-    match shape.structure {
+    match shape.structure() {
         Structure::Diagonal | Structure::Exact => {
             ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH
         }

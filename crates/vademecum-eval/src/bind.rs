@@ -146,7 +146,7 @@ pub(crate) fn fuse<'w, T: Scalar>(
     shape: Shape,
     work: &'w mut [f64],
 ) -> Result<Fused<'w>, BindError> {
-    let fused = match shape.structure {
+    let fused = match shape.structure() {
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
         Structure::Exact => fuse_exact(sections, asked, shape, work)?,
         Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
@@ -345,7 +345,7 @@ pub(crate) fn lay_out<T: Scalar>(
     load_maps: &mut [T],
     weights: &mut [T],
 ) -> Result<(), Short> {
-    match shape.structure {
+    match shape.structure() {
         Structure::Diagonal => lay_out_modes::<T, 3>(fused, shape, map, load_maps),
         Structure::Exact => {
             lay_out_modes::<T, 2>(fused, shape, map, load_maps)?;

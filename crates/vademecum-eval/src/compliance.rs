@@ -65,7 +65,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// of a contact that cannot be added.
     pub fn compliance(&self, contacts: &[Contact], w: &mut [f64], work: &mut [T]) -> Result<(), LoadError> {
         let (n, r) = (3 * contacts.len(), self.shape.r);
-        if self.shape.structure == Structure::Block || w.len() != n * n {
+        if self.shape.structure() == Structure::Block || w.len() != n * n {
             return Err(LoadError::Mismatch);
         }
         let mut work = Lender::new(work);
@@ -116,7 +116,7 @@ impl<T: Scalar> Scene<'_, T> {
         work: &mut [T],
     ) -> Result<(), StepError> {
         let shapes = state.shape == self.shape && loads.shape == self.shape;
-        if !shapes || self.shape.structure == Structure::Block || out.len() != contacts.len() {
+        if !shapes || self.shape.structure() == Structure::Block || out.len() != contacts.len() {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;

@@ -45,7 +45,7 @@ impl<T: Scalar> Scene<'_, T> {
         let r = shape.r;
         let row = |numbers: Option<Numbers<'_>>| r * numbers.map_or(0, width);
         let separated = &sections.separated;
-        let (bind_numbers, step_operations) = match shape.structure {
+        let (bind_numbers, step_operations) = match shape.structure() {
             Structure::Diagonal => (r, 9 * r),
             Structure::Exact => (r * (1 + usize::from(sections.damping_ratios.is_some())), 4 * r),
             Structure::Block => {
@@ -56,7 +56,7 @@ impl<T: Scalar> Scene<'_, T> {
         // A term is read once if some stage has a weight for it.
         let used =
             |t: usize| self.weights.iter().skip(t).step_by(shape.n_terms.max(1)).any(|&w| w != T::ZERO);
-        let separated_terms = if shape.structure == Structure::Block { shape.n_terms } else { 0 };
+        let separated_terms = if shape.structure() == Structure::Block { shape.n_terms } else { 0 };
         let in_use = (0..separated_terms).filter(|&t| used(t)).count();
         let (surface, interior) = (row(sections.rows.surface), row(sections.rows.interior));
         let (n_surface, n_nodes) = (metadata.n_surface_nodes as usize, metadata.n_nodes as usize);

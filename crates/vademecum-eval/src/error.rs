@@ -19,6 +19,8 @@ pub enum BindError {
     /// The file has only the chapter's structure (`representation = "canonical"`), which an ordinary scene
     /// does not step. The evaluator's feature `chapter` has a scene for it.
     OnlyChapter,
+    /// The evaluator was built without its feature `full`: it takes exact steps only.
+    LeftOut,
     /// The scene was bound to the other structure; its memory has not the room for this one.
     OtherStructure,
     /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the
@@ -215,6 +217,11 @@ impl fmt::Display for BindError {
             Self::NoStructure => {
                 write!(out, "the file does not hold the structure asked for; choose the other or build it")
             }
+            Self::LeftOut => write!(
+                out,
+                "this program was built for exact steps only; take them, or build it with the evaluator's \
+                 feature `full`"
+            ),
             Self::Fixed { stage, requested, built } => write!(
                 out,
                 "stage {stage} needs theta = {requested:e} s², the block structure was built for {built:e}: \

@@ -55,7 +55,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// Number `(i, j)` of `D`.
     pub(crate) fn increment(&self, i: usize, j: usize) -> Result<f64, Short> {
         let r = self.shape.r.max(1);
-        let at = match self.shape.structure {
+        let at = match self.shape.structure() {
             Structure::Diagonal | Structure::Exact if i % r != j % r => return Ok(0.0),
             Structure::Diagonal => place_in_modes::<3>(i % r, i / r, j / r),
             Structure::Exact => place_in_modes::<2>(i % r, i / r, j / r),

@@ -106,6 +106,7 @@
 //! |---|---|---|
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
 //! | `std` | `Simulation::open`: from a path | an operating system |
+//! | `full`, on by default | everything a file may hold; without it exact steps only, for microcontrollers | nothing |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
 //! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline to compare with | nothing |

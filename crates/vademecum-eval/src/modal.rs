@@ -107,7 +107,7 @@ impl<'m, T: Scalar> Modal<'m, T> {
         work: &mut [f64],
     ) -> Result<Self, BindError> {
         let shape = scene.shape;
-        if shape.structure != Structure::Block {
+        if shape.structure() != Structure::Block {
             return Err(BindError::OtherStructure);
         }
         let sizes = Self::sizes(scene);

@@ -68,14 +68,14 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`BindError`]; the scene is then unchanged.
     pub fn rebind(&mut self, options: &SceneOptions, work: &mut [f64]) -> Result<(), BindError> {
         shape::check(options)?;
-        match (options.structure, self.shape.structure) {
+        match (options.structure, self.shape.structure()) {
             (StructureChoice::Auto, _)
             | (StructureChoice::Diagonal, Structure::Diagonal)
             | (StructureChoice::Block, Structure::Block)
             | (StructureChoice::Exact, Structure::Exact) => {}
             _ => return Err(BindError::OtherStructure),
         }
-        match self.shape.structure {
+        match self.shape.structure() {
             Structure::Diagonal | Structure::Exact if options.moves_a_region() => {
                 return Err(BindError::NotDiagonal);
             }

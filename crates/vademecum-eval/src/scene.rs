@@ -85,7 +85,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         work: &mut [f64],
     ) -> Result<Self, BindError> {
         let shape = shape::<T>(file, options)?;
-        Self::of_sections(*file.metadata(), sections(file, shape.structure)?, shape, options, memory, work)
+        Self::of_sections(*file.metadata(), sections(file, shape.structure())?, shape, options, memory, work)
     }
 
     /// The same file at the same parameters with another `Δt` \[s\], beside this scene: for a step that is
@@ -170,7 +170,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
     /// The structure the scene took.
     #[must_use]
     pub const fn structure(&self) -> Structure {
-        self.shape.structure
+        self.shape.structure()
     }
 
     /// Numbers of a state that [`State::save_into`](crate::State::save_into) writes: `3r`, or `2r` of the
@@ -206,7 +206,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
 
     /// The scheme whose stages the scene fused.
     pub(crate) const fn scheme(&self) -> &SchemeTable {
-        match self.shape.structure {
+        match self.shape.structure() {
             Structure::Exact => &SchemeTable::EXACT,
             Structure::Diagonal | Structure::Block => &self.metadata.scheme,
         }

@@ -14,7 +14,8 @@ use vademecum_format::{AxisRole, File, Metadata, StructureCertificate};
 /// The lengths a scene, its states and its loads agree on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
-    pub structure: Structure,
+    /// As it was chosen; read by [`Shape::structure`].
+    chosen: Structure,
     pub r: usize,
     /// Stages of the scheme; 2 of an exact step, which takes loads at its start and at its end.
     pub n_stages: usize,
@@ -27,9 +28,15 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// The structure. Without the feature `full` no other than the exact one is ever chosen, and the compiler
+    /// learns it here: it leaves out of a program what the others need.
+    pub const fn structure(&self) -> Structure {
+        if cfg!(feature = "full") { self.chosen } else { Structure::Exact }
+    }
+
     /// How many of ζ, Δt ζ̇ and Δt² ζ̈ a state holds.
     pub const fn n_parts(&self) -> usize {
-        match self.structure {
+        match self.structure() {
             Structure::Diagonal | Structure::Block => 3,
             Structure::Exact => 2,
         }
@@ -37,7 +44,7 @@ impl Shape {
 
     /// Distance between ζ, Δt ζ̇ and Δt² ζ̈ in a state.
     pub const fn stride(&self) -> usize {
-        match self.structure {
+        match self.structure() {
             Structure::Diagonal | Structure::Exact => self.r.next_multiple_of(LANES),
             Structure::Block => self.r,
         }
@@ -45,7 +52,7 @@ impl Shape {
 
     /// Length of one state, padded for the kernel.
     pub const fn padded(&self) -> usize {
-        match self.structure {
+        match self.structure() {
             Structure::Diagonal | Structure::Exact => self.n_parts() * self.stride(),
             Structure::Block => (3 * self.r).next_multiple_of(TILE),
         }
@@ -73,7 +80,7 @@ impl Shape {
 
     /// Length of the step map.
     pub const fn map_len(&self) -> usize {
-        match self.structure {
+        match self.structure() {
             Structure::Diagonal | Structure::Exact => self.n_parts() * self.padded(),
             Structure::Block => self.padded() * 3 * self.r,
         }
@@ -81,7 +88,7 @@ impl Shape {
 
     /// Length of one stage's load map.
     pub const fn load_map_len(&self) -> usize {
-        match self.structure {
+        match self.structure() {
             Structure::Diagonal | Structure::Exact => self.padded(),
             Structure::Block => self.padded() * self.r,
         }
@@ -100,7 +107,7 @@ impl Shape {
     /// Numbers of `f64` that fusing wants.
     pub const fn work_len(&self) -> usize {
         let (r, n) = (self.r, self.n_stages);
-        match self.structure {
+        match self.structure() {
             Structure::Diagonal => (9 + 3 * n) * r,
             Structure::Exact => (4 + 2 * n) * r,
             Structure::Block => {
@@ -136,7 +143,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         Structure::Diagonal | Structure::Exact => room::<T>(file, options),
         Structure::Block => [0; 2],
     };
-    Ok(Shape { structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points, statics })
+    Ok(Shape { chosen: structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points, statics })
 }
 
 /// The terms a block scene of these options adds up: the first of the file's.
@@ -168,6 +175,14 @@ fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, 
     if exact.or(block).is_none() {
         // A file without either opens only if it has the chapter's.
         return Err(BindError::OnlyChapter);
+    }
+    if !cfg!(feature = "full") {
+        let asked = match options.structure {
+            StructureChoice::Auto => metadata.scheme.is_exact(),
+            StructureChoice::Exact => true,
+            StructureChoice::Diagonal | StructureChoice::Block => false,
+        };
+        return exact.filter(|_| asked && !options.moves_a_region()).ok_or(BindError::LeftOut);
     }
     if options.moves_a_region() {
         return match options.structure {

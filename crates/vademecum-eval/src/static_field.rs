@@ -54,7 +54,7 @@ impl<T: Scalar> Scene<'_, T> {
     pub fn static_field_sizes(&self) -> [usize; 2] {
         let (order, r) = (self.sections.factor.order.len(), self.shape.r);
         let known = self.sections.factor.values.is_some() && self.shape.statics != [0; 2];
-        if known && self.shape.structure != Structure::Block { [order + r, r] } else { [0; 2] }
+        if known && self.shape.structure() != Structure::Block { [order + r, r] } else { [0; 2] }
     }
 
     /// Solves for the static answer to the forces under which `state` made its last step. It is worth doing

@@ -48,7 +48,7 @@ impl<T: Scalar> Scene<'_, T> {
                 state.statics.clear();
                 return Ok(Status::AtRest);
             }
-            if state.y.unstarted {
+            if self.shape.n_parts() > 2 && state.y.unstarted {
                 return self.first_step(state, loads);
             }
         }
@@ -71,7 +71,7 @@ impl<T: Scalar> Scene<'_, T> {
     #[inline(always)]
     fn advance(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
-        let magnitude = match self.shape.structure {
+        let magnitude = match self.shape.structure() {
             Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
             Structure::Exact => step_exact(blocks(self.map), old, load, new)?,
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),

@@ -1,5 +1,6 @@
 //! The fixed bytes at the front: header and directory entries, and where things lie.
 
+use crate::checksum::checksum;
 use crate::error::FormatError;
 
 /// First bytes of every file: a byte with the high bit, a name, line ends and an end-of-file mark, so that a
@@ -47,6 +48,7 @@ fn take<const AT: usize, const N: usize>(block: &[u8; BLOCK]) -> [u8; N] {
     core::array::from_fn(|place| block[AT + place])
 }
 
+#[cfg(feature = "full")]
 fn put(block: &mut [u8; BLOCK], at: usize, bytes: &[u8]) {
     for (place, &byte) in block.iter_mut().skip(at).zip(bytes) {
         *place = byte;
@@ -54,6 +56,7 @@ fn put(block: &mut [u8; BLOCK], at: usize, bytes: &[u8]) {
 }
 
 impl Header {
+    #[cfg(feature = "full")]
     pub fn encode(&self) -> [u8; BLOCK] {
         let mut block = [0; BLOCK];
         put(&mut block, 0, &MAGIC);
@@ -65,7 +68,7 @@ impl Header {
         put(&mut block, 32, &self.metadata_length.to_le_bytes());
         put(&mut block, 40, &self.metadata_crc32.to_le_bytes());
         put(&mut block, 44, &self.directory_crc32.to_le_bytes());
-        let checksum = crc32fast::hash(block.split_at(60).0);
+        let checksum = checksum(block.split_at(60).0);
         put(&mut block, 60, &checksum.to_le_bytes());
         block
     }
@@ -79,8 +82,7 @@ impl Header {
         if major != MAJOR {
             return Err(FormatError::MajorVersion { found: major });
         }
-        let (found, expected) =
-            (crc32fast::hash(block.split_at(60).0), u32::from_le_bytes(take::<60, 4>(block)));
+        let (found, expected) = (checksum(block.split_at(60).0), u32::from_le_bytes(take::<60, 4>(block)));
         if found != expected {
             return Err(FormatError::HeaderChecksum { found, expected });
         }
@@ -102,6 +104,7 @@ impl Header {
 }
 
 impl Entry {
+    #[cfg(feature = "full")]
     pub fn encode(&self) -> [u8; BLOCK] {
         let mut block = [0; BLOCK];
         put(&mut block, 0, &self.kind.to_le_bytes());

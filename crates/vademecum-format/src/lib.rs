@@ -64,6 +64,7 @@
 
 mod blocks;
 mod chapter;
+mod checksum;
 mod error;
 pub mod exact;
 mod fuse;
@@ -78,6 +79,7 @@ pub mod scheme;
 mod section;
 #[cfg(feature = "zstd")]
 mod unpack;
+#[cfg(feature = "full")]
 mod write;
 
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
@@ -94,4 +96,5 @@ pub use read::File;
 pub use section::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, Codec, Element, Numbers, Section, SectionKind};
 #[cfg(feature = "zstd")]
 pub use unpack::{Decoder, unpack_into, unpacked_len};
+#[cfg(feature = "full")]
 pub use write::{SectionInput, encode_into, encoded_len};

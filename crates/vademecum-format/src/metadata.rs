@@ -14,7 +14,9 @@ use bincode::error::DecodeError;
 use bincode::{BorrowDecode, Encode};
 
 /// Most axes a separated solution can have.
-pub const MAX_AXES: usize = 12;
+pub const MAX_AXES: usize = if cfg!(feature = "full") { STORED_AXES } else { 0 };
+/// Axes as a file stores them, used or not.
+const STORED_AXES: usize = 12;
 /// Most bytes of encoded metadata (the problem file's text is in them).
 pub const MAX_METADATA: usize = 1 << 20;
 /// Most modes.
@@ -115,8 +117,8 @@ impl<'a, 'de: 'a, Context> BorrowDecode<'de, Context> for Metadata<'a> {
             beta: BorrowDecode::borrow_decode(decoder)?,
             n_regions: BorrowDecode::borrow_decode(decoder)?,
             n_parameters: BorrowDecode::borrow_decode(decoder)?,
-            parameters: items(decoder, Parameter::UNUSED)?,
-            axes: items(decoder, Axis::UNUSED)?,
+            parameters: items(decoder, Parameter::UNUSED, MAX_PARAMETERS)?,
+            axes: items(decoder, Axis::UNUSED, STORED_AXES)?,
             n_axes: BorrowDecode::borrow_decode(decoder)?,
             n_terms: BorrowDecode::borrow_decode(decoder)?,
             diagonal: BorrowDecode::borrow_decode(decoder)?,
@@ -126,14 +128,18 @@ impl<'a, 'de: 'a, Context> BorrowDecode<'de, Context> for Metadata<'a> {
     }
 }
 
-fn items<'de, T, const N: usize, D>(decoder: &mut D, filler: T) -> Result<[T; N], DecodeError>
+/// The first `N` of so many stored items.
+fn items<'de, T, const N: usize, D>(decoder: &mut D, filler: T, stored: usize) -> Result<[T; N], DecodeError>
 where
     T: Copy + BorrowDecode<'de, D::Context>,
     D: BorrowDecoder<'de>,
 {
     let mut items = [filler; N];
-    for item in &mut items {
-        *item = BorrowDecode::borrow_decode(decoder)?;
+    for place in 0..stored {
+        let item = BorrowDecode::borrow_decode(decoder)?;
+        if let Some(place) = items.get_mut(place) {
+            *place = item;
+        }
     }
     Ok(items)
 }

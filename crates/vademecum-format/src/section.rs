@@ -4,6 +4,7 @@
 //! needs neither alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is
 //! opened, so that opening does not touch every page of a mapped file; call [`Section::verify`] for that.
 
+use crate::checksum::checksum;
 use crate::error::FormatError;
 use crate::metadata::Metadata;
 use crate::quantised::{self, Quantised};
@@ -512,7 +513,7 @@ impl<'a> Section<'a> {
     /// # Errors
     /// Refusal 27.
     pub fn verify(&self) -> Result<(), FormatError> {
-        let found = crc32fast::hash(self.stored);
+        let found = checksum(self.stored);
         if found == self.crc32 {
             return Ok(());
         }

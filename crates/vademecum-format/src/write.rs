@@ -1,6 +1,7 @@
 //! Writing a file into lent memory. The same input gives the same bytes, and what is written opens: the
 //! writer ends by parsing its own bytes, so reader and writer cannot disagree about what is allowed.
 
+use crate::checksum::checksum;
 use crate::error::FormatError;
 use crate::layout::{BLOCK, Entry, Header, MAX_SECTIONS, align};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
@@ -120,7 +121,7 @@ pub(crate) fn write_planned(
     let (front, body) = out.split_at_mut(directory_end);
     let encoded = body.get_mut(..metadata_length).ok_or(short)?;
     encode_metadata(metadata, encoded)?;
-    let metadata_crc32 = crc32fast::hash(encoded);
+    let metadata_crc32 = checksum(encoded);
     let (header, directory) = front.split_at_mut(BLOCK);
     write_sections(sections, length, fill, directory, body, [directory_end, metadata_length])?;
     let block = Header {
@@ -130,7 +131,7 @@ pub(crate) fn write_planned(
         metadata_offset: directory_end as u64,
         metadata_length: metadata_length as u64,
         metadata_crc32,
-        directory_crc32: crc32fast::hash(directory),
+        directory_crc32: checksum(directory),
     };
     header.copy_from_slice(&block.encode());
     File::parse(out)?;
@@ -171,7 +172,7 @@ fn entry(section: &SectionInput<'_>, offset: u64, stored: &[u8]) -> Entry {
         offset,
         stored_length: stored.len() as u64,
         decoded_length: section.decoded_length,
-        crc32: crc32fast::hash(stored),
+        crc32: checksum(stored),
         reserved: 0,
     }
 }

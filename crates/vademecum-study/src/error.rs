@@ -7,7 +7,7 @@ use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;
 use vademecum_build::chapter::ChapterError;
 use vademecum_build::dynamics::{
-    FullOrderError, MarchError, ModesError, SchemeError, TooMuchWork, TruthError,
+    FullOrderError, HarmonicError, MarchError, ModesError, SchemeError, TooMuchWork, TruthError,
 };
 use vademecum_build::fem::FactorError;
 use vademecum_build::parametric::ParametricError;
@@ -56,6 +56,31 @@ pub enum StudyError {
         /// The pattern's name.
         name: String,
     },
+    /// The file has a probe that the problem does not have.
+    #[error("the problem has no probe `{name}`, the file has")]
+    ForeignProbe {
+        /// The probe's name.
+        name: String,
+    },
+    /// The file has no probe or load pattern of a name.
+    #[error("the file has no {what} `{name}`; known: {known}")]
+    NoChannel {
+        /// The name.
+        name: String,
+        /// `probe` or `load pattern`.
+        what: &'static str,
+        /// Those the file has.
+        known: String,
+    },
+    /// Damping ratios are no matrix of the full order.
+    #[error(
+        "the problem gives damping ratios, which are no matrix of the full order; a response is compared where \
+         damping is none or Rayleigh's (`alpha`, `beta`)"
+    )]
+    ModalDamping,
+    /// The full order has no answer to a force that swings.
+    #[error(transparent)]
+    Harmonic(#[from] HarmonicError),
     /// The scenario has a probe of a name that the file has.
     #[error("`output.probe`: the file has a probe `{name}` already; give this one another name")]
     ProbeTwice {

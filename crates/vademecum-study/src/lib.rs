@@ -13,6 +13,7 @@ pub mod contents;
 mod error;
 pub mod export;
 pub mod free_run;
+pub mod frf;
 pub mod log_scale;
 pub mod modes;
 mod notes;

@@ -2,6 +2,7 @@
 
 mod damping;
 mod full_order;
+mod harmonic;
 mod history;
 mod initial;
 mod interval;
@@ -19,6 +20,7 @@ pub use damping::{
     Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
 };
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
+pub use harmonic::{HarmonicError, harmonic};
 pub use history::{CHORD, Course, History, LoadTable, Wave};
 pub use interval::Interval;
 pub(crate) use krylov::search_vectors;

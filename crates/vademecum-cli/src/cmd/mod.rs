@@ -5,6 +5,7 @@ pub mod build;
 pub mod completions;
 pub mod demo;
 pub mod export;
+pub mod frf;
 pub mod help;
 pub mod info;
 pub mod init;

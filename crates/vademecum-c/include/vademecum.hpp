@@ -1,0 +1,361 @@
+// vademecum for C++17: the C interface behind types that own their memory. Refusals are exceptions of type
+// vademecum::Error, which say what the C call says; nothing is thrown or allocated while a body is stepped, apart from that.
+#ifndef VADEMECUM_HPP
+#define VADEMECUM_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vademecum.h"
+
+namespace vademecum {
+
+// What was refused, and the status of the C call.
+class Error : public std::runtime_error {
+public:
+    Error(VdmStatus status, const std::string &what) : std::runtime_error(what), status_(status) {}
+    VdmStatus status() const noexcept { return status_; }
+
+private:
+    VdmStatus status_;
+};
+
+using Vector = std::array<double, 3>;
+using Place = VdmPlace;
+using Options = VdmOptions;
+using Needs = VdmNeeds;
+
+enum class Field : std::int32_t { displacement = VDM_DISPLACEMENT, velocity = VDM_VELOCITY };
+enum class Named : std::int32_t { probe = VDM_PROBES, pattern = VDM_PATTERNS, parameter = VDM_PARAMETERS };
+
+// The file as it was built; change what is to differ.
+inline Options default_options() {
+    Options options;
+    vdm_default_options(&options);
+    return options;
+}
+
+// The bytes of a file. Bodies keep it alive.
+class File {
+public:
+    explicit File(std::vector<std::uint8_t> bytes)
+        : bytes_(std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes))) {
+        if (vdm_abi() != VDM_ABI)
+            throw Error(VDM_ARGUMENT, "header and library of vademecum are of two versions: compile against the header "
+                                      "that came with the library");
+    }
+
+    static File read(const std::string &path) {
+        struct Close {
+            void operator()(std::FILE *file) const { std::fclose(file); }
+        };
+        const std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "rb"));
+        if (!file) throw Error(VDM_FILE, path + ": cannot be read; check the path and its permissions");
+        std::vector<std::uint8_t> bytes;
+        std::array<std::uint8_t, 65536> part;
+        while (const std::size_t count = std::fread(part.data(), 1, part.size(), file.get()))
+            bytes.insert(bytes.end(), part.begin(), part.begin() + static_cast<std::ptrdiff_t>(count));
+        if (std::ferror(file.get())) throw Error(VDM_FILE, path + ": reading stopped with an error");
+        return File(std::move(bytes));
+    }
+
+    // Compares every section with its checksum, which opening does not.
+    void verify() const {
+        std::array<char, 240> text{};
+        check(vdm_verify(data(), size(), text.data(), text.size()), text);
+    }
+
+    Needs measure(const Options &options = default_options()) const {
+        std::array<char, 240> text{};
+        Needs needs;
+        check(vdm_measure(data(), size(), &options, &needs, text.data(), text.size()), text);
+        return needs;
+    }
+
+    const std::uint8_t *data() const noexcept { return bytes_->data(); }
+    std::size_t size() const noexcept { return bytes_->size(); }
+
+    static void check(VdmStatus status, const std::array<char, 240> &text) {
+        if (status < 0) throw Error(status, text.data());
+    }
+
+private:
+    std::shared_ptr<const std::vector<std::uint8_t>> bytes_;
+};
+
+// Memory aligned to 16, as the C interface wants it.
+class Memory {
+public:
+    explicit Memory(std::size_t bytes) : units_(bytes / sizeof(Unit) + 1) {}
+    std::uint8_t *data() noexcept { return units_.data()->bytes; }
+    std::size_t size() const noexcept { return units_.size() * sizeof(Unit); }
+
+private:
+    struct alignas(16) Unit {
+        std::uint8_t bytes[16];
+    };
+    std::vector<Unit> units_;
+};
+
+class Batch;
+
+// A body with one state and its loads. It belongs to one thread at a time; it can be moved, not copied.
+class Body {
+public:
+    explicit Body(File file, const Options &options = default_options())
+        : file_(std::move(file)), options_(options), needs_(file_.measure(options)), memory_(needs_.memory),
+          work_(needs_.work + 1) {
+        std::array<char, 240> text{};
+        File::check(vdm_bind(file_.data(), file_.size(), &options_, memory_.data(), memory_.size(), work_.data(),
+                             needs_.work, &handle_, text.data(), text.size()),
+                    text);
+    }
+    Body(const Body &) = delete;
+    Body &operator=(const Body &) = delete;
+    // The lent memory is on the heap and does not move.
+    Body(Body &&other) noexcept
+        : file_(std::move(other.file_)), options_(other.options_), needs_(other.needs_), memory_(std::move(other.memory_)),
+          work_(std::move(other.work_)), static_memory_(std::move(other.static_memory_)),
+          modal_memory_(std::move(other.modal_memory_)), handle_(std::exchange(other.handle_, nullptr)) {}
+    Body &operator=(Body &&other) noexcept {
+        std::swap(file_, other.file_);
+        std::swap(options_, other.options_);
+        std::swap(needs_, other.needs_);
+        std::swap(memory_, other.memory_);
+        std::swap(work_, other.work_);
+        std::swap(static_memory_, other.static_memory_);
+        std::swap(modal_memory_, other.modal_memory_);
+        std::swap(handle_, other.handle_);
+        return *this;
+    }
+    ~Body() = default;
+
+    const Needs &needs() const noexcept { return needs_; }
+    VdmBody *handle() noexcept { return handle_; }
+
+    // Steps; true while the body moves or is loaded, false at rest.
+    bool step(std::uint64_t steps = 1) { return check(vdm_step(handle_, steps)) != VDM_AT_REST; }
+    void rest() { check(vdm_rest(handle_)); }
+
+    Place locate(const Vector &point) {
+        Place place;
+        check(vdm_locate(handle_, point.data(), &place));
+        return place;
+    }
+    Place at_node(std::uint32_t node) {
+        Place place;
+        check(vdm_at_node(handle_, node, &place));
+        return place;
+    }
+
+    void clear_loads() { check(vdm_clear_loads(handle_)); }
+    void add_contact(const Place &place, const Vector &force) {
+        check(vdm_add_contact(handle_, &place, force.data()));
+    }
+    void add_pattern(std::uint32_t pattern, double amplitude) { check(vdm_add_pattern(handle_, pattern, amplitude)); }
+    void add_contact_ramp(const Place &place, const Vector &start, const Vector &end) {
+        check(vdm_add_contact_ramp(handle_, &place, start.data(), end.data()));
+    }
+    void add_pattern_ramp(std::uint32_t pattern, double start, double end) {
+        check(vdm_add_pattern_ramp(handle_, pattern, start, end));
+    }
+    std::array<double, 4> instants() {
+        std::array<double, 4> instants;
+        check(vdm_instants(handle_, instants.data()));
+        return instants;
+    }
+    void add_contact_staged(const Place &place, const Vector &force, const std::array<double, 4> &amplitudes) {
+        check(vdm_add_contact_staged(handle_, &place, force.data(), amplitudes.data()));
+    }
+    void add_pattern_staged(std::uint32_t pattern, const std::array<double, 4> &amplitudes) {
+        check(vdm_add_pattern_staged(handle_, pattern, amplitudes.data()));
+    }
+    void keep_loads() { check(vdm_keep_loads(handle_)); }
+    void recall_loads() { check(vdm_recall_loads(handle_)); }
+
+    // The number of a probe, a pattern or a live parameter.
+    std::uint32_t find(Named kind, const std::string &name) {
+        const std::int32_t found = vdm_find(handle_, static_cast<std::int32_t>(kind), name.c_str());
+        if (found < 0) throw Error(VDM_ARGUMENT, "the file has nothing of the name `" + name + "`");
+        return static_cast<std::uint32_t>(found);
+    }
+    std::string name(Named kind, std::uint32_t index) {
+        std::array<char, 1024> text{};
+        check(vdm_name(handle_, static_cast<std::int32_t>(kind), index, text.data(), text.size()));
+        return text.data();
+    }
+    VdmParameter parameter(std::uint32_t index) {
+        VdmParameter found;
+        check(vdm_parameter(handle_, index, &found));
+        return found;
+    }
+    // Loads become stale: clear them and add them again.
+    void set_parameter(std::uint32_t index, double value) {
+        check(vdm_set_parameter(handle_, index, value, work_.data(), needs_.work));
+    }
+    void set_parameters(const std::vector<double> &values) {
+        check(vdm_set_parameters(handle_, values.data(), values.size(), work_.data(), needs_.work));
+    }
+
+    double probe(std::uint32_t index, Field field = Field::displacement) {
+        double value = 0;
+        check(vdm_probe(handle_, index, number(field), &value));
+        return value;
+    }
+    Vector point(const Place &place, Field field = Field::displacement) {
+        Vector value;
+        check(vdm_point(handle_, &place, number(field), value.data()));
+        return value;
+    }
+    Vector node(std::uint32_t node, Field field = Field::displacement) {
+        Vector value;
+        check(vdm_node(handle_, node, number(field), value.data()));
+        return value;
+    }
+    double energy() {
+        double value = 0;
+        check(vdm_energy(handle_, &value));
+        return value;
+    }
+    // Three numbers a node, into a buffer of the precision of the body: 3 surface_nodes, or 3 nodes.
+    void surface(Field field, float *out, std::size_t count) { check(vdm_surface_f32(handle_, number(field), out, count)); }
+    void surface(Field field, double *out, std::size_t count) { check(vdm_surface_f64(handle_, number(field), out, count)); }
+    void body(Field field, float *out, std::size_t count) { check(vdm_body_f32(handle_, number(field), out, count)); }
+    void body(Field field, double *out, std::size_t count) { check(vdm_body_f64(handle_, number(field), out, count)); }
+    std::vector<double> positions() {
+        std::vector<double> out(3 * std::size_t{needs_.surface_nodes});
+        check(vdm_positions(handle_, out.data(), out.size()));
+        return out;
+    }
+    std::vector<std::uint32_t> triangles() {
+        std::vector<std::uint32_t> out(3 * std::size_t{needs_.triangles});
+        check(vdm_triangles(handle_, out.data(), out.size()));
+        return out;
+    }
+
+    // The static answer of the whole body, for fields that show it.
+    void solve_statics() {
+        if (static_memory_.size() == 0) {
+            Memory memory(vdm_static_bytes(handle_));
+            check(vdm_static_lend(handle_, memory.data(), memory.size()));
+            static_memory_.push_back(std::move(memory));
+        }
+        check(vdm_static_solve(handle_));
+    }
+    void whole_surface(Field field, float *out, std::size_t count) {
+        check(vdm_static_surface_f32(handle_, number(field), out, count));
+    }
+    void whole_surface(Field field, double *out, std::size_t count) {
+        check(vdm_static_surface_f64(handle_, number(field), out, count));
+    }
+    void whole_body(Field field, float *out, std::size_t count) {
+        check(vdm_static_body_f32(handle_, number(field), out, count));
+    }
+    void whole_body(Field field, double *out, std::size_t count) {
+        check(vdm_static_body_f64(handle_, number(field), out, count));
+    }
+
+    // Independent modes of a dense step, at the parameters as they are.
+    void bind_modes(double tolerance = 1e-5) {
+        std::size_t bytes = 0, numbers = 0;
+        check(vdm_modal_needs(handle_, &bytes, &numbers));
+        Memory memory(bytes);
+        std::vector<double> work(numbers + 1);
+        check(vdm_modal_bind(handle_, tolerance, memory.data(), memory.size(), work.data(), numbers));
+        modal_memory_.assign(1, std::move(memory));
+    }
+    bool march(std::size_t steps) { return check(vdm_modal_march(handle_, steps)) != VDM_AT_REST; }
+
+    std::vector<double> save() {
+        std::vector<double> saved(needs_.state);
+        check(vdm_save(handle_, saved.data(), saved.size()));
+        return saved;
+    }
+    void restore(const std::vector<double> &saved) { check(vdm_restore(handle_, saved.data(), saved.size())); }
+    void set(const std::vector<double> &zeta, const std::vector<double> &zeta_dot) {
+        if (zeta.size() != zeta_dot.size()) throw Error(VDM_ARGUMENT, "not as many rates as coordinates");
+        check(vdm_set(handle_, zeta.data(), zeta_dot.data(), zeta.size()));
+    }
+    void carry(Body &other) { check(vdm_carry(handle_, other.handle_)); }
+
+    // How places yield in the coming step, row by row, and where they go without further forces.
+    std::vector<double> compliance(const std::vector<Place> &places) {
+        std::vector<double> w(9 * places.size() * places.size());
+        check(vdm_compliance(handle_, places.data(), places.size(), w.data()));
+        return w;
+    }
+    std::vector<double> free_motion(const std::vector<Place> &places) {
+        std::vector<double> out(3 * places.size());
+        check(vdm_free_motion(handle_, places.data(), places.size(), out.data()));
+        return out;
+    }
+    VdmCost cost() {
+        VdmCost cost;
+        check(vdm_cost(handle_, &cost));
+        return cost;
+    }
+
+private:
+    friend class Batch;
+
+    static std::int32_t number(Field field) { return static_cast<std::int32_t>(field); }
+
+    VdmStatus check(VdmStatus status) {
+        if (status < 0) {
+            const char *said = vdm_message(handle_);
+            throw Error(status, *said ? said : vdm_status_text(status));
+        }
+        return status;
+    }
+
+    File file_;
+    Options options_;
+    Needs needs_;
+    Memory memory_;
+    std::vector<double> work_;
+    std::vector<Memory> static_memory_, modal_memory_;
+    VdmBody *handle_ = nullptr;
+};
+
+// Many instances of a body, which must live as long as they do and stays where it is.
+class Batch {
+public:
+    Batch(Body &body, std::size_t instances)
+        : body_(&body), count_(instances), memory_(vdm_batch_bytes(body.handle_, instances)) {
+        body.check(vdm_batch_bind(body.handle_, instances, memory_.data(), memory_.size(), &handle_));
+    }
+    Batch(const Batch &) = delete;
+    Batch &operator=(const Batch &) = delete;
+
+    std::size_t size() const noexcept { return count_; }
+    // Loads an instance with the loads of the body, in place of what it had.
+    void load(std::size_t instance) { body_->check(vdm_batch_load(handle_, body_->handle_, instance)); }
+    void clear() { body_->check(vdm_batch_clear(handle_)); }
+    // Gives an instance the state of the body, or the body the state of an instance.
+    void set(std::size_t instance) { body_->check(vdm_batch_set(handle_, body_->handle_, instance)); }
+    void get(std::size_t instance) { body_->check(vdm_batch_get(handle_, body_->handle_, instance)); }
+    VdmBatchStatus step(std::uint64_t steps = 1) {
+        VdmBatchStatus found{};
+        body_->check(vdm_batch_step(handle_, body_->handle_, steps, &found));
+        return found;
+    }
+    void carry() { body_->check(vdm_batch_carry(handle_, body_->handle_)); }
+
+private:
+    Body *body_;
+    std::size_t count_;
+    Memory memory_;
+    VdmBatch *handle_ = nullptr;
+};
+
+}  // namespace vademecum
+
+#endif

@@ -1,0 +1,259 @@
+//! `vademecum frf`: how a body answers a force that swings.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use vademecum_build::input::Problem;
+use vademecum_build::store::Kind;
+use vademecum_study::frf::{
+    Channel, FrequencyResponse, Quantity, Question, ResponseError, compare_response, frequencies,
+    frequency_response, polar,
+};
+use vademecum_study::parameters::{self, ParameterValue};
+
+use crate::arguments::{Limit, OutputArguments, setting};
+use crate::console::Console;
+use crate::failure::{Cause, Failure};
+use crate::files::{is_stepped, open_or_map, outputs, usable_file};
+use crate::pictures::{Series, response_chart};
+use crate::print::print_json;
+
+/// Frequency response of a vademecum: the answer of points and probes to a force that swings, in closed form.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 -o tip.csv --plot tip.svg
+  vademecum frf beam.vdm --in gravity --out tip --out 0.5,0.04,0.1,0,0,1 --range 1,500 --quantity acceleration
+  vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 --problem beam.toml --compare 50 --json
+A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a name: of a probe behind
+`--out`, of a load pattern behind `--in`. The table has the real and the imaginary part of each output, for
+an input of amplitude 1 (N, or the pattern once).")]
+pub struct Frf {
+    /// The vademecum file.
+    file: PathBuf,
+    /// Where the force acts, or the load pattern.
+    #[arg(long = "in", value_name = "CHANNEL", value_parser = channel, allow_hyphen_values = true)]
+    input: Channel,
+    /// What is read; may be given several times.
+    #[arg(long = "out", value_name = "CHANNEL", value_parser = channel, required = true)]
+    outputs: Vec<Channel>,
+    /// First and last frequency \[Hz\].
+    #[arg(long, value_name = "F0,F1", value_parser = range)]
+    range: [f64; 2],
+    /// How many frequencies.
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    points: u32,
+    /// Space the frequencies in equal ratios instead of equal steps.
+    #[arg(long)]
+    log: bool,
+    /// What of the motion is read.
+    #[arg(long, value_enum, default_value_t = QuantityArgument::Displacement)]
+    quantity: QuantityArgument,
+    /// Set a live parameter of the file, by its name; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    set: Vec<ParameterValue>,
+    /// Write the table here (CSV).
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Draw amplitude and phase here (SVG).
+    #[arg(long)]
+    plot: Option<PathBuf>,
+    /// The problem the file was built from, to compare with.
+    #[arg(long, requires = "compare")]
+    problem: Option<PathBuf>,
+    /// Compare with complex solves of the full order at so many frequencies of the range.
+    #[arg(long, value_name = "COUNT", requires = "problem",
+          value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    compare: Option<u32>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    force: OutputArguments,
+    #[command(flatten)]
+    limit: Limit,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum QuantityArgument {
+    /// Displacement \[m\].
+    Displacement,
+    /// Velocity \[m/s\].
+    Velocity,
+    /// Acceleration \[m/s²\].
+    Acceleration,
+}
+
+impl QuantityArgument {
+    const fn meaning(self) -> (Quantity, &'static str) {
+        match self {
+            Self::Displacement => (Quantity::Displacement, "m"),
+            Self::Velocity => (Quantity::Velocity, "m/s"),
+            Self::Acceleration => (Quantity::Acceleration, "m/s²"),
+        }
+    }
+}
+
+/// What is printed as JSON.
+#[derive(serde::Serialize)]
+struct Printed {
+    outputs: Vec<String>,
+    quantity: Quantity,
+    frequencies_hz: Vec<f64>,
+    /// Real and imaginary part, one list for each output.
+    values: Vec<Vec<[f64; 2]>>,
+    highest_mode_hz: f64,
+    /// None without `--compare`.
+    compared: Option<ResponseError>,
+}
+
+impl Frf {
+    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+        let outputs = outputs(&self.force, &[Some(&self.file), self.problem.as_deref()], None);
+        let written = [(&self.output, Kind::Csv), (&self.plot, Kind::Svg)];
+        let written = written.into_iter().filter_map(|(path, kind)| Some((path.clone()?, kind)));
+        outputs.check(&written.collect::<Vec<_>>())?;
+        let problem = self.problem.as_ref().map(|path| Problem::read(path)).transpose()?;
+        let mapped = open_or_map(&self.file, false)?;
+        let mut memory = vec![];
+        let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
+        let mut options = vademecum_eval::SceneOptions::default();
+        let about = |error| Failure::from(error).about(&self.file);
+        parameters::set(&mut options, file.metadata(), &self.set).map_err(about)?;
+        let (quantity, unit) = self.quantity.meaning();
+        let mut question = Question {
+            input: self.input.clone(),
+            outputs: self.outputs.clone(),
+            frequencies: frequencies(self.range, self.points as usize, self.log),
+            quantity,
+        };
+        let found = frequency_response(&file, &options, &question).map_err(about)?;
+        let names: Vec<String> = self.outputs.iter().map(name).collect();
+        if let Some(path) = &self.output {
+            let table = table(&question.frequencies, &names, &found, unit);
+            outputs.write(path, Kind::Csv, |out| out.write_all(table.as_bytes()))?;
+        }
+        if let Some(path) = &self.plot {
+            let line = |values: Vec<f64>| question.frequencies.iter().copied().zip(values).collect();
+            let (mut amplitudes, mut phases) = (vec![], vec![]);
+            for (name, values) in names.iter().zip(&found.values) {
+                let (amplitude, phase) = polar(values).unzip();
+                amplitudes.push(Series { name, points: line(amplitude) });
+                phases.push(Series { name, points: line(phase) });
+            }
+            let title = format!("Answer to a force of amplitude 1 at {}", name(&self.input));
+            let svg = response_chart(&title, &format!("amplitude [{unit}]"), amplitudes, phases);
+            let svg = svg.map_err(|error| Failure::new(Cause::Numerics, error.to_string()))?;
+            outputs.write(path, Kind::Svg, |out| out.write_all(svg.as_bytes()))?;
+        }
+        let compared = match (&problem, self.compare) {
+            (Some(problem), Some(count)) => {
+                question.frequencies = frequencies(self.range, count as usize, self.log);
+                Some(compare_response(&file, &options, &question, problem, console).map_err(about)?)
+            }
+            _ => None,
+        };
+        console.clear();
+        if self.json {
+            let frequencies_hz = frequencies(self.range, self.points as usize, self.log);
+            let values = found.values.iter().map(|row| row.iter().map(|x| [x.re, x.im]).collect()).collect();
+            let highest_mode_hz = found.highest_mode_hz;
+            print_json(&Printed {
+                outputs: names,
+                quantity,
+                frequencies_hz,
+                values,
+                highest_mode_hz,
+                compared,
+            });
+        } else {
+            self.print(&names, &found, compared);
+        }
+        Ok(())
+    }
+}
+
+impl Frf {
+    fn print(&self, names: &[String], found: &FrequencyResponse, compared: Option<ResponseError>) {
+        let frequencies = frequencies(self.range, self.points as usize, self.log);
+        let (_, unit) = self.quantity.meaning();
+        println!("output                        largest amplitude       at");
+        for (name, values) in names.iter().zip(&found.values) {
+            let amplitudes = polar(values).map(|(amplitude, _)| amplitude).zip(&frequencies);
+            let (most, at) =
+                amplitudes.fold((0.0, 0.0), |most, (a, &f)| if a > most.0 { (a, f) } else { most });
+            println!("{name:<28}  {most:>13.6e} {unit:<5}  {at:.4} Hz");
+        }
+        println!("\nhighest mode of the file: {:.2} Hz; good up to about half of it", found.highest_mode_hz);
+        if let Some(error) = compared {
+            println!(
+                "against complex solves of the full order at {} frequencies: {:.2e} (root of the mean square), {:.2e} at \
+                 worst; by the modes alone {:.2e} and {:.2e}",
+                error.frequencies, error.rms, error.worst, error.rms_by_modes, error.worst_by_modes
+            );
+        }
+        for path in [&self.output, &self.plot].into_iter().flatten() {
+            println!("wrote {}", path.display());
+        }
+    }
+}
+
+/// Frequency, then real and imaginary part of each output.
+fn table(frequencies: &[f64], names: &[String], found: &FrequencyResponse, unit: &str) -> String {
+    let mut out = String::from("frequency_hz");
+    for name in names {
+        let _ = write!(out, ",re {name} [{unit}],im {name} [{unit}]");
+    }
+    out.push('\n');
+    for (i, frequency) in frequencies.iter().enumerate() {
+        let _ = write!(out, "{frequency}");
+        for values in &found.values {
+            let _ = write!(out, ",{:e},{:e}", values[i].re, values[i].im);
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// A channel as a column is named: without commas.
+fn name(channel: &Channel) -> String {
+    match channel {
+        Channel::Named(name) => name.clone(),
+        Channel::Point([x, y, z], [u, v, w]) => format!("({x} {y} {z}) along ({u} {v} {w})"),
+    }
+}
+
+/// `X,Y,Z,DIRECTION` or a name.
+fn channel(text: &str) -> Result<Channel, String> {
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    let number = |part: &&str| part.parse::<f64>().ok().filter(|x| x.is_finite());
+    let numbers: Vec<Option<f64>> = parts.iter().map(number).collect();
+    let three = |at: usize| -> Option<[f64; 3]> { Some([numbers[at]?, numbers[at + 1]?, numbers[at + 2]?]) };
+    let direction = match parts.len() {
+        1 if !text.is_empty() => return Ok(Channel::Named(text.into())),
+        4 => {
+            let (sign, axis) = match parts[3].strip_prefix('-') {
+                Some(axis) => (-1.0, axis),
+                None => (1.0, parts[3].trim_start_matches('+')),
+            };
+            let axis = ["x", "y", "z"].iter().position(|known| *known == axis);
+            axis.map(|axis| std::array::from_fn(|c| if c == axis { sign } else { 0.0 }))
+        }
+        6 => three(3).filter(|direction| direction.iter().any(|c| *c != 0.0)),
+        _ => None,
+    };
+    let point = if parts.len() > 3 { three(0) } else { None };
+    point.zip(direction).map(|(point, direction)| Channel::Point(point, direction)).ok_or_else(|| {
+        format!("`{text}` is no channel; write X,Y,Z,DIRECTION such as 1,0.04,0.1,-z or 1,0.04,0.1,0,0,-1, or a name")
+    })
+}
+
+/// Two frequencies, ascending, above 0.
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[first, last]) if first > 0.0 && last > first && last.is_finite() => Ok([first, last]),
+        _ => Err(format!(
+            "`{text}` is no range of frequencies; write two ascending ones above 0, such as 1,500"
+        )),
+    }
+}

@@ -1,0 +1,403 @@
+//! Frequency response: how a body answers a force that swings, in closed form from the modes of a file.
+//!
+//! In the reduced coordinates a force `F e^{iωt}` gives `ζ = (K_r + iω C_r − ω² M_r)⁻¹ Bᵀ F`, and the
+//! displacement along an output is `b · ζ + R`: what the modes leave out of the static answer is added as a
+//! constant, as in the mode acceleration method. Velocity and acceleration are `iω` and `−ω²` times that.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
+use serde::Serialize;
+use vademecum_build::dynamics::harmonic;
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::prepare;
+use vademecum_build::progress::{Listener, Stopwatch};
+use vademecum_build::suggest::did_you_mean;
+use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface, SurfacePoint};
+use vademecum_format::{File, SectionKind};
+
+use crate::contents::{lines, numbers};
+use crate::error::{FileError, StudyError};
+use crate::parameters::setting;
+use crate::player::with_scene;
+use crate::verify::file_nodes;
+
+/// A point of the surface and a direction, a probe, or a load pattern: where a force acts, or what is read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Channel {
+    /// The loadable point nearest to this one \[m\], along a direction, which need not have length 1.
+    Point([f64; 3], [f64; 3]),
+    /// A probe (as an output) or a load pattern (as an input), by its name.
+    Named(String),
+}
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Question {
+    /// Where a force of amplitude 1 N acts, or which load pattern swings with amplitude 1.
+    pub input: Channel,
+    /// What is read.
+    pub outputs: Vec<Channel>,
+    /// Frequencies \[Hz\], above 0.
+    pub frequencies: Vec<f64>,
+    /// Displacement, velocity or acceleration.
+    pub quantity: Quantity,
+}
+
+/// What of the motion is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Receptance \[m/N\].
+    Displacement,
+    /// Mobility \[m/(N s)\].
+    Velocity,
+    /// Inertance \[m/(N s²)\].
+    Acceleration,
+}
+
+impl Quantity {
+    /// `(iω)ⁿ`.
+    fn factor(self, frequency: f64) -> c64 {
+        let omega = std::f64::consts::TAU * frequency;
+        match self {
+            Self::Displacement => c64::new(1.0, 0.0),
+            Self::Velocity => c64::new(0.0, omega),
+            Self::Acceleration => c64::new(-omega * omega, 0.0),
+        }
+    }
+}
+
+/// Frequencies from the first to the last \[Hz\], in equal steps or in equal ratios.
+pub fn frequencies([first, last]: [f64; 2], count: usize, ratios: bool) -> Vec<f64> {
+    let share = |i: usize| i as f64 / (count.max(2) - 1) as f64;
+    let at = |i: usize| match (i, ratios) {
+        (0, _) => first,
+        (i, _) if i + 1 == count => last,
+        (i, true) => first * (last / first).powf(share(i)),
+        (i, false) => first + share(i) * (last - first),
+    };
+    (0..count).map(at).collect()
+}
+
+/// Amplitude and phase \[degrees\] of complex amplitudes.
+pub fn polar(values: &[c64]) -> impl Iterator<Item = (f64, f64)> + '_ {
+    values.iter().map(|x| (x.norm(), x.im.atan2(x.re).to_degrees()))
+}
+
+/// The answer of each output at each frequency.
+#[derive(Clone, Debug)]
+pub struct FrequencyResponse {
+    /// Complex amplitudes, one list for each output.
+    pub values: Vec<Vec<c64>>,
+    /// The same by the modes alone.
+    pub by_modes: Vec<Vec<c64>>,
+    /// Highest natural frequency among the modes \[Hz\].
+    pub highest_mode_hz: f64,
+}
+
+/// The reduced equation of motion at some options.
+struct Reduced {
+    mass: Mat<f64>,
+    damping: Mat<f64>,
+    stiffness: Mat<f64>,
+    /// Whether all three are diagonal.
+    diagonal: bool,
+}
+
+impl Reduced {
+    fn of(file: &File<'_>, options: &SceneOptions) -> Result<Self, FileError> {
+        use SectionKind as S;
+        let (metadata, r) = (file.metadata(), file.metadata().n_modes as usize);
+        let (alpha, beta) = (options.alpha.unwrap_or(metadata.alpha), options.beta.unwrap_or(metadata.beta));
+        let eigenvalues = numbers(file, S::Eigenvalues)?;
+        let moved = |scales: &[f64]| scales.iter().any(|&scale| scale != 1.0);
+        let sum = |kind: SectionKind, scales: &[f64]| -> Result<Mat<f64>, FileError> {
+            let parts = numbers(file, kind)?;
+            if parts.is_empty() {
+                return Err(FileError::Missing { kind });
+            }
+            let part = |q: usize, i: usize, j: usize| scales[q] * parts[(q * r + i) * r + j];
+            Ok(Mat::from_fn(r, r, |i, j| (0..parts.len() / (r * r)).map(|q| part(q, i, j)).sum()))
+        };
+        let mut diagonal = true;
+        let stiffness = if moved(&options.region_stiffness) {
+            diagonal = false;
+            sum(S::RegionStiffness, &options.region_stiffness)?
+        } else if eigenvalues.len() == r {
+            Mat::from_fn(r, r, |i, j| if i == j { eigenvalues[i] } else { 0.0 })
+        } else {
+            diagonal = false;
+            let whole = numbers(file, S::ReducedStiffness)?;
+            if whole.len() != r * r {
+                return Err(FileError::Missing { kind: S::ReducedStiffness });
+            }
+            Mat::from_fn(r, r, |i, j| whole[i * r + j])
+        };
+        let mass = if moved(&options.region_density) {
+            diagonal = false;
+            sum(S::RegionMass, &options.region_density)?
+        } else {
+            Mat::identity(r, r)
+        };
+        let (stiffness, mass) = (options.stiffness * stiffness, options.density * mass);
+        let mut damping = alpha * &mass + beta * &stiffness;
+        // A damping ratio belongs to a mode, whatever its frequency is now.
+        for (k, ratio) in numbers(file, S::DampingRatios)?.into_iter().enumerate() {
+            damping[(k, k)] += 2.0 * ratio * (stiffness[(k, k)] * mass[(k, k)]).sqrt();
+        }
+        Ok(Self { mass, damping, stiffness, diagonal })
+    }
+
+    /// `ζ` under `force` at `omega` \[rad/s\].
+    fn answer(&self, force: &[f64], omega: f64) -> Vec<c64> {
+        let entry = |i: usize, j: usize| {
+            let real = self.stiffness[(i, j)] - omega * omega * self.mass[(i, j)];
+            c64::new(real, omega * self.damping[(i, j)])
+        };
+        let r = force.len();
+        if self.diagonal {
+            return (0..r).map(|k| c64::new(force[k], 0.0) / entry(k, k)).collect();
+        }
+        let matrix = Mat::from_fn(r, r, entry);
+        let right = Mat::from_fn(r, 1, |k, _| c64::new(force[k], 0.0));
+        let answer = matrix.partial_piv_lu().solve(&right);
+        (0..r).map(|k| answer[(k, 0)]).collect()
+    }
+}
+
+/// A channel of a file.
+enum Placed {
+    Point(SurfacePoint, [f64; 3]),
+    Probe(usize),
+    Pattern(usize),
+}
+
+/// Finds a channel in a file; `input` says which names count.
+fn place(file: &File<'_>, channel: &Channel, input: bool) -> Result<Placed, StudyError> {
+    match channel {
+        Channel::Point(point, direction) => {
+            let found = Surface::new(file).map_err(FileError::from)?.locate(*point);
+            let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let found = found.ok_or(FileError::NoSurface)?;
+            Ok(Placed::Point(found, direction.map(|c| c / length)))
+        }
+        Channel::Named(name) => {
+            let kind = if input { SectionKind::PatternNames } else { SectionKind::ProbeNames };
+            let known = lines(file, kind)?;
+            let index = known.iter().position(|known| known == name);
+            let index = index.ok_or_else(|| StudyError::NoChannel {
+                name: name.clone(),
+                what: if input { "load pattern" } else { "probe" },
+                known: listed(&known) + &did_you_mean(name, known.iter().map(String::as_str)),
+            })?;
+            Ok(if input { Placed::Pattern(index) } else { Placed::Probe(index) })
+        }
+    }
+}
+
+fn listed(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    if quoted.is_empty() { "none".into() } else { quoted.join(", ") }
+}
+
+/// The row of the basis that belongs to a channel.
+fn row(file: &File<'_>, placed: &Placed) -> Result<Vec<f64>, FileError> {
+    let r = file.metadata().n_modes as usize;
+    let whole = |kind: SectionKind, index: usize| -> Result<Vec<f64>, FileError> {
+        let rows = numbers(file, kind)?;
+        rows.get(index * r..(index + 1) * r).map(<[f64]>::to_vec).ok_or(FileError::Missing { kind })
+    };
+    match placed {
+        Placed::Probe(index) => whole(SectionKind::ProbeRows, *index),
+        Placed::Pattern(index) => whole(SectionKind::PatternBasis, *index),
+        Placed::Point(point, direction) => {
+            let kind = SectionKind::SurfaceBasis;
+            let rows = numbers(file, kind)?;
+            let mut sum = vec![0.0; r];
+            for (&node, weight) in point.nodes.iter().zip(point.weights) {
+                for (c, along) in direction.iter().enumerate() {
+                    let start = (3 * node as usize + c) * r;
+                    let row = rows.get(start..start + r).ok_or(FileError::Missing { kind })?;
+                    sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += weight * along * x);
+                }
+            }
+            Ok(sum)
+        }
+    }
+}
+
+/// What the modes leave out of the static answer of each output to a unit load at the input \[m/N\].
+fn static_rest(
+    file: &File<'_>,
+    options: &SceneOptions,
+    input: &Placed,
+    outputs: &[Placed],
+) -> Result<Vec<f64>, StudyError> {
+    let shown = |residual: bool| -> Result<Vec<f64>, StudyError> {
+        let options = SceneOptions { residual, ..*options };
+        with_scene::<f64, _>(file, &options, |scene, state, loads| {
+            add(scene, loads, input)?;
+            scene.step(state, loads)?;
+            outputs.iter().map(|output| Ok(read(scene, state, output)?)).collect()
+        })
+    };
+    // The two move alike, and differ by what is shown beside the modes.
+    Ok(shown(true)?.iter().zip(shown(false)?).map(|(whole, modes)| whole - modes).collect())
+}
+
+fn add(scene: &Scene<'_, f64>, loads: &mut Loads<'_, f64>, input: &Placed) -> Result<(), FileError> {
+    match input {
+        Placed::Point(at, force) => {
+            let contact = Contact { nodes: at.nodes, weights: at.weights, force: *force };
+            loads.add_contact(scene, &contact)?;
+        }
+        Placed::Pattern(index) | Placed::Probe(index) => loads.add_pattern(scene, *index, 1.0)?,
+    }
+    Ok(())
+}
+
+fn read(scene: &Scene<'_, f64>, state: &State<'_, f64>, output: &Placed) -> Result<f64, FileError> {
+    match output {
+        Placed::Point(at, direction) => {
+            let moved = scene.point(state, at, Field::Displacement)?;
+            Ok((0..3).map(|c| moved[c] * direction[c]).sum())
+        }
+        Placed::Probe(index) | Placed::Pattern(index) => {
+            Ok(scene.probe(state, *index, Field::Displacement)?)
+        }
+    }
+}
+
+/// The frequency response of a file.
+///
+/// # Errors
+/// [`StudyError::NoChannel`], [`StudyError::File`]: a file without what a channel needs.
+pub fn frequency_response(
+    file: &File<'_>,
+    options: &SceneOptions,
+    question: &Question,
+) -> Result<FrequencyResponse, StudyError> {
+    let reduced = Reduced::of(file, options)?;
+    let input = place(file, &question.input, true)?;
+    let outputs: Vec<Placed> =
+        question.outputs.iter().map(|output| place(file, output, false)).collect::<Result<_, _>>()?;
+    let force = row(file, &input)?;
+    let rows: Vec<Vec<f64>> = outputs.iter().map(|output| row(file, output)).collect::<Result<_, _>>()?;
+    let rest = static_rest(file, options, &input, &outputs)?;
+    let (mut values, mut by_modes) = (vec![vec![]; rows.len()], vec![vec![]; rows.len()]);
+    for &frequency in &question.frequencies {
+        let zeta = reduced.answer(&force, std::f64::consts::TAU * frequency);
+        let factor = question.quantity.factor(frequency);
+        for (i, row) in rows.iter().enumerate() {
+            let modes = row.iter().zip(&zeta).fold(c64::new(0.0, 0.0), |sum, (&b, &z)| sum + z * b);
+            by_modes[i].push(factor * modes);
+            values[i].push(factor * (modes + c64::new(rest[i], 0.0)));
+        }
+    }
+    // Rayleigh quotients; with live regions the modes turn a little.
+    let highest = (0..force.len()).map(|k| reduced.stiffness[(k, k)] / reduced.mass[(k, k)]);
+    let highest_mode_hz = highest.fold(0.0, f64::max).sqrt() / std::f64::consts::TAU;
+    Ok(FrequencyResponse { values, by_modes, highest_mode_hz })
+}
+
+/// How far a response is from direct solves of the full order, over all outputs and frequencies; each
+/// difference is relative to the root of the mean square of its output over the frequencies.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ResponseError {
+    /// Frequencies compared.
+    pub frequencies: usize,
+    /// Root of the mean square, the worst output.
+    pub rms: f64,
+    /// The largest difference of all.
+    pub worst: f64,
+    /// `rms` of the modes alone.
+    pub rms_by_modes: f64,
+    /// `worst` of the modes alone.
+    pub worst_by_modes: f64,
+}
+
+/// Compares the response of a file with complex solves of the problem it was built from.
+///
+/// # Errors
+/// As [`frequency_response`]; [`StudyError::ModalDamping`]: a problem with damping ratios, which are no
+/// matrix; a full order that does not factorise.
+pub fn compare_response(
+    file: &File<'_>,
+    options: &SceneOptions,
+    question: &Question,
+    problem: &Problem,
+    listener: &dyn Listener,
+) -> Result<ResponseError, StudyError> {
+    let found = frequency_response(file, options, question)?;
+    let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
+    if !prepared.ratios.is_empty() {
+        return Err(StudyError::ModalDamping);
+    }
+    let (body, metadata) = (&prepared.body, file.metadata());
+    let setting = setting(options, metadata, &prepared.space);
+    let pencil = setting.pencil(body.model.pencil());
+    let nodes = file_nodes(file, body)?;
+    let dofs = body.model.dofs();
+    let weights = |placed: &Placed| -> Result<Vec<(u32, f64)>, StudyError> {
+        let mut row = vec![];
+        match placed {
+            Placed::Point(at, direction) => {
+                for (&node, weight) in at.nodes.iter().zip(at.weights) {
+                    for (c, along) in direction.iter().enumerate() {
+                        let free = dofs.free(3 * nodes[node as usize] as usize + c);
+                        row.extend(free.map(|free| (free, weight * along)));
+                    }
+                }
+            }
+            Placed::Probe(index) => {
+                let name = &lines(file, SectionKind::ProbeNames)?[*index];
+                let probe = body.probes.iter().find(|probe| probe.name == *name);
+                let probe = probe.ok_or_else(|| StudyError::ForeignProbe { name: name.clone() })?;
+                row.extend(
+                    (0..3)
+                        .filter_map(|c| Some((dofs.free(3 * probe.node as usize + c)?, probe.direction[c]))),
+                );
+            }
+            Placed::Pattern(index) => {
+                let name = &lines(file, SectionKind::PatternNames)?[*index];
+                let pattern = body.patterns.iter().find(|(pattern, _)| pattern == name);
+                let (_, force) = pattern.ok_or_else(|| StudyError::ForeignPattern { name: name.clone() })?;
+                row.extend(force.iter().enumerate().map(|(dof, &f)| (dof as u32, f)));
+            }
+        }
+        Ok(row)
+    };
+    let mut force = vec![0.0; body.n_dof()];
+    for (dof, weight) in weights(&place(file, &question.input, true)?)? {
+        force[dof as usize] += weight;
+    }
+    let outputs = question.outputs.iter().map(|output| weights(&place(file, output, false)?));
+    let rows: Vec<_> = outputs.collect::<Result<_, _>>()?;
+    listener.stage("complex solves of the full order");
+    let frequencies = &question.frequencies;
+    let exact = harmonic(&pencil, setting.rayleigh(), &force, &rows, frequencies, listener)?;
+    let mut error = ResponseError {
+        frequencies: frequencies.len(),
+        rms: 0.0,
+        worst: 0.0,
+        rms_by_modes: 0.0,
+        worst_by_modes: 0.0,
+    };
+    let count = frequencies.len() as f64;
+    for i in 0..rows.len() {
+        let reference: Vec<c64> =
+            exact.iter().zip(frequencies).map(|(row, &f)| question.quantity.factor(f) * row[i]).collect();
+        let size = (reference.iter().map(c64::norm_sqr).sum::<f64>() / count).sqrt();
+        let apart = |values: &[c64]| -> (f64, f64) {
+            let squares = values.iter().zip(&reference).map(|(a, b)| (a - b).norm_sqr());
+            let (sum, most) = squares.fold((0.0, 0.0), |(sum, most), x| (sum + x, f64::max(most, x)));
+            ((sum / count).sqrt() / size, f64::sqrt(most) / size)
+        };
+        let ((rms, worst), (modes, worst_modes)) = (apart(&found.values[i]), apart(&found.by_modes[i]));
+        error.rms = error.rms.max(rms);
+        error.worst = error.worst.max(worst);
+        error.rms_by_modes = error.rms_by_modes.max(modes);
+        error.worst_by_modes = error.worst_by_modes.max(worst_modes);
+    }
+    Ok(error)
+}

@@ -1,0 +1,221 @@
+//! Frequency response from the modes of a file against complex solves of the full order.
+
+use std::path::PathBuf;
+
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::progress::Silent;
+use vademecum_eval::SceneOptions;
+use vademecum_format::File;
+use vademecum_study::StudyError;
+use vademecum_study::frf::{
+    Channel, Quantity, Question, compare_response, frequencies, frequency_response, polar,
+};
+use vademecum_study::parameters::{self, ParameterValue};
+use vademecum_tests::program::vademecum;
+
+const BEAM: &str = r#"
+[mesh]
+block = { lengths = [1.0, 0.08, 0.1], divisions = [8, 1, 1], order = "quadratic" }
+[[mesh.region]]
+name = "tip"
+on = { fraction = { axis = "x", side = "max", fraction = 0.5 } }
+[[material]]
+young = 2.1e9
+poisson = 0.3
+density = 1200.0
+[[support]]
+on = { group = "x_min" }
+[load]
+[[load.pattern]]
+name = "gravity"
+acceleration = [0.0, 0.0, -9.81]
+[damping]
+alpha = 3.0
+beta = 1e-5
+[time]
+step = 1e-3
+[basis]
+modes = 16
+[tolerance]
+error = 1.0
+[[output.probe]]
+name = "tip"
+point = [1.0, 0.08, 0.1]
+direction = [0.0, 0.0, 1.0]
+"#;
+
+fn problem(more: &str) -> Problem {
+    Problem::parse(&format!("{BEAM}{more}"), "beam.toml", PathBuf::new()).expect("a problem")
+}
+
+fn built(problem: &Problem) -> Vec<u8> {
+    build(problem, &BuildOptions::default(), &Silent).expect("built").either().bytes
+}
+
+fn question(quantity: Quantity, last: f64) -> Question {
+    Question {
+        input: Channel::Point([0.7, 0.03, 0.1], [0.2, 0.3, -1.0]),
+        outputs: vec![
+            Channel::Named("tip".into()),
+            Channel::Point([0.7, 0.03, 0.1], [0.2, 0.3, -1.0]),
+            Channel::Point([0.4, 0.06, 0.1], [0.0, 0.0, 2.0]),
+        ],
+        frequencies: frequencies([2.0, last], 50, true),
+        quantity,
+    }
+}
+
+#[test]
+fn modes_and_what_they_leave_out_answer_as_the_full_order_does() {
+    let problem = problem("");
+    let bytes = built(&problem);
+    let file = File::parse(&bytes).expect("a file");
+    let options = SceneOptions::default();
+    let highest = frequency_response(&file, &options, &question(Quantity::Displacement, 10.0));
+    let half = 0.5 * highest.expect("a response").highest_mode_hz;
+    for quantity in [Quantity::Displacement, Quantity::Velocity] {
+        let asked = question(quantity, half);
+        let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+        assert!(error.frequencies == 50 && error.rms < 1e-3, "{quantity:?}: {error:?}");
+        assert!(error.rms_by_modes > error.rms, "{error:?}");
+    }
+    // A pattern that swings.
+    let asked =
+        Question { input: Channel::Named("gravity".into()), ..question(Quantity::Displacement, half) };
+    let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+    assert!(error.rms < 1e-3, "{error:?}");
+}
+
+#[test]
+fn live_parameters_move_the_response() {
+    let live = r#"
+[[parameter]]
+name = "all"
+kind = "stiffness"
+range = [0.5, 2.0]
+[[parameter]]
+name = "damping"
+kind = "beta"
+range = [1e-6, 1e-4]
+"#;
+    let problem = problem(live);
+    let bytes = built(&problem);
+    let file = File::parse(&bytes).expect("a file");
+    let set = |name: &str, value: f64| ParameterValue { name: name.into(), value };
+    for values in [[set("all", 0.5), set("damping", 1e-4)], [set("all", 2.0), set("damping", 2e-6)]] {
+        let mut options = SceneOptions::default();
+        parameters::set(&mut options, file.metadata(), &values).expect("known");
+        let asked = question(Quantity::Displacement, 300.0);
+        let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+        assert!(error.rms < 1e-3, "{values:?}: {error:?}");
+    }
+}
+
+#[test]
+fn a_live_region_turns_the_modes() {
+    let live = r#"
+[[parameter]]
+name = "tip stiffness"
+kind = "stiffness"
+region = "tip"
+range = [0.5, 2.0]
+scale = "log"
+"#;
+    let problem = problem(live);
+    let bytes = built(&problem);
+    let file = File::parse(&bytes).expect("a file");
+    for value in [0.5, 1.0, 2.0] {
+        let mut options = SceneOptions::default();
+        let set = ParameterValue { name: "tip stiffness".into(), value };
+        parameters::set(&mut options, file.metadata(), &[set]).expect("known");
+        let asked = question(Quantity::Displacement, 100.0);
+        let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+        assert!(error.rms < 1e-2, "{value}: {error:?}");
+    }
+}
+
+#[test]
+fn quantities_differ_by_powers_of_the_frequency() {
+    let bytes = built(&problem(""));
+    let file = File::parse(&bytes).expect("a file");
+    let of = |quantity| {
+        let asked = Question { frequencies: vec![13.0], ..question(quantity, 100.0) };
+        frequency_response(&file, &SceneOptions::default(), &asked).expect("a response").values[0][0]
+    };
+    let [u, v, a] = [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration].map(of);
+    let omega = std::f64::consts::TAU * 13.0;
+    assert!((v.re + omega * u.im).abs() + (v.im - omega * u.re).abs() < 1e-12 * v.norm());
+    assert!((a.re + omega * v.im).abs() + (a.im - omega * v.re).abs() < 1e-12 * a.norm());
+    let (amplitude, phase) = polar(&[u]).next().expect("one");
+    assert!((amplitude - u.norm()).abs() < 1e-15 && (-180.0..=180.0).contains(&phase));
+    let ratios = frequencies([1.0, 100.0], 3, true);
+    assert!((ratios[1] - 10.0).abs() < 1e-12 && ratios[2] == 100.0);
+    assert_eq!(frequencies([1.0, 3.0], 3, false), [1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn the_command_writes_a_table_and_a_picture_and_names_what_it_does_not_know() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("beam.toml"), BEAM).expect("written");
+    assert_eq!(vademecum(&["build", &path("beam.toml"), "-o", &path("beam.vdm")]).code, Some(0));
+    let (file, table, plot) = (path("beam.vdm"), path("t.csv"), path("t.svg"));
+    let asked = |more: &[&str]| {
+        let line = ["frf", &file, "--in", "1,0.04,0.1,-z", "--out", "tip", "--range", "1,500"];
+        vademecum(&[&line[..], more].concat())
+    };
+    let ran = asked(&[
+        "--points",
+        "11",
+        "-o",
+        &table,
+        "--plot",
+        &plot,
+        "--problem",
+        &path("beam.toml"),
+        "--compare",
+        "3",
+    ]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stdout.contains("against complex solves of the full order at 3 frequencies"),
+        "{}",
+        ran.stdout
+    );
+    let rows = std::fs::read_to_string(&table).expect("a table");
+    assert_eq!(rows.lines().count(), 12);
+    assert_eq!(rows.lines().next(), Some("frequency_hz,re tip [m],im tip [m]"));
+    let numbers: Vec<f64> =
+        rows.lines().nth(3).expect("a row").split(',').map(|x| x.parse().expect("a number")).collect();
+    let json = asked(&["--points", "11", "--json"]).json();
+    assert_eq!(json["frequencies_hz"][2].as_f64(), Some(numbers[0]));
+    assert_eq!(json["values"][0][2][0].as_f64(), Some(numbers[1]));
+    assert!(std::fs::read_to_string(&plot).expect("a picture").starts_with("<svg"));
+    asked(&["--out", "tap"]).fails(3, &["no probe `tap`", "`tip`"]);
+    asked(&["--out", "1,2"]).fails(2, &["`1,2` is no channel"]);
+    asked(&["--out", "1,2,3,0,0,0"]).fails(2, &["is no channel"]);
+    let wrong = vademecum(&["frf", &file, "--in", "none", "--out", "tip", "--range", "1,500"]);
+    wrong.fails(3, &["no load pattern `none`", "`gravity`"]);
+    let wrong = vademecum(&["frf", &file, "--in", "gravity", "--out", "tip", "--range", "5,1"]);
+    wrong.fails(2, &["`5,1` is no range"]);
+}
+
+#[test]
+fn damping_ratios_are_not_compared_with_a_matrix() {
+    let text = BEAM.replace("alpha = 3.0\nbeta = 1e-5", "ratio = 0.02");
+    let problem = Problem::parse(&text, "beam.toml", PathBuf::new()).expect("a problem");
+    let bytes = built(&problem);
+    let file = File::parse(&bytes).expect("a file");
+    let options = SceneOptions::default();
+    let asked = question(Quantity::Displacement, 100.0);
+    let error = compare_response(&file, &options, &asked, &problem, &Silent);
+    assert!(matches!(error, Err(StudyError::ModalDamping)), "{error:?}");
+    // At the first peak a mode of damping ratio ζ answers 1/(2ζ) times as much as at rest.
+    let of = |frequency: f64| {
+        let asked = Question { frequencies: vec![frequency], ..asked.clone() };
+        frequency_response(&file, &options, &asked).expect("a response").by_modes[0][0].norm()
+    };
+    let peak = (0..4000).map(|i| of(15.0 + 0.005 * f64::from(i))).fold(0.0, f64::max);
+    assert!((peak / of(1e-3) / 25.0 - 1.0).abs() < 0.05, "{peak} {}", of(1e-3));
+}
