@@ -1,4 +1,4 @@
-//! The extension module `vademecum._native`: the evaluator and the builder for the Python package `vademecum`.
+//! The extension module `vademecum._native`: the evaluator and the builder for the Python package.
 //!
 //! Nothing is computed here. The module hands numbers and arrays to the crates of the workspace, says their
 //! errors as exceptions, and lets other threads of Python run while they work. What is plain Python (data
