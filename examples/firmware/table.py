@@ -83,7 +83,8 @@ def main():
         return double(*sys.argv[2:])
     action, results, page, versions = sys.argv[1:]
     table = measured(results)
-    fresh = [f"Made with {versions}.", ""] + list(lines(table))
+    made = ["Made with", ""] + [f"- {version}" for version in versions.split("; ")]
+    fresh = made + [""] + list(lines(table))
     text = open(page).read()
     before, rest = text.split(BEGIN)
     kept, after = rest.split(END)
@@ -92,7 +93,8 @@ def main():
         return
     print("\n".join(fresh))
     kept = [line for line in kept.splitlines() if line]
-    same_tools = kept[0] == fresh[0]
+    tools = lambda all: [line for line in all if line.startswith("- ")]
+    same_tools = tools(kept) == tools(fresh)
     numbers = lambda line: [cell.strip() for cell in line.strip("|").split("|")]
     old, new = [[numbers(line) for line in all if re.match(r"\| (Rust|C) ", line)] for all in (kept, fresh)]
     if len(old) != len(new):
