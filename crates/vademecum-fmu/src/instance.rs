@@ -304,7 +304,7 @@ impl Instance {
     /// Becomes what it was when it was made.
     ///
     /// # Errors
-    /// As [`Body::reset`].
+    /// [`Refusal::Bind`]: a file that has changed.
     pub fn reset(&mut self) -> Result<(), Trouble> {
         self.body.reset()?;
         (self.mode, self.is_set_up, self.time, self.stop) = (Mode::Instantiated, false, 0.0, None);
