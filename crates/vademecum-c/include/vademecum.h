@@ -579,10 +579,7 @@ enum VdmStatus vdm_restore(struct VdmBody *body, const double *saved, size_t num
  `body` is null or a handle of [`vdm_bind`], `places` points to `count` places, and `w` to `(3 count)²`
  numbers.
  */
-enum VdmStatus vdm_compliance(struct VdmBody *body,
-                              const struct VdmPlace *places,
-                              size_t count,
-                              double *w);
+enum VdmStatus vdm_compliance(struct VdmBody *body, const struct VdmPlace *places, size_t count, double *w);
 
 /*
  Copies a name of the file into `out`, which has `capacity` bytes, with a zero at its end; a longer name is
