@@ -207,7 +207,7 @@ pub fn compute(
     let (n, listener) = (body.n_dof(), kept.kept.listener);
     let loads = runs.loads();
     let at_once = runs.side_by_side(n);
-    let groups: Vec<(usize, &[(u32, [f64; 3])])> = loads.chunks(at_once).enumerate().collect();
+    let groups: Vec<_> = loads.chunks(at_once).enumerate().collect();
     let mut pod = StreamingPod::new(inner_product, n, max_rank);
     // Bars move with the steps of all runs: a group of runs may take most of the time there is.
     let (done, steps) = (AtomicUsize::new(0), runs.steps * loads.len());
