@@ -65,7 +65,7 @@ pub fn open(path: &Path) -> Result<Mapped, Failure> {
     recognised(path, Mapped::copy(path))
 }
 
-/// [`open`], or a map of the file if the user asks for it.
+/// The file copied into memory, or mapped if the user asks for it.
 ///
 /// # Errors
 /// [`Failure`]: a file that cannot be read, or is no vademecum file.
@@ -105,7 +105,7 @@ pub fn usable_file<'a>(
     usable_bytes(path, mapped.bytes(), wanted, limit, memory)
 }
 
-/// [`usable_file`] of bytes that lie in memory already.
+/// A file of bytes that lie in memory already, decoded where it is packed.
 ///
 /// # Errors
 /// [`Failure`]: bytes that are no vademecum file, a damaged one, or one that unpacks to more than `limit`.
