@@ -314,6 +314,8 @@ impl From<StudyError> for Failure {
             | StudyError::ForeignPattern { .. }
             | StudyError::ForeignProbe { .. }
             | StudyError::NoChannel { .. }
+            | StudyError::Field(_)
+            | StudyError::ModeRows { .. }
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
             | StudyError::FarContact { .. }) => Self::new(Cause::Input, error),

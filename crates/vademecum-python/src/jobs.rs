@@ -184,7 +184,7 @@ pub fn modes(
 ) -> PyResult<String> {
     watched(py, Told { progress, warn: false }, |listener| {
         let problem = problem.problem()?;
-        json(&natural_modes(&problem, count, listener)?)
+        json(&natural_modes(&problem, count, listener)?.0)
     })
 }
 

@@ -3,6 +3,8 @@
 //! No error here names the vademecum file it is about: a study is handed bytes and does not know where they
 //! came from. The caller, who knows, puts the name in front of a [`FileError`].
 
+use std::path::PathBuf;
+
 use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;
 use vademecum_build::chapter::ChapterError;
@@ -10,6 +12,7 @@ use vademecum_build::dynamics::{
     FullOrderError, HarmonicError, MarchError, ModesError, SchemeError, TooMuchWork, TruthError,
 };
 use vademecum_build::fem::FactorError;
+use vademecum_build::field::FieldError;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError, TimeStepError};
@@ -71,6 +74,19 @@ pub enum StudyError {
         what: &'static str,
         /// Those the file has.
         known: String,
+    },
+    /// A field or matrix of another program cannot be read.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// Modes of another program belong to another mesh.
+    #[error("{}: {found} rows; expected {expected}, three for each node of the mesh", .file.display())]
+    ModeRows {
+        /// The file.
+        file: PathBuf,
+        /// Its rows.
+        found: usize,
+        /// Three times the number of nodes.
+        expected: usize,
     },
     /// Damping ratios are no matrix of the full order.
     #[error(

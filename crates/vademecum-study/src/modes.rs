@@ -1,9 +1,15 @@
-//! The lowest natural modes of a problem, and the damping that each receives.
+//! The lowest natural modes of a problem: their damping, how much of the body moves with them, their shapes,
+//! and how they compare with modes of another program.
 
+use std::path::Path;
+
+use faer::Mat;
 use serde::Serialize;
 use vademecum_build::dynamics::{lowest_modes, numerical_damping};
+use vademecum_build::field::{Cells, read_npy};
 use vademecum_build::input::Problem;
-use vademecum_build::prepared::{prepare, proposed_time_step};
+use vademecum_build::mesh::Mesh;
+use vademecum_build::prepared::{Body, prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 
 use crate::error::StudyError;
@@ -27,9 +33,77 @@ pub struct NaturalModes {
     pub scheme_damping: Vec<Option<f64>>,
     /// Relative elongation of the period by the time scheme; absent as above.
     pub period_elongation: Vec<Option<f64>>,
+    /// Mass of the nodes that are free along x, y and z \[kg\]: `rᵀM r` of a unit translation `r` of them.
+    pub free_mass: [f64; 3],
+    /// Participation factors `φᵀM r` along x, y and z \[kg^½\], for modes with `φᵀM φ = 1`.
+    pub participation: Vec<[f64; 3]>,
+    /// Effective modal masses `(φᵀM r)²`, as shares of [`NaturalModes::free_mass`]; those of all modes of the
+    /// body sum to 1.
+    pub effective_mass: Vec<[f64; 3]>,
 }
 
-/// The `count` lowest modes.
+/// Natural modes with their shapes.
+pub struct Shapes {
+    body: Body,
+    /// Over the free dofs, shape (n, count).
+    vectors: Mat<f64>,
+}
+
+impl Shapes {
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        self.body.model.mesh()
+    }
+
+    /// Its elements.
+    pub fn cells(&self) -> Cells<'_> {
+        Cells::Tetrahedra(self.mesh().order, &self.mesh().elements)
+    }
+
+    /// The displacement of every node in each mode, three numbers a node; the largest is 1 long.
+    pub fn fields(&self) -> Vec<Vec<f64>> {
+        let dofs = self.body.model.dofs();
+        let field = |mode: usize| {
+            let mut field = vec![0.0; dofs.n_dof()];
+            dofs.expand_into(self.vectors.col_as_slice(mode), &mut field);
+            let squares = field.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>());
+            let largest = squares.fold(0.0, f64::max).sqrt();
+            field.iter_mut().for_each(|x| *x /= largest);
+            field
+        };
+        (0..self.vectors.ncols()).map(field).collect()
+    }
+
+    /// Modal assurance criterion against the modes of another program, one row for each mode here:
+    /// `(φᵀψ)² / (φᵀφ ψᵀψ)` over the free dofs (Allemang and Brown 1982). The file is a NumPy matrix with
+    /// three rows for each node of the mesh and a column for each mode.
+    ///
+    /// # Errors
+    /// [`StudyError::Modes`]: a file that cannot be read, or has other rows.
+    pub fn assurance(&self, file: &Path) -> Result<Vec<Vec<f64>>, StudyError> {
+        let others = read_npy(file)?;
+        let dofs = self.body.model.dofs();
+        let (found, expected) = (others.rows, dofs.n_dof());
+        if found != expected {
+            return Err(StudyError::ModeRows { file: file.to_path_buf(), found, expected });
+        }
+        let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let mut free = vec![0.0; self.body.n_dof()];
+        let mut table = vec![vec![]; self.vectors.ncols()];
+        for other in others.data.chunks_exact(expected) {
+            dofs.restrict_into(other, &mut free);
+            for (mode, row) in table.iter_mut().enumerate() {
+                let own = self.vectors.col_as_slice(mode);
+                let product: f64 = own.iter().zip(&free).map(|(a, b)| a * b).sum();
+                let size = square(own) * square(&free);
+                row.push(if size > 0.0 { product * product / size } else { 0.0 });
+            }
+        }
+        Ok(table)
+    }
+}
+
+/// The `count` lowest modes, and their shapes.
 ///
 /// # Errors
 /// [`StudyError::Build`]: a problem that cannot be computed with, modes that do not converge.
@@ -37,7 +111,7 @@ pub fn natural_modes(
     problem: &Problem,
     count: usize,
     listener: &dyn Listener,
-) -> Result<NaturalModes, StudyError> {
+) -> Result<(NaturalModes, Shapes), StudyError> {
     let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
     listener.stage("natural modes");
     let pencil = prepared.body.model.pencil();
@@ -53,7 +127,9 @@ pub fn natural_modes(
     };
     let numerical: Vec<_> = modes.eigenvalues.iter().zip(&material_damping).map(damping).collect();
     let added = numerical.iter().zip(&material_damping).map(|(n, m)| n.ratio.map(|r| r - m));
-    Ok(NaturalModes {
+    let (free_mass, participation) = participation(&prepared.body, &modes.vectors);
+    let share = |factors: &[f64; 3]| std::array::from_fn(|c| factors[c] * factors[c] / free_mass[c]);
+    let figures = NaturalModes {
         dofs: pencil.n_dof(),
         time_step: prepared.step.time_step,
         proposed_time_step: proposed_time_step(1.0 / frequencies_hz[0]),
@@ -62,5 +138,22 @@ pub fn natural_modes(
         frequencies_hz,
         residuals: modes.residuals,
         material_damping,
-    })
+        effective_mass: participation.iter().map(share).collect(),
+        free_mass,
+        participation,
+    };
+    Ok((figures, Shapes { body: prepared.body, vectors: modes.vectors }))
+}
+
+/// Mass that is free along each axis, and the participation factors of modes.
+fn participation(body: &Body, vectors: &Mat<f64>) -> ([f64; 3], Vec<[f64; 3]>) {
+    let n = body.n_dof();
+    let dofs = body.model.dofs().dof_of_free();
+    let translations = Mat::from_fn(n, 3, |free, c| if dofs[free] as usize % 3 == c { 1.0 } else { 0.0 });
+    let mut moved = Mat::zeros(n, 3);
+    body.model.pencil().mass().mul_into(translations.as_ref(), moved.as_mut());
+    let (mass, factors) = (translations.transpose() * &moved, vectors.transpose() * &moved);
+    let free_mass = std::array::from_fn(|c| mass[(c, c)]);
+    let participation = (0..vectors.ncols()).map(|k| std::array::from_fn(|c| factors[(k, c)])).collect();
+    (free_mass, participation)
 }

@@ -2,60 +2,117 @@
 
 use std::path::PathBuf;
 
+use vademecum_build::field::vtu_into;
 use vademecum_build::input::Problem;
+use vademecum_build::store::Kind;
 use vademecum_study::modes::{NaturalModes, natural_modes};
 
+use crate::arguments::OutputArguments;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::files::outputs;
 use crate::print::print_json;
 
-/// Prints the lowest natural frequencies of a problem and the damping each mode receives.
+/// Prints the lowest natural frequencies of a problem, the damping of each mode, and how much of the body moves
+/// with it.
 #[derive(clap::Args)]
-#[command(after_help = "Example:
-  vademecum modes beam.toml --count 12 --json")]
+#[command(after_help = "Examples:
+  vademecum modes beam.toml --count 12 --json
+  vademecum modes beam.toml --shapes modes.vtu        every mode as a field, for ParaView
+  vademecum modes beam.toml --compare measured.npy    modal assurance against the modes of another program
+The effective mass of a mode is the share of the free mass that a shaken support feels in it, along x, y, z.")]
 pub struct Modes {
     /// The problem file (TOML).
     problem: PathBuf,
     /// How many modes.
     #[arg(long, default_value_t = 12)]
     count: usize,
+    /// Write the shapes here (VTU); the largest displacement of each is 1.
+    #[arg(long, value_name = "FILE.vtu")]
+    shapes: Option<PathBuf>,
+    /// Modes to compare with: a NumPy matrix, three rows for each node of the mesh, a column for each mode.
+    #[arg(long, value_name = "FILE.npy")]
+    compare: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    outputs: OutputArguments,
+}
+
+/// What is printed as JSON.
+#[derive(serde::Serialize)]
+struct Printed {
+    #[serde(flatten)]
+    modes: NaturalModes,
+    /// Modal assurance, a row for each mode; none without `--compare`.
+    assurance: Option<Vec<Vec<f64>>>,
 }
 
 impl Modes {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
-        let modes = natural_modes(&problem, self.count, console)?;
+        let outputs = outputs(&self.outputs, &[Some(&self.problem), self.compare.as_deref()], Some(&problem));
+        let written = self.shapes.iter().map(|path| (path.clone(), Kind::Vtu));
+        outputs.check(&written.collect::<Vec<_>>())?;
+        let (modes, shapes) = natural_modes(&problem, self.count, console)?;
+        let assurance = self.compare.as_deref().map(|file| shapes.assurance(file)).transpose()?;
+        if let Some(path) = &self.shapes {
+            let names: Vec<String> = names(&modes);
+            let fields = shapes.fields();
+            let data: Vec<(&str, &[f64], usize)> =
+                names.iter().zip(&fields).map(|(name, field)| (name.as_str(), field.as_slice(), 3)).collect();
+            outputs
+                .write(path, Kind::Vtu, |out| vtu_into(out, &shapes.mesh().nodes, shapes.cells(), &data))?;
+        }
         console.clear();
         if self.json {
-            print_json(&modes);
+            print_json(&Printed { modes, assurance });
         } else {
             print(&modes);
+            assurance.iter().for_each(|table| print_assurance(table));
+            self.shapes.iter().for_each(|path| println!("wrote {}", path.display()));
         }
         Ok(())
     }
 }
 
+/// Names of the fields: number and frequency.
+fn names(modes: &NaturalModes) -> Vec<String> {
+    let frequencies = modes.frequencies_hz.iter().enumerate();
+    frequencies.map(|(k, frequency)| format!("mode {} ({frequency:.4} Hz)", k + 1)).collect()
+}
+
+fn print_assurance(table: &[Vec<f64>]) {
+    println!("\nmodal assurance; a row for each mode, a column for each mode of the other program");
+    for (k, row) in table.iter().enumerate() {
+        let row: Vec<String> = row.iter().map(|value| format!("{value:.3}")).collect();
+        println!("{:>4}  {}", k + 1, row.join(" "));
+    }
+}
+
 fn print(modes: &NaturalModes) {
     println!(
-        "{} free dofs\n\nmode  frequency [Hz]  damping: material  scheme     period     residual",
+        "{} free dofs\n\nmode  frequency [Hz]  damping: material  scheme     period     residual  mass x, y, z [%]",
         modes.dofs
     );
     for (k, frequency) in modes.frequencies_hz.iter().enumerate() {
         let scheme = modes.scheme_damping[k].map_or("over".into(), |d| format!("{d:.2e}"));
         let period = modes.period_elongation[k].map_or("-".into(), |p| format!("{p:+.2e}"));
         println!(
-            "{:>4}  {frequency:>14.6}  {:>17.3e}  {scheme:>9}  {period:>9}  {:>9.1e}",
+            "{:>4}  {frequency:>14.6}  {:>17.3e}  {scheme:>9}  {period:>9}  {:>9.1e}  {}",
             k + 1,
             modes.material_damping[k],
-            modes.residuals[k]
+            modes.residuals[k],
+            modes.effective_mass[k].map(|share| format!("{:5.1}", 100.0 * share)).join(" ")
         );
     }
+    let total = |c: usize| 100.0 * modes.effective_mass.iter().map(|share| share[c]).sum::<f64>();
+    let [x, y, z] = [total(0), total(1), total(2)];
+    println!("\neffective mass of all these modes: {x:.1} % along x, {y:.1} % along y, {z:.1} % along z");
     let steps = 1.0 / (modes.time_step * modes.frequencies_hz[0]);
     println!(
-        "\ntime step {:e} s: {steps:.1} steps in the first period; {:e} s would be {:.1}",
+        "time step {:e} s: {steps:.1} steps in the first period; {:e} s would be {:.1}",
         modes.time_step,
         modes.proposed_time_step,
         1.0 / (modes.proposed_time_step * modes.frequencies_hz[0])

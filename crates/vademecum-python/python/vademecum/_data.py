@@ -180,6 +180,12 @@ class NaturalModes:
     material_damping: tuple[float, ...]
     scheme_damping: tuple[Optional[float], ...]
     period_elongation: tuple[Optional[float], ...]
+    #: Mass of the nodes that are free along x, y and z [kg].
+    free_mass: tuple[float, float, float]
+    #: Participation factors along x, y and z [kg^½], for modes of modal mass 1.
+    participation: tuple[tuple[float, float, float], ...]
+    #: Effective modal masses along x, y and z, as shares of the free mass.
+    effective_mass: tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
