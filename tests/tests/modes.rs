@@ -32,8 +32,8 @@ fn effective_masses_are_those_of_a_cantilever() {
     for mass in modes.free_mass {
         assert!(mass < whole && mass > 0.95 * whole, "{mass} of {whole}");
     }
-    // Bending of a clamped-free beam (Blevins): 61.3 %, 18.8 % and 6.5 % of the mass, each along one axis. The
-    // clamp keeps a little of the mass, and the shares of what is left are a little larger.
+    // Bending of a clamped-free beam (Blevins): 61.3 %, 18.8 % and 6.5 % of the mass, each along one axis.
+    // The clamp keeps a little of the mass, and the shares of what is left are a little larger.
     let along = |axis: usize| -> Vec<f64> {
         let other = 3 - axis;
         let shares = modes.effective_mass.iter();

@@ -13,8 +13,8 @@ use crate::failure::Failure;
 use crate::files::outputs;
 use crate::print::print_json;
 
-/// Prints the lowest natural frequencies of a problem, the damping of each mode, and how much of the body moves
-/// with it.
+/// Prints the lowest natural frequencies of a problem, the damping of each mode, and how much of the body
+/// moves with it.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum modes beam.toml --count 12 --json
