@@ -79,7 +79,7 @@ impl Shapes {
     /// three rows for each node of the mesh and a column for each mode.
     ///
     /// # Errors
-    /// [`StudyError::Modes`]: a file that cannot be read, or has other rows.
+    /// [`StudyError::Field`]: a file that cannot be read; [`StudyError::ModeRows`]: other rows.
     pub fn assurance(&self, file: &Path) -> Result<Vec<Vec<f64>>, StudyError> {
         let others = read_npy(file)?;
         let dofs = self.body.model.dofs();
