@@ -15,6 +15,8 @@ BOARDS = {"an386": "Cortex-M4F", "an505": "Cortex-M33"}
 # Numbers may differ by these shares: with the same tools, because the names of folders decide in which order functions
 # are put and taken into others, and where a compiler of another version made the firmware.
 SAME_TOOLS, OTHER_TOOLS = 0.02, 0.1
+# The stack, in its column, grows or shrinks by a frame of kilobytes with a single function that is taken into another.
+STACK, STACK_SHARE = 6, 0.15
 
 
 def scenario():
@@ -102,8 +104,9 @@ def main():
         sys.exit(f"firmware: the page has {len(old)} rows, {len(new)} were measured; run examples/firmware/check --write")
     for was, now in zip(old, new):
         share = SAME_TOOLS if same_tools else OTHER_TOOLS
-        allowed = lambda a, b: a == b or (a.isdigit() and abs(int(a) - int(b)) <= share * int(b))
-        if not all(allowed(a, b) for a, b in zip(was, now)):
+        shares = [max(share, STACK_SHARE) if column == STACK else share for column in range(len(was))]
+        allowed = lambda a, b, share: a == b or (a.isdigit() and abs(int(a) - int(b)) <= share * int(b))
+        if not all(map(allowed, was, now, shares)):
             sys.exit(f"firmware: the page says {was}, measured is {now}; run examples/firmware/check --write")
 
 
