@@ -3,7 +3,7 @@
 use vademecum_eval::Tensor;
 use vademecum_format::{File, SectionKind};
 
-use crate::contents::numbers;
+use crate::contents::{indices, numbers};
 use crate::error::{FileError, StudyError};
 use crate::scenario::{StressEntry, StressQuantity};
 
@@ -36,21 +36,19 @@ pub struct LargestStress {
 /// The points of a file with a stress; none if it has none.
 ///
 /// # Errors
-/// As [`numbers`]; [`FileError::Missing`]: a file without the ids of its nodes.
+/// As [`indices`].
 pub fn stress_places(file: &File<'_>) -> Result<Vec<StressPlace>, FileError> {
-    let points = numbers(file, SectionKind::StressPoints)?;
+    let points = indices(file, SectionKind::StressPoints)?;
     if points.is_empty() {
         return Ok(vec![]);
     }
-    let ids = file.section(SectionKind::NodeIds);
-    let ids = ids.map(|section| section.u64s()).transpose()?.unwrap_or(&[]);
-    let place = |&[node, region]: &[f64; 2]| {
-        let node = node as usize;
-        // Stripped files have no ids.
-        let id = ids.get(node).map_or(node as u64, |&id| u64::from_le_bytes(id));
-        StressPlace { node, id, region: region as u32 }
+    let ids = indices(file, SectionKind::NodeIds)?;
+    let place = |&[node, region]: &[u64; 2]| {
+        // A stripped file has no ids.
+        let id = ids.get(node as usize).copied().unwrap_or(node);
+        StressPlace { node: node as usize, id, region: region as u32 }
     };
-    Ok(points.as_chunks::<2>().0.iter().map(place).collect())
+    Ok(points.as_chunks().0.iter().map(place).collect())
 }
 
 /// Where the stress of a run is looked at.
