@@ -9,6 +9,7 @@ mod geometry;
 mod matrices;
 mod residual;
 mod step;
+mod stress;
 mod symmetric;
 
 use std::collections::HashSet;
@@ -86,6 +87,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     step::check(&raw)?;
     residual::check(&raw)?;
     factor::check(&raw)?;
+    stress::check(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }
