@@ -1,0 +1,184 @@
+//! The witnesses: geometry, reference values and where they are from (`docs/bibliography.md`).
+
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+
+use vademecum_build::mesh::{Mesh, Order, block};
+
+/// A reference value of a natural mode.
+#[derive(Clone, Copy, Debug)]
+pub struct Mode {
+    /// Its number among the modes computed, from 0.
+    pub number: usize,
+    /// Frequency \[Hz\].
+    pub hz: f64,
+}
+
+/// A body with published answers, or one that is only compared with CalculiX.
+pub struct Witness {
+    /// The stem of its problem file.
+    pub name: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// Its mesh.
+    pub mesh: fn() -> Mesh,
+    /// How many modes are computed.
+    pub count: usize,
+    /// What the literature says of some of them.
+    pub references: &'static [Mode],
+}
+
+/// All of them.
+pub fn witnesses() -> Vec<Witness> {
+    vec![
+        Witness {
+            name: "fv22",
+            what: "NAFEMS FV22, clamped thick rhombic plate",
+            mesh: rhombus,
+            count: 6,
+            references: &[
+                Mode { number: 0, hz: 133.95 },
+                Mode { number: 1, hz: 201.41 },
+                Mode { number: 2, hz: 265.81 },
+                Mode { number: 3, hz: 283.68 },
+                Mode { number: 4, hz: 334.45 },
+            ],
+        },
+        Witness {
+            name: "fv32",
+            what: "NAFEMS FV32, cantilevered tapered membrane",
+            mesh: tapered,
+            count: 6,
+            references: &[
+                Mode { number: 0, hz: 44.623 },
+                Mode { number: 1, hz: 130.03 },
+                Mode { number: 2, hz: 162.70 },
+                Mode { number: 3, hz: 246.05 },
+                Mode { number: 4, hz: 379.90 },
+                Mode { number: 5, hz: 391.44 },
+            ],
+        },
+        Witness {
+            name: "fv52-bending",
+            what: "NAFEMS FV52, simply supported thick square plate, bending",
+            mesh: square,
+            count: 4,
+            references: &[
+                Mode { number: 0, hz: 45.897 },
+                Mode { number: 1, hz: 109.44 },
+                Mode { number: 2, hz: 109.44 },
+                Mode { number: 3, hz: 167.89 },
+            ],
+        },
+        Witness {
+            name: "fv52-quarter",
+            what: "NAFEMS FV52, a quarter of the plate held at its lower edges",
+            mesh: square_quarter,
+            count: 4,
+            references: &[],
+        },
+        Witness {
+            name: "fv41",
+            what: "NAFEMS FV41, free cylinder, an eighth of it",
+            mesh: cylinder,
+            count: 40,
+            references: &[],
+        },
+        Witness {
+            name: "le10",
+            what: "NAFEMS LE10, thick elliptic plate under pressure",
+            mesh: ellipses,
+            count: 4,
+            references: &[],
+        },
+        Witness {
+            name: "beam",
+            what: "cantilever of quadratic tetrahedra under its weight",
+            mesh: beam,
+            count: 6,
+            references: &[],
+        },
+        Witness {
+            name: "beam-linear",
+            what: "cantilever of linear tetrahedra under its weight",
+            mesh: linear_beam,
+            count: 6,
+            references: &[],
+        },
+    ]
+}
+
+/// A block of quadratic tetrahedra, each node moved to `map` of its place in the unit cube. Mid-side nodes
+/// are moved too, so that sides are curved where the map is.
+fn mapped(divisions: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
+    let mut mesh = block([1.0; 3], divisions, Order::Quadratic);
+    mesh.nodes.iter_mut().for_each(|node| *node = map(*node));
+    mesh
+}
+
+/// Names the nodes that are in both groups.
+fn meet(mesh: &mut Mesh, name: &str, groups: [&str; 2]) {
+    let [one, other] = groups.map(|group| &mesh.node_groups[group]);
+    let both = one.iter().copied().filter(|node| other.binary_search(node).is_ok()).collect();
+    mesh.node_groups.insert(name.into(), both);
+}
+
+fn rhombus() -> Mesh {
+    // Sides of 10 m at 45°, 1 m thick.
+    mapped([10, 10, 2], |[s, t, w]| [10.0 * (s + FRAC_1_SQRT_2 * t), 10.0 * FRAC_1_SQRT_2 * t, w - 0.5])
+}
+
+fn tapered() -> Mesh {
+    // 10 m long, 5 m wide at the clamp and 1 m at the end; the upper half of 0.05 m of thickness.
+    mapped([16, 8, 1], |[s, t, w]| [10.0 * s, (5.0 - 4.0 * s) * (t - 0.5), 0.025 * w])
+}
+
+fn square() -> Mesh {
+    // The upper half: bending is antisymmetric in the middle plane, which stays where it is in x and y.
+    mapped([10, 10, 1], |[s, t, w]| [10.0 * s, 10.0 * t, 0.5 * w])
+}
+
+fn square_quarter() -> Mesh {
+    // x and y from the centre, where the planes of symmetry are.
+    let mut mesh = mapped([6, 6, 2], |[s, t, w]| [5.0 * s, 5.0 * t, w - 0.5]);
+    meet(&mut mesh, "x_edge", ["x_max", "z_min"]);
+    meet(&mut mesh, "y_edge", ["y_max", "z_min"]);
+    mesh
+}
+
+fn cylinder() -> Mesh {
+    // Radius 2 m to the middle of a wall of 0.4 m, 10 m long; a quarter of its circle, half of its length.
+    mapped([10, 1, 10], |[s, t, w]| {
+        let (radius, angle) = (2.2 - 0.4 * t, FRAC_PI_2 * s);
+        let [x, y] = on_circle(angle);
+        [radius * x, radius * y, 5.0 * w]
+    })
+}
+
+/// Cosine and sine of an angle up to a right one, exact at both ends.
+fn on_circle(angle: f64) -> [f64; 2] {
+    if angle == FRAC_PI_2 { [0.0, 1.0] } else { [angle.cos(), angle.sin()] }
+}
+
+fn ellipses() -> Mesh {
+    // Between the ellipses of half axes (2, 1) and (3.25, 2.75); the lower one of the two halves of the
+    // thickness is supported at its upper edge, so the middle plane is a plane of nodes.
+    let mut mesh = mapped([12, 6, 4], |[s, t, w]| {
+        let [x, y] = on_circle(FRAC_PI_2 * s);
+        // Smaller elements at the inner side, where the stress is asked for.
+        let t = (1.0 - t) * (1.0 - 0.4 * t);
+        [(2.0 + 1.25 * t) * x, (1.0 + 1.75 * t) * y, 0.6 * w - 0.3]
+    });
+    // At the outer side, `t = 0` of the block.
+    let middle: Vec<u32> = mesh.node_groups["y_min"].clone();
+    let middle = middle.into_iter().filter(|node| mesh.nodes[*node as usize][2].abs() < 1e-9).collect();
+    mesh.node_groups.insert("middle_edge".into(), middle);
+    mesh
+}
+
+fn beam() -> Mesh {
+    block([1.0, 0.08, 0.1], [16, 2, 2], Order::Quadratic)
+}
+
+fn linear_beam() -> Mesh {
+    block([1.0, 0.08, 0.1], [20, 3, 4], Order::Linear)
+}

@@ -1,0 +1,13 @@
+//! Bodies whose answers others have published, and the same bodies in another finite element program.
+//!
+//! A witness is a problem file of `tests/witnesses`, a mesh that is made here, and reference values. The mesh
+//! is written as an Abaqus deck, which this program and CalculiX both read, so the two compute with the same
+//! nodes and elements.
+
+mod bodies;
+pub mod calculix;
+mod deck;
+mod record;
+
+pub use bodies::{Mode, Witness, witnesses};
+pub use record::{Found, compare, frequencies_table, measure};
