@@ -389,6 +389,24 @@ enums:
     37: probe_residual
     38: pattern_residual
     39: pattern_probe_residual
+    42: factor_order
+    43: factor_groups
+    44: factor_rows
+    45: factor_values
+    46: pattern_answer
+    47: stress_points
+    48: stress_basis
+    49: stress_residual
+    50: pattern_stress
+    51: elastic_constants
+    52: probe_units
+    53: support_names
+    54: support_points
+    55: reaction_basis
+    56: reaction_loads
+    57: pattern_reaction
+    58: base_frame
+    59: rigid_body
     40: static_bound
     41: bound_map
   element:

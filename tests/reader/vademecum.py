@@ -20,7 +20,9 @@ BlockState BlockLoad PatternBasis PatternBlock PatternNames ProbeNames ProbeRows
 AxisPoints Factors RegionStiffness RegionMass EnrichmentHistory RadiusSamples CanonicalParts CanonicalAxes CanonicalFactors
 CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses Repairs StructureFigures
 DampingRatios ContactResidual ResidualPairs PairResidual ProbeResidual PatternResidual PatternProbeResidual
-StaticBound BoundMap FactorOrder FactorGroups FactorRows FactorValues PatternAnswer""".split()
+StaticBound BoundMap FactorOrder FactorGroups FactorRows FactorValues PatternAnswer
+StressPoints StressBasis StressResidual PatternStress ElasticConstants ProbeUnits
+SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody""".split()
 KINDS = dict(enumerate(NAMES, start=1))
 
 

@@ -57,6 +57,19 @@ impl fmt::Display for SectionKind {
             Self::FactorRows => "FactorRows",
             Self::FactorValues => "FactorValues",
             Self::PatternAnswer => "PatternAnswer",
+            Self::StressPoints => "StressPoints",
+            Self::StressBasis => "StressBasis",
+            Self::StressResidual => "StressResidual",
+            Self::PatternStress => "PatternStress",
+            Self::ElasticConstants => "ElasticConstants",
+            Self::ProbeUnits => "ProbeUnits",
+            Self::SupportNames => "SupportNames",
+            Self::SupportPoints => "SupportPoints",
+            Self::ReactionBasis => "ReactionBasis",
+            Self::ReactionLoads => "ReactionLoads",
+            Self::PatternReaction => "PatternReaction",
+            Self::BaseFrame => "BaseFrame",
+            Self::RigidBody => "RigidBody",
         })
     }
 }

@@ -133,11 +133,43 @@ pub enum SectionKind {
     FactorValues = 45,
     /// `K⁻¹F_p` \[m\] in the order of the factor, `f32|f64 (n_patterns, any)`.
     PatternAnswer = 46,
+    /// Where the stress is known: node, in the file's order, and region; `u32 (any, 2)`. Since version 1.5, as
+    /// all below.
+    StressPoints = 47,
+    /// Stress of each mode at these points: xx, yy, zz, xy, yz, zx, with the regions' moduli as built;
+    /// `f32|f64|i16 (any, 6, r)`.
+    StressBasis = 48,
+    /// Stress of `R` under a unit force at a loadable node \[Pa/N\]: row the component of stress, column that
+    /// of the force; `f32|f64 (any, n_load_nodes, 18)`.
+    StressResidual = 49,
+    /// Stress of `R F_p` \[Pa\], `f64 (n_patterns, any, 6)`.
+    PatternStress = 50,
+    /// Young's modulus \[Pa\] and Poisson's ratio of each region as built, `f64 (n_regions, 2)`.
+    ElasticConstants = 51,
+    /// Unit of each probe's value, UTF-8, one a line; metres where the section is missing.
+    ProbeUnits = 52,
+    /// Names of the supports, UTF-8, one a line.
+    SupportNames = 53,
+    /// Point about which the moment of each support is taken \[m\], `f64 (any, 3)`.
+    SupportPoints = 54,
+    /// What the acceleration of each mode adds to the force and the moment of each support,
+    /// `f64 (any, 6, r)`.
+    ReactionBasis = 55,
+    /// Force and moment of each support under a unit force at a loadable node that stays: row the component
+    /// of the reaction, column that of the force; `f64 (any, n_load_nodes, 18)`.
+    ReactionLoads = 56,
+    /// Force and moment of each support under each pattern that stays, `f64 (n_patterns, any, 6)`.
+    PatternReaction = 57,
+    /// Point about which a moving base turns \[m\], `f64 (3)`. The last twelve patterns are its motions.
+    BaseFrame = 58,
+    /// A free body: mass \[kg\], centre \[m\] (3), moments of inertia about it \[kg m²\] (xx, xy, xz, yy,
+    /// yz, zz), and the first of the six patterns of its angular velocity; `f64 (11)`.
+    RigidBody = 59,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 46] = [
+    pub const ALL: [Self; 59] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -184,6 +216,19 @@ impl SectionKind {
         Self::FactorRows,
         Self::FactorValues,
         Self::PatternAnswer,
+        Self::StressPoints,
+        Self::StressBasis,
+        Self::StressResidual,
+        Self::PatternStress,
+        Self::ElasticConstants,
+        Self::ProbeUnits,
+        Self::SupportNames,
+        Self::SupportPoints,
+        Self::ReactionBasis,
+        Self::ReactionLoads,
+        Self::PatternReaction,
+        Self::BaseFrame,
+        Self::RigidBody,
     ];
 
     /// The kind with this number.
@@ -211,6 +256,7 @@ impl SectionKind {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             Self::StructureFigures => 2,
+            kind if kind.number() > Self::PatternAnswer.number() => 5,
             kind if kind.number() > Self::BoundMap.number() => 4,
             kind if kind.number() > Self::StructureFigures.number() => 3,
             kind if kind.is_chapter() => 1,
@@ -240,9 +286,12 @@ impl SectionKind {
             Self::BlockLoad => three(u64::from(m.n_load_nodes), terms, 3 * r),
             Self::PatternBasis => two(u64::from(m.n_patterns), r),
             Self::PatternBlock => three(u64::from(m.n_patterns), terms, r),
-            Self::PatternNames | Self::ProbeNames | Self::SingularValues | Self::Repairs => {
-                [None, Some(1), Some(1)]
-            }
+            Self::PatternNames
+            | Self::ProbeNames
+            | Self::SingularValues
+            | Self::Repairs
+            | Self::ProbeUnits
+            | Self::SupportNames => [None, Some(1), Some(1)],
             Self::ProbeRows => two(u64::from(m.n_probes), r),
             Self::ModeTable => two(r, 6),
             Self::AxisPoints => one(points),
@@ -262,6 +311,14 @@ impl SectionKind {
             Self::FactorOrder | Self::FactorRows | Self::FactorValues => [None, Some(1), Some(1)],
             Self::FactorGroups => [None, Some(2), Some(1)],
             Self::PatternAnswer => [Some(u64::from(m.n_patterns)), None, Some(1)],
+            Self::StressPoints => [None, Some(2), Some(1)],
+            Self::StressBasis | Self::ReactionBasis => [None, Some(6), Some(r)],
+            Self::StressResidual | Self::ReactionLoads => [None, Some(u64::from(m.n_load_nodes)), Some(18)],
+            Self::PatternStress | Self::PatternReaction => [Some(u64::from(m.n_patterns)), None, Some(6)],
+            Self::ElasticConstants => two(u64::from(m.n_regions), 2),
+            Self::SupportPoints => [None, Some(3), Some(1)],
+            Self::BaseFrame => one(3),
+            Self::RigidBody => one(11),
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
             Self::CanonicalAxes => [None, Some(CHAPTER_AXIS as u64), Some(1)],
@@ -281,10 +338,13 @@ impl SectionKind {
             | Self::CanonicalParts
             | Self::CanonicalPositions
             | Self::ResidualPairs
+            | Self::StressPoints
             | Self::FactorOrder
             | Self::FactorGroups
             | Self::FactorRows => element == Element::U32,
-            Self::PatternNames | Self::ProbeNames | Self::Repairs => element == Element::U8,
+            Self::PatternNames | Self::ProbeNames | Self::Repairs | Self::ProbeUnits | Self::SupportNames => {
+                element == Element::U8
+            }
             Self::NodeCoordinates
             | Self::ContactResidual
             | Self::PairResidual
@@ -292,8 +352,9 @@ impl SectionKind {
             | Self::PatternResidual
             | Self::BoundMap
             | Self::FactorValues
-            | Self::PatternAnswer => matches!(element, Element::F32 | Element::F64),
-            Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad => {
+            | Self::PatternAnswer
+            | Self::StressResidual => matches!(element, Element::F32 | Element::F64),
+            Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad | Self::StressBasis => {
                 matches!(element, Element::F32 | Element::F64 | Element::I16)
             }
             _ => element == Element::F64,

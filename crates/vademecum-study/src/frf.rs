@@ -377,10 +377,7 @@ pub fn compare_response(
                 let name = &lines(file, SectionKind::ProbeNames)?[index];
                 let probe = body.probes.iter().find(|probe| probe.name == *name);
                 let probe = probe.ok_or_else(|| StudyError::ForeignProbe { name: name.clone() })?;
-                row.extend(
-                    (0..3)
-                        .filter_map(|c| Some((dofs.free(3 * probe.node as usize + c)?, probe.direction[c]))),
-                );
+                row.extend(body.probe_row(probe));
             }
             (Placed::Named(index), Side::Input) => {
                 let name = &lines(file, SectionKind::PatternNames)?[index];

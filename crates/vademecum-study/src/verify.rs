@@ -174,7 +174,7 @@ pub fn verify(
 
     let basis = free_basis(file, body, &file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
-    let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
+    let rows: Vec<_> = body.probes.iter().map(|probe| body.probe_row(probe)).collect();
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
     let (full, same_scheme) = if exact {
         (motion_of(&truth, &full, &rows), None)
@@ -398,13 +398,4 @@ pub(crate) fn full_order_loads(
         loads.push(TimedLoad { column: 0, force, when: placed.when.clone() });
     }
     Ok(loads)
-}
-
-/// A probe as weights on free dofs.
-fn probe_row(body: &Body, probe: &Probe) -> Vec<(u32, f64)> {
-    let component = |c: usize| {
-        let free = body.model.dofs().free(3 * probe.node as usize + c)?;
-        Some((free, probe.direction[c]))
-    };
-    (0..3).filter_map(component).collect()
 }
