@@ -19,6 +19,8 @@ pub struct Answer {
     pub frequencies: Vec<f64>,
     /// Displacement of every node under the load pattern, by the mesh's order; empty without one.
     pub displacement: Vec<[f64; 3]>,
+    /// Stress at every node under it: xx, yy, zz, xy, yz, zx \[Pa\].
+    pub stress: Vec<[f64; 6]>,
 }
 
 /// Whether CalculiX is installed. Where it is not, a test that asks is skipped with a message, except in CI,
@@ -52,7 +54,11 @@ pub fn run(folder: &Path, name: &str, problem: &Problem, mesh: &Mesh, count: usi
         Command::new("ccx").arg("-i").arg(&job).current_dir(folder).env("OMP_NUM_THREADS", "2").output();
     let ran = ran.expect("ccx starts");
     let printed = std::fs::read_to_string(folder.join(format!("{job}.dat"))).unwrap_or_default();
-    let answer = parse(&printed, mesh);
+    let mut answer = parse(&printed, mesh);
+    if !problem.load.patterns.is_empty() {
+        let fields = std::fs::read_to_string(folder.join(format!("{job}.frd"))).unwrap_or_default();
+        answer.stress = stress(&fields, mesh);
+    }
     let whole =
         answer.displacement.len() == if problem.load.patterns.is_empty() { 0 } else { mesh.nodes.len() };
     assert!(
@@ -82,7 +88,7 @@ fn deck(name: &str, problem: &Problem, mesh: &Mesh, count: usize) -> String {
     if let Some(pattern) = problem.load.patterns.first() {
         out.push_str("*STEP\n*STATIC\n*DLOAD\n");
         load(&mut out, pattern, mesh);
-        out.push_str("*NODE PRINT, NSET=all\nU\n*END STEP\n");
+        out.push_str("*NODE PRINT, NSET=all\nU\n*EL FILE\nS\n*END STEP\n");
     }
     out
 }
@@ -127,6 +133,28 @@ fn load(out: &mut String, pattern: &PatternEntry, mesh: &Mesh) {
 fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
     corners.sort_unstable();
     corners
+}
+
+/// Reads the last stresses of a `.frd` file: lines of a node and six numbers in columns of twelve.
+fn stress(fields: &str, mesh: &Mesh) -> Vec<[f64; 6]> {
+    let mut stress = vec![];
+    let mut inside = false;
+    for line in fields.lines() {
+        if line.starts_with(" -4") {
+            inside = line.contains("STRESS");
+            if inside {
+                stress.clear();
+            }
+        } else if inside && line.starts_with(" -1") {
+            let node = mesh.node_ids[stress.len()].to_string();
+            assert_eq!(line[3..13].trim(), node, "CalculiX writes the nodes in another order");
+            stress.push(std::array::from_fn(|c| {
+                line[13 + 12 * c..25 + 12 * c].trim().parse().expect("a number")
+            }));
+        }
+    }
+    assert_eq!(stress.len(), mesh.nodes.len(), "stresses of CalculiX");
+    stress
 }
 
 /// Reads the tables of a `.dat` file.

@@ -7,7 +7,8 @@
 mod bodies;
 pub mod calculix;
 mod deck;
+mod mass;
 mod record;
 
-pub use bodies::{Mode, Witness, witnesses};
-pub use record::{Found, compare, frequencies_table, measure};
+pub use bodies::{Mode, StressAt, Witness, witness, witnesses};
+pub use record::{Apart, Found, compare, markdown, measure};
