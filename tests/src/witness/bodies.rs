@@ -171,8 +171,11 @@ fn meet(mesh: &mut Mesh, name: &str, groups: [&str; 2]) {
 }
 
 fn rhombus() -> Mesh {
-    // Sides of 10 m at 45°, 1 m thick.
-    mapped([10, 10, 2], |[s, t, w]| [10.0 * (s + FRAC_1_SQRT_2 * t), 10.0 * FRAC_1_SQRT_2 * t, w - 0.5])
+    // Sides of 10 m at 45°, 1 m thick; cells are cut along their short diagonals.
+    mapped([16, 16, 2], |[s, t, w]| {
+        let s = 1.0 - s;
+        [10.0 * (t + FRAC_1_SQRT_2 * s), 10.0 * FRAC_1_SQRT_2 * s, w - 0.5]
+    })
 }
 
 fn tapered() -> Mesh {
@@ -182,7 +185,7 @@ fn tapered() -> Mesh {
 
 fn square() -> Mesh {
     // The upper half: bending is antisymmetric in the middle plane, which stays where it is in x and y.
-    mapped([10, 10, 1], |[s, t, w]| [10.0 * s, 10.0 * t, 0.5 * w])
+    mapped([16, 16, 1], |[s, t, w]| [10.0 * s, 10.0 * t, 0.5 * w])
 }
 
 fn square_quarter() -> Mesh {
@@ -195,7 +198,7 @@ fn square_quarter() -> Mesh {
 
 fn cylinder() -> Mesh {
     // Radius 2 m to the middle of a wall of 0.4 m, 10 m long; a quarter of its circle, half of its length.
-    mapped([10, 1, 10], |[s, t, w]| {
+    mapped([14, 1, 14], |[s, t, w]| {
         let (radius, angle) = (2.2 - 0.4 * t, FRAC_PI_2 * s);
         let [x, y] = on_circle(angle);
         [radius * x, radius * y, 5.0 * w]
@@ -210,7 +213,7 @@ fn on_circle(angle: f64) -> [f64; 2] {
 fn ellipses() -> Mesh {
     // Between the ellipses of half axes (2, 1) and (3.25, 2.75); the lower one of the two halves of the
     // thickness is supported at its upper edge, so the middle plane is a plane of nodes.
-    let mut mesh = mapped([12, 6, 4], |[s, t, w]| {
+    let mut mesh = mapped([18, 8, 4], |[s, t, w]| {
         let [x, y] = on_circle(FRAC_PI_2 * s);
         // Smaller elements at the inner side, where the stress is asked for.
         let t = (1.0 - t) * (1.0 - 0.4 * t);
