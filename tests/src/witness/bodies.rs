@@ -1,8 +1,10 @@
 //! The witnesses: geometry, reference values and where they are from (`docs/bibliography.md`).
 
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
 
 use vademecum_build::mesh::{Mesh, Order, block};
+
+use super::thermal::Thermal;
 
 /// A reference value of a natural mode.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +29,8 @@ pub struct Witness {
     pub references: &'static [Mode],
     /// What it says of a stress.
     pub stress: Option<StressAt>,
+    /// A temperature, in place of a load pattern.
+    pub thermal: Option<Thermal>,
     /// The largest difference from the literature that is asserted, as a share; the record says why.
     pub within: f64,
 }
@@ -69,7 +73,8 @@ pub fn witnesses() -> Vec<Witness> {
                 Mode { number: 4, hz: 334.45 },
             ],
             stress: None,
-            within: 0.02,
+            thermal: None,
+            within: 0.03,
         },
         Witness {
             name: "fv32",
@@ -85,6 +90,7 @@ pub fn witnesses() -> Vec<Witness> {
                 Mode { number: 5, hz: 391.44 },
             ],
             stress: None,
+            thermal: None,
             within: 0.001,
         },
         Witness {
@@ -99,6 +105,7 @@ pub fn witnesses() -> Vec<Witness> {
                 Mode { number: 3, hz: 167.89 },
             ],
             stress: None,
+            thermal: None,
             within: 0.01,
         },
         Witness {
@@ -109,6 +116,7 @@ pub fn witnesses() -> Vec<Witness> {
             // By solids, 4 × 4 × 1 of 20 nodes.
             references: &[Mode { number: 0, hz: 44.762 }],
             stress: None,
+            thermal: None,
             within: 0.03,
         },
         Witness {
@@ -123,6 +131,7 @@ pub fn witnesses() -> Vec<Witness> {
                 Mode { number: 7, hz: 405.28 },
             ],
             stress: None,
+            thermal: None,
             within: 0.002,
         },
         Witness {
@@ -132,7 +141,18 @@ pub fn witnesses() -> Vec<Witness> {
             count: 4,
             references: &[],
             stress: Some(StressAt { point: [2.0, 0.0, 0.3], component: 1, stress: -5.38e6 }),
+            thermal: None,
             within: 0.01,
+        },
+        Witness {
+            name: "le11",
+            what: "NAFEMS LE11, cylinder, taper and sphere under a temperature",
+            mesh: taper,
+            count: 1,
+            references: &[],
+            stress: Some(StressAt { point: [1.0, 0.0, 0.0], component: 2, stress: -105e6 }),
+            thermal: Some(Thermal { expansion: 2.3e-4, temperature: |[x, y, z]| x.hypot(y) + z }),
+            within: 0.03,
         },
         Witness {
             name: "beam",
@@ -141,6 +161,7 @@ pub fn witnesses() -> Vec<Witness> {
             count: 6,
             references: &[],
             stress: None,
+            thermal: None,
             within: 0.0,
         },
         Witness {
@@ -150,6 +171,7 @@ pub fn witnesses() -> Vec<Witness> {
             count: 6,
             references: &[],
             stress: None,
+            thermal: None,
             within: 0.0,
         },
     ]
@@ -205,25 +227,68 @@ fn cylinder() -> Mesh {
     })
 }
 
+/// Straight lines through numbers at equal distances from 0 to 1.
+fn between(stations: &[f64], at: f64) -> f64 {
+    let place = at * (stations.len() - 1) as f64;
+    // A station itself, whatever the product was rounded to.
+    let nearest = place.round();
+    if (place - nearest).abs() < 1e-9 {
+        return stations[nearest as usize];
+    }
+    let low = place.floor() as usize;
+    stations[low] + (place - place.floor()) * (stations[low + 1] - stations[low])
+}
+
 /// Cosine and sine of an angle up to a right one, exact at both ends.
 fn on_circle(angle: f64) -> [f64; 2] {
     if angle == FRAC_PI_2 { [0.0, 1.0] } else { [angle.cos(), angle.sin()] }
 }
 
 fn ellipses() -> Mesh {
-    // Between the ellipses of half axes (2, 1) and (3.25, 2.75); the lower one of the two halves of the
-    // thickness is supported at its upper edge, so the middle plane is a plane of nodes.
-    let mut mesh = mapped([18, 8, 4], |[s, t, w]| {
+    // Between the ellipses of half axes (2, 1) and (3.25, 2.75); 0.6 m thick, with a plane of nodes in the
+    // middle, at whose outer edge the plate is held.
+    let mut mesh = mapped([14, 8, 6], |[s, t, w]| {
         let [x, y] = on_circle(FRAC_PI_2 * s);
-        // Smaller elements at the inner side, where the stress is asked for.
-        let t = (1.0 - t) * (1.0 - 0.4 * t);
-        [(2.0 + 1.25 * t) * x, (1.0 + 1.75 * t) * y, 0.6 * w - 0.3]
+        // Smaller elements at the inner and at the upper side, where the stress is asked for.
+        let t = (1.0 - t) * (1.0 - 0.6 * t);
+        let z = between(&[-0.3, -0.2, -0.1, 0.0, 0.13, 0.24, 0.3], w);
+        [(2.0 + 1.25 * t) * x, (1.0 + 1.75 * t) * y, z]
     });
     // At the outer side, `t = 0` of the block.
     let middle: Vec<u32> = mesh.node_groups["y_min"].clone();
     let middle = middle.into_iter().filter(|node| mesh.nodes[*node as usize][2].abs() < 1e-9).collect();
     mesh.node_groups.insert("middle_edge".into(), middle);
     mesh
+}
+
+fn taper() -> Mesh {
+    // A quarter of a body of revolution. Inside a sphere of radius 1 m up to 45° and then a cylinder; outside
+    // a sphere of 1.4 m up to 30°, a cone, and a cylinder of 1 m; 1.79 m high.
+    let inner = |w: f64| -> [f64; 2] {
+        let angle = FRAC_PI_4 * (2.0 * w).min(1.0);
+        let above = (2.0 * w - 1.0).max(0.0);
+        if above > 0.0 {
+            [FRAC_1_SQRT_2, between(&[FRAC_1_SQRT_2, 1.79], above)]
+        } else {
+            [angle.cos(), angle.sin()]
+        }
+    };
+    let outer = |w: f64| -> [f64; 2] {
+        let [r, z] = [1.4 * FRAC_PI_6.cos(), 0.7];
+        match 4.0 * w {
+            w if w < 1.0 => [1.4 * (FRAC_PI_6 * w).cos(), 1.4 * (FRAC_PI_6 * w).sin()],
+            w if w < 3.0 => [between(&[r, 1.0], 0.5 * (w - 1.0)), between(&[z, 1.39], 0.5 * (w - 1.0))],
+            w => [1.0, between(&[1.39, 1.79], w - 3.0)],
+        }
+    };
+    mapped([8, 6, 16], |[s, t, w]| {
+        let [cos, sin] = on_circle(FRAC_PI_2 * s);
+        // Smaller elements inside, where the stress is asked for.
+        let t = (1.0 - t) * (1.0 - 0.6 * t);
+        let ([r, z], [outer_r, outer_z]) = (inner(w), outer(w));
+        let [r, z] = [r + t * (outer_r - r), z + t * (outer_z - z)];
+        [r * cos, r * sin, z]
+    })
 }
 
 fn beam() -> Mesh {

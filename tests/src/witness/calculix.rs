@@ -9,6 +9,9 @@ use vademecum_build::mesh::Mesh;
 use vademecum_build::mesh::select::Selection;
 use vademecum_build::mesh::surface::Surface;
 
+use super::bodies::Witness;
+use super::thermal::lines;
+
 /// Faces of a tetrahedron by its corners, in CalculiX's order.
 const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
 
@@ -46,21 +49,22 @@ pub fn is_there() -> bool {
 /// If CalculiX fails, or the problem has what this deck does not say: several materials, supports that are
 /// no groups.
 #[must_use]
-pub fn run(folder: &Path, name: &str, problem: &Problem, mesh: &Mesh, count: usize) -> Answer {
+pub fn run(folder: &Path, witness: &Witness, problem: &Problem, mesh: &Mesh) -> Answer {
+    let (name, count) = (witness.name, witness.count);
+    let loaded = witness.thermal.is_some() || !problem.load.patterns.is_empty();
     let job = format!("{name}-calculix");
-    let text = deck(name, problem, mesh, count);
+    let text = deck(witness, problem, mesh);
     std::fs::write(folder.join(format!("{job}.inp")), text).expect("the deck is written");
     let ran =
         Command::new("ccx").arg("-i").arg(&job).current_dir(folder).env("OMP_NUM_THREADS", "2").output();
     let ran = ran.expect("ccx starts");
     let printed = std::fs::read_to_string(folder.join(format!("{job}.dat"))).unwrap_or_default();
     let mut answer = parse(&printed, mesh);
-    if !problem.load.patterns.is_empty() {
+    if loaded {
         let fields = std::fs::read_to_string(folder.join(format!("{job}.frd"))).unwrap_or_default();
         answer.stress = stress(&fields, mesh);
     }
-    let whole =
-        answer.displacement.len() == if problem.load.patterns.is_empty() { 0 } else { mesh.nodes.len() };
+    let whole = answer.displacement.len() == if loaded { mesh.nodes.len() } else { 0 };
     assert!(
         answer.frequencies.len() >= count && whole,
         "{name}: CalculiX gave {} frequencies and {} displacements\n{}",
@@ -71,11 +75,16 @@ pub fn run(folder: &Path, name: &str, problem: &Problem, mesh: &Mesh, count: usi
     answer
 }
 
-fn deck(name: &str, problem: &Problem, mesh: &Mesh, count: usize) -> String {
+fn deck(witness: &Witness, problem: &Problem, mesh: &Mesh) -> String {
+    let (name, count) = (witness.name, witness.count);
     let [material] = &problem.materials[..] else { panic!("{name}: expected one material") };
     let mut out = format!("*INCLUDE, INPUT={name}.inp\n*MATERIAL, NAME=material\n");
     let _ = writeln!(out, "*ELASTIC\n{:e}, {:e}", material.young, material.poisson);
     let _ = writeln!(out, "*DENSITY\n{:e}", material.density);
+    if let Some(thermal) = &witness.thermal {
+        let _ = writeln!(out, "*EXPANSION, ZERO=0\n{:e}", thermal.expansion);
+        out.push_str("*INITIAL CONDITIONS, TYPE=TEMPERATURE\nall, 0\n");
+    }
     out.push_str("*SOLID SECTION, ELSET=body, MATERIAL=material\n*BOUNDARY\n");
     for support in &problem.supports {
         let group = group(&support.on);
@@ -85,9 +94,14 @@ fn deck(name: &str, problem: &Problem, mesh: &Mesh, count: usize) -> String {
         }
     }
     let _ = writeln!(out, "*STEP\n*FREQUENCY\n{count}\n*END STEP");
-    if let Some(pattern) = problem.load.patterns.first() {
+    if let Some(thermal) = &witness.thermal {
+        out.push_str("*STEP\n*STATIC\n*TEMPERATURE\n");
+        out.push_str(&lines(thermal, mesh));
+    } else if let Some(pattern) = problem.load.patterns.first() {
         out.push_str("*STEP\n*STATIC\n*DLOAD\n");
         load(&mut out, pattern, mesh);
+    }
+    if witness.thermal.is_some() || !problem.load.patterns.is_empty() {
         out.push_str("*NODE PRINT, NSET=all\nU\n*EL FILE\nS\n*END STEP\n");
     }
     out

@@ -59,7 +59,7 @@ fn mass(model: &Model) -> Vec<(u32, u32, f64)> {
 }
 
 /// Barycentric coordinates and weights; the weights sum to the volume 1/6.
-fn points(order: Order) -> Vec<([f64; 4], f64)> {
+pub(super) fn points(order: Order) -> Vec<([f64; 4], f64)> {
     match order {
         Order::Linear => vec![([0.25; 4], 1.0 / 6.0)],
         Order::Quadratic => {
@@ -72,7 +72,7 @@ fn points(order: Order) -> Vec<([f64; 4], f64)> {
 }
 
 /// The functions of a quadratic tetrahedron.
-fn quadratic(l: [f64; 4]) -> [f64; 10] {
+pub(super) fn quadratic(l: [f64; 4]) -> [f64; 10] {
     let corner = |i: usize| l[i] * (2.0 * l[i] - 1.0);
     let mid = |i: usize, j: usize| 4.0 * l[i] * l[j];
     let corners = [corner(0), corner(1), corner(2), corner(3)];

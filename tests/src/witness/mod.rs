@@ -9,6 +9,8 @@ pub mod calculix;
 mod deck;
 mod mass;
 mod record;
+mod thermal;
 
 pub use bodies::{Mode, StressAt, Witness, witness, witnesses};
 pub use record::{Apart, Found, compare, markdown, measure};
+pub use thermal::Thermal;

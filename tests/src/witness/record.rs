@@ -13,6 +13,7 @@ use vademecum_study::modes::natural_modes;
 
 use super::bodies::{StressAt, Witness};
 use super::calculix::{self, Answer};
+use super::thermal::Thermal;
 use super::{deck, mass};
 use crate::program::repository;
 
@@ -63,9 +64,9 @@ pub fn measure(witness: &Witness, folder: &Path, ask_calculix: bool) -> Found {
     let problem = Problem::read(&path).unwrap_or_else(|error| panic!("{error}"));
     let (modes, shapes) = natural_modes(&problem, witness.count, &Silent).expect("modes");
     let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("a model");
-    let (displacement, stress) = static_answer(&prepared).unwrap_or_default();
+    let (displacement, stress) = static_answer(&prepared, witness.thermal.as_ref()).unwrap_or_default();
     let mesh = shapes.mesh().clone();
-    let calculix = ask_calculix.then(|| calculix::run(folder, name, &problem, &mesh, witness.count));
+    let calculix = ask_calculix.then(|| calculix::run(folder, witness, &problem, &mesh));
     Found {
         dofs: modes.dofs,
         with_its_mass: mass::frequencies(&prepared.body.model, witness.count),
@@ -78,10 +79,13 @@ pub fn measure(witness: &Witness, folder: &Path, ask_calculix: bool) -> Found {
     }
 }
 
-/// `K⁻¹ f` of the first load pattern and its stress, at all nodes.
-fn static_answer(prepared: &Prepared) -> Option<(Vec<[f64; 3]>, Vec<[f64; 6]>)> {
+/// `K⁻¹ f` of a temperature or of the first load pattern, and its stress, at all nodes.
+fn static_answer(prepared: &Prepared, thermal: Option<&Thermal>) -> Option<(Vec<[f64; 3]>, Vec<[f64; 6]>)> {
     let body = &prepared.body;
-    let (_, force) = body.patterns.first()?;
+    let force = match thermal {
+        Some(thermal) => thermal.force(&body.model),
+        None => body.patterns.first()?.1.clone(),
+    };
     let factor = prepared.symbolic.factor_of(body.model.pencil().stiffness()).expect("a factor");
     let mut answer = Mat::from_fn(force.len(), 1, |i, _| force[i]);
     Solve::new(&prepared.symbolic, 1, true).solve_in_place(&factor, answer.as_mut());
@@ -91,8 +95,15 @@ fn static_answer(prepared: &Prepared) -> Option<(Vec<[f64; 3]>, Vec<[f64; 6]>)> 
     let mesh = body.model.mesh();
     let nodes: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
     let rows = StressRows::new(&body.model, stress_points(mesh, &nodes)).expect("stress");
-    let stress = (0..nodes.len()).map(|place| rows.stress(place, |node| displacement[node as usize]));
-    let stress = stress.collect();
+    let stress = |place: usize| {
+        let mut stress = rows.stress(place, |node| displacement[node as usize]);
+        if let Some(thermal) = thermal {
+            let held = thermal.held(&body.model, mesh.nodes[place]);
+            stress[..3].iter_mut().for_each(|direct| *direct -= held);
+        }
+        stress
+    };
+    let stress = (0..nodes.len()).map(stress).collect();
     Some((displacement, stress))
 }
 
