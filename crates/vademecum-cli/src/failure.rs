@@ -122,7 +122,7 @@ impl Failure {
             S::NoPattern { .. }
                 | S::ProbeTwice { .. }
                 | S::NoStress
-                | S::FarContact { .. }
+                | S::FarPoint { .. }
                 | S::TooManySteps { .. }
                 | S::Long { .. }
                 | S::TooManyLoads { .. }
@@ -320,7 +320,7 @@ impl From<StudyError> for Failure {
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
             | StudyError::NoStress
-            | StudyError::FarContact { .. }) => Self::new(Cause::Input, error),
+            | StudyError::FarPoint { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")
             }

@@ -111,16 +111,16 @@ pub enum StudyError {
         "`output.stress`: the file has no stress; add `[output] stress = \"surface\"` to the problem file and build it again"
     )]
     NoStress,
-    /// A contact is nowhere near the body.
+    /// A contact of a scenario or a point of a question is nowhere near the body.
     #[error(
-        "`contact[{contact}]` is {distance:.3e} away from the loadable surface, which reaches from {} to {}; \
+        "{what} is {distance:.3e} away from the loadable surface, which reaches from {} to {}; \
          expected a point on it: is it in the unit of the file?",
         place(*low),
         place(*high)
     )]
-    FarContact {
-        /// Number of the contact.
-        contact: usize,
+    FarPoint {
+        /// The contact or the point, as the message begins.
+        what: String,
         /// Distance to the nearest point of the loadable surface.
         distance: f64,
         /// Lower corner of the box around the loadable surface.

@@ -17,6 +17,7 @@ pub mod free_run;
 pub mod frf;
 pub mod log_scale;
 pub mod modes;
+mod near;
 mod notes;
 mod pace;
 pub mod parameters;
