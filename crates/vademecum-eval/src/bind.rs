@@ -15,6 +15,7 @@ use crate::residual::Residual;
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
+use crate::supports::Supports;
 use vademecum_format::exact::Propagator;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
 use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
@@ -33,6 +34,8 @@ pub(crate) struct Sections<'m> {
     pub damping_ratios: Option<&'m [[u8; 8]]>,
     /// The static residual.
     pub residual: Residual<'m>,
+    /// The reactions of the supports.
+    pub supports: Supports<'m>,
     /// The factor of the stiffness.
     pub factor: Factor<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
@@ -102,6 +105,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
         residual: Residual::of(file),
+        supports: Supports::of(file),
         factor: Factor::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,

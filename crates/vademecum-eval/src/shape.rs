@@ -23,7 +23,7 @@ pub(crate) struct Shape {
     pub n_terms: usize,
     /// Points of all axes.
     pub n_points: usize,
-    /// Nodes and patterns whose forces are remembered for the static residual.
+    /// Nodes and patterns whose forces are remembered for the static residual and for reactions.
     pub statics: [usize; 2],
 }
 

@@ -59,6 +59,7 @@ impl Keep {
                 | S::FactorRows
                 | S::FactorValues
                 | S::PatternAnswer
+                | S::ReactionLoads
         );
         match self {
             Self::Probes => !(inside || surface || for_people),

@@ -6,11 +6,13 @@ mod curve;
 mod draft;
 mod factor;
 mod order;
+mod reaction;
 mod residual;
 
 pub use draft::Draft;
 pub use factor::factor_sections;
 pub use order::NodeOrder;
+pub use reaction::reaction_sections;
 pub use residual::residual_sections;
 
 use faer::{Mat, MatRef};

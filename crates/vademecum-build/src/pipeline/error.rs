@@ -43,6 +43,9 @@ pub enum BuildError {
     /// No factor of the stiffness for whole fields.
     #[error("the factor of the stiffness, for whole fields")]
     Factor(#[from] FactorError),
+    /// No reactions.
+    #[error("the reactions of the supports")]
+    Reactions(#[source] FactorError),
     /// A stage has no response.
     #[error(transparent)]
     Response(#[from] ResponseError),

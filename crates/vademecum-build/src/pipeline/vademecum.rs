@@ -15,12 +15,13 @@ use crate::chapter::{
     self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
 };
 use crate::dynamics::{ModalRatios, ModeRow, mode_table, table_matrix};
-use crate::export::{Draft, Parts, encode, factor_sections, residual_sections};
+use crate::export::{Draft, Parts, encode, factor_sections, reaction_sections, residual_sections};
 use crate::input::{BasisKind, ChapterEntry, Fields, Precision, Problem};
 use crate::limits::memory_in_words;
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
 use crate::prepared::Prepared;
 use crate::progress::{StageTiming, Stopwatch};
+use crate::reaction::reactions;
 use crate::report::{BuildPlan, BuildReport, CertificateReport};
 use crate::residual::{Reduced, StaticResidual, Way, static_residual};
 use crate::response::{BlockTerms, StageResponse, stage_responses};
@@ -107,6 +108,23 @@ impl Stages<'_> {
         let solve = || static_residual(&reduced, way, nodes, triangles, kept.listener);
         let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
         Ok(Some(found))
+    }
+
+    /// The reactions of the supports as the file keeps them, where they are asked for.
+    pub(super) fn reactions(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Vec<Draft>, BuildError> {
+        let Self { prepared: Prepared { body, symbolic, .. }, order, .. } = *self;
+        if !problem.output.reactions {
+            return Ok(vec![]);
+        }
+        let nodes = &order.nodes[..order.n_load];
+        let find = || reactions(body, symbolic, basis.vectors.as_ref(), nodes);
+        let found = watch.stage("reactions", find).map_err(BuildError::Reactions)?;
+        Ok(reaction_sections(&body.supports, &found))
     }
 
     /// Whether whole fields need the whole static answer: the problem leaves it open, its error is too large
@@ -412,7 +430,7 @@ impl Stages<'_> {
         others.push(Draft::f64s(SectionKind::StructureFigures, [3, FIGURES, 1], figures.numbers()));
         let residual = self.residual.map(|residual| residual_sections(residual, problem.output.precision));
         others.extend(residual.into_iter().flatten());
-        others.extend(self.factor.iter().cloned());
+        others.extend(self.factor.iter().chain(self.reactions).cloned());
         let parts = Parts {
             problem,
             body: &prepared.body,

@@ -7,6 +7,7 @@ mod claims;
 mod factor;
 mod geometry;
 mod matrices;
+mod reactions;
 mod residual;
 mod step;
 mod symmetric;
@@ -86,6 +87,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     step::check(&raw)?;
     residual::check(&raw)?;
     factor::check(&raw)?;
+    reactions::check(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }

@@ -28,7 +28,16 @@ impl Problem {
                 Words("empty"),
                 "at least one of \"x\", \"y\", \"z\"",
             )?;
+            let name = support.name(i);
+            let twice = self.supports[..i].iter().enumerate().any(|(j, other)| other.name(j) == name);
+            self.require(
+                !name.is_empty() && !name.contains(['\n', ',', '"']) && !twice,
+                &format!("support[{i}].name"),
+                format_args!("{name:?}"),
+                "a name of one line without comma and quotation mark that no other support has",
+            )?;
         }
+        self.check_reactions()?;
         self.check_damping()?;
         self.check_loads()?;
         self.check_time_and_basis()?;
@@ -203,6 +212,26 @@ impl Problem {
             )?;
         }
         Ok(())
+    }
+
+    /// Reactions need elements, modes that move apart, and static shapes that no parameter turns.
+    fn check_reactions(&self) -> Result<(), ProblemError> {
+        let found = if self.mesh.matrices.is_some() {
+            "true beside `mesh.matrices`, whose rows are the free dofs alone"
+        } else if self.representation == Representation::Canonical {
+            "true beside `representation = \"canonical\"`"
+        } else if self.basis.kind == Some(BasisKind::Pod) {
+            "true beside `basis.kind = \"pod\"`, whose vectors do not move apart"
+        } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
+            "true beside a live parameter of a region, which changes how supports share a load"
+        } else if self.supports.is_empty() {
+            "true without any `[[support]]`"
+        } else {
+            return Ok(());
+        };
+        let expected = "false, or a body of elements on supports, with the basis \"modes\" or \"ritz\" and live \
+                        parameters of the whole body alone";
+        self.require(!self.output.reactions, "output.reactions", Words(found), expected)
     }
 
     /// The factor of the stiffness goes with the static residual and with fields of the whole body.
