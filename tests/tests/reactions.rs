@@ -1,0 +1,357 @@
+//! Reactions of supports against an own full order that keeps the rows of the held dofs, and in equilibrium
+//! with loads and inertia to rounding.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use vademecum_build::export::NodeOrder;
+use vademecum_build::fem::Model;
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::prepared::{Body, read_mesh};
+use vademecum_build::progress::Silent;
+use vademecum_eval::format::{File, SectionKind};
+use vademecum_eval::{Contact, OutputError, SceneOptions, StructureChoice, Surface};
+use vademecum_rewrite::{Keep, check, pack, strip, unpack};
+use vademecum_tests::stage::with_scene;
+
+/// A beam of linear tetrahedra, few enough dofs to keep all modes: clamped at one end, on a roller at the
+/// other, and held sideways on an edge of which the roller holds one component already.
+const ALL_MODES: &str = r#"
+[mesh]
+block = { lengths = [1.0, 0.1, 0.2], divisions = [5, 1, 1], order = "linear" }
+[[material]]
+young = 2e9
+poisson = 0.3
+density = 1200.0
+[[support]]
+name = "clamp"
+on = { group = "x_min" }
+[[support]]
+on = { group = "x_max" }
+components = ["z"]
+[[support]]
+name = "edge"
+on = { all = [{ group = "x_max" }, { group = "y_min" }] }
+components = ["y", "z"]
+[[load.pattern]]
+name = "gravity"
+acceleration = [0.5, 1.0, -9.81]
+[[load.pattern]]
+name = "wind"
+on = { group = "z_max" }
+pressure = 300.0
+[basis]
+modes = 54
+[output]
+precision = "f64"
+reactions = true
+"#;
+
+/// Quadratic tetrahedra under one support, and a basis that leaves most out.
+fn few_modes(modes: usize) -> String {
+    let divisions = "divisions = [4, 1, 1], order = \"quadratic\"";
+    let supported = "[[support]]\non = { group = \"x_min\" }\n[[load.pattern]]\nname = \"gravity\"";
+    let text = ALL_MODES.replace("divisions = [5, 1, 1], order = \"linear\"", divisions);
+    let (first, rest) = text.split_once("[[support]]").expect("supports");
+    let (_, rest) = rest.split_once("[[load.pattern]]\nname = \"gravity\"").expect("a pattern");
+    format!("{first}{supported}{rest}").replace("modes = 54", &format!("modes = {modes}"))
+}
+
+fn problem(text: &str) -> Problem {
+    Problem::parse(text, "p.toml", std::path::PathBuf::new()).expect("a problem")
+}
+
+fn built(text: &str) -> Vec<u8> {
+    build(&problem(text), &BuildOptions::default(), &Silent).expect("a file").either().bytes
+}
+
+/// The full order with the rows of held dofs: columns are free dofs.
+struct Full {
+    body: Body,
+    order: NodeOrder,
+    mass: Mat<f64>,
+    stiffness: Mat<f64>,
+    /// All natural modes, mass-orthonormal, and their eigenvalues.
+    modes: Mat<f64>,
+    eigenvalues: Vec<f64>,
+}
+
+impl Full {
+    fn of(text: &str) -> Self {
+        let problem = problem(text);
+        let mesh = read_mesh(&problem).expect("a mesh");
+        let body = Body::build(&problem, mesh.clone()).expect("a body");
+        let order = NodeOrder::new(&body);
+        let dofs = body.model.dofs();
+        let (all, n) = (dofs.n_dof(), dofs.n_free());
+        // The same body held somewhere else has the rows that the supports of this one take away: at an
+        // element none of whose neighbours is held here.
+        let held = |node: u32| (0..3).any(|c| dofs.free(3 * node as usize + c).is_none());
+        let per = mesh.order.nodes_per_element();
+        let near = |node: u32| {
+            let mut around = mesh.elements.chunks_exact(per).filter(|element| element.contains(&node));
+            around.any(|element| element.iter().any(|&other| held(other)))
+        };
+        let mut elements = mesh.elements.chunks_exact(per);
+        let elsewhere = elements.find(|element| !element.iter().any(|&node| near(node)));
+        let elsewhere = elsewhere.expect("an element far from the supports").to_vec();
+        let constrained: Vec<bool> = (0..all as u32).map(|dof| elsewhere.contains(&(dof / 3))).collect();
+        let other = Model::assemble(mesh.clone(), body.model.materials(), &constrained).expect("held");
+        let rows = |pick: fn(&Model) -> &vademecum_build::fem::SymmetricMatrix| {
+            let mut dense = Mat::<f64>::zeros(all, n);
+            for (model, own) in [(&body.model, true), (&other, false)] {
+                let (matrix, map) = (pick(model), model.dofs());
+                for column in 0..matrix.n() {
+                    let dof = map.dof_of_free()[column] as usize;
+                    let Some(free) = dofs.free(dof) else { continue };
+                    let values = &matrix.values()[matrix.pattern().range(column)];
+                    for (&row, &value) in matrix.pattern().rows_of(column).iter().zip(values) {
+                        let row = map.dof_of_free()[row as usize] as usize;
+                        if own || dofs.free(row).is_none() {
+                            dense[(row, free as usize)] = value;
+                        }
+                    }
+                }
+            }
+            dense
+        };
+        let mass = rows(|model| model.pencil().mass());
+        let stiffness = rows(|model| model.pencil().stiffness());
+        let square = |full: &Mat<f64>| {
+            Mat::from_fn(n, n, |i, j| full[(dofs.dof_of_free()[i] as usize, j)])
+        };
+        let lower = square(&mass).llt(Side::Lower).expect("a mass").L().to_owned();
+        let inverse = lower.partial_piv_lu().solve(Mat::<f64>::identity(n, n));
+        let symmetric = &inverse * square(&stiffness) * inverse.transpose();
+        let found = symmetric.self_adjoint_eigen(Side::Lower).expect("modes");
+        let modes = inverse.transpose() * found.U();
+        let eigenvalues = (0..n).map(|k| found.S()[k]).collect();
+        Self { body, order, mass, stiffness, modes, eigenvalues }
+    }
+
+    /// A contact of the file as a load on all dofs.
+    fn contact(&self, contact: &Contact) -> Vec<f64> {
+        let mut load = vec![0.0; self.body.model.dofs().n_dof()];
+        for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
+            for (c, force) in contact.force.iter().enumerate() {
+                load[3 * self.order.nodes[node as usize] as usize + c] += weight * force;
+            }
+        }
+        load
+    }
+
+    /// A load on all dofs, on the modes.
+    fn on_modes(&self, load: &[f64]) -> Vec<f64> {
+        let free = self.body.model.free_part(load);
+        let n = free.len();
+        (0..n).map(|k| (0..n).map(|i| self.modes[(i, k)] * free[i]).sum()).collect()
+    }
+
+    /// What support `s` exerts when modes have these displacements, velocities and accelerations.
+    fn reaction(&self, s: usize, model: &Scaled, motion: &[[f64; 3]], load: &[f64]) -> [f64; 6] {
+        let n = self.eigenvalues.len();
+        let elastic = |k: usize| {
+            let [z, v, _] = motion[k];
+            let internal = 2.0 * model.ratio / (model.lambda(self.eigenvalues[k])).sqrt();
+            model.stiffness * (z + (model.beta + internal) * v)
+        };
+        let heavy = |k: usize| model.density * (motion[k][2] + model.alpha * motion[k][1]);
+        let field = |of_mode: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            (0..n).map(|i| (0..n).map(|k| self.modes[(i, k)] * of_mode(k)).sum()).collect()
+        };
+        let (strained, moved) = (field(&elastic), field(&heavy));
+        let support = &self.body.supports[s];
+        let mut sum = [0.0; 6];
+        for &dof in &support.dofs {
+            let row = |matrix: &Mat<f64>, x: &[f64]| (0..n).map(|j| matrix[(dof as usize, j)] * x[j]).sum::<f64>();
+            let force = row(&self.stiffness, &strained) + row(&self.mass, &moved) - load[dof as usize];
+            add_at(&mut sum, self.body.model.mesh().nodes[dof as usize / 3], support.point, dof as usize % 3, force);
+        }
+        sum
+    }
+}
+
+/// Adds a force along an axis at `x` to a force and a moment about `point`.
+fn add_at(sum: &mut [f64; 6], x: [f64; 3], point: [f64; 3], axis: usize, force: f64) {
+    let arm: [f64; 3] = std::array::from_fn(|c| x[c] - point[c]);
+    sum[axis] += force;
+    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+    // r × f e_axis: component a has r_b f, component b has −r_a f.
+    sum[3 + a] += arm[b] * force;
+    sum[3 + b] -= arm[a] * force;
+}
+
+/// Live parameters of a march.
+#[derive(Clone, Copy)]
+struct Scaled {
+    stiffness: f64,
+    density: f64,
+    alpha: f64,
+    beta: f64,
+    ratio: f64,
+}
+
+impl Scaled {
+    const AS_BUILT: Self = Self { stiffness: 1.0, density: 1.0, alpha: 0.0, beta: 0.0, ratio: 0.0 };
+
+    fn lambda(&self, eigenvalue: f64) -> f64 {
+        self.stiffness * eigenvalue / self.density
+    }
+
+    fn options(&self) -> SceneOptions {
+        SceneOptions {
+            stiffness: self.stiffness,
+            density: self.density,
+            alpha: Some(self.alpha),
+            beta: Some(self.beta),
+            ..SceneOptions::default()
+        }
+    }
+
+    /// A mode after `t` seconds under a constant load, in closed form.
+    fn after(&self, eigenvalue: f64, force: f64, [z, v, _]: [f64; 3], t: f64) -> [f64; 3] {
+        let (lambda, f) = (self.lambda(eigenvalue), force / self.density);
+        let s = 0.5 * (self.alpha + self.beta * lambda) + self.ratio * lambda.sqrt();
+        let (rest, d) = (f / lambda, lambda - s * s);
+        let w = d.abs().sqrt();
+        // In parts that do not leave the range of a double.
+        let (cosine, sine) = if d > 0.0 {
+            ((-s * t).exp() * (w * t).cos(), (-s * t).exp() * (w * t).sin() / w)
+        } else {
+            let [slow, fast] = [((w - s) * t).exp(), ((-w - s) * t).exp()];
+            (0.5 * (slow + fast), 0.5 * (slow - fast) / w)
+        };
+        let off = z - rest;
+        let moved = rest + off * cosine + (v + s * off) * sine;
+        let speed = v * cosine - (lambda * off + s * v) * sine;
+        [moved, speed, f - 2.0 * s * speed - lambda * moved]
+    }
+}
+
+/// A push and what comes after it: reactions of all supports after each step, by the evaluator and at full
+/// order.
+fn marched(
+    text: &str,
+    bytes: &[u8],
+    model: Scaled,
+    options: &SceneOptions,
+    (point, force): ([f64; 3], [f64; 3]),
+    steps: [usize; 2],
+) -> Vec<[Vec<[f64; 6]>; 2]> {
+    let full = Full::of(text);
+    let file = File::parse(bytes).expect("a file");
+    let place = Surface::new(&file).expect("a surface").locate(point).expect("a triangle");
+    let contact = Contact { nodes: place.nodes, weights: place.weights, force };
+    let mut load = full.contact(&contact);
+    // Both patterns act, too, the second pulling.
+    let n_patterns = full.body.patterns.len();
+    for (p, amplitude) in [(0, 1.0), (1, -0.5)] {
+        let dofs = full.body.model.dofs();
+        for (free, f) in full.body.patterns[p].1.iter().enumerate() {
+            load[dofs.dof_of_free()[free] as usize] += amplitude * f;
+        }
+        full.body.held_loads[p].iter().for_each(|&(dof, f)| load[dof as usize] += amplitude * f);
+    }
+    assert_eq!(n_patterns, 2);
+    let of_modes = full.on_modes(&load);
+    let nothing = vec![0.0; load.len()];
+    with_scene::<f64, _>(bytes, options, |scene, state, loads| {
+        loads.add_contact(scene, &contact).expect("a contact");
+        loads.add_pattern(scene, 0, 1.0).expect("a pattern");
+        loads.add_pattern(scene, 1, -0.5).expect("a pattern");
+        let dt = scene.parameters().time_step;
+        let count = full.body.supports.len();
+        assert_eq!(scene.n_supports(), count);
+        let mut found = vec![];
+        let mut released = vec![];
+        for step in 1..=steps[0] + steps[1] {
+            let pushed = step <= steps[0];
+            if step == steps[0] + 1 {
+                loads.clear();
+            }
+            scene.step(state, loads).expect("a step");
+            let start = steps[0].min(step) as f64 * dt;
+            let mut motion: Vec<[f64; 3]> = full
+                .eigenvalues
+                .iter()
+                .zip(&of_modes)
+                .map(|(&lambda, &f)| model.after(lambda, f, [0.0; 3], start))
+                .collect();
+            if pushed {
+                released.clone_from(&motion);
+            } else {
+                let t = (step - steps[0]) as f64 * dt;
+                let from = full.eigenvalues.iter().zip(&released);
+                motion = from.map(|(&lambda, &from)| model.after(lambda, 0.0, from, t)).collect();
+            }
+            let acting = if pushed { &load } else { &nothing };
+            let evaluated = (0..count).map(|s| scene.reaction(state, s).expect("a reaction").total());
+            let exact = (0..count).map(|s| full.reaction(s, &model, &motion, acting));
+            found.push([evaluated.collect(), exact.collect()]);
+        }
+        found
+    })
+}
+
+/// Largest difference of two histories over the largest value of the same kind (force or moment).
+fn apart(found: &[[Vec<[f64; 6]>; 2]]) -> f64 {
+    let mut worst: f64 = 0.0;
+    for kind in [0..3, 3..6] {
+        let (mut most, mut size) = (0.0f64, 0.0f64);
+        for [evaluated, exact] in found {
+            for (a, b) in evaluated.iter().zip(exact) {
+                for c in kind.clone() {
+                    most = most.max((a[c] - b[c]).abs());
+                    size = size.max(b[c].abs());
+                }
+            }
+        }
+        assert!(size > 0.0);
+        worst = worst.max(most / size);
+    }
+    worst
+}
+
+/// Root of the mean square of the difference over that of the full order, forces and moments apart.
+fn rms(found: &[[Vec<[f64; 6]>; 2]]) -> f64 {
+    let sum = |kind: std::ops::Range<usize>| {
+        let (mut off, mut whole) = (0.0, 0.0);
+        for (a, b) in found.iter().flat_map(|[a, b]| a.iter().zip(b)) {
+            off += kind.clone().map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
+            whole += kind.clone().map(|c| b[c].powi(2)).sum::<f64>();
+        }
+        f64::sqrt(off / whole)
+    };
+    sum(0..3).max(sum(3..6))
+}
+
+const PUSH: ([f64; 3], [f64; 3]) = ([0.63, 0.05, 0.2], [3.0, -20.0, -70.0]);
+
+#[test]
+fn with_all_modes_reactions_are_those_of_the_full_order() {
+    let alive = Scaled { stiffness: 1.7, density: 0.6, alpha: 12.0, beta: 3e-5, ratio: 0.0 };
+    let damped = ALL_MODES.replace("[basis]", "[damping]\nratio = 0.03\n[basis]");
+    let ratio = Scaled { ratio: 0.03, ..Scaled::AS_BUILT };
+    for (text, model) in [(ALL_MODES, Scaled::AS_BUILT), (ALL_MODES, alive), (&damped, ratio)] {
+        let bytes = built(text);
+        check(&bytes).expect("sound");
+        assert_eq!(File::parse(&bytes).expect("a file").metadata().n_modes, 54);
+        let found = marched(text, &bytes, model, &model.options(), PUSH, [40, 40]);
+        let off = apart(&found);
+        println!("all modes: {off:.1e}");
+        assert!(off < 1e-9, "{off:e}");
+        // A scene without the static residual gives them, too.
+        let bare = SceneOptions { residual: false, ..model.options() };
+        let off = apart(&marched(text, &bytes, model, &bare, PUSH, [5, 5]));
+        assert!(off < 1e-9, "{off:e}");
+    }
+}
+
+#[test]
+fn a_contact_on_the_support_goes_into_it() {
+    let bytes = built(ALL_MODES);
+    // On the edge of the clamp, so that held nodes carry a part.
+    let push = ([0.001, 0.05, 0.2], [3.0, -20.0, -70.0]);
+    let found = marched(ALL_MODES, &bytes, Scaled::AS_BUILT, &SceneOptions::default(), push, [10, 0]);
+    assert!(apart(&found) < 1e-9, "{:e}", apart(&found));
+}
