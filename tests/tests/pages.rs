@@ -103,6 +103,9 @@ fn bad_problems() -> Vec<(usize, String)> {
         format!("{mesh}\n{rest}\n")
     };
     let text = |text: &str| text.to_string();
+    let reactions = |before: &str, after: &str| {
+        format!("{before}\n[output]\nreactions = true\n[[support]]\non = {{ group = \"a\" }}\n{after}")
+    };
     vec![
         (3, text("[mesh]\nscale = 1.0")),
         (3, matrices("").replace("[mesh]", "[mesh]\nfile = \"a.msh\"")),
@@ -128,6 +131,19 @@ fn bad_problems() -> Vec<(usize, String)> {
         (68, text("[output]\nstatic_fields = true\nresidual = false")),
         (68, text("[output]\nstatic_fields = true\nfields = \"surface\"")),
         (68, text("[output]\nstatic_fields = true\n[time]\nstep = 1.0\nscheme = { name = \"bathe\" }")),
+        (69, text("[[support]]\nname = \"a,b\"\non = { group = \"a\" }")),
+        (69, format!("[[support]]\nname = \"{}\"\non = {{ group = \"a\" }}", "a".repeat(1001))),
+        (70, text("[output]\nreactions = true")),
+        (70, matrices("[output]\nreactions = true")),
+        (70, reactions("representation = \"canonical\"", "")),
+        (70, reactions("", "[basis]\nkind = \"pod\"")),
+        (
+            70,
+            reactions(
+                "",
+                "[[parameter]]\nname = \"a\"\nkind = \"density\"\nregion = \"b\"\nrange = [0.5, 2.0]",
+            ),
+        ),
         (18, pattern("name = \"a\"")),
         (18, pattern("name = \"a\"\nacceleration = [0, 0, 1]\npressure = 1.0")),
         (19, pattern("name = \"a\"\npressure = 1.0")),

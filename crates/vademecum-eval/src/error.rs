@@ -364,7 +364,7 @@ impl fmt::Display for OutputError {
             Self::ForcesForgotten => write!(
                 out,
                 "the scene does not remember the forces of its last step, which reactions are made of: bind it \
-                 to the exact or the diagonal structure, with `SceneOptions::contacts` above 0"
+                 with `SceneOptions::contacts` above 0"
             ),
         }
     }

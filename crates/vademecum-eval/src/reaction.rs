@@ -1,14 +1,11 @@
 //! Reactions: the force and the moment that each support exerts on the body, where the file keeps them.
 //!
-//! `r = r_static + s_ρ Lᵀ ζ̈ + s_ρ α Lᵀ ζ̇`, with the acceleration that the equation of motion demands under
-//! the forces of the last step. So every structure that moves modes apart gives the same reactions, also the
-//! exact one, whose states know no acceleration.
+//! `r = r_static + s_ρ Lᵀ ζ̈ + s_ρ α Lᵀ ζ̇`, under the forces of the last step, which a state remembers.
 
 use crate::equation::Stiffness;
 use crate::error::OutputError;
 use crate::options::Structure;
 use crate::residual::Statics;
-use crate::rows::{Field, factors};
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
@@ -79,12 +76,11 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`OutputError::OutOfRange`]; [`OutputError::Missing`]: a file without reactions;
-    /// [`OutputError::ForcesForgotten`]: a scene of the block structure, or one without room for contacts.
+    /// [`OutputError::ForcesForgotten`]: a scene without room for contacts.
     pub fn reaction(&self, state: &State<'_, T>, index: usize) -> Result<Reaction, OutputError> {
         self.check(state)?;
         self.check_support(index)?;
-        let remembers = self.shape.statics[0] > 0 || self.sections.supports.n_load_nodes == 0;
-        if self.shape.structure() == Structure::Block || !remembers {
+        if self.shape.statics[0] == 0 && self.sections.supports.n_load_nodes > 0 {
             return Err(OutputError::ForcesForgotten);
         }
         let mut reaction = Reaction::default();
@@ -92,10 +88,9 @@ impl<T: Scalar> Scene<'_, T> {
         let kind = SectionKind::ReactionBasis;
         let basis = self.sections.supports.basis.ok_or(OutputError::Missing { kind })?;
         let r = self.shape.r;
-        let (velocity, per_second) = factors(&state.y, Field::Velocity);
-        for (mode, velocity) in velocity.iter().enumerate() {
+        for (mode, velocity) in state.y.part(1).iter().enumerate() {
             let acceleration = self.acceleration(state, mode)?;
-            let drag = self.parameters.alpha * velocity.to_f64() * per_second;
+            let drag = self.parameters.alpha * velocity.to_f64() / state.y.time_step;
             for component in 0..6 {
                 let share = basis.get((6 * index + component) * r + mode);
                 let share = share.map_or(0.0, |&share| self.parameters.density * f64::from_le_bytes(share));
@@ -110,24 +105,24 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(reaction)
     }
 
-    /// The acceleration of a mode that the equation of motion demands under the forces of the last step.
+    /// The acceleration of a mode: that of the state, or, where exact steps have none, the one that the
+    /// equation of motion demands under the forces of the last step.
     fn acceleration(&self, state: &State<'_, T>, mode: usize) -> Result<f64, OutputError> {
-        let Stiffness::Diagonal(lambdas) = self.sections.matrices.stiffness else {
-            return Err(OutputError::ForcesForgotten);
+        let dt = state.y.time_step;
+        let at = |part: usize| state.y.part(part).get(mode).map_or(0.0, |x| x.to_f64());
+        let (Structure::Exact, Stiffness::Diagonal(lambdas)) =
+            (self.shape.structure(), self.sections.matrices.stiffness)
+        else {
+            return Ok(at(2) / (dt * dt));
         };
-        let lambda = lambdas.get(mode).map_or(0.0, |&lambda| f64::from_le_bytes(lambda));
-        let lambda = lambda * self.parameters.stiffness / self.parameters.density;
-        let ratio = match self.shape.structure() {
-            Structure::Exact => self.sections.damping_ratios.and_then(|ratios| ratios.get(mode)),
-            Structure::Diagonal | Structure::Block => None,
-        };
-        let ratio = ratio.map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
         let parameters = &self.parameters;
+        let lambda = lambdas.get(mode).map_or(0.0, |&lambda| f64::from_le_bytes(lambda));
+        let lambda = lambda * parameters.stiffness / parameters.density;
+        let ratio = self.sections.damping_ratios.and_then(|ratios| ratios.get(mode));
+        let ratio = ratio.map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
         let decay = parameters.alpha + parameters.beta * lambda + 2.0 * ratio * libm::sqrt(lambda);
-        let at = |(x, scale): (&[T], f64)| x.get(mode).map_or(0.0, |x| x.to_f64() * scale);
-        let [moved, speed] = [Field::Displacement, Field::Velocity].map(|field| at(factors(&state.y, field)));
         let force = self.modal_force(&state.statics, mode)?;
-        Ok(force / parameters.density - decay * speed - lambda * moved)
+        Ok(force / parameters.density - decay * at(1) / dt - lambda * at(0))
     }
 
     /// `BᵀF` of the forces of the last step, in one mode.

@@ -86,7 +86,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
     ) -> Result<Self, BindError> {
         let shape = shape::<T>(file, options)?;
         let mut sections = sections(file, shape.structure())?;
-        if !options.residual {
+        if !options.residual || shape.structure() == Structure::Block {
             // Forces are remembered for reactions, too.
             (sections.residual, sections.factor) = Default::default();
         }

@@ -21,6 +21,7 @@ pub struct Run<'a> {
     track: Track,
     probes: Vec<PlacedProbe>,
     names: Vec<String>,
+    supports: Vec<String>,
     /// Step \[s\].
     pub time_step: f64,
     /// Number of steps.
@@ -44,6 +45,8 @@ pub struct Probed<'a> {
     pub energy: f64,
     /// Displacement of each probe \[m\].
     pub values: &'a [f64],
+    /// Force and moment that each support exerts on the body \[N, N m\].
+    pub reactions: &'a [[f64; 6]],
 }
 
 /// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`].
@@ -89,12 +92,18 @@ impl<'a> Run<'a> {
                 plan.fields_every
             ));
         }
-        Ok(Self { file, options, plan, track, probes, names, time_step, steps })
+        let supports = lines(file, SectionKind::SupportNames)?;
+        Ok(Self { file, options, plan, track, probes, names, supports, time_step, steps })
     }
 
     /// Names of the probes: those of the file, then those of the scenario.
     pub fn probes(&self) -> &[String] {
         &self.names
+    }
+
+    /// Names of the supports whose reactions the file gives.
+    pub fn supports(&self) -> &[String] {
+        &self.supports
     }
 
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.
@@ -161,6 +170,7 @@ fn built_probes(file: &File<'_>) -> Result<Vec<String>, FileError> {
 /// Memory for what is shown of an instant.
 struct Shown {
     probes: Vec<f64>,
+    reactions: Vec<[f64; 6]>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
 }
@@ -170,6 +180,7 @@ impl Shown {
         let n_fields = if run.plan.fields_every > 0 { 3 * run.n_field_nodes() } else { 0 };
         Self {
             probes: vec![0.0; run.names.len()],
+            reactions: vec![[0.0; 6]; run.supports.len()],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
         }
@@ -192,6 +203,13 @@ impl Shown {
                     Some(added) => run.probes[added].value(body)?,
                 };
             }
+            for (support, reaction) in self.reactions.iter_mut().enumerate() {
+                *reaction = body.reaction(support)?;
+                let what = || format!("the reaction of support `{}`", run.supports[support]);
+                for &part in &*reaction {
+                    check(step, run.time_step, body.zeta(), part, what)?;
+                }
+            }
         }
         if let Some(energy) = energy {
             finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
@@ -211,10 +229,10 @@ impl Shown {
                 }
             }
         }
-        let Self { probes, displacement, velocity, .. } = self;
+        let Self { probes, reactions, displacement, velocity } = self;
         Ok(Moment {
             time: step as f64 * run.time_step,
-            probes: energy.map(|energy| Probed { energy, values: probes }),
+            probes: energy.map(|energy| Probed { energy, values: probes, reactions }),
             fields: with_fields.then_some(Fields { displacement, velocity }),
         })
     }

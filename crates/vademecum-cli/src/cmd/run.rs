@@ -94,7 +94,7 @@ impl Run {
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;
         outputs.make_folder(&self.output)?;
-        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), run.probes())?;
+        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &run)?;
         let mut fields =
             geometry.map(|geometry| FieldSeries::begin(&outputs, &self.output, geometry)).transpose()?;
         let played = run.play(console, |moment: &Moment<'_>| {
@@ -115,6 +115,7 @@ impl Run {
                 steps: run.steps,
                 time_step: run.time_step,
                 probes: run.probes(),
+                supports: run.supports(),
                 rows: probes.rows.lines(),
                 probes_file: probes.path.display().to_string(),
                 fields: fields.as_ref().map_or(0, |series| series.collection.lines()),
@@ -133,6 +134,8 @@ struct Played<'a> {
     steps: usize,
     time_step: f64,
     probes: &'a [String],
+    /// Supports whose reactions are columns of the table.
+    supports: &'a [String],
     rows: usize,
     probes_file: String,
     fields: usize,
@@ -152,9 +155,13 @@ struct ProbeTable {
 }
 
 impl ProbeTable {
-    fn begin(outputs: &Outputs, path: PathBuf, names: &[String]) -> Result<Self, Failure> {
+    fn begin(outputs: &Outputs, path: PathBuf, run: &run::Run<'_>) -> Result<Self, Failure> {
         let mut head = String::from("time_s,energy_J");
-        names.iter().for_each(|name| head.push_str(&format!(",{name}")));
+        run.probes().iter().for_each(|name| head.push_str(&format!(",{name}")));
+        for support in run.supports() {
+            let parts = ["fx", "fy", "fz", "mx", "my", "mz"];
+            parts.iter().for_each(|part| head.push_str(&format!(",reaction.{support}.{part}")));
+        }
         head.push('\n');
         let rows = outputs.grow(&path, Kind::Csv, &head, "")?;
         Ok(Self { path, rows, line: String::new() })
@@ -184,7 +191,8 @@ impl ProbeTable {
 
 fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
-    probed.values.iter().try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    let reactions = probed.reactions.as_flattened();
+    probed.values.iter().chain(reactions).try_for_each(|value| write!(line, ",{value:.9e}"))?;
     line.write_char('\n')
 }
 

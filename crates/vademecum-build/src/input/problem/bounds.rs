@@ -43,6 +43,9 @@ impl Problem {
         };
         short("title", &self.title)?;
         short("units", &self.units)?;
+        for (i, support) in self.supports.iter().enumerate() {
+            short(&format!("support[{i}].name"), support.name.as_deref().unwrap_or(""))?;
+        }
         for (i, parameter) in self.parameters.iter().enumerate() {
             short(&format!("parameter[{i}].name"), &parameter.name)?;
         }
