@@ -80,7 +80,8 @@ impl<'a> Run<'a> {
         let (probes, looks) = probes::place(file, &plan.probes, &names)?;
         names.extend(plan.probes.iter().map(|probe| probe.name.clone()));
         looks.iter().for_each(|note| listener.note(note));
-        if names.is_empty() {
+        let supports = lines(file, SectionKind::SupportNames)?;
+        if names.is_empty() && supports.is_empty() {
             listener.note(
                 "neither the file nor the scenario has a probe, so the table has time and energy only; add \
                  `[[output.probe]]` to the scenario",
@@ -92,7 +93,6 @@ impl<'a> Run<'a> {
                 plan.fields_every
             ));
         }
-        let supports = lines(file, SectionKind::SupportNames)?;
         Ok(Self { file, options, plan, track, probes, names, supports, time_step, steps })
     }
 
