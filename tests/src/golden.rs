@@ -7,8 +7,8 @@ use crate::regions::TwoRegions;
 use crate::synthetic::{Body, Layout, bathe, newmark, rewritten};
 use vademecum_format::scheme::{SchemeTable, StepParameters};
 use vademecum_format::{
-    Axis, Codec, Element, File, Parameter, ParameterRole, Section, SectionInput, SectionKind, encode_into,
-    encoded_len,
+    Axis, BASE_PATTERNS, Codec, Element, File, Parameter, ParameterRole, Section, SectionInput, SectionKind,
+    encode_into, encoded_len,
 };
 use vademecum_rewrite::{Keep, strip};
 
@@ -132,6 +132,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("quadratic.vdm", quadratic()),
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
         ("reactions.vdm", reactions(&exact)),
+        ("base.vdm", base(&exact)),
         ("exact-f64.vdm", exact),
     ]
 }
@@ -261,6 +262,54 @@ fn reactions(bytes: &[u8]) -> Vec<u8> {
         })
         .collect();
     rewritten(bytes, |_| (), |_| (), &added)
+}
+
+/// The file on a base that moves: twelve patterns more.
+fn base(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    let file = File::parse(bytes).expect("a file");
+    let metadata = file.metadata();
+    let [r, nodes, probes] = [metadata.n_modes, metadata.n_load_nodes, metadata.n_probes].map(|n| n as usize);
+    let patterns = metadata.n_patterns as usize + BASE_PATTERNS.len();
+    let little = |values: Vec<f64>| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    // What the file has, and numbers of that size behind it.
+    let longer = |kind, length: usize, size: f64| -> Vec<u8> {
+        let known = file.section(kind).expect("present").numbers().expect("raw");
+        let more = (known.len()..length).map(|i| size * ((i % 17) as f64 / 8.0 - 0.875));
+        little(known.iter().chain(more).collect())
+    };
+    let unit = 1.0 / 8192.0;
+    let basis = longer(S::PatternBasis, patterns * r, 1.0);
+    let residual = longer(S::PatternResidual, patterns * nodes * 3, unit);
+    let at_probes = longer(S::PatternProbeResidual, patterns * probes, unit);
+    let names: Vec<&str> = file.pattern_names().chain(BASE_PATTERNS).collect();
+    let names = names.join("\n").into_bytes();
+    let point = little(vec![0.0, 0.5, -0.25]);
+    let frame = SectionInput {
+        kind: S::BaseFrame,
+        element: Element::F64,
+        codec: Codec::Raw,
+        required: false,
+        shape: [3, 1, 1],
+        decoded_length: 24,
+        stored: &point,
+    };
+    rewritten(
+        bytes,
+        |metadata| metadata.n_patterns = patterns as u32,
+        |section| {
+            let (stored, first) = match section.kind {
+                S::PatternBasis => (&basis, patterns),
+                S::PatternResidual => (&residual, patterns),
+                S::PatternProbeResidual => (&at_probes, patterns),
+                S::PatternNames => (&names, names.len()),
+                _ => return,
+            };
+            section.shape[0] = first as u64;
+            (section.stored, section.decoded_length) = (stored, stored.len() as u64);
+        },
+        &[frame],
+    )
 }
 
 /// Pairs of nodes that share a loadable triangle, the first below the second, ascending.

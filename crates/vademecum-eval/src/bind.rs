@@ -36,6 +36,8 @@ pub(crate) struct Sections<'m> {
     pub residual: Residual<'m>,
     /// The reactions of the supports.
     pub supports: Supports<'m>,
+    /// Where a base that moves turns.
+    pub base: Option<&'m [[u8; 8]]>,
     /// The factor of the stiffness.
     pub factor: Factor<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
@@ -106,6 +108,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         pattern_block: optional(S::PatternBlock),
         residual: Residual::of(file),
         supports: Supports::of(file),
+        base: file.section(S::BaseFrame).and_then(|section| section.f64s().ok()),
         factor: Factor::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,

@@ -139,6 +139,7 @@ mod motion;
 mod rebind;
 
 mod axes;
+mod base;
 mod batch;
 mod bind;
 #[cfg(feature = "chapter")]
@@ -195,3 +196,4 @@ pub use static_field::StaticField;
 pub use surface::{Surface, SurfacePoint};
 pub use tree::{SurfaceTree, TreeSizes};
 pub use vademecum_format as format;
+pub use vademecum_format::BaseMotion;

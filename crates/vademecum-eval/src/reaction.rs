@@ -61,15 +61,16 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// use vademecum_eval::{Simulation, format::File};
-    /// # let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/reactions.vdm"));
-    /// let file = File::parse(bytes)?;
-    /// let mut body = Simulation::<f64>::new(&file)?;
+    /// use vademecum_eval::Simulation;
+    /// # let bytes: &'static [u8] =
+    /// #     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/reactions.vdm"));
+    /// let mut body = Simulation::<f64>::new(bytes.into())?;
     /// body.push_pattern(0, 1.0)?;
-    /// body.step()?;
+    /// body.step(1)?;
     /// let reaction = body.reaction(0)?;
     /// assert!(reaction.at_rest.iter().any(|&part| part != 0.0));
-    /// assert_eq!(reaction.total()[2], reaction.at_rest[2] + (reaction.inertia[2] + reaction.damping[2]));
+    /// let whole = reaction.at_rest[2] + (reaction.inertia[2] + reaction.damping[2]);
+    /// assert_eq!(reaction.total()[2], whole);
     /// # Ok(())
     /// # }
     /// ```

@@ -202,6 +202,9 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
         drafts.push(Draft::f64s(SectionKind::PatternBasis, [body.patterns.len(), r, 1], rows));
         drafts.push(Draft::names(SectionKind::PatternNames, body.patterns.iter().map(|p| p.0.as_str())));
     }
+    if let Some(point) = body.base {
+        drafts.push(Draft::f64s(SectionKind::BaseFrame, [3, 1, 1], point));
+    }
     if !body.probes.is_empty() {
         let row = |probe: &crate::prepared::Probe| -> Vec<f64> {
             let rows: Vec<f64> =

@@ -124,6 +124,30 @@ impl Model {
         load
     }
 
+    /// `M a` over all dofs, for accelerations `a` of all nodes that are linear in their place.
+    pub fn inertia_load(&self, field: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
+        let mesh = self.mesh();
+        let kernel = ElementKernel::new(mesh.order);
+        let n = kernel.n_nodes();
+        let mut mass = vec![0.0; n * n];
+        let mut load = vec![0.0; self.dofs().n_dof()];
+        for (e, element) in mesh.elements.chunks_exact(n).enumerate() {
+            let density = self.materials()[mesh.element_region[e] as usize].density;
+            let nodes = element_nodes(mesh, e as u32);
+            kernel
+                .mass_into(&nodes[..n], density, &mut mass)
+                .expect("the assembled mesh has no folded element");
+            for (a, &node) in element.iter().enumerate() {
+                let mut force = [0.0; 3];
+                for (weight, &at) in mass[a * n..][..n].iter().zip(&nodes) {
+                    force.iter_mut().zip(field(at)).for_each(|(sum, a)| *sum += weight * a);
+                }
+                add_at_node(node, force, &mut load);
+            }
+        }
+        load
+    }
+
     /// `M a`.
     fn translation_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
         let of_dof = |&dof: &u32| acceleration[dof as usize % 3];

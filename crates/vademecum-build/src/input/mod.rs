@@ -4,8 +4,9 @@ mod problem;
 pub mod toml_file;
 
 pub use problem::{
-    BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, InnerProduct,
-    LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry, OutputEntry, ParameterEntry,
-    ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem, ProblemError, Projection,
-    RegionEntry, Repair, Representation, SnapshotPlan, SupportEntry, TablesSource, TimeEntry, Tolerances,
+    BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields,
+    InnerProduct, LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry, OutputEntry,
+    ParameterEntry, ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem,
+    ProblemError, Projection, RegionEntry, Repair, Representation, SnapshotPlan, SupportEntry, TablesSource,
+    TimeEntry, Tolerances,
 };

@@ -3,6 +3,8 @@
 //!
 //! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
 
+use vademecum_format::{BASE_PATTERNS, base_field};
+
 use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
 use crate::input::{PatternEntry, Problem};
@@ -174,6 +176,8 @@ pub struct Body {
     pub held_loads: Vec<Vec<(u32, f64)>>,
     /// Supports; none beside matrices.
     pub supports: Vec<Support>,
+    /// Where a base that moves turns; its twelve motions are the last patterns.
+    pub base: Option<[f64; 3]>,
     /// Probes.
     pub probes: Vec<Probe>,
     /// Binds a file to its mesh.
@@ -205,9 +209,25 @@ impl Body {
             patterns.push((entry.name.clone(), model.free_part(&force)));
             held_loads.push(held_part(&model, &force));
         }
-        let load_nodes = nodes_of(&loadable);
-        let surface = surface.triangles;
-        Ok(Self { model, surface, loadable, load_nodes, patterns, held_loads, supports, probes, mesh_hash })
+        let base = problem.base.moves.then_some(problem.base.point);
+        for (motion, name) in BASE_PATTERNS.iter().enumerate().filter(|_| base.is_some()) {
+            let from = |x: [f64; 3]| std::array::from_fn(|c| x[c] - problem.base.point[c]);
+            let force = model.inertia_load(|x| base_field(motion, from(x)).map(|a| -a));
+            patterns.push(((*name).into(), model.free_part(&force)));
+            held_loads.push(held_part(&model, &force));
+        }
+        Ok(Self {
+            load_nodes: nodes_of(&loadable),
+            model,
+            surface: surface.triangles,
+            loadable,
+            patterns,
+            held_loads,
+            supports,
+            base,
+            probes,
+            mesh_hash,
+        })
     }
 
     /// Builds the body of a problem whose matrices another program has assembled.
@@ -244,8 +264,19 @@ impl Body {
             (entry.name.clone(), model.free_part(&model.body_load(acceleration)))
         };
         let patterns = problem.load.patterns.iter().map(force).collect();
-        let (held_loads, supports) = (vec![], vec![]);
-        Ok(Self { model, surface, loadable, load_nodes, patterns, held_loads, supports, probes, mesh_hash })
+        let (held_loads, supports, base) = (vec![], vec![], None);
+        Ok(Self {
+            model,
+            surface,
+            loadable,
+            load_nodes,
+            patterns,
+            held_loads,
+            supports,
+            base,
+            probes,
+            mesh_hash,
+        })
     }
 }
 

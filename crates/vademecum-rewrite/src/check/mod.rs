@@ -14,7 +14,7 @@ mod symmetric;
 
 use std::collections::HashSet;
 
-use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Section, SectionKind};
+use vademecum_format::{AxisKind, BASE_PATTERNS, Codec, Element, File, Metadata, Section, SectionKind};
 
 use super::codec::default_limit;
 use super::error::{Fault, RewriteError};
@@ -88,6 +88,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     residual::check(&raw)?;
     factor::check(&raw)?;
     reactions::check(&raw)?;
+    check_base_names(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }
@@ -128,10 +129,31 @@ fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), R
     match section.kind() {
         kind @ SectionKind::PatternNames => check_names(kind, raw, metadata.n_patterns),
         kind @ SectionKind::ProbeNames => check_names(kind, raw, metadata.n_probes),
+        SectionKind::BaseFrame => check_base(metadata),
         kind @ SectionKind::Repairs => lines(kind, raw).map(|_| ()),
         SectionKind::AxisPoints => check_points(&reals(section.element(), raw)?, metadata),
         _ => Ok(()),
     }
+}
+
+/// The motions of a base are patterns; their names are checked with those of the others.
+fn check_base(metadata: &Metadata<'_>) -> Result<(), RewriteError> {
+    let (kind, found) = (SectionKind::BaseFrame, metadata.n_patterns);
+    if found as usize >= BASE_PATTERNS.len() {
+        return Ok(());
+    }
+    let reason = format!("the file has {found} patterns; the motions of a base are twelve");
+    Err(unsound(kind, Fault::Disagrees, reason))
+}
+
+/// The last patterns of a file whose base moves are its motions.
+fn check_base_names(file: &File<'_>) -> Result<(), RewriteError> {
+    let names: Vec<&str> = file.pattern_names().collect();
+    if file.section(SectionKind::BaseFrame).is_none() || names.ends_with(&BASE_PATTERNS) {
+        return Ok(());
+    }
+    let reason = "the last twelve are not the motions of the base, `base.ax` to `base.wzwx`".to_string();
+    Err(RewriteError::Names { kind: SectionKind::PatternNames, reason })
 }
 
 /// One name a line, as many as are counted, none empty, none twice.

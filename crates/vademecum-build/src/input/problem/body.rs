@@ -166,6 +166,17 @@ pub struct SupportEntry {
     pub components: Vec<Component>,
 }
 
+/// Whether the supports stand on a base that moves.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BaseEntry {
+    /// Whether it moves.
+    pub moves: bool,
+    /// The point about which it turns, and whose acceleration is given.
+    #[serde(default)]
+    pub point: [f64; 3],
+}
+
 impl SupportEntry {
     /// Its name where it is the support `index` of the problem.
     pub fn name(&self, index: usize) -> String {

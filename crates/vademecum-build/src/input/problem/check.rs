@@ -38,6 +38,7 @@ impl Problem {
             )?;
         }
         self.check_reactions()?;
+        self.check_base()?;
         self.check_damping()?;
         self.check_loads()?;
         self.check_time_and_basis()?;
@@ -209,6 +210,38 @@ impl Problem {
                 &format!("{key}.direction"),
                 probe.direction,
                 "a vector of some length",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// A base that moves needs elements and supports, patterns, and the mass as built.
+    fn check_base(&self) -> Result<(), ProblemError> {
+        let base = &self.base;
+        let finite = base.point.iter().all(|x| x.is_finite());
+        self.require(finite, "base.point", base.point, "finite numbers")?;
+        if !base.moves {
+            return Ok(());
+        }
+        let found = if self.mesh.matrices.is_some() {
+            "true beside `mesh.matrices`, which do not know the mass of held displacements"
+        } else if self.representation == Representation::Canonical {
+            "true beside `representation = \"canonical\"`, which takes no load patterns"
+        } else if self.parameters.iter().any(|p| p.kind == ParameterKind::Density) {
+            "true beside a live density, which the inertia of a moving body follows and a load pattern does not"
+        } else if self.supports.is_empty() {
+            "true without any `[[support]]`"
+        } else {
+            ""
+        };
+        let expected = "false, or a body of elements on supports whose density is fixed";
+        self.require(found.is_empty(), "base.moves", Words(found), expected)?;
+        for (i, pattern) in self.load.patterns.iter().enumerate() {
+            self.require(
+                !pattern.name.starts_with("base."),
+                &format!("load.pattern[{i}].name"),
+                &pattern.name,
+                "a name that does not begin with `base.`: those are the motions of the base",
             )?;
         }
         Ok(())
