@@ -286,11 +286,10 @@ impl BaseEntry {
         for (motion, name) in BASE_PATTERNS.iter().enumerate() {
             let values: Vec<f64> = amplitudes.iter().map(|row| row[motion]).collect();
             let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            if !(largest <= LARGEST) {
-                return Err(largest);
-            }
-            if largest == 0.0 {
-                continue;
+            match largest {
+                0.0 => continue,
+                x if x <= LARGEST => {}
+                x => return Err(x),
             }
             let rows = times.iter().zip(&values).map(|(&t, &x)| vec![t, x]).collect();
             found.push(PatternUse {
@@ -547,7 +546,11 @@ impl Scenario {
         if probes.len() > MOST_PROBES {
             return fault("output.probe", format!("a list of {}", probes.len()), "at most 10 000 of them");
         }
-        if let Some(base) = self.base.as_ref().filter(|base| !(base.amplitude.abs() <= LARGEST)) {
+        if let Some(base) = self
+            .base
+            .as_ref()
+            .filter(|base| base.amplitude.abs().min(f64::MAX) > LARGEST || base.amplitude.is_nan())
+        {
             return fault(
                 "base.amplitude",
                 base.amplitude.to_string(),

@@ -7,14 +7,13 @@ mod claims;
 mod factor;
 mod geometry;
 mod matrices;
+mod names;
 mod reactions;
 mod residual;
 mod step;
 mod symmetric;
 
-use std::collections::HashSet;
-
-use vademecum_format::{AxisKind, BASE_PATTERNS, Codec, Element, File, Metadata, Section, SectionKind};
+use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Section, SectionKind};
 
 use super::codec::default_limit;
 use super::error::{Fault, RewriteError};
@@ -22,7 +21,10 @@ use super::numbers::{reals, unsound};
 use super::unpack::unpack_wanted;
 use super::whole::unknown_sections;
 
+use names::check_names;
+
 pub use geometry::check_coordinates;
+pub use names::lines;
 
 /// What a check has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -88,7 +90,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     residual::check(&raw)?;
     factor::check(&raw)?;
     reactions::check(&raw)?;
-    check_base_names(&raw)?;
+    names::check_base(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }
@@ -129,56 +131,10 @@ fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), R
     match section.kind() {
         kind @ SectionKind::PatternNames => check_names(kind, raw, metadata.n_patterns),
         kind @ SectionKind::ProbeNames => check_names(kind, raw, metadata.n_probes),
-        SectionKind::BaseFrame => check_base(metadata),
         kind @ SectionKind::Repairs => lines(kind, raw).map(|_| ()),
         SectionKind::AxisPoints => check_points(&reals(section.element(), raw)?, metadata),
         _ => Ok(()),
     }
-}
-
-/// The motions of a base are patterns; their names are checked with those of the others.
-fn check_base(metadata: &Metadata<'_>) -> Result<(), RewriteError> {
-    let (kind, found) = (SectionKind::BaseFrame, metadata.n_patterns);
-    if found as usize >= BASE_PATTERNS.len() {
-        return Ok(());
-    }
-    let reason = format!("the file has {found} patterns; the motions of a base are twelve");
-    Err(unsound(kind, Fault::Disagrees, reason))
-}
-
-/// The last patterns of a file whose base moves are its motions.
-fn check_base_names(file: &File<'_>) -> Result<(), RewriteError> {
-    let names: Vec<&str> = file.pattern_names().collect();
-    if file.section(SectionKind::BaseFrame).is_none() || names.ends_with(&BASE_PATTERNS) {
-        return Ok(());
-    }
-    let reason = "the last twelve are not the motions of the base, `base.ax` to `base.wzwx`".to_string();
-    Err(RewriteError::Names { kind: SectionKind::PatternNames, reason })
-}
-
-/// One name a line, as many as are counted, none empty, none twice.
-fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteError> {
-    let refused = |reason| Err(RewriteError::Names { kind, reason });
-    let names = lines(kind, raw)?;
-    if names.len() != count as usize {
-        return refused(format!("it has {} names, the metadata count {count}", names.len()));
-    }
-    let mut seen = HashSet::new();
-    match names.into_iter().find(|&name| name.is_empty() || !seen.insert(name)) {
-        Some("") => refused("a name is empty".to_string()),
-        Some(name) => refused(format!("the name `{name}` occurs twice")),
-        None => Ok(()),
-    }
-}
-
-/// The lines of a decoded text, such as one name a line; an empty text has none.
-///
-/// # Errors
-/// [`RewriteError::Names`]: bytes that are not UTF-8.
-pub fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
-    let refused = |_| RewriteError::Names { kind, reason: "it is not UTF-8".to_string() };
-    let text = std::str::from_utf8(raw).map_err(refused)?;
-    Ok(if text.is_empty() { vec![] } else { text.split('\n').collect() })
 }
 
 /// Points of an axis increase and lie within its range; those of an index axis are 0, 1, ….

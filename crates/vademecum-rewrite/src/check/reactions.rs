@@ -4,7 +4,7 @@ use vademecum_format::{File, SectionKind};
 
 use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
-use super::check_names;
+use super::names::check_names;
 
 /// What rounding leaves of the sum over all supports.
 const ROUNDED: f64 = 1e-8;
