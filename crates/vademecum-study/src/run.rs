@@ -23,6 +23,7 @@ pub struct Run<'a> {
     probes: Vec<PlacedProbe>,
     names: Vec<String>,
     stresses: Stresses,
+    supports: Vec<String>,
     /// Step \[s\].
     pub time_step: f64,
     /// Number of steps.
@@ -50,6 +51,8 @@ pub struct Probed<'a> {
     pub values: &'a [f64],
     /// The largest equivalent stress, where the file has one.
     pub largest_stress: Option<LargestStress>,
+    /// Force and moment that each support exerts on the body \[N, N m\].
+    pub reactions: &'a [[f64; 6]],
 }
 
 /// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`].
@@ -90,7 +93,8 @@ impl<'a> Run<'a> {
             return Err(StudyError::NoStress);
         }
         looks.iter().chain(&stress_looks).for_each(|note| listener.note(note));
-        if names.is_empty() {
+        let supports = lines(file, SectionKind::SupportNames)?;
+        if names.is_empty() && supports.is_empty() {
             listener.note(
                 "neither the file nor the scenario has a probe, so the table has time and energy only; add \
                  `[[output.probe]]` to the scenario",
@@ -102,7 +106,7 @@ impl<'a> Run<'a> {
                 plan.fields_every
             ));
         }
-        Ok(Self { file, options, plan, track, probes, names, stresses, time_step, steps })
+        Ok(Self { file, options, plan, track, probes, names, stresses, supports, time_step, steps })
     }
 
     /// Names of the probes: those of the file, then those of the scenario, then its stresses.
@@ -113,6 +117,11 @@ impl<'a> Run<'a> {
     /// Where the file knows the stress.
     pub fn stress_places(&self) -> &[StressPlace] {
         &self.stresses.places
+    }
+
+    /// Names of the supports whose reactions the file gives.
+    pub fn supports(&self) -> &[String] {
+        &self.supports
     }
 
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.
@@ -182,6 +191,7 @@ struct Shown {
     stresses: Vec<Tensor>,
     stress: Vec<f64>,
     von_mises: Vec<f64>,
+    reactions: Vec<[f64; 6]>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
 }
@@ -195,6 +205,7 @@ impl Shown {
             stresses: vec![Tensor::default(); run.stresses.places.len()],
             stress: vec![0.0; 6 * n_stress],
             von_mises: vec![0.0; n_stress],
+            reactions: vec![[0.0; 6]; run.supports.len()],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
         }
@@ -227,6 +238,13 @@ impl Shown {
                     Some(place) => run.stresses.column(place - added, &self.stresses),
                 };
             }
+            for (support, reaction) in self.reactions.iter_mut().enumerate() {
+                *reaction = body.reaction(support)?;
+                let what = || format!("the reaction of support `{}`", run.supports[support]);
+                for &part in &*reaction {
+                    check(step, run.time_step, body.zeta(), part, what)?;
+                }
+            }
         }
         if let Some(energy) = energy {
             finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
@@ -248,11 +266,11 @@ impl Shown {
                 }
             }
         }
-        let Self { probes, displacement, velocity, stresses, stress, von_mises } = self;
+        let Self { probes, stresses, stress, von_mises, reactions, displacement, velocity } = self;
         let largest_stress = run.stresses.largest(stresses, time);
         Ok(Moment {
             time,
-            probes: energy.map(|energy| Probed { energy, values: probes, largest_stress }),
+            probes: energy.map(|energy| Probed { energy, values: probes, largest_stress, reactions }),
             stress: with_stress.then_some(stresses),
             fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),
         })
