@@ -22,6 +22,8 @@ export class Body {
     this.edges = uniqueEdges(triangles);
     Object.assign(this, splitAtCreases(this.rest, triangles, loadTriangles));
     this.bound = boundOfPushes(evaluator, this);
+    /** The largest of Young's moduli [Pa]; 0 of a file without stress. */
+    this.young = Math.max(0, ...(evaluator.section(SECTION.elasticConstants) ?? []).filter((_, i) => i % 2 === 0));
     this.flexible = flexiblePoint(this, evaluator, basis);
   }
 

@@ -73,7 +73,7 @@ function show(page, seconds) {
   }
   const size = renderer.resize();
   const displacement = player.displacement();
-  const field = controls.bound?.field ?? (controls.velocity ? evaluator.surface(true) : displacement);
+  const field = controls.bound?.field ?? shown(evaluator, controls, displacement);
   body.displace(displacement, controls.magnification);
   camera.follow(body.drawn, seconds);
   camera.update(...size);
@@ -84,8 +84,14 @@ function show(page, seconds) {
   drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
   page.recorder.frame();
   signals(page);
-  controls.warn(controls.component === -1 && !controls.velocity ? controls.largest : largest(displacement));
+  controls.warn(controls.component === -1 && !controls.velocity && !controls.stress ? controls.largest : largest(displacement));
   pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
+}
+
+/** The field that colours the body. */
+function shown(evaluator, { velocity, stress }, displacement) {
+  if (stress) return evaluator.equivalentStress();
+  return velocity ? evaluator.surface(true) : displacement;
 }
 
 function largest(field) {
