@@ -85,6 +85,7 @@ def outputs(case, scene, y, index):
         "probe velocity": scene.probes(y[1] / scene.v.dt),
         "nodes": [scene.displacement(y, node, pushes) for node in case["nodes"]],
         "energy": [scene.energy(y, pushes)],
+        "reactions": scene.reactions(y, pushes),
     }
 
 
@@ -115,7 +116,7 @@ def differences(case, file):
     # Of the evaluator's own states, so that this is about the outputs alone.
     read = [outputs(case, scenes[index >= half], y, index) for index, y in enumerate(given)]
     told = [{"probes": row["probes"][0], "probe velocity": row["probes"][1], "nodes": row["nodes"],
-             "energy": [row["energy"]]} for row in rows]
+             "energy": [row["energy"]], "reactions": row["reactions"]} for row in rows]
     for kind in read[0]:
         ours, theirs = (np.array([np.ravel(row[kind]) for row in side]) for side in (read, told))
         if theirs.size:

@@ -18,6 +18,7 @@ MAPS = {
     "parameters.vdm": ["BlockState", "BlockLoad", "AxisPoints", "Factors", "RegionStiffness", "RegionMass"],
     "exact-f64.vdm": ["Eigenvalues", "DampingRatios", "ContactResidual", "PairResidual", "ProbeResidual",
                       "PatternResidual", "PatternProbeResidual"],
+    "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
     "canonical.vdm": ["CanonicalTerms", "CanonicalFactors", "ReducedStiffness"],
 }
 

@@ -114,6 +114,8 @@ trait Body {
     fn probe(&self, index: usize, field: Field) -> f64;
     fn node(&self, node: usize) -> [f64; 3];
     fn energy(&self) -> f64;
+    /// Force and moment of each support.
+    fn reactions(&self) -> Vec<[f64; 6]>;
     /// Moves to the parameters of the second half.
     fn change(&mut self);
 }
@@ -174,6 +176,11 @@ impl Body for Ours<'_, '_> {
         self.scene.energy(&self.state).expect("an energy")
     }
 
+    fn reactions(&self) -> Vec<[f64; 6]> {
+        let all = 0..self.scene.n_supports();
+        all.map(|s| self.scene.reaction(&self.state, s).expect("a reaction").total()).collect()
+    }
+
     fn change(&mut self) {
         if let Some(then) = &self.then {
             self.scene.rebind(then, self.work).expect("bound anew");
@@ -220,6 +227,10 @@ impl Body for Chapters<'_, '_, '_, '_> {
         self.scene.energy(self.state).expect("an energy")
     }
 
+    fn reactions(&self) -> Vec<[f64; 6]> {
+        vec![]
+    }
+
     fn change(&mut self) {}
 }
 
@@ -260,6 +271,7 @@ impl March<'_> {
                 "probes": probes,
                 "nodes": self.nodes.iter().map(|&node| body.node(node)).collect::<Vec<_>>(),
                 "energy": body.energy(),
+                "reactions": body.reactions(),
             }));
         }
         Value::Array(rows)

@@ -103,6 +103,12 @@ fn bad_problems() -> Vec<(usize, String)> {
         format!("{mesh}\n{rest}\n")
     };
     let text = |text: &str| text.to_string();
+    let reactions = |before: &str, after: &str| {
+        format!("{before}\n[output]\nreactions = true\n[[support]]\non = {{ group = \"a\" }}\n{after}")
+    };
+    let based = |before: &str, after: &str| {
+        format!("{before}\n[base]\nmoves = true\n[[support]]\non = {{ group = \"a\" }}\n{after}")
+    };
     vec![
         (3, text("[mesh]\nscale = 1.0")),
         (3, matrices("").replace("[mesh]", "[mesh]\nfile = \"a.msh\"")),
@@ -128,6 +134,26 @@ fn bad_problems() -> Vec<(usize, String)> {
         (68, text("[output]\nstatic_fields = true\nresidual = false")),
         (68, text("[output]\nstatic_fields = true\nfields = \"surface\"")),
         (68, text("[output]\nstatic_fields = true\n[time]\nstep = 1.0\nscheme = { name = \"bathe\" }")),
+        (69, text("[[support]]\nname = \"a,b\"\non = { group = \"a\" }")),
+        (69, format!("[[support]]\nname = \"{}\"\non = {{ group = \"a\" }}", "a".repeat(1001))),
+        (70, text("[output]\nreactions = true")),
+        (71, text("[base]\nmoves = true")),
+        (71, matrices("[base]\nmoves = true")),
+        (71, based("", "[[parameter]]\nname = \"a\"\nkind = \"density\"\nrange = [0.5, 2.0]")),
+        (71, based("representation = \"canonical\"", "")),
+        (72, text("[base]\nmoves = false\npoint = [0, inf, 0]")),
+        (72, based("", "").replace("true", "true\npoint = [0, 1e40, 0]")),
+        (73, based("", &pattern("name = \"base.ax\"\nacceleration = [0, 0, 1]"))),
+        (70, matrices("[output]\nreactions = true")),
+        (70, reactions("representation = \"canonical\"", "")),
+        (70, reactions("", "[basis]\nkind = \"pod\"")),
+        (
+            70,
+            reactions(
+                "",
+                "[[parameter]]\nname = \"a\"\nkind = \"density\"\nregion = \"b\"\nrange = [0.5, 2.0]",
+            ),
+        ),
         (18, pattern("name = \"a\"")),
         (18, pattern("name = \"a\"\nacceleration = [0, 0, 1]\npressure = 1.0")),
         (19, pattern("name = \"a\"\npressure = 1.0")),
@@ -287,6 +313,10 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         (18, probe("\"a\"", "[0, 0, inf]", "[0, 0, 1]")),
         (19, probe("\"a\"", "[0, 0, 0]", "[0, 0, 0]")),
         (20, format!("duration = 1.0\n{}", many.repeat(10_001))),
+        (21, "duration = 1.0\n[base]\nrecord = [[0, 1, 2], [1, 2, 3]]".into()),
+        (21, "duration = 1.0\n[base]\nrecord = [[0, 1, 2, 3]]".into()),
+        (21, "duration = 1.0\n[base]\nrecord = [[0,0,0,0,1e80,0,0,0,0,0], [1,0,0,0,0,0,0,0,0,0]]".into()),
+        (22, "duration = 1.0\n[base]\namplitude = inf\nrecord = [[0, 0, 0, 0], [1, 1, 1, 1]]".into()),
     ];
     let rows = refusals(&page("scenario-1.md"));
     assert!(matches!(

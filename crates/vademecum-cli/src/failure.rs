@@ -121,6 +121,7 @@ impl Failure {
             error,
             S::NoPattern { .. }
                 | S::ProbeTwice { .. }
+                | S::NoStress
                 | S::FarPoint { .. }
                 | S::TooManySteps { .. }
                 | S::Long { .. }
@@ -318,6 +319,7 @@ impl From<StudyError> for Failure {
             | StudyError::ModeRows { .. }
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
+            | StudyError::NoStress
             | StudyError::FarPoint { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")

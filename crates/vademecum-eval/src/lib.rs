@@ -139,6 +139,7 @@ mod motion;
 mod rebind;
 
 mod axes;
+mod base;
 mod batch;
 mod bind;
 #[cfg(feature = "chapter")]
@@ -159,6 +160,7 @@ mod mmap;
 mod modal;
 mod options;
 mod quantised;
+mod reaction;
 mod reconstruct;
 mod residual;
 mod rest;
@@ -171,6 +173,7 @@ mod simulation;
 mod state;
 mod static_field;
 mod stress;
+mod supports;
 mod surface;
 mod tree;
 
@@ -183,6 +186,7 @@ pub use loads::Loads;
 pub use mmap::{Mapped, OpenError};
 pub use modal::{Modal, ModalSizes};
 pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
+pub use reaction::Reaction;
 pub use rows::Field;
 pub use scalar::Scalar;
 pub use scene::Scene;
@@ -194,3 +198,4 @@ pub use stress::{StressPoint, Tensor};
 pub use surface::{Surface, SurfacePoint, nearest_in_triangle};
 pub use tree::{SurfaceTree, TreeSizes};
 pub use vademecum_format as format;
+pub use vademecum_format::BaseMotion;

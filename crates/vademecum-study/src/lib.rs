@@ -29,6 +29,8 @@ pub mod separation;
 pub mod soundness;
 pub mod starter;
 mod statistics;
+pub mod stress;
+mod stress_error;
 pub mod target;
 pub mod timings;
 mod truth;

@@ -13,6 +13,8 @@ use vademecum_build::dynamics::{Course, History, Interval, LoadTable, Wave};
 use vademecum_build::input::ProbeEntry;
 use vademecum_build::input::toml_file::{self, TomlError};
 
+use vademecum_format::{BASE_PATTERNS, BaseMotion};
+
 use crate::error::StudyError;
 use tables::{Columns, LARGEST, Tables};
 
@@ -59,9 +61,12 @@ pub struct Scenario {
     /// Forces at points of the loadable surface.
     #[serde(rename = "contact", default)]
     pub contacts: Vec<ContactEntry>,
-    /// Load patterns of the file.
+    /// Load patterns of the file; once read, the motions of the base behind them.
     #[serde(rename = "pattern", default)]
     pub patterns: Vec<PatternUse>,
+    /// How the base moves.
+    #[serde(skip_serializing)]
+    pub base: Option<BaseEntry>,
     /// What `run` writes.
     #[serde(default)]
     pub output: OutputPlan,
@@ -108,6 +113,18 @@ pub struct ContactEntry {
     /// The table as it was read.
     #[serde(skip)]
     rows: Option<Arc<LoadTable>>,
+}
+
+/// A motion of the base that was recorded.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BaseEntry {
+    /// Rows `time,ax,ay,az` in m/s², or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz` with angular velocities \[rad/s\]
+    /// and angular accelerations \[rad/s²\], in the axes of the base.
+    pub record: Rows,
+    /// A factor on `ax`, `ay` and `az`.
+    #[serde(default = "one")]
+    pub amplitude: f64,
 }
 
 /// One load pattern for a while.
@@ -182,6 +199,54 @@ pub struct OutputPlan {
     /// Named values beside those of the file.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,
+    /// Named stresses.
+    #[serde(rename = "stress", default)]
+    pub stresses: Vec<StressEntry>,
+    /// The stress of every point of the file every so many steps; 0: never.
+    #[serde(default)]
+    pub stress_every: usize,
+}
+
+/// A stress at the node nearest to a point, of those whose stress the file has.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StressEntry {
+    /// Its name.
+    pub name: String,
+    /// Where.
+    pub point: [f64; 3],
+    /// What of the stress.
+    #[serde(default)]
+    pub quantity: StressQuantity,
+}
+
+/// A number that is taken of a stress \[Pa\].
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StressQuantity {
+    /// Von Mises' equivalent stress.
+    #[default]
+    VonMises,
+    /// The principal stress of the largest size, with its sign.
+    SignedMaximum,
+    /// The largest principal stress.
+    First,
+    /// The middle principal stress.
+    Second,
+    /// The smallest principal stress.
+    Third,
+    /// A component.
+    Xx,
+    /// A component.
+    Yy,
+    /// A component.
+    Zz,
+    /// A component.
+    Xy,
+    /// A component.
+    Yz,
+    /// A component.
+    Zx,
 }
 
 /// Which nodes a field shows.
@@ -197,7 +262,14 @@ pub enum FieldChoice {
 
 impl Default for OutputPlan {
     fn default() -> Self {
-        Self { probes_every: 1, fields_every: 0, fields: FieldChoice::default(), probes: vec![] }
+        Self {
+            probes_every: 1,
+            fields_every: 0,
+            fields: FieldChoice::default(),
+            probes: vec![],
+            stresses: vec![],
+            stress_every: 0,
+        }
     }
 }
 
@@ -243,6 +315,51 @@ impl ContactEntry {
         let Self { start, end, ramp, sinusoid, chirp, ref table, ref rows, .. } = *self;
         let when = Interval { start, end, ramp };
         Varying { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
+    }
+}
+
+impl BaseEntry {
+    /// The patterns of the base that act, as tables: formed at the rows, and linear between them. The size of
+    /// a number that is too large otherwise.
+    fn motions(&self, table: &LoadTable) -> Result<Vec<PatternUse>, f64> {
+        let columns: Vec<Vec<[f64; 2]>> = (0..table.columns()).map(|c| table.rows(c).collect()).collect();
+        let times: Vec<f64> = columns[0].iter().map(|[time, _]| *time).collect();
+        let three = |row: usize, first: usize| -> [f64; 3] {
+            std::array::from_fn(|c| columns.get(first + c).map_or(0.0, |column| column[row][1]))
+        };
+        let amplitudes: Vec<[f64; 12]> = (0..times.len())
+            .map(|row| {
+                let motion = BaseMotion {
+                    acceleration: three(row, 0).map(|a| self.amplitude * a),
+                    angular_velocity: three(row, 3),
+                    angular_acceleration: three(row, 6),
+                };
+                motion.amplitudes()
+            })
+            .collect();
+        let mut found = vec![];
+        for (motion, name) in BASE_PATTERNS.iter().enumerate() {
+            let values: Vec<f64> = amplitudes.iter().map(|row| row[motion]).collect();
+            let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            match largest {
+                0.0 => continue,
+                x if x <= LARGEST => {}
+                x => return Err(x),
+            }
+            let rows = times.iter().zip(&values).map(|(&t, &x)| vec![t, x]).collect();
+            found.push(PatternUse {
+                name: (*name).into(),
+                amplitude: 1.0,
+                start: 0.0,
+                end: forever(),
+                ramp: 0.0,
+                table: Some(Rows::Here(rows)),
+                sinusoid: None,
+                chirp: None,
+                rows: LoadTable::new(times.clone(), values).map(Arc::new),
+            });
+        }
+        Ok(found)
     }
 }
 
@@ -450,6 +567,11 @@ impl Scenario {
             }
             pattern.rows = Some(table);
         }
+        let Some(base) = &self.base else { return Ok(()) };
+        let key = "base.record";
+        let table = tables.table(&base.record, Columns::Base, key, || place(key))?;
+        let motions = base.motions(&table).map_err(|size| too_large(key.into(), size))?;
+        self.patterns.extend(motions);
         Ok(())
     }
 
@@ -476,8 +598,22 @@ impl Scenario {
             }
         }
         let probes = &self.output.probes;
-        if probes.len() > MOST_PROBES {
-            return fault("output.probe", format!("a list of {}", probes.len()), "at most 10 000 of them");
+        let stresses = &self.output.stresses;
+        for (key, count) in [("output.probe", probes.len()), ("output.stress", stresses.len())] {
+            if count > MOST_PROBES {
+                return fault(key, format!("a list of {count}"), "at most 10 000 of them");
+            }
+        }
+        if let Some(base) = self
+            .base
+            .as_ref()
+            .filter(|base| base.amplitude.abs().min(f64::MAX) > LARGEST || base.amplitude.is_nan())
+        {
+            return fault(
+                "base.amplitude",
+                base.amplitude.to_string(),
+                "a finite number of at most 1e150 in size",
+            );
         }
         let contacts = self.contacts.iter().enumerate();
         let patterns = self.patterns.iter().enumerate();
@@ -485,6 +621,7 @@ impl Scenario {
             .map(|(i, contact)| contact.fault(i))
             .chain(patterns.map(|(i, pattern)| pattern.fault(i)))
             .chain((0..probes.len()).map(|i| probe_fault(probes, i)))
+            .chain((0..stresses.len()).map(|i| self.output.stress_fault(i)))
             .find_map(|fault| fault)
     }
 }
@@ -537,6 +674,28 @@ fn probe_fault(probes: &[ProbeEntry], index: usize) -> Option<Fault> {
         return fault("direction", numbers(direction), "a vector of some length");
     }
     None
+}
+
+impl OutputPlan {
+    fn stress_fault(&self, index: usize) -> Option<Fault> {
+        let StressEntry { name, point, .. } = &self.stresses[index];
+        let fault = |key: &str, found, expected| {
+            Some(Fault { key: format!("output.stress[{index}].{key}"), found, expected })
+        };
+        let probes = self.probes.iter().map(|probe| &probe.name);
+        let mut others = probes.chain(self.stresses[..index].iter().map(|stress| &stress.name));
+        if name.is_empty() || name.contains(['\n', ',', '"']) || others.any(|other| other == name) {
+            return fault(
+                "name",
+                format!("{name:?}"),
+                "a name of one line that no other probe or stress has",
+            );
+        }
+        if !point.iter().all(|x| x.abs() <= LARGEST) {
+            return fault("point", numbers(point), "finite numbers of at most 1e150 in size");
+        }
+        None
+    }
 }
 
 impl PatternUse {

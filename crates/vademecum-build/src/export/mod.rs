@@ -6,12 +6,14 @@ mod curve;
 mod draft;
 mod factor;
 mod order;
+mod reaction;
 mod residual;
 mod stress;
 
 pub use draft::Draft;
 pub use factor::factor_sections;
 pub use order::NodeOrder;
+pub use reaction::reaction_sections;
 pub use residual::residual_sections;
 pub use stress::{stress_order, stress_sections};
 
@@ -201,6 +203,9 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
         let rows = body.patterns.iter().flat_map(|(_, force)| project(basis.vectors.as_ref(), force));
         drafts.push(Draft::f64s(SectionKind::PatternBasis, [body.patterns.len(), r, 1], rows));
         drafts.push(Draft::names(SectionKind::PatternNames, body.patterns.iter().map(|p| p.0.as_str())));
+    }
+    if let Some(point) = body.base {
+        drafts.push(Draft::f64s(SectionKind::BaseFrame, [3, 1, 1], point));
     }
     if !body.probes.is_empty() {
         let row = |probe: &crate::prepared::Probe| -> Vec<f64> {

@@ -140,3 +140,59 @@ fn stress_block(g: [f64; 3], lambda: f64, mu: f64) -> StressBlock {
 fn add(sum: &mut StressBlock, block: &StressBlock) {
     sum.as_flattened_mut().iter_mut().zip(block.as_flattened()).for_each(|(sum, x)| *sum += x);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::element::Material;
+    use super::super::test_mesh::{block, hold, moved, quadratic};
+    use super::*;
+    use crate::mesh::Region;
+
+    const SOFT: Material = Material { young: 3.0, poisson: 0.3, density: 1.0 };
+    const STIFF: Material = Material { young: 50.0, poisson: 0.2, density: 1.0 };
+
+    /// Of a linear displacement, by hand: `σ = λ tr ε I + 2μ ε`.
+    fn by_hand(gradient: [[f64; 3]; 3], material: &Material) -> [f64; COMPONENTS] {
+        let (lambda, mu) = material.lame();
+        let trace = (0..3).map(|i| gradient[i][i]).sum::<f64>();
+        let at = |i: usize, j: usize| {
+            mu * (gradient[i][j] + gradient[j][i]) + if i == j { lambda * trace } else { 0.0 }
+        };
+        [at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(1, 2), at(2, 0)]
+    }
+
+    #[test]
+    fn a_linear_displacement_has_one_stress_in_each_region() {
+        let gradient = [[0.3, -0.2, 0.5], [0.1, 0.4, -0.7], [0.2, 0.6, -0.1]];
+        for curved in [false, true] {
+            let mut mesh = block([2, 2, 1], [2.0, 1.0, 0.5]);
+            if curved {
+                mesh = moved(quadratic(&mesh), |[x, y, z]| [x, y + 0.03 * x * x, z + 0.05 * (3.0 * x).sin()]);
+            }
+            mesh.regions.push(Region { tag: 2, name: "stiff".into() });
+            let centre =
+                |e: usize| mesh.element(e)[..4].iter().map(|&n| mesh.nodes[n as usize][0]).sum::<f64>();
+            mesh.element_region = (0..mesh.element_count()).map(|e| u32::from(centre(e) > 4.0)).collect();
+            let held = hold(&mesh, |[x, _, _]| x == 0.0);
+            let all: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
+            let points = stress_points(&mesh, &all);
+            let between = points.windows(2).filter(|pair| pair[0].node == pair[1].node).count();
+            let expected = if curved { 5 * 3 } else { 3 * 2 };
+            assert_eq!(between, expected, "nodes on the plane between the regions");
+            let model = Model::assemble(mesh, &[SOFT, STIFF], &held).expect("a model");
+            let rows = StressRows::new(&model, points).expect("rows");
+            let nodes = &model.mesh().nodes;
+            for (place, point) in rows.points.iter().enumerate() {
+                let material = [SOFT, STIFF][point.region as usize];
+                let found = rows.stress(place, |node| {
+                    let x = nodes[node as usize];
+                    gradient.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
+                });
+                let exact = by_hand(gradient, &material);
+                for k in 0..COMPONENTS {
+                    assert!((found[k] - exact[k]).abs() < 1e-12 * material.young, "{point:?} {k}");
+                }
+            }
+        }
+    }
+}

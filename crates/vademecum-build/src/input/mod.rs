@@ -4,7 +4,7 @@ mod problem;
 pub mod toml_file;
 
 pub use problem::{
-    BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, GaugeEntry,
+    BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, GaugeEntry,
     InnerProduct, LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry, OutputEntry,
     ParameterEntry, ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem,
     ProblemError, Projection, RegionEntry, Repair, Representation, STRESS_UNASKED, SnapshotPlan,

@@ -73,6 +73,8 @@ struct Contents {
     parameters: Vec<ParameterReport>,
     load_patterns: Vec<String>,
     probes: Vec<String>,
+    /// Supports whose reactions the file gives.
+    supports: Vec<SupportReport>,
     certificate: Certificates,
     enrichment_history: Vec<Enrichment>,
     /// With `--terms-for`.
@@ -104,6 +106,13 @@ struct ParameterReport {
     lower: f64,
     upper: f64,
     nominal: f64,
+}
+
+#[derive(Serialize)]
+struct SupportReport {
+    name: String,
+    /// Where its moment is taken \[m\].
+    point: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -183,6 +192,8 @@ impl Info {
         let printed = [
             S::PatternNames,
             S::ProbeNames,
+            S::SupportNames,
+            S::SupportPoints,
             S::EnrichmentHistory,
             S::RadiusSamples,
             S::Losses,
@@ -271,6 +282,7 @@ impl Info {
             parameters: m.active_parameters().iter().map(parameter).collect(),
             load_patterns: lines(file, SectionKind::PatternNames)?,
             probes: lines(file, SectionKind::ProbeNames)?,
+            supports: supports(file)?,
             certificate: Certificates {
                 terms,
                 map_error_rms: worst.map_error_rms,
@@ -295,6 +307,14 @@ impl Info {
     }
 }
 
+/// Supports whose reactions the file gives.
+fn supports(file: &File<'_>) -> Result<Vec<SupportReport>, FileError> {
+    let names = lines(file, SectionKind::SupportNames)?.into_iter();
+    let points = numbers(file, SectionKind::SupportPoints)?;
+    let points = points.as_chunks().0.iter().copied();
+    Ok(names.zip(points).map(|(name, point)| SupportReport { name, point }).collect())
+}
+
 /// Damping ratios of the modes, if the file has them.
 fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
     let kept = file.section(SectionKind::DampingRatios).is_some();
@@ -316,6 +336,10 @@ impl Contents {
             "scheme {}, time step {} s, alpha {} 1/s, beta {} s",
             self.scheme, self.time_step, self.alpha, self.beta
         );
+        if !self.supports.is_empty() {
+            let names: Vec<String> = self.supports.iter().map(|support| support.name.clone()).collect();
+            println!("reactions of supports: {}", list(&names));
+        }
         match &self.damping_ratios[..] {
             [] => {}
             [first, rest @ ..] if rest.iter().all(|ratio| ratio == first) => {

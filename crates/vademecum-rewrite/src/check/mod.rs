@@ -7,11 +7,12 @@ mod claims;
 mod factor;
 mod geometry;
 mod matrices;
+mod names;
+mod reactions;
 mod residual;
 mod step;
+mod stress;
 mod symmetric;
-
-use std::collections::HashSet;
 
 use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Section, SectionKind};
 
@@ -21,7 +22,10 @@ use super::numbers::{reals, unsound};
 use super::unpack::unpack_wanted;
 use super::whole::unknown_sections;
 
+use names::check_names;
+
 pub use geometry::check_coordinates;
+pub use names::lines;
 
 /// What a check has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -86,6 +90,9 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     step::check(&raw)?;
     residual::check(&raw)?;
     factor::check(&raw)?;
+    stress::check(&raw)?;
+    reactions::check(&raw)?;
+    names::check_base(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }
@@ -130,31 +137,6 @@ fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), R
         SectionKind::AxisPoints => check_points(&reals(section.element(), raw)?, metadata),
         _ => Ok(()),
     }
-}
-
-/// One name a line, as many as are counted, none empty, none twice.
-fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteError> {
-    let refused = |reason| Err(RewriteError::Names { kind, reason });
-    let names = lines(kind, raw)?;
-    if names.len() != count as usize {
-        return refused(format!("it has {} names, the metadata count {count}", names.len()));
-    }
-    let mut seen = HashSet::new();
-    match names.into_iter().find(|&name| name.is_empty() || !seen.insert(name)) {
-        Some("") => refused("a name is empty".to_string()),
-        Some(name) => refused(format!("the name `{name}` occurs twice")),
-        None => Ok(()),
-    }
-}
-
-/// The lines of a decoded text, such as one name a line; an empty text has none.
-///
-/// # Errors
-/// [`RewriteError::Names`]: bytes that are not UTF-8.
-pub fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
-    let refused = |_| RewriteError::Names { kind, reason: "it is not UTF-8".to_string() };
-    let text = std::str::from_utf8(raw).map_err(refused)?;
-    Ok(if text.is_empty() { vec![] } else { text.split('\n').collect() })
 }
 
 /// Points of an axis increase and lie within its range; those of an index axis are 0, 1, ….

@@ -3,8 +3,9 @@
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
-    Contact, Field, Loads, OutputError, Scalar, Scene, State, StaticField, Structure, SurfacePoint,
+    Contact, Field, Loads, OutputError, Scalar, Scene, State, StaticField, Structure, SurfacePoint, Tensor,
 };
+use vademecum_format::SectionKind;
 
 use crate::error::FileError;
 
@@ -88,6 +89,16 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file without this probe.
     fn probe(&self, index: usize) -> Result<f64, FileError>;
+    /// Stress at one of the points of the file \[Pa\].
+    ///
+    /// # Errors
+    /// A file without this point.
+    fn stress(&self, point: usize) -> Result<Tensor, FileError>;
+    /// Force and moment that a support exerts on the body \[N, N m\].
+    ///
+    /// # Errors
+    /// A file without reactions.
+    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError>;
     /// Displacement of a node of the file \[m\].
     ///
     /// # Errors
@@ -176,6 +187,10 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
         structure_name(self.scene.structure())
     }
 
+    fn stress(&self, point: usize) -> Result<Tensor, FileError> {
+        Ok(self.scene.stress(self.state, point)?)
+    }
+
     fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         if !self.shows_statics(field) {
             return Ok(self.scene.surface_into(self.state, field, out)?);
@@ -188,6 +203,10 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
             return Ok(self.scene.body_into(self.state, field, out)?);
         }
         self.with_statics(|statics| self.scene.body_with(self.state, field, statics, out))
+    }
+
+    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError> {
+        Ok(self.scene.reaction(self.state, support)?.total())
     }
 
     fn is_exact(&self) -> bool {
@@ -249,12 +268,20 @@ impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>
         "canonical"
     }
 
+    fn stress(&self, _: usize) -> Result<Tensor, FileError> {
+        Err(FileError::Missing { kind: SectionKind::StressBasis })
+    }
+
     fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         Ok(self.scene.surface_into(self.state, field, out)?)
     }
 
     fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         Ok(self.scene.body_into(self.state, field, out)?)
+    }
+
+    fn reaction(&self, _: usize) -> Result<[f64; 6], FileError> {
+        Err(FileError::Missing { kind: SectionKind::ReactionBasis })
     }
 
     fn is_exact(&self) -> bool {
