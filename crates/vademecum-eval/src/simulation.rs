@@ -24,7 +24,7 @@ use crate::scene::Scene;
 use crate::state::State;
 use crate::surface::{Surface, SurfacePoint};
 use crate::tree::SurfaceTree;
-use vademecum_format::{File, FormatError};
+use vademecum_format::{BaseMotion, File, FormatError};
 
 /// Bytes of a file, shared by all simulations of it.
 type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
@@ -85,6 +85,7 @@ struct Picking<T> {
 enum Applied {
     Contact(Contact),
     Pattern(usize, f64),
+    Base(BaseMotion),
 }
 
 /// Why there is no simulation.
@@ -317,12 +318,21 @@ impl<T: Scalar + 'static> Simulation<T> {
         self.apply(Applied::Pattern(pattern, amplitude))
     }
 
+    /// Adds the inertia of a base that moves so, as [`Loads::add_base`].
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn push_base(&mut self, motion: BaseMotion) -> Result<(), LoadError> {
+        self.apply(Applied::Base(motion))
+    }
+
     fn apply(&mut self, load: Applied) -> Result<(), LoadError> {
         match &load {
             Applied::Contact(contact) => self.loads.add_contact(&self.scene, contact)?,
             Applied::Pattern(pattern, amplitude) => {
                 self.loads.add_pattern(&self.scene, *pattern, *amplitude)?;
             }
+            Applied::Base(motion) => self.loads.add_base(&self.scene, motion)?,
         }
         self.applied.push(load);
         Ok(())
@@ -370,6 +380,7 @@ impl<T: Scalar + 'static> Simulation<T> {
                 Applied::Pattern(pattern, amplitude) => {
                     self.loads.add_pattern(&self.scene, *pattern, *amplitude)
                 }
+                Applied::Base(motion) => self.loads.add_base(&self.scene, motion),
             };
             // What was taken before is taken again, unless it leaves the precision.
             added.map_err(|_| BindError::NotFinite)?;
