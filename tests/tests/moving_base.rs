@@ -119,7 +119,12 @@ fn shaken_and_turned_the_body_moves_as_one_whose_supports_are_moved() {
             (0..n).map(|i| (0..n).map(|k| full.modes[(i, k)] * z[k]).sum()).collect()
         };
         let along = |field: &dyn Fn(usize) -> f64| -> f64 {
-            (0..3).map(|c| probe.direction[c] * field(3 * probe.node as usize + c)).sum()
+            {
+                let of_node = |&(node, weights): &(u32, [f64; 3])| {
+                    (0..3).map(move |c| weights[c] * field(3 * node as usize + c)).sum::<f64>()
+                };
+                probe.nodes.iter().map(of_node).sum()
+            }
         };
         with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
             let mut moves = BaseMotion::default();

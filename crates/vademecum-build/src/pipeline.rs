@@ -97,6 +97,8 @@ struct Stages<'a> {
     residual: Option<&'a StaticResidual>,
     /// The factor of the stiffness as the file keeps it; empty where it does not.
     factor: &'a [Draft],
+    /// Sections of the stress; empty where the problem asks for none.
+    stress: &'a [Draft],
     /// The reactions of the supports as the file keeps them; empty where it does not.
     reactions: &'a [Draft],
 }
@@ -133,6 +135,7 @@ pub fn build(
         options,
         residual: None,
         factor: &[],
+        stress: &[],
         reactions: &[],
     };
 
@@ -217,8 +220,10 @@ impl<'a> Stages<'a> {
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let residual = self.static_residual(problem, &basis, watch)?;
+        let stress = self.stress(problem, &basis, residual.is_some(), watch)?;
         let reactions = self.reactions(problem, &basis, watch)?;
-        let mut sized = Stages { residual: residual.as_ref(), reactions: &reactions, ..*self };
+        let residual_of = residual.as_ref();
+        let mut sized = Stages { residual: residual_of, stress: &stress, reactions: &reactions, ..*self };
         let mut factor = vec![];
         // Without loadable nodes there is no residual, and nothing for the factor to add to.
         let asked = problem.output.static_fields == Some(true) && residual.is_some();

@@ -15,6 +15,7 @@ use crate::residual::Residual;
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
+use crate::stress::StressRows;
 use crate::supports::Supports;
 use vademecum_format::exact::Propagator;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
@@ -40,6 +41,8 @@ pub(crate) struct Sections<'m> {
     pub base: Option<&'m [[u8; 8]]>,
     /// The factor of the stiffness.
     pub factor: Factor<'m>,
+    /// Rows of the stress.
+    pub stress: StressRows<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
 }
@@ -110,6 +113,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         supports: Supports::of(file),
         base: file.section(S::BaseFrame).and_then(|section| section.f64s().ok()),
         factor: Factor::of(file),
+        stress: StressRows::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,
     })

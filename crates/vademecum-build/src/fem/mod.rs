@@ -12,6 +12,7 @@ mod model;
 mod pencil;
 mod selected;
 mod sparse;
+mod stress;
 mod supernodes;
 
 pub use element::{ElementError, Material};
@@ -22,6 +23,7 @@ pub use pencil::{Pencil, PencilError};
 pub use selected::Selected;
 pub use sparse::{Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
+pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points};
 
 #[cfg(test)]
 mod convergence_tests;

@@ -4,9 +4,9 @@ mod problem;
 pub mod toml_file;
 
 pub use problem::{
-    BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields,
+    BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, GaugeEntry,
     InnerProduct, LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry, OutputEntry,
     ParameterEntry, ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem,
-    ProblemError, Projection, RegionEntry, Repair, Representation, SnapshotPlan, SupportEntry, TablesSource,
-    TimeEntry, Tolerances,
+    ProblemError, Projection, RegionEntry, Repair, Representation, STRESS_UNASKED, SnapshotPlan,
+    StressPlaces, SupportEntry, TablesSource, TimeEntry, Tolerances,
 };

@@ -5,9 +5,10 @@
 
 use vademecum_format::{BASE_PATTERNS, base_field};
 
+use super::gauge::{self, GaugeError};
 use super::matrices::{MatricesError, MatrixModel};
-use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
-use crate::input::{PatternEntry, Problem};
+use crate::fem::{LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets};
+use crate::input::{Fields, GaugeEntry, PatternEntry, Problem, StressPlaces};
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
@@ -131,20 +132,30 @@ pub enum BodyError {
         /// Why not.
         source: ModelError,
     },
+    /// A strain gauge lies beside the surface.
+    #[error("{path}: gauge `{name}`")]
+    Gauge {
+        /// The problem file and line.
+        path: String,
+        /// Its name.
+        name: String,
+        /// Why not.
+        source: GaugeError,
+    },
     /// A load pattern cannot be integrated.
     #[error("a load pattern cannot be integrated")]
     Load(#[from] LoadError),
 }
 
-/// A named displacement component.
+/// A named value that is linear in the displacements of some nodes.
 #[derive(Clone, Debug)]
 pub struct Probe {
     /// Its name.
     pub name: String,
-    /// Mesh node.
-    pub node: u32,
-    /// Unit vector.
-    pub direction: [f64; 3],
+    /// Its unit: `m`, or `1` for a strain.
+    pub unit: &'static str,
+    /// Mesh nodes, and what a displacement there is multiplied by.
+    pub nodes: Vec<(u32, [f64; 3])>,
 }
 
 /// A support: where it is, and which dofs it holds.
@@ -178,8 +189,10 @@ pub struct Body {
     pub supports: Vec<Support>,
     /// Where a base that moves turns; its twelve motions are the last patterns.
     pub base: Option<[f64; 3]>,
-    /// Probes.
+    /// Probes, then gauges.
     pub probes: Vec<Probe>,
+    /// Where the stress is kept.
+    pub stress: Vec<StressPoint>,
     /// Binds a file to its mesh.
     pub mesh_hash: [u8; 16],
 }
@@ -188,6 +201,15 @@ impl Body {
     /// Number of free dofs n.
     pub fn n_dof(&self) -> usize {
         self.model.pencil().n_dof()
+    }
+
+    /// A probe as weights on free dofs.
+    pub fn probe_row(&self, probe: &Probe) -> Vec<(u32, f64)> {
+        let of_node = |&(node, weights): &(u32, [f64; 3])| {
+            let dofs = self.model.dofs();
+            (0..3).filter_map(move |c| Some((dofs.free(3 * node as usize + c)?, weights[c])))
+        };
+        probe.nodes.iter().flat_map(of_node).collect()
     }
 
     /// Builds the body a problem describes.
@@ -200,7 +222,9 @@ impl Body {
         let materials = region_materials(problem, &mesh)?;
         let surface = Surface::of(&mesh);
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
-        let probes = probes(problem, &mesh);
+        let mut probes = probes(problem, &mesh);
+        probes.extend(gauges(problem, &mesh, &surface)?);
+        let stress = stress_places(problem, &mesh, &surface)?;
         let unusable = |source| BodyError::Model { path: problem.place("support"), source };
         let model = Model::assemble(mesh, &materials, &constrained).map_err(unusable)?;
         let (mut patterns, mut held_loads) = (vec![], vec![]);
@@ -226,6 +250,7 @@ impl Body {
             supports,
             base,
             probes,
+            stress,
             mesh_hash,
         })
     }
@@ -255,7 +280,8 @@ impl Body {
         if load_nodes.is_empty() {
             return Err(BodyError::NoFreeNode { path: problem.place(LOAD_SURFACE) });
         }
-        let probes = probes(problem, &mesh);
+        let mut probes = probes(problem, &mesh);
+        probes.extend(gauges(problem, &mesh, &Surface::of_triangles(surface.clone()))?);
         let unusable = |source| BodyError::Model { path: problem.place("mesh.matrices"), source };
         let model = Model::from_matrices(mesh, &constrained, pencil).map_err(unusable)?;
         let force = |entry: &PatternEntry| {
@@ -275,6 +301,7 @@ impl Body {
             supports,
             base,
             probes,
+            stress: vec![],
             mesh_hash,
         })
     }
@@ -490,11 +517,36 @@ fn probes(problem: &Problem, mesh: &Mesh) -> Vec<Probe> {
         let length = entry.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
         Probe {
             name: entry.name.clone(),
-            node: nearest_node(mesh, entry.point),
-            direction: entry.direction.map(|c| c / length),
+            unit: "m",
+            nodes: vec![(nearest_node(mesh, entry.point), entry.direction.map(|c| c / length))],
         }
     };
     problem.output.probes.iter().map(probe).collect()
+}
+
+/// Strain gauges as probes.
+fn gauges(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<Probe>, BodyError> {
+    let placed = |(i, entry): (usize, &GaugeEntry)| {
+        let path = || problem.place(&format!("output.gauge[{i}]"));
+        let nodes = gauge::nodes(mesh, surface, entry).map_err(|source| BodyError::Gauge {
+            path: path(),
+            name: entry.name.clone(),
+            source,
+        })?;
+        Ok(Probe { name: entry.name.clone(), unit: "1", nodes })
+    };
+    problem.output.gauges.iter().enumerate().map(placed).collect()
+}
+
+/// Where the stress is kept, in the order of the nodes.
+fn stress_places(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<StressPoint>, BodyError> {
+    let nodes = match &problem.output.stress {
+        None => return Ok(vec![]),
+        Some(StressPlaces::Every(Fields::Body)) => (0..mesh.nodes.len() as u32).collect(),
+        Some(StressPlaces::Every(Fields::Surface)) => surface.nodes.clone(),
+        Some(StressPlaces::Chosen(selection)) => select(problem, selection, mesh, || "output.stress".into())?,
+    };
+    Ok(stress_points(mesh, &nodes))
 }
 
 /// The mesh node nearest to a point; the first of equals.

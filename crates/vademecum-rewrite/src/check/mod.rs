@@ -11,6 +11,7 @@ mod names;
 mod reactions;
 mod residual;
 mod step;
+mod stress;
 mod symmetric;
 
 use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Section, SectionKind};
@@ -89,6 +90,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     step::check(&raw)?;
     residual::check(&raw)?;
     factor::check(&raw)?;
+    stress::check(&raw)?;
     reactions::check(&raw)?;
     names::check_base(&raw)?;
     claims::check(&raw)?;
