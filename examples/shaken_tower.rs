@@ -64,8 +64,8 @@ fn record() -> Vec<f64> {
     (0..=STEPS).map(at).collect()
 }
 
-/// The largest acceleration that an oscillator of this period, with 5 % damping, takes from the record: of its
-/// displacement, times `ω²`.
+/// The largest acceleration that an oscillator of this period, with 5 % damping, takes from the record: of
+/// its displacement, times `ω²`.
 fn spectral(record: &[f64], period: f64) -> f64 {
     let omega = TAU / period;
     let Propagator { d: [a, b, c, d], held, rising, .. } = Propagator::new(omega * omega, 0.05 * omega, STEP);

@@ -109,6 +109,10 @@ typedef enum VdmNamed {
    Live parameters.
    */
   VDM_PARAMETERS = 2,
+  /*
+   Supports whose reactions the file gives.
+   */
+  VDM_SUPPORTS = 3,
 } VdmNamed;
 
 /*
@@ -825,6 +829,14 @@ enum VdmStatus vdm_static_body_f32(struct VdmBody *body, int32_t field, float *o
 enum VdmStatus vdm_static_body_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
 
 /*
+ Force in N and moment in N m that a support exerts on the body, six numbers into `out`.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to six numbers.
+ */
+enum VdmStatus vdm_reaction(struct VdmBody *body, uint32_t support, double *out);
+
+/*
  The place that is a loadable node; no search.
 
  # Safety
@@ -860,6 +872,18 @@ enum VdmStatus vdm_add_contact_staged(struct VdmBody *body,
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `amplitudes` points to four numbers.
  */
 enum VdmStatus vdm_add_pattern_staged(struct VdmBody *body, uint32_t pattern, const double *amplitudes);
+
+/*
+ Adds the inertia of a base that moves so, in its own axes: acceleration in m/s², angular velocity in rad/s
+ and angular acceleration in rad/s², three numbers each. It acts in every step until `vdm_clear_loads`.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), each pointer points to three numbers.
+ */
+enum VdmStatus vdm_add_base(struct VdmBody *body,
+                            const double *acceleration,
+                            const double *angular_velocity,
+                            const double *angular_acceleration);
 
 /*
  Adds a force in N that goes linearly from `start` to `end` over one step.

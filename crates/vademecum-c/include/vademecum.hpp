@@ -34,7 +34,7 @@ using Options = VdmOptions;
 using Needs = VdmNeeds;
 
 enum class Field : std::int32_t { displacement = VDM_DISPLACEMENT, velocity = VDM_VELOCITY };
-enum class Named : std::int32_t { probe = VDM_PROBES, pattern = VDM_PATTERNS, parameter = VDM_PARAMETERS };
+enum class Named : std::int32_t { probe = VDM_PROBES, pattern = VDM_PATTERNS, parameter = VDM_PARAMETERS, support = VDM_SUPPORTS };
 
 // The file as it was built; change what is to differ.
 inline Options default_options() {
@@ -178,6 +178,9 @@ public:
     void add_pattern_staged(std::uint32_t pattern, const std::array<double, 4> &amplitudes) {
         check(vdm_add_pattern_staged(handle_, pattern, amplitudes.data()));
     }
+    void add_base(const Vector &acceleration, const Vector &angular_velocity, const Vector &angular_acceleration) {
+        check(vdm_add_base(handle_, acceleration.data(), angular_velocity.data(), angular_acceleration.data()));
+    }
     void keep_loads() { check(vdm_keep_loads(handle_)); }
     void recall_loads() { check(vdm_recall_loads(handle_)); }
 
@@ -218,6 +221,12 @@ public:
     Vector node(std::uint32_t node, Field field = Field::displacement) {
         Vector value;
         check(vdm_node(handle_, node, number(field), value.data()));
+        return value;
+    }
+    // Force and moment that a support exerts on the body.
+    std::array<double, 6> reaction(std::uint32_t support) {
+        std::array<double, 6> value;
+        check(vdm_reaction(handle_, support, value.data()));
         return value;
     }
     double energy() {

@@ -2,7 +2,7 @@
 
 use vademecum_eval::format::SectionKind;
 use vademecum_eval::format::scheme::MAX_STAGES;
-use vademecum_eval::{Contact, LoadError, Loads, Scalar, Scene, SurfacePoint};
+use vademecum_eval::{BaseMotion, Contact, LoadError, Loads, Scalar, Scene, SurfacePoint};
 
 use crate::body::{Body, Moved, moved};
 use crate::types::{VdmPlace, VdmStatus};
@@ -48,6 +48,11 @@ impl Body {
 
     pub fn add_pattern(&mut self, pattern: u32, amplitude: f64) -> VdmStatus {
         let done = moved!(self.march, m => m.loads.add_pattern(&m.scene, pattern as usize, amplitude));
+        self.answer(done, VdmStatus::VDM_LOAD)
+    }
+
+    pub fn add_base(&mut self, motion: &BaseMotion) -> VdmStatus {
+        let done = moved!(self.march, m => m.loads.add_base(&m.scene, motion));
         self.answer(done, VdmStatus::VDM_LOAD)
     }
 

@@ -62,6 +62,7 @@ impl Body {
         match kind {
             k if k == VdmNamed::VDM_PROBES as i32 => Some(section(SectionKind::ProbeNames)),
             k if k == VdmNamed::VDM_PATTERNS as i32 => Some(section(SectionKind::PatternNames)),
+            k if k == VdmNamed::VDM_SUPPORTS as i32 => Some(section(SectionKind::SupportNames)),
             k if k == VdmNamed::VDM_PARAMETERS as i32 => {
                 Some(Names::Parameters(self.file.metadata().active_parameters().iter()))
             }

@@ -85,6 +85,11 @@ impl Body {
         self.answer(found.map(|found| *value = found), VdmStatus::VDM_OUTPUT)
     }
 
+    pub fn reaction(&mut self, support: u32, out: &mut [f64; 6]) -> VdmStatus {
+        let found = moved!(self.march, m => m.scene.reaction(&m.state, support as usize));
+        self.answer(found.map(|found| *out = found.total()), VdmStatus::VDM_OUTPUT)
+    }
+
     pub fn energy_at_rest(&mut self) -> f64 {
         moved!(self.march, m => m.scene.energy_at_rest())
     }

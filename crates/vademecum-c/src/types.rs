@@ -71,6 +71,8 @@ pub enum VdmNamed {
     VDM_PATTERNS = 1,
     /// Live parameters.
     VDM_PARAMETERS = 2,
+    /// Supports whose reactions the file gives.
+    VDM_SUPPORTS = 3,
 }
 
 /// How a body is bound. Fill it with `vdm_default_options` first.

@@ -105,6 +105,24 @@ static void loads(struct VdmOptions options) {
         CHECK(vdm_add_pattern_staged(body, b.needs.patterns, at) == VDM_LOAD);
         printf("patterns\n");
     }
+    if (vdm_find(body, VDM_SUPPORTS, "left") == 0) {
+        double exerted[6] = {0, 0, 0, 0, 0, 0};
+        CHECK(vdm_rest(body) == VDM_OK && vdm_clear_loads(body) == VDM_OK);
+        CHECK(vdm_add_contact(body, &place, held) == VDM_OK && vdm_step(body, 1) == VDM_OK);
+        CHECK(vdm_reaction(body, 0, exerted) == VDM_OK && exerted[2] != 0);
+        CHECK(vdm_reaction(body, 99, exerted) == VDM_OUTPUT && vdm_reaction(body, 0, NULL) == VDM_ARGUMENT);
+        printf("reactions\n");
+    }
+    CHECK(vdm_rest(body) == VDM_OK && vdm_clear_loads(body) == VDM_OK);
+    CHECK(vdm_add_base(body, held, none, NULL) == VDM_ARGUMENT);
+    if (vdm_find(body, VDM_PATTERNS, "base.ax") >= 0) {
+        CHECK(vdm_add_base(body, held, none, none) == VDM_OK && vdm_step(body, 1) == VDM_OK);
+        CHECK(vdm_node(body, node, VDM_DISPLACEMENT, moved) == VDM_OK && moved[2] != 0);
+        CHECK(vdm_add_base(body, none, half, none) == VDM_LOAD);
+        printf("base\n");
+    } else {
+        CHECK(vdm_add_base(body, held, none, none) == VDM_LOAD);
+    }
     free(again);
     free(saved);
     released(&b);

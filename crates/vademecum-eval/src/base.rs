@@ -28,7 +28,7 @@ impl<T: Scalar> Loads<'_, T> {
     /// #     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/base.vdm"));
     /// let mut body = Simulation::<f64>::new(bytes.into())?;
     /// let shaken = BaseMotion { acceleration: [0.0, 0.0, 2.0], ..BaseMotion::default() };
-    /// body.with(|scene, _, loads| loads.add_base(scene, &shaken))?;
+    /// body.push_base(shaken)?; // Loads::add_base
     /// body.step(1)?;
     /// assert!(body.probe(0, Field::Displacement)? != 0.0);
     /// # Ok(())

@@ -24,7 +24,7 @@ use crate::scene::Scene;
 use crate::state::State;
 use crate::surface::{Surface, SurfacePoint};
 use crate::tree::SurfaceTree;
-use vademecum_format::{File, FormatError};
+use vademecum_format::{BaseMotion, File, FormatError};
 
 /// Bytes of a file, shared by all simulations of it.
 type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
@@ -85,6 +85,7 @@ struct Picking<T> {
 enum Applied {
     Contact(Contact),
     Pattern(usize, f64),
+    Base(BaseMotion),
 }
 
 impl Applied {
@@ -92,6 +93,7 @@ impl Applied {
         match self {
             Self::Contact(contact) => loads.add_contact(scene, contact),
             Self::Pattern(pattern, amplitude) => loads.add_pattern(scene, *pattern, *amplitude),
+            Self::Base(motion) => loads.add_base(scene, motion),
         }
     }
 }
@@ -324,6 +326,14 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`LoadError`].
     pub fn push_pattern(&mut self, pattern: usize, amplitude: f64) -> Result<(), LoadError> {
         self.apply(Applied::Pattern(pattern, amplitude))
+    }
+
+    /// Adds the inertia of a base that moves so, as [`Loads::add_base`].
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn push_base(&mut self, motion: BaseMotion) -> Result<(), LoadError> {
+        self.apply(Applied::Base(motion))
     }
 
     fn apply(&mut self, load: Applied) -> Result<(), LoadError> {

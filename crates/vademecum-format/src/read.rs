@@ -98,8 +98,8 @@ impl<'a> File<'a> {
         self.lines(SectionKind::PatternNames)
     }
 
-    /// Names of the supports whose reactions the file gives, in their order; none where it gives none or keeps
-    /// the names compressed.
+    /// Names of the supports whose reactions the file gives, in their order; none where it gives none or
+    /// keeps the names compressed.
     pub fn support_names(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         self.lines(SectionKind::SupportNames)
     }

@@ -133,8 +133,8 @@ pub enum SectionKind {
     FactorValues = 45,
     /// `K⁻¹F_p` \[m\] in the order of the factor, `f32|f64 (n_patterns, any)`.
     PatternAnswer = 46,
-    /// Where the stress is known: node, in the file's order, and region; `u32 (any, 2)`. Since version 1.5, as
-    /// all below.
+    /// Where the stress is known: node, in the file's order, and region; `u32 (any, 2)`. Since version 1.5,
+    /// as all below.
     StressPoints = 47,
     /// Stress of each mode at these points: xx, yy, zz, xy, yz, zx, with the regions' moduli as built;
     /// `f32|f64|i16 (any, 6, r)`.

@@ -4,8 +4,8 @@ use numpy::{Element, PyReadonlyArray1};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use vademecum_eval::{
-    BindError, Contact, Field, LoadError, OutputError, Scalar, SceneOptions, Simulation, Status, StepError,
-    Structure, SurfacePoint,
+    BaseMotion, BindError, Contact, Field, LoadError, OutputError, Scalar, SceneOptions, Simulation, Status,
+    StepError, Structure, SurfacePoint,
 };
 use vademecum_format::Metadata;
 
@@ -29,6 +29,7 @@ pub trait Body: Send {
     fn pick(&mut self, origin: [f64; 3], direction: [f64; 3], scale: f64) -> Option<SurfacePoint>;
     fn push(&mut self, at: &SurfacePoint, force: [f64; 3]) -> Result<(), LoadError>;
     fn push_pattern(&mut self, pattern: usize, amplitude: f64) -> Result<(), LoadError>;
+    fn push_base(&mut self, motion: BaseMotion) -> Result<(), LoadError>;
     fn clear(&mut self);
     fn rest(&mut self);
     fn step(&mut self, steps: usize) -> Result<Status, StepError>;
@@ -37,6 +38,7 @@ pub trait Body: Send {
     fn point(&self, at: &SurfacePoint, field: Field) -> Result<[f64; 3], OutputError>;
     fn node(&self, node: usize, field: Field) -> Result<[f64; 3], OutputError>;
     fn energy(&self) -> Result<f64, OutputError>;
+    fn reaction(&self, support: usize) -> Result<[f64; 6], OutputError>;
     fn compliance(&self, contacts: &[Contact]) -> Result<Vec<f64>, LoadError>;
     fn free_motion(&self, contacts: &[Contact]) -> Result<Vec<f64>, StepError>;
     fn place(&mut self, zeta: &[f64], zeta_dot: &[f64]) -> Result<(), StepError>;
@@ -86,6 +88,10 @@ impl<T: Number> Body for Simulation<T> {
         Self::push_pattern(self, pattern, amplitude)
     }
 
+    fn push_base(&mut self, motion: BaseMotion) -> Result<(), LoadError> {
+        Self::push_base(self, motion)
+    }
+
     fn clear(&mut self) {
         Self::clear(self);
     }
@@ -116,6 +122,10 @@ impl<T: Number> Body for Simulation<T> {
 
     fn energy(&self) -> Result<f64, OutputError> {
         Self::energy(self)
+    }
+
+    fn reaction(&self, support: usize) -> Result<[f64; 6], OutputError> {
+        Ok(Self::reaction(self, support)?.total())
     }
 
     fn compliance(&self, contacts: &[Contact]) -> Result<Vec<f64>, LoadError> {

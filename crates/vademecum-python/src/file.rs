@@ -12,7 +12,7 @@ use vademecum_study::contents::{Geometry, lines};
 
 use crate::arrays::owned;
 use crate::batch::{PyBatch, double, single};
-use crate::body::Number;
+use crate::body::{Body, Number};
 use crate::content::{Content, Shared};
 use crate::options::{Precision, scene_options};
 use crate::refusal::{Refusal, of_simulation};
@@ -89,10 +89,13 @@ impl PyFile {
     fn scene(&self, dtype: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<PyScene> {
         let (precision, options) = (Precision::of(dtype)?, self.options(options)?);
         let [probes, patterns] = self.names()?;
-        Ok(match precision {
-            Precision::Single => PyScene::new(Box::new(self.bind::<f32>(&options)?), probes, patterns),
-            Precision::Double => PyScene::new(Box::new(self.bind::<f64>(&options)?), probes, patterns),
-        })
+        let file = self.content.file(&self.path)?;
+        let supports = lines(&file, SectionKind::SupportNames).map_err(Refusal::from)?;
+        let body: Box<dyn Body> = match precision {
+            Precision::Single => Box::new(self.bind::<f32>(&options)?),
+            Precision::Double => Box::new(self.bind::<f64>(&options)?),
+        };
+        Ok(PyScene::new(body, probes, patterns, supports))
     }
 
     fn batch(

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vademecum_eval::{Contact, Field, SceneOptions, Status, StepError, Structure, SurfacePoint};
+use vademecum_eval::{BaseMotion, Contact, Field, SceneOptions, Status, StepError, Structure, SurfacePoint};
 use vademecum_study::parameters;
 
 use crate::arrays::{filled, owned};
@@ -26,11 +26,17 @@ pub struct PyScene {
     body: Mutex<Box<dyn Body>>,
     probes: Vec<String>,
     patterns: Vec<String>,
+    supports: Vec<String>,
 }
 
 impl PyScene {
-    pub fn new(body: Box<dyn Body>, probes: Vec<String>, patterns: Vec<String>) -> Self {
-        Self { body: Mutex::new(body), probes, patterns }
+    pub fn new(
+        body: Box<dyn Body>,
+        probes: Vec<String>,
+        patterns: Vec<String>,
+        supports: Vec<String>,
+    ) -> Self {
+        Self { body: Mutex::new(body), probes, patterns, supports }
     }
 
     /// The body, unless another thread has it. Waiting here could wait for ever: this thread holds Python.
@@ -149,6 +155,11 @@ impl PyScene {
     }
 
     #[getter]
+    fn support_names(&self) -> Vec<String> {
+        self.supports.clone()
+    }
+
+    #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         values(py, &**self.body()?)
     }
@@ -184,6 +195,17 @@ impl PyScene {
     fn pattern(&self, name: &str, amplitude: f64) -> PyResult<()> {
         let index = index("load pattern", &self.patterns, name)?;
         self.body()?.push_pattern(index, amplitude).map_err(of_load)
+    }
+
+    #[pyo3(signature = (acceleration=[0.0; 3], angular_velocity=[0.0; 3], angular_acceleration=[0.0; 3]))]
+    fn base(
+        &self,
+        acceleration: [f64; 3],
+        angular_velocity: [f64; 3],
+        angular_acceleration: [f64; 3],
+    ) -> PyResult<()> {
+        let motion = BaseMotion { acceleration, angular_velocity, angular_acceleration };
+        self.body()?.push_base(motion).map_err(of_load)
     }
 
     fn clear(&self) -> PyResult<()> {
@@ -309,6 +331,12 @@ impl PyScene {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         self.body()?.body(self::field(field)?, (py, out))
+    }
+
+    fn reaction<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let index = index("support", &self.supports, name)?;
+        let exerted = self.body()?.reaction(index).map_err(of_output)?;
+        owned(py, exerted.to_vec(), &[6])
     }
 
     #[getter]

@@ -11,6 +11,8 @@ import pytest
 
 import vademecum
 
+from conftest import BEAM
+
 POINT, FORCE = [0.93, 0.031, 0.1], [3.0, -8.0, -20.0]
 
 
@@ -263,3 +265,29 @@ def test_ctrl_c_ends_a_long_march_and_the_scene_goes_on(block_beam):
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
     assert scene.step() and np.isfinite(scene.energy)
+
+
+def test_reactions_hold_the_weight_and_a_base_adds_to_it():
+    problem = {
+        **BEAM,
+        "support": [{"name": "wall", "on": {"group": "x_min"}}],
+        "base": {"moves": True},
+        "output": {**BEAM["output"], "reactions": True},
+        "damping": {"ratio": 1.0},
+    }
+    file = vademecum.build(problem)
+    assert [support.name for support in file.info.supports] == ["wall"]
+    assert file.info.supports[0].point == pytest.approx((0.0, 0.05, 0.05))
+    scene = file.scene()
+    assert scene.support_names == ["wall"]
+    scene.pattern("gravity")
+    scene.step(2000)
+    # 12 kg, half a metre from the wall.
+    held = scene.reaction("wall")
+    assert held.shape == (6,) and held[2] == pytest.approx(12.0 * 9.81, rel=1e-6)
+    assert held[4] == pytest.approx(-12.0 * 9.81 * 0.5, rel=1e-6)
+    scene.base(acceleration=(0.0, 0.0, 9.81))
+    scene.step(2000)
+    assert scene.reaction("wall")[2] == pytest.approx(24.0 * 9.81, rel=1e-6)
+    with pytest.raises(KeyError, match="wall"):
+        scene.reaction("wal")

@@ -119,8 +119,8 @@ pub struct ContactEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BaseEntry {
-    /// Rows `time,ax,ay,az` in m/s², or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz` with angular velocities \[rad/s\]
-    /// and angular accelerations \[rad/s²\], in the axes of the base.
+    /// Rows `time,ax,ay,az` in m/s², or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz` with angular velocities
+    /// \[rad/s\] and angular accelerations \[rad/s²\], in the axes of the base.
     pub record: Rows,
     /// A factor on `ax`, `ay` and `az`.
     #[serde(default = "one")]

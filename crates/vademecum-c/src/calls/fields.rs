@@ -177,3 +177,16 @@ pub unsafe extern "C" fn vdm_static_body_f64(
     let out = unsafe { lent_mut(out, numbers) };
     with!(body => body.field_double(Part::Body, Source::Whole, field, out))
 }
+
+/// Force in N and moment in N m that a support exerts on the body, six numbers into `out`.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to six numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_reaction(body: *mut VdmBody, support: u32, out: *mut f64) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Body::of_mut(body), out.cast::<[f64; 6]>().as_mut()) } {
+        (Some(body), Some(out)) => body.reaction(support, out),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}

@@ -1,5 +1,6 @@
 //! Loads that change within a step, and loads that stay.
 
+use vademecum_eval::BaseMotion;
 use vademecum_eval::format::scheme::MAX_STAGES;
 
 use crate::body::Body;
@@ -72,6 +73,27 @@ pub unsafe extern "C" fn vdm_add_pattern_staged(
         (Some(body), Some(amplitudes)) => body.add_pattern_staged(pattern, &amplitudes),
         _ => VdmStatus::VDM_ARGUMENT,
     }
+}
+
+/// Adds the inertia of a base that moves so, in its own axes: acceleration in m/s², angular velocity in rad/s
+/// and angular acceleration in rad/s², three numbers each. It acts in every step until `vdm_clear_loads`.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), each pointer points to three numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_add_base(
+    body: *mut VdmBody,
+    acceleration: *const f64,
+    angular_velocity: *const f64,
+    angular_acceleration: *const f64,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    let motion = unsafe { (given(acceleration), given(angular_velocity), given(angular_acceleration)) };
+    let (Some(acceleration), Some(angular_velocity), Some(angular_acceleration)) = motion else {
+        return VdmStatus::VDM_ARGUMENT;
+    };
+    let motion = BaseMotion { acceleration, angular_velocity, angular_acceleration };
+    with!(body => body.add_base(&motion))
 }
 
 /// Adds a force in N that goes linearly from `start` to `end` over one step.

@@ -36,6 +36,7 @@ from ._data import (
     Parameter,
     ParameterValue,
     Section,
+    Support,
     Soundness,
     Structure,
     Verification,
@@ -49,7 +50,7 @@ __version__ = _native.__version__
 __all__ = [
     "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "Info", "InputError", "MachineError",
     "MeshError", "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Played", "Scene",
-    "Section", "Soundness", "Structure", "SurfacePoint", "ToleranceMissed", "Vademecum", "Verification", "build",
+    "Section", "Soundness", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Vademecum", "Verification", "build",
     "from_bytes", "modes", "open", "run", "verify",
 ]
 

@@ -64,6 +64,9 @@ class Scene:
     @property
     def pattern_names(self) -> list[str]: ...
     @property
+    def support_names(self) -> list[str]:
+        """Supports whose reactions the file gives."""
+    @property
     def parameters(self) -> dict[str, float]:
         """Values of the live parameters, by name."""
     def set(self, values: _Values = None, /, **parameters: float) -> None:
@@ -78,6 +81,13 @@ class Scene:
         `clear`. Contacts add up."""
     def pattern(self, name: str, amplitude: float = 1.0) -> None:
         """Adds a load pattern of the file, times an amplitude. It stays until `clear`."""
+    def base(
+        self,
+        acceleration: _Vector = (0.0, 0.0, 0.0),
+        angular_velocity: _Vector = (0.0, 0.0, 0.0),
+        angular_acceleration: _Vector = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Adds the inertia of a base that moves so, in its own axes. It stays until `clear`."""
     def clear(self) -> None:
         """Takes all loads away."""
     def rest(self) -> None:
@@ -104,6 +114,8 @@ class Scene:
         """The nodes of the surface, shape (surface nodes, 3), in the precision of the scene."""
     def body(self, field: str = "displacement", out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
         """All nodes, shape (nodes, 3), in the precision of the scene."""
+    def reaction(self, name: str) -> NDArray[np.float64]:
+        """Force [N] and moment [N m] that a support exerts on the body, six numbers."""
     @property
     def energy(self) -> float:
         """Kinetic and elastic energy [J]."""
