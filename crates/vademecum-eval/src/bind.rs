@@ -35,6 +35,8 @@ pub(crate) struct Sections<'m> {
     pub residual: Residual<'m>,
     /// The factor of the stiffness.
     pub factor: Factor<'m>,
+    /// Mass and moments of a free body.
+    pub rigid_body: Option<&'m [[u8; 8]]>,
     /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
 }
@@ -103,6 +105,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         pattern_block: optional(S::PatternBlock),
         residual: Residual::of(file),
         factor: Factor::of(file),
+        rigid_body: file.section(S::RigidBody).and_then(|section| section.f64s().ok()),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,
     })

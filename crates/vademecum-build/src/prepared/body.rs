@@ -5,7 +5,7 @@
 
 use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
-use crate::input::{PatternEntry, Problem};
+use crate::input::{CENTRIFUGAL, PatternEntry, Problem};
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
@@ -171,6 +171,17 @@ impl Body {
         self.model.pencil().n_dof()
     }
 
+    /// Mass, centre, moments of inertia and first centrifugal pattern of a body without supports, then force
+    /// and moment about the centre of each pattern, as section 59 of a file has them; nothing of a body that
+    /// is held.
+    pub fn rigid_numbers(&self) -> Vec<f64> {
+        let Some(rigid) = self.model.pencil().rigid() else { return vec![] };
+        let first = self.patterns.len() - CENTRIFUGAL.len();
+        let own = [rigid.mass].into_iter().chain(rigid.centre).chain(rigid.inertia).chain([first as f64]);
+        let nodes = &self.model.mesh().nodes;
+        own.chain(self.patterns.iter().flat_map(|(_, force)| rigid.resultant(nodes, force))).collect()
+    }
+
     /// Builds the body a problem describes.
     ///
     /// # Errors
@@ -188,6 +199,10 @@ impl Body {
         for (i, entry) in problem.load.patterns.iter().enumerate() {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
             patterns.push((entry.name.clone(), force));
+        }
+        if let Some(rigid) = model.pencil().rigid() {
+            let forces = rigid.centrifugal(&model.mesh().nodes, model.pencil());
+            patterns.extend(CENTRIFUGAL.map(String::from).into_iter().zip(forces));
         }
         let load_nodes = nodes_of(&loadable);
         Ok(Self { model, surface: surface.triangles, loadable, load_nodes, patterns, probes, mesh_hash })

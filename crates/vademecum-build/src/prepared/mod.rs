@@ -156,6 +156,7 @@ pub fn prepare_within(
         (watch.stage("assemble", || Body::build(problem, mesh))?, space)
     };
     note_probes(problem, &body, listener);
+    note_free(&body, listener);
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
@@ -231,6 +232,18 @@ fn note_probes(problem: &Problem, body: &Body, listener: &dyn Listener) {
                 probe.name
             ));
         }
+    }
+}
+
+/// A body that nothing holds is meant, or a support was forgotten.
+fn note_free(body: &Body, listener: &dyn Listener) {
+    if let Some(rigid) = body.model.pencil().rigid() {
+        let [x, y, z] = rigid.centre;
+        listener.note(&format!(
+            "no `[[support]]`: the body is free; the file keeps its six rigid motions apart (mass {:.6e}, centre ({x:.6e}, \
+             {y:.6e}, {z:.6e})) and its elastic modes",
+            rigid.mass
+        ));
     }
 }
 
