@@ -22,7 +22,7 @@ use crate::dynamics::{
     first_frequency,
 };
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
-use crate::input::Problem;
+use crate::input::{Problem, ProblemError};
 use crate::limits::{Memory, TooMuchMemory};
 use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
@@ -35,6 +35,9 @@ pub enum PrepareError {
     /// Problem and mesh do not fit.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// What a body without supports cannot have.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
     /// The damping feeds energy into some mode.
     #[error("`damping`")]
     Damping(#[from] DampingError),
@@ -134,6 +137,7 @@ pub fn prepare_within(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
+    problem.check_free()?;
     let (scheme, exact) = match problem.scheme() {
         SchemeKind::Exact {} => (bathe(), true),
         kind => (kind.table()?, false),

@@ -45,7 +45,6 @@ impl Problem {
         self.check_time_and_basis()?;
         self.check_parameters()?;
         self.check_chapter()?;
-        self.check_free()?;
         self.check_sizes()?;
         self.check_scales()
     }
@@ -340,9 +339,9 @@ impl Problem {
         )
     }
 
-    /// A body without supports moves at its own modes, beside a rigid motion that a file does not step by
-    /// stages.
-    fn check_free(&self) -> Result<(), ProblemError> {
+    /// What a problem without supports can ask for, once it is to be computed: the body then moves at its own
+    /// modes, beside a rigid motion that is not stepped by stages.
+    pub(crate) fn check_free(&self) -> Result<(), ProblemError> {
         if !self.is_free() {
             return Ok(());
         }
