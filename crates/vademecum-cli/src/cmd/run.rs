@@ -94,7 +94,8 @@ impl Run {
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;
         outputs.make_folder(&self.output)?;
-        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), run.probes())?;
+        let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
+        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &columns)?;
         let mut fields =
             geometry.map(|geometry| FieldSeries::begin(&outputs, &self.output, geometry)).transpose()?;
         let played = run.play(console, |moment: &Moment<'_>| {
@@ -114,7 +115,7 @@ impl Run {
             print_json(&Played {
                 steps: run.steps,
                 time_step: run.time_step,
-                probes: run.probes(),
+                probes: &columns,
                 rows: probes.rows.lines(),
                 probes_file: probes.path.display().to_string(),
                 fields: fields.as_ref().map_or(0, |series| series.collection.lines()),
@@ -184,7 +185,7 @@ impl ProbeTable {
 
 fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
-    probed.values.iter().try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    probed.values.iter().chain(probed.flight).try_for_each(|value| write!(line, ",{value:.9e}"))?;
     line.write_char('\n')
 }
 

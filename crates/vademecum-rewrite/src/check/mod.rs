@@ -8,6 +8,7 @@ mod factor;
 mod geometry;
 mod matrices;
 mod residual;
+mod rigid;
 mod step;
 mod symmetric;
 
@@ -86,6 +87,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     step::check(&raw)?;
     residual::check(&raw)?;
     factor::check(&raw)?;
+    rigid::check(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }

@@ -21,7 +21,7 @@ use vademecum_format::scheme::SchemeTable;
 
 use super::{DenseGalerkin, ExactModes, TwoStage, trajectory};
 use crate::error::StudyError;
-use crate::scenario::{ContactEntry, OutputPlan, Scenario};
+use crate::scenario::{ContactEntry, Scenario};
 
 /// What a file holds of the step beside the diagonal structure.
 #[derive(Default)]
@@ -360,7 +360,7 @@ impl Study {
         let (force, end) = ([0.3, -0.5, -0.8], 200.0 * self.time_step());
         let push = ContactEntry::push(point, force, end);
         let duration = 2000.0 * self.time_step();
-        Ok(Scenario { duration, contacts: vec![push], patterns: vec![], output: OutputPlan::default() })
+        Ok(Scenario { duration, contacts: vec![push], ..Scenario::default() })
     }
 }
 
