@@ -287,6 +287,8 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         (18, probe("\"a\"", "[0, 0, inf]", "[0, 0, 1]")),
         (19, probe("\"a\"", "[0, 0, 0]", "[0, 0, 0]")),
         (20, format!("duration = 1.0\n{}", many.repeat(10_001))),
+        (21, "duration = 1.0\n[free]\nvelocity = [0, inf, 0]".into()),
+        (21, "duration = 1.0\n[free]\nvelocity = [0, 2e9, 0]".into()),
     ];
     let rows = refusals(&page("scenario-1.md"));
     assert!(matches!(
