@@ -135,8 +135,8 @@ impl FreeBody {
         motion
     }
 
-    /// One step of both motions, under what was pushed since the last one, and takes that away. A live density
-    /// that has changed keeps the velocities.
+    /// One step of both motions, under what was pushed since the last one, and takes that away. A live
+    /// density that has changed keeps the velocities.
     ///
     /// # Errors
     /// [`StepError`]; both motions are then unchanged, and nothing pushes any more.
@@ -230,8 +230,8 @@ impl<T: Scalar> Loads<'_, T> {
     /// forces at its surface ([`Loads::add_contact`]) in the body. [`FreeBody::step`] does it itself.
     ///
     /// # Errors
-    /// [`LoadError::Missing`] for a body with supports, and the errors of a pattern that cannot be added; some
-    /// of the six may then have been added.
+    /// [`LoadError::Missing`] for a body with supports, and the errors of a pattern that cannot be added;
+    /// some of the six may then have been added.
     pub fn add_spin(
         &mut self,
         scene: &Scene<'_, T>,

@@ -1,11 +1,11 @@
 //! The rigid motion of a free body: where it is, how it is turned, and its momenta, over large rotations.
 //!
-//! A step drifts half of its length, takes the impulse of forces and moments, and drifts the other half. While
-//! it drifts, a body keeps its momenta; its attitude follows from turns about its three principal axes, each
-//! as far as the energy of that axis alone would turn it, in an order that is the same from behind (McLachlan
-//! 1993; Reich 1994; Dullweber, Leimkuhler and McLachlan 1997). The momenta in space are what is kept in
-//! memory, so free flight does not change a bit of them. The whole is symplectic and of second order, its
-//! energy stays near where it was, and it solves nothing.
+//! A step drifts half of its length, takes the impulse of forces and moments, and drifts the other half.
+//! While it drifts, a body keeps its momenta; its attitude follows from turns about its three principal axes,
+//! each as far as the energy of that axis alone would turn it, in an order that is the same from behind
+//! (McLachlan 1993; Reich 1994; Dullweber, Leimkuhler and McLachlan 1997). The momenta in space are what is
+//! kept in memory, so free flight does not change a bit of them. The whole is symplectic and of second order,
+//! its energy stays near where it was, and it solves nothing.
 
 use crate::surface::{cross, dot, minus};
 use vademecum_format::{File, SectionKind};
@@ -85,10 +85,10 @@ impl RigidBody {
         each.fold([0.0; 3], |sum, (axis, moment)| add(sum, scaled(dot(*axis, vector), moment), *axis))
     }
 
-    /// How the rigid motion yields at points of the body to forces held over a step of `time_step` \[s\]: adds
-    /// to `w` what [`Scene::compliance`](crate::Scene::compliance), which is of the elastic motion alone,
-    /// leaves out. Points \[m\] and directions are those of the body; `w` has shape `(3n, 3n)` for `n` points,
-    /// row by row \[m/N\]; what is beyond its end is left out.
+    /// How the rigid motion yields at points of the body to forces held over a step of `time_step` \[s\]:
+    /// adds to `w` what [`Scene::compliance`](crate::Scene::compliance), which is of the elastic motion
+    /// alone, leaves out. Points \[m\] and directions are those of the body; `w` has shape `(3n, 3n)` for `n`
+    /// points, row by row \[m/N\]; what is beyond its end is left out.
     ///
     /// A force at `d` moves `c` by `½Δt² (1/m F + I⁻¹(r_d × F) × r_c)` by the end of the step.
     pub fn add_compliance(&self, time_step: f64, points: &[[f64; 3]], w: &mut [f64]) {

@@ -196,8 +196,8 @@ impl Pencil {
     }
 
     /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice
-    /// gives it. The rigid motions of a free body stay those of the pencil as it is: they are the same as long
-    /// as all regions have one weight.
+    /// gives it. The rigid motions of a free body stay those of the pencil as it is: they are the same as
+    /// long as all regions have one weight.
     ///
     /// # Panics
     /// If the two slices do not hold one weight per region.
