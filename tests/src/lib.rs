@@ -25,3 +25,4 @@ pub mod stress;
 pub mod synthetic;
 pub mod textbook;
 pub mod total_error;
+pub mod witness;

@@ -193,6 +193,11 @@ fn the_command_writes_a_table_and_a_picture_and_names_what_it_does_not_know() {
     assert_eq!(json["values"][0][2][0].as_f64(), Some(numbers[1]));
     assert!(std::fs::read_to_string(&plot).expect("a picture").starts_with("<svg"));
     asked(&["--out", "tap"]).fails(3, &["no probe `tap`", "`tip`"]);
+    // Millimetres where the file has metres.
+    let far = ["the point (1000.000000, 40.000000, 100.000000)", "unit of the file"];
+    asked(&["--out", "1000,40,100,z"]).fails(3, &far);
+    let wrong = vademecum(&["frf", &file, "--in", "1000,40,100,z", "--out", "tip", "--range", "1,500"]);
+    wrong.fails(3, &far);
     asked(&["--out", "1,2"]).fails(2, &["`1,2` is no channel"]);
     asked(&["--out", "1,2,3,0,0,0"]).fails(2, &["is no channel"]);
     let wrong = vademecum(&["frf", &file, "--in", "none", "--out", "tip", "--range", "1,500"]);

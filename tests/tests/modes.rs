@@ -87,7 +87,7 @@ fn shapes_are_written_and_are_their_own_best_match() {
     }
 
     let text = |name: &str| path(name).display().to_string();
-    let line = ["modes", &text("beam.toml"), "--count", "4", "--shapes", &text("m.vtu"), "--compare"];
+    let line = ["modes", &text("beam.toml"), "--count", "4", "--shapes", &text("m.vtu"), "--assurance"];
     let ran = vademecum(&[&line[..], &[&text("others.npy"), "--json"]].concat());
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let json = ran.json();
@@ -98,6 +98,6 @@ fn shapes_are_written_and_are_their_own_best_match() {
     assert!(read.column(0) == fields[1].as_slice());
     let short = Matrix { rows: 6, columns: 1, data: vec![1.0; 6] };
     write_npy(&path("short.npy"), &short).expect("written");
-    let line = ["modes", &text("beam.toml"), "--compare", &text("short.npy")];
+    let line = ["modes", &text("beam.toml"), "--assurance", &text("short.npy")];
     vademecum(&line).fails(3, &["short.npy: 6 rows", "three for each node"]);
 }

@@ -97,6 +97,8 @@ struct Stages<'a> {
     residual: Option<&'a StaticResidual>,
     /// The factor of the stiffness as the file keeps it; empty where it does not.
     factor: &'a [Draft],
+    /// Sections of the stress; empty where the problem asks for none.
+    stress: &'a [Draft],
 }
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -131,6 +133,7 @@ pub fn build(
         options,
         residual: None,
         factor: &[],
+        stress: &[],
     };
 
     let mut missed = None;
@@ -214,7 +217,8 @@ impl<'a> Stages<'a> {
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let residual = self.static_residual(problem, &basis, watch)?;
-        let mut sized = Stages { residual: residual.as_ref(), ..*self };
+        let stress = self.stress(problem, &basis, residual.is_some(), watch)?;
+        let mut sized = Stages { residual: residual.as_ref(), stress: &stress, ..*self };
         let mut factor = vec![];
         // Without loadable nodes there is no residual, and nothing for the factor to add to.
         let asked = problem.output.static_fields == Some(true) && residual.is_some();

@@ -615,80 +615,6 @@ enum VdmStatus vdm_verify(const uint8_t *file, size_t length, char *text, size_t
 int32_t vdm_structure(struct VdmBody *body);
 
 /*
- The place that is a loadable node; no search.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`.
- */
-enum VdmStatus vdm_at_node(struct VdmBody *body, uint32_t node, struct VdmPlace *place);
-
-/*
- Instants of a step at which a load that changes is asked for, as fractions of the step; four numbers, of
- which those past the stages of the scheme are 0.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `instants` points to four numbers.
- */
-enum VdmStatus vdm_instants(struct VdmBody *body, double *instants);
-
-/*
- Adds a force in N that changes within a step: `force` times the four `amplitudes` at [`vdm_instants`].
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `force` to
- three numbers, and `amplitudes` to four.
- */
-enum VdmStatus vdm_add_contact_staged(struct VdmBody *body,
-                                      const struct VdmPlace *place,
-                                      const double *force,
-                                      const double *amplitudes);
-
-/*
- Adds a load pattern that changes within a step: times the four `amplitudes` at [`vdm_instants`].
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `amplitudes` points to four numbers.
- */
-enum VdmStatus vdm_add_pattern_staged(struct VdmBody *body, uint32_t pattern, const double *amplitudes);
-
-/*
- Adds a force in N that goes linearly from `start` to `end` over one step.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `start` and
- `end` to three numbers.
- */
-enum VdmStatus vdm_add_contact_ramp(struct VdmBody *body,
-                                    const struct VdmPlace *place,
-                                    const double *start,
-                                    const double *end);
-
-/*
- Adds a load pattern whose amplitude goes linearly from `start` to `end` over one step.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_add_pattern_ramp(struct VdmBody *body, uint32_t pattern, double start, double end);
-
-/*
- Keeps the loads as they are, for a body bound with `VdmOptions.keep_loads`: those that stay, in a loop
- that adds others to them in each step.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_keep_loads(struct VdmBody *body);
-
-/*
- The loads become those that were kept.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_recall_loads(struct VdmBody *body);
-
-/*
  Range and present value of a live parameter.
 
  # Safety
@@ -710,194 +636,12 @@ enum VdmStatus vdm_set_parameters(struct VdmBody *body,
                                   size_t work_numbers);
 
 /*
- Sets the reduced coordinates and their rates, `VdmNeeds.modes` numbers each, with the acceleration that
- the loads at hand demand.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
- numbers.
- */
-enum VdmStatus vdm_set(struct VdmBody *body, const double *zeta, const double *zeta_dot, size_t count);
-
-/*
- The reduced coordinates and their rates, `VdmNeeds.modes` numbers each.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
- numbers that do not overlap.
- */
-enum VdmStatus vdm_coordinates(struct VdmBody *body, double *zeta, double *zeta_dot, size_t count);
-
-/*
- Gives a body the state of another one of the same file, precision and structure, whose step in time may
- differ: displacement, velocity and acceleration stay what they are.
-
- # Safety
- `to` and `from` are null or handles of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_carry(struct VdmBody *to, const struct VdmBody *from);
-
-/*
- Displacement or velocity of all nodes, three `float`s a node. For a body in single precision.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
- */
-enum VdmStatus vdm_body_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
-
-/*
- The same for a body in double precision.
-
- # Safety
- As for [`vdm_body_f32`].
- */
-enum VdmStatus vdm_body_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
-
-/*
- Where the nodes of the surface are at rest, in m; three numbers a node.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
- */
-enum VdmStatus vdm_positions(struct VdmBody *body, double *out, size_t numbers);
-
-/*
- The triangles of the surface, three nodes each, counter-clockwise from outside.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
- */
-enum VdmStatus vdm_triangles(struct VdmBody *body, uint32_t *out, size_t numbers);
-
-/*
- The largest energy, in J, that an unloaded body has when it is put at rest.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `value` points to a number.
- */
-enum VdmStatus vdm_energy_at_rest(struct VdmBody *body, double *value);
-
-/*
  What the moves of the body cost.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `cost` points to a `VdmCost`.
  */
 enum VdmStatus vdm_cost(struct VdmBody *body, struct VdmCost *cost);
-
-/*
- The map `D` of a step `y + D y + l`, column by column: `(3 modes)²` numbers, or `(2 modes)²` of the exact
- structure.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
- */
-enum VdmStatus vdm_increment(struct VdmBody *body, double *out, size_t numbers);
-
-/*
- Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts
- but the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `places` points to `count` places, and `out`
- to `3 count` numbers.
- */
-enum VdmStatus vdm_free_motion(struct VdmBody *body,
-                               const struct VdmPlace *places,
-                               size_t count,
-                               double *out);
-
-/*
- Bytes of memory, aligned to 16, to lend for the static answer of the whole body; 0 where the file does not
- have it (`static_fields` of the problem file).
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-size_t vdm_static_bytes(struct VdmBody *body);
-
-/*
- Lends memory for the static answer of the whole body, for as long as the body is used.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
- nobody else uses.
- */
-enum VdmStatus vdm_static_lend(struct VdmBody *body, uint8_t *memory, size_t memory_bytes);
-
-/*
- Solves for the static answer to the forces of the last step; worth it only when they have changed.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_static_solve(struct VdmBody *body);
-
-/*
- [`vdm_surface_f32`](crate::vdm_surface_f32) with the static answer that was solved for.
-
- # Safety
- As for [`vdm_body_f32`].
- */
-enum VdmStatus vdm_static_surface_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
-
-/*
- The same for a body in double precision.
-
- # Safety
- As for [`vdm_body_f32`].
- */
-enum VdmStatus vdm_static_surface_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
-
-/*
- [`vdm_body_f32`] with the static answer that was solved for.
-
- # Safety
- As for [`vdm_body_f32`].
- */
-enum VdmStatus vdm_static_body_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
-
-/*
- The same for a body in double precision.
-
- # Safety
- As for [`vdm_body_f32`].
- */
-enum VdmStatus vdm_static_body_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
-
-/*
- Bytes of memory, aligned to 16, and numbers of work that the modes of a dense step want; zeros for a body
- without the block structure.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory_bytes` and `work_numbers` each point
- to a number.
- */
-enum VdmStatus vdm_modal_needs(struct VdmBody *body, size_t *memory_bytes, size_t *work_numbers);
-
-/*
- Takes the dense step of a body with the block structure apart into independent modes, at the parameters it
- has now. What the modes do not share is left out, and refused above `tolerance` (1e-5 is usual).
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
- nobody else uses for as long as the body is used, `work` to `work_numbers` numbers for the call.
- */
-enum VdmStatus vdm_modal_bind(struct VdmBody *body,
-                              double tolerance,
-                              uint8_t *memory,
-                              size_t memory_bytes,
-                              double *work,
-                              size_t work_numbers);
-
-/*
- Steps `steps` times, all under the loads at hand, in the modes of [`vdm_modal_bind`]. Ten steps in a call
- are cheaper than ten of `vdm_step`, one is not.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_modal_march(struct VdmBody *body, size_t steps);
 
 /*
  Bytes of memory, aligned to 16, to lend for so many instances of a body; 0 for null.
@@ -981,6 +725,262 @@ enum VdmStatus vdm_batch_status(struct VdmBatch *batch, struct VdmBody *body, si
  As for [`vdm_batch_load`].
  */
 enum VdmStatus vdm_batch_carry(struct VdmBatch *batch, struct VdmBody *body);
+
+/*
+ Displacement or velocity of all nodes, three `float`s a node. For a body in single precision.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
+ */
+enum VdmStatus vdm_body_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+
+/*
+ The same for a body in double precision.
+
+ # Safety
+ As for [`vdm_body_f32`].
+ */
+enum VdmStatus vdm_body_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+
+/*
+ Where the nodes of the surface are at rest, in m; three numbers a node.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
+ */
+enum VdmStatus vdm_positions(struct VdmBody *body, double *out, size_t numbers);
+
+/*
+ The triangles of the surface, three nodes each, counter-clockwise from outside.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
+ */
+enum VdmStatus vdm_triangles(struct VdmBody *body, uint32_t *out, size_t numbers);
+
+/*
+ The largest energy, in J, that an unloaded body has when it is put at rest.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `value` points to a number.
+ */
+enum VdmStatus vdm_energy_at_rest(struct VdmBody *body, double *value);
+
+/*
+ Bytes of memory, aligned to 16, to lend for the static answer of the whole body; 0 where the file does not
+ have it (`static_fields` of the problem file).
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+size_t vdm_static_bytes(struct VdmBody *body);
+
+/*
+ Lends memory for the static answer of the whole body, for as long as the body is used.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
+ nobody else uses.
+ */
+enum VdmStatus vdm_static_lend(struct VdmBody *body, uint8_t *memory, size_t memory_bytes);
+
+/*
+ Solves for the static answer to the forces of the last step; worth it only when they have changed.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_static_solve(struct VdmBody *body);
+
+/*
+ [`vdm_surface_f32`](crate::vdm_surface_f32) with the static answer that was solved for.
+
+ # Safety
+ As for [`vdm_body_f32`].
+ */
+enum VdmStatus vdm_static_surface_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+
+/*
+ The same for a body in double precision.
+
+ # Safety
+ As for [`vdm_body_f32`].
+ */
+enum VdmStatus vdm_static_surface_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+
+/*
+ [`vdm_body_f32`] with the static answer that was solved for.
+
+ # Safety
+ As for [`vdm_body_f32`].
+ */
+enum VdmStatus vdm_static_body_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+
+/*
+ The same for a body in double precision.
+
+ # Safety
+ As for [`vdm_body_f32`].
+ */
+enum VdmStatus vdm_static_body_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+
+/*
+ The place that is a loadable node; no search.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`.
+ */
+enum VdmStatus vdm_at_node(struct VdmBody *body, uint32_t node, struct VdmPlace *place);
+
+/*
+ Instants of a step at which a load that changes is asked for, as fractions of the step; four numbers, of
+ which those past the stages of the scheme are 0.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `instants` points to four numbers.
+ */
+enum VdmStatus vdm_instants(struct VdmBody *body, double *instants);
+
+/*
+ Adds a force in N that changes within a step: `force` times the four `amplitudes` at [`vdm_instants`].
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `force` to
+ three numbers, and `amplitudes` to four.
+ */
+enum VdmStatus vdm_add_contact_staged(struct VdmBody *body,
+                                      const struct VdmPlace *place,
+                                      const double *force,
+                                      const double *amplitudes);
+
+/*
+ Adds a load pattern that changes within a step: times the four `amplitudes` at [`vdm_instants`].
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `amplitudes` points to four numbers.
+ */
+enum VdmStatus vdm_add_pattern_staged(struct VdmBody *body, uint32_t pattern, const double *amplitudes);
+
+/*
+ Adds a force in N that goes linearly from `start` to `end` over one step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `start` and
+ `end` to three numbers.
+ */
+enum VdmStatus vdm_add_contact_ramp(struct VdmBody *body,
+                                    const struct VdmPlace *place,
+                                    const double *start,
+                                    const double *end);
+
+/*
+ Adds a load pattern whose amplitude goes linearly from `start` to `end` over one step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_add_pattern_ramp(struct VdmBody *body, uint32_t pattern, double start, double end);
+
+/*
+ Keeps the loads as they are, for a body bound with `VdmOptions.keep_loads`: those that stay, in a loop
+ that adds others to them in each step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_keep_loads(struct VdmBody *body);
+
+/*
+ The loads become those that were kept.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_recall_loads(struct VdmBody *body);
+
+/*
+ Bytes of memory, aligned to 16, and numbers of work that the modes of a dense step want; zeros for a body
+ without the block structure.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory_bytes` and `work_numbers` each point
+ to a number.
+ */
+enum VdmStatus vdm_modal_needs(struct VdmBody *body, size_t *memory_bytes, size_t *work_numbers);
+
+/*
+ Takes the dense step of a body with the block structure apart into independent modes, at the parameters it
+ has now. What the modes do not share is left out, and refused above `tolerance` (1e-5 is usual).
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
+ nobody else uses for as long as the body is used, `work` to `work_numbers` numbers for the call.
+ */
+enum VdmStatus vdm_modal_bind(struct VdmBody *body,
+                              double tolerance,
+                              uint8_t *memory,
+                              size_t memory_bytes,
+                              double *work,
+                              size_t work_numbers);
+
+/*
+ Steps `steps` times, all under the loads at hand, in the modes of [`vdm_modal_bind`]. Ten steps in a call
+ are cheaper than ten of `vdm_step`, one is not.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_modal_march(struct VdmBody *body, size_t steps);
+
+/*
+ Sets the reduced coordinates and their rates, `VdmNeeds.modes` numbers each, with the acceleration that
+ the loads at hand demand.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
+ numbers.
+ */
+enum VdmStatus vdm_set(struct VdmBody *body, const double *zeta, const double *zeta_dot, size_t count);
+
+/*
+ The reduced coordinates and their rates, `VdmNeeds.modes` numbers each.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `zeta` and `zeta_dot` point to `count`
+ numbers that do not overlap.
+ */
+enum VdmStatus vdm_coordinates(struct VdmBody *body, double *zeta, double *zeta_dot, size_t count);
+
+/*
+ Gives a body the state of another one of the same file, precision and structure, whose step in time may
+ differ: displacement, velocity and acceleration stay what they are.
+
+ # Safety
+ `to` and `from` are null or handles of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_carry(struct VdmBody *to, const struct VdmBody *from);
+
+/*
+ The map `D` of a step `y + D y + l`, column by column: `(3 modes)²` numbers, or `(2 modes)²` of the exact
+ structure.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
+ */
+enum VdmStatus vdm_increment(struct VdmBody *body, double *out, size_t numbers);
+
+/*
+ Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts
+ but the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `places` points to `count` places, and `out`
+ to `3 count` numbers.
+ */
+enum VdmStatus vdm_free_motion(struct VdmBody *body,
+                               const struct VdmPlace *places,
+                               size_t count,
+                               double *out);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -121,7 +121,8 @@ impl Failure {
             error,
             S::NoPattern { .. }
                 | S::ProbeTwice { .. }
-                | S::FarContact { .. }
+                | S::NoStress
+                | S::FarPoint { .. }
                 | S::TooManySteps { .. }
                 | S::Long { .. }
                 | S::TooManyLoads { .. }
@@ -318,7 +319,8 @@ impl From<StudyError> for Failure {
             | StudyError::ModeRows { .. }
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
-            | StudyError::FarContact { .. }) => Self::new(Cause::Input, error),
+            | StudyError::NoStress
+            | StudyError::FarPoint { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")
             }

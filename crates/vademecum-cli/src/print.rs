@@ -156,6 +156,9 @@ pub fn print_verification(v: &Verification) {
     if let Some(error) = truth.contact_error {
         println!("under the contacts     {error:.3e}  (along the force, while it acts; the largest)");
     }
+    if let Some(error) = v.stress_error {
+        println!("stress                 {error:.3e}  (largest von Mises of the difference, of the largest)");
+    }
     if let Some(bound) = &v.bound {
         println!(
             "certified for any load {:.1e} in the median, {:.1e} for 95 %, {:.1e} at worst ({}, beside the static part)",

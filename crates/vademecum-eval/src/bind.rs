@@ -15,6 +15,7 @@ use crate::residual::Residual;
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
+use crate::stress::StressRows;
 use vademecum_format::exact::Propagator;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
 use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
@@ -37,6 +38,8 @@ pub(crate) struct Sections<'m> {
     pub factor: Factor<'m>,
     /// Mass and moments of a free body.
     pub rigid_body: Option<&'m [[u8; 8]]>,
+    /// Rows of the stress.
+    pub stress: StressRows<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
 }
@@ -106,6 +109,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         residual: Residual::of(file),
         factor: Factor::of(file),
         rigid_body: file.section(S::RigidBody).and_then(|section| section.f64s().ok()),
+        stress: StressRows::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,
     })

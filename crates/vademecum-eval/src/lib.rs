@@ -172,6 +172,7 @@ mod short_rows;
 mod simulation;
 mod state;
 mod static_field;
+mod stress;
 mod surface;
 mod tree;
 
@@ -193,6 +194,7 @@ pub use scene::Scene;
 pub use simulation::{Simulation, SimulationError};
 pub use state::State;
 pub use static_field::StaticField;
-pub use surface::{Surface, SurfacePoint};
+pub use stress::{StressPoint, Tensor};
+pub use surface::{Surface, SurfacePoint, nearest_in_triangle};
 pub use tree::{SurfaceTree, TreeSizes};
 pub use vademecum_format as format;

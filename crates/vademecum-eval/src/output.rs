@@ -179,7 +179,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(factors(&state.y, field))
     }
 
-    fn check(&self, state: &State<'_, T>) -> Result<(), OutputError> {
+    pub(crate) fn check(&self, state: &State<'_, T>) -> Result<(), OutputError> {
         if state.shape == self.shape { Ok(()) } else { Err(OutputError::Mismatch) }
     }
 }

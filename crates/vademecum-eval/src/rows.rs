@@ -133,7 +133,7 @@ pub(crate) fn factors<'s, T: Scalar>(y: &'s Coordinates<'_, T>, field: Field) ->
 }
 
 /// `Σ_k row_k x_k`; the kind of the numbers is looked at once a row.
-fn dot<T: Scalar>(row: Numbers<'_>, x: &[T]) -> f64 {
+pub(crate) fn dot<T: Scalar>(row: Numbers<'_>, x: &[T]) -> f64 {
     let x = x.iter().map(|x| x.to_f64());
     match row {
         Numbers::F32(row) => row.iter().zip(x).map(|(&row, x)| f64::from(f32::from_le_bytes(row)) * x).sum(),

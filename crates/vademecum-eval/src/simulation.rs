@@ -86,6 +86,15 @@ enum Applied {
     Pattern(usize, f64),
 }
 
+impl Applied {
+    fn add<T: Scalar>(&self, scene: &Scene<'_, T>, loads: &mut Loads<'_, T>) -> Result<(), LoadError> {
+        match self {
+            Self::Contact(contact) => loads.add_contact(scene, contact),
+            Self::Pattern(pattern, amplitude) => loads.add_pattern(scene, *pattern, *amplitude),
+        }
+    }
+}
+
 /// Why there is no simulation.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -317,12 +326,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     }
 
     fn apply(&mut self, load: Applied) -> Result<(), LoadError> {
-        match &load {
-            Applied::Contact(contact) => self.loads.add_contact(&self.scene, contact)?,
-            Applied::Pattern(pattern, amplitude) => {
-                self.loads.add_pattern(&self.scene, *pattern, *amplitude)?;
-            }
-        }
+        load.add(&self.scene, &mut self.loads)?;
         self.applied.push(load);
         Ok(())
     }
@@ -358,20 +362,17 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// Sets a live parameter and carries state and loads over, as [`Scene::set_parameter`].
     ///
     /// # Errors
-    /// [`BindError`]; nothing has changed then.
+    /// [`BindError`]. Parameter, state and loads are then what they were, with one exception: a load that
+    /// leaves the range of `T` at the new value. The answer is [`BindError::NotFinite`], the value is set and
+    /// no load acts any more.
     pub fn set_parameter(&mut self, parameter: usize, value: f64) -> Result<(), BindError> {
         self.moves = self.moves.wrapping_add(1);
         self.scene.set_parameter(parameter, value, &mut self.state, &mut self.work)?;
         self.loads.clear();
-        for load in &self.applied {
-            let added = match load {
-                Applied::Contact(contact) => self.loads.add_contact(&self.scene, contact),
-                Applied::Pattern(pattern, amplitude) => {
-                    self.loads.add_pattern(&self.scene, *pattern, *amplitude)
-                }
-            };
-            // What was taken before is taken again, unless it leaves the precision.
-            added.map_err(|_| BindError::NotFinite)?;
+        // What was taken before is taken again, unless it leaves the precision.
+        if self.applied.iter().any(|load| load.add(&self.scene, &mut self.loads).is_err()) {
+            self.clear();
+            return Err(BindError::NotFinite);
         }
         Ok(())
     }
@@ -416,7 +417,7 @@ impl<T: Scalar + 'static> Simulation<T> {
         self.scene.energy(&self.state)
     }
 
-    /// The state, to be kept; [`Simulation::restore`] takes it back bit by bit.
+    /// The state, to be kept; [`Simulation::restore`] takes it back bit by bit. Loads are not part of it.
     #[must_use]
     pub fn save(&self) -> Vec<T> {
         let mut saved = vec![T::ZERO; self.scene.state_numbers()];
@@ -425,13 +426,14 @@ impl<T: Scalar + 'static> Simulation<T> {
         saved
     }
 
-    /// Takes back what [`Simulation::save`] gave at the same time step.
+    /// Takes back what [`Simulation::save`] gave at the same time step. What the modes leave out of the
+    /// static answer is that to the loads there are now, as [`State::restore_under`] says.
     ///
     /// # Errors
     /// [`StepError`]; the state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.moves = self.moves.wrapping_add(1);
-        self.state.restore(saved)
+        self.state.restore_under(saved, &self.loads)
     }
 }
 

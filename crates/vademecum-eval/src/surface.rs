@@ -104,7 +104,7 @@ impl<'m> Surface<'m> {
             let [Some(a), Some(b), Some(c)] = nodes.map(|node| self.node(node)) else {
                 continue;
             };
-            let weights = closest(point, a, b, c);
+            let weights = nearest_in_triangle(point, [a, b, c]);
             let position = [0, 1, 2].map(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i]);
             let away = minus(point, position);
             let distance = libm::sqrt(dot(away, away));
@@ -139,7 +139,15 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 /// Barycentric weights of the point of the triangle `a b c` nearest to `p`: the inside if the projection lies
 /// there, else the best of the three edges. A triangle without area gives its edges' answer.
-pub(crate) fn closest(p: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
+///
+/// ```
+/// use vademecum_eval::nearest_in_triangle;
+///
+/// let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// assert_eq!(nearest_in_triangle([0.5, -2.0, 7.0], triangle), [0.5, 0.5, 0.0]);
+/// ```
+#[must_use]
+pub fn nearest_in_triangle(p: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let (ab, ac, ap) = (minus(b, a), minus(c, a), minus(p, a));
     let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
     let (pb, pc) = (dot(ap, ab), dot(ap, ac));

@@ -8,7 +8,7 @@
 use crate::error::OutputError;
 use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;
-use crate::surface::{Surface, SurfacePoint, closest, cross, dot, minus};
+use crate::surface::{Surface, SurfacePoint, cross, dot, minus, nearest_in_triangle};
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
@@ -171,7 +171,7 @@ impl<'m> SurfaceTree<'m> {
             libm::sqrt(dot(gap, gap))
         };
         self.search(away, |a, b, c| {
-            let weights = closest(point, a, b, c);
+            let weights = nearest_in_triangle(point, [a, b, c]);
             let gap = minus(point, weighted(weights, a, b, c));
             Some((weights, libm::sqrt(dot(gap, gap))))
         })

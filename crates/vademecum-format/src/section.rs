@@ -144,7 +144,8 @@ pub enum SectionKind {
     StressResidual = 49,
     /// Stress of `R F_p` \[Pa\], `f64 (n_patterns, any, 6)`.
     PatternStress = 50,
-    /// Young's modulus \[Pa\] and Poisson's ratio of each region as built, `f64 (n_regions, 2)`.
+    /// Young's modulus \[Pa\] and Poisson's ratio of each region of the mesh as built,
+    /// `f64 (any, 2)`.
     ElasticConstants = 51,
     /// Unit of each probe's value, UTF-8, one a line; metres where the section is missing.
     ProbeUnits = 52,
@@ -312,11 +313,10 @@ impl SectionKind {
             Self::FactorOrder | Self::FactorRows | Self::FactorValues => [None, Some(1), Some(1)],
             Self::FactorGroups => [None, Some(2), Some(1)],
             Self::PatternAnswer => [Some(u64::from(m.n_patterns)), None, Some(1)],
-            Self::StressPoints => [None, Some(2), Some(1)],
+            Self::StressPoints | Self::ElasticConstants => [None, Some(2), Some(1)],
             Self::StressBasis | Self::ReactionBasis => [None, Some(6), Some(r)],
             Self::StressResidual | Self::ReactionLoads => [None, Some(u64::from(m.n_load_nodes)), Some(18)],
             Self::PatternStress | Self::PatternReaction => [Some(u64::from(m.n_patterns)), None, Some(6)],
-            Self::ElasticConstants => two(u64::from(m.n_regions), 2),
             Self::SupportPoints => [None, Some(3), Some(1)],
             Self::BaseFrame => one(3),
             Self::RigidBody => one(11 + 6 * u64::from(m.n_patterns)),

@@ -59,6 +59,11 @@ impl Keep {
                 | S::FactorRows
                 | S::FactorValues
                 | S::PatternAnswer
+                | S::StressPoints
+                | S::StressBasis
+                | S::StressResidual
+                | S::PatternStress
+                | S::ElasticConstants
         );
         match self {
             Self::Probes => !(inside || surface || for_people),

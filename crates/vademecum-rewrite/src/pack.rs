@@ -183,7 +183,8 @@ fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Opt
         let load_rows = 3 * file.metadata().n_load_nodes as usize * r;
         (squares(&basis[..load_rows.min(basis.len())]), term_strengths(file)?)
     } else {
-        (squares(values), vec![1.0])
+        let rows_of_three = if section.kind() == SectionKind::StressBasis { 2 } else { 1 };
+        (squares(values), vec![1.0; rows_of_three])
     };
     let sound = squares.iter().chain(&terms).all(|x| x.is_normal());
     Ok(sound.then_some(Measure { shares: shares(file)?, squares, terms }))

@@ -45,7 +45,8 @@ pub(super) struct Measure {
     pub shares: [Vec<f64>; 2],
     /// `|B_k|²`.
     pub squares: Vec<f64>,
-    /// Largest product of factors of each term; `[1.0]` for a basis.
+    /// Largest product of factors of each term; `[1.0]` for a basis, and twice that for the six rows of a
+    /// stress.
     pub terms: Vec<f64>,
 }
 
@@ -179,5 +180,5 @@ pub(super) fn single(values: &[f64]) -> (Vec<u8>, Vec<f64>) {
 /// The sections a tolerance is for.
 pub(super) fn may_be_rounded(kind: SectionKind) -> bool {
     use SectionKind as S;
-    matches!(kind, S::NodeCoordinates | S::SurfaceBasis | S::InteriorBasis | S::BlockLoad)
+    matches!(kind, S::NodeCoordinates | S::SurfaceBasis | S::InteriorBasis | S::BlockLoad | S::StressBasis)
 }

@@ -5,7 +5,7 @@
 use serde::Serialize;
 use vademecum_build::certificate::FileFigures;
 use vademecum_build::dynamics::ModeRow;
-use vademecum_format::{File, Section, SectionKind};
+use vademecum_format::{Element, File, Section, SectionKind};
 use vademecum_rewrite::{decode, default_limit};
 
 use crate::error::FileError;
@@ -32,6 +32,20 @@ pub fn lines(file: &File<'_>, kind: SectionKind) -> Result<Vec<String>, FileErro
 pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError> {
     let Some(section) = file.section(kind) else { return Ok(vec![]) };
     Ok(vademecum_rewrite::numbers(&section, &decode(&section, limit(file))?)?)
+}
+
+/// Whole numbers of a section, each of 4 or 8 bytes; none if the file does not have it.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn indices(file: &File<'_>, kind: SectionKind) -> Result<Vec<u64>, FileError> {
+    let Some(section) = file.section(kind) else { return Ok(vec![]) };
+    let raw = decode(&section, limit(file))?;
+    let short = |bytes: &[u8; 4]| u64::from(u32::from_le_bytes(*bytes));
+    Ok(match section.element() {
+        Element::U64 => raw.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect(),
+        _ => raw.as_chunks().0.iter().map(short).collect(),
+    })
 }
 
 /// What the build measured of each structure beside its certificate; nothing if the file does not keep it.

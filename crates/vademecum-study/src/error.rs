@@ -11,7 +11,7 @@ use vademecum_build::chapter::ChapterError;
 use vademecum_build::dynamics::{
     FullOrderError, HarmonicError, MarchError, ModesError, SchemeError, TooMuchWork, TruthError,
 };
-use vademecum_build::fem::FactorError;
+use vademecum_build::fem::{ElementError, FactorError};
 use vademecum_build::field::FieldError;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
@@ -94,6 +94,9 @@ pub enum StudyError {
          damping is none or Rayleigh's (`alpha`, `beta`)"
     )]
     ModalDamping,
+    /// The stress of an element cannot be taken.
+    #[error("the stress of an element")]
+    Stress(#[from] ElementError),
     /// The full order has no answer to a force that swings.
     #[error(transparent)]
     Harmonic(#[from] HarmonicError),
@@ -103,16 +106,21 @@ pub enum StudyError {
         /// The name.
         name: String,
     },
-    /// A contact is nowhere near the body.
+    /// The scenario asks for a stress that the file does not have.
     #[error(
-        "`contact[{contact}]` is {distance:.3e} away from the loadable surface, which reaches from {} to {}; \
+        "`output.stress`: the file has no stress; add `[output] stress = \"surface\"` to the problem file and build it again"
+    )]
+    NoStress,
+    /// A contact of a scenario or a point of a question is nowhere near the body.
+    #[error(
+        "{what} is {distance:.3e} away from the loadable surface, which reaches from {} to {}; \
          expected a point on it: is it in the unit of the file?",
         place(*low),
         place(*high)
     )]
-    FarContact {
-        /// Number of the contact.
-        contact: usize,
+    FarPoint {
+        /// The contact or the point, as the message begins.
+        what: String,
         /// Distance to the nearest point of the loadable surface.
         distance: f64,
         /// Lower corner of the box around the loadable surface.

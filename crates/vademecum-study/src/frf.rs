@@ -16,7 +16,8 @@ use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface,
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::{lines, numbers};
-use crate::error::{FileError, StudyError};
+use crate::error::{FileError, StudyError, place as written};
+use crate::near::{reach, within};
 use crate::parameters::setting;
 use crate::player::with_scene;
 use crate::verify::file_nodes;
@@ -165,32 +166,56 @@ impl Reduced {
     }
 }
 
+/// What a channel is for; it says among which names one is looked up.
+#[derive(Clone, Copy)]
+enum Side {
+    Input,
+    Output,
+}
+
+impl Side {
+    const fn what(self) -> &'static str {
+        match self {
+            Self::Input => "load pattern",
+            Self::Output => "probe",
+        }
+    }
+
+    /// The section with the names, and that with a row of the basis for each.
+    const fn sections(self) -> [SectionKind; 2] {
+        match self {
+            Self::Input => [SectionKind::PatternNames, SectionKind::PatternBasis],
+            Self::Output => [SectionKind::ProbeNames, SectionKind::ProbeRows],
+        }
+    }
+}
+
 /// A channel of a file.
 enum Placed {
     Point(SurfacePoint, [f64; 3]),
-    Probe(usize),
-    Pattern(usize),
+    /// The number of a load pattern (as an input) or of a probe (as an output).
+    Named(usize),
 }
 
-/// Finds a channel in a file; `input` says which names count.
-fn place(file: &File<'_>, channel: &Channel, input: bool) -> Result<Placed, StudyError> {
+/// Finds a channel in a file.
+fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<Placed, StudyError> {
     match channel {
         Channel::Point(point, direction) => {
             let found = Surface::new(file).map_err(FileError::from)?.locate(*point);
-            let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
             let found = found.ok_or(FileError::NoSurface)?;
+            let found = within(file, reach(file)?, found, || format!("the point {}", written(*point)))?;
+            let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
             Ok(Placed::Point(found, direction.map(|c| c / length)))
         }
         Channel::Named(name) => {
-            let kind = if input { SectionKind::PatternNames } else { SectionKind::ProbeNames };
-            let known = lines(file, kind)?;
+            let known = lines(file, side.sections()[0])?;
             let index = known.iter().position(|known| known == name);
             let index = index.ok_or_else(|| StudyError::NoChannel {
                 name: name.clone(),
-                what: if input { "load pattern" } else { "probe" },
+                what: side.what(),
                 known: listed(&known) + &did_you_mean(name, known.iter().map(String::as_str)),
             })?;
-            Ok(if input { Placed::Pattern(index) } else { Placed::Probe(index) })
+            Ok(Placed::Named(index))
         }
     }
 }
@@ -201,15 +226,14 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The row of the basis that belongs to a channel.
-fn row(file: &File<'_>, placed: &Placed) -> Result<Vec<f64>, FileError> {
+fn row(file: &File<'_>, placed: &Placed, side: Side) -> Result<Vec<f64>, FileError> {
     let r = file.metadata().n_modes as usize;
-    let whole = |kind: SectionKind, index: usize| -> Result<Vec<f64>, FileError> {
-        let rows = numbers(file, kind)?;
-        rows.get(index * r..(index + 1) * r).map(<[f64]>::to_vec).ok_or(FileError::Missing { kind })
-    };
     match placed {
-        Placed::Probe(index) => whole(SectionKind::ProbeRows, *index),
-        Placed::Pattern(index) => whole(SectionKind::PatternBasis, *index),
+        Placed::Named(index) => {
+            let [_, kind] = side.sections();
+            let rows = numbers(file, kind)?;
+            rows.get(index * r..(index + 1) * r).map(<[f64]>::to_vec).ok_or(FileError::Missing { kind })
+        }
         Placed::Point(point, direction) => {
             let kind = SectionKind::SurfaceBasis;
             let rows = numbers(file, kind)?;
@@ -251,7 +275,7 @@ fn add(scene: &Scene<'_, f64>, loads: &mut Loads<'_, f64>, input: &Placed) -> Re
             let contact = Contact { nodes: at.nodes, weights: at.weights, force: *force };
             loads.add_contact(scene, &contact)?;
         }
-        Placed::Pattern(index) | Placed::Probe(index) => loads.add_pattern(scene, *index, 1.0)?,
+        Placed::Named(index) => loads.add_pattern(scene, *index, 1.0)?,
     }
     Ok(())
 }
@@ -262,27 +286,27 @@ fn read(scene: &Scene<'_, f64>, state: &State<'_, f64>, output: &Placed) -> Resu
             let moved = scene.point(state, at, Field::Displacement)?;
             Ok((0..3).map(|c| moved[c] * direction[c]).sum())
         }
-        Placed::Probe(index) | Placed::Pattern(index) => {
-            Ok(scene.probe(state, *index, Field::Displacement)?)
-        }
+        Placed::Named(index) => Ok(scene.probe(state, *index, Field::Displacement)?),
     }
 }
 
 /// The frequency response of a file.
 ///
 /// # Errors
-/// [`StudyError::NoChannel`], [`StudyError::File`]: a file without what a channel needs.
+/// [`StudyError::NoChannel`]; [`StudyError::FarPoint`]: further from the loadable surface than the body is
+/// large; [`StudyError::File`]: a file without what a channel needs.
 pub fn frequency_response(
     file: &File<'_>,
     options: &SceneOptions,
     question: &Question,
 ) -> Result<FrequencyResponse, StudyError> {
     let reduced = Reduced::of(file, options)?;
-    let input = place(file, &question.input, true)?;
+    let input = place(file, &question.input, Side::Input)?;
     let outputs: Vec<Placed> =
-        question.outputs.iter().map(|output| place(file, output, false)).collect::<Result<_, _>>()?;
-    let force = row(file, &input)?;
-    let rows: Vec<Vec<f64>> = outputs.iter().map(|output| row(file, output)).collect::<Result<_, _>>()?;
+        question.outputs.iter().map(|output| place(file, output, Side::Output)).collect::<Result<_, _>>()?;
+    let force = row(file, &input, Side::Input)?;
+    let rows: Vec<Vec<f64>> =
+        outputs.iter().map(|output| row(file, output, Side::Output)).collect::<Result<_, _>>()?;
     let rest = static_rest(file, options, &input, &outputs)?;
     let (mut values, mut by_modes) = (vec![vec![]; rows.len()], vec![vec![]; rows.len()]);
     for &frequency in &question.frequencies {
@@ -338,10 +362,10 @@ pub fn compare_response(
     let pencil = setting.pencil(body.model.pencil());
     let nodes = file_nodes(file, body)?;
     let dofs = body.model.dofs();
-    let weights = |placed: &Placed| -> Result<Vec<(u32, f64)>, StudyError> {
+    let weights = |channel: &Channel, side: Side| -> Result<Vec<(u32, f64)>, StudyError> {
         let mut row = vec![];
-        match placed {
-            Placed::Point(at, direction) => {
+        match (place(file, channel, side)?, side) {
+            (Placed::Point(at, direction), _) => {
                 for (&node, weight) in at.nodes.iter().zip(at.weights) {
                     for (c, along) in direction.iter().enumerate() {
                         let free = dofs.free(3 * nodes[node as usize] as usize + c);
@@ -349,17 +373,14 @@ pub fn compare_response(
                     }
                 }
             }
-            Placed::Probe(index) => {
-                let name = &lines(file, SectionKind::ProbeNames)?[*index];
+            (Placed::Named(index), Side::Output) => {
+                let name = &lines(file, SectionKind::ProbeNames)?[index];
                 let probe = body.probes.iter().find(|probe| probe.name == *name);
                 let probe = probe.ok_or_else(|| StudyError::ForeignProbe { name: name.clone() })?;
-                row.extend(
-                    (0..3)
-                        .filter_map(|c| Some((dofs.free(3 * probe.node as usize + c)?, probe.direction[c]))),
-                );
+                row.extend(body.probe_row(probe));
             }
-            Placed::Pattern(index) => {
-                let name = &lines(file, SectionKind::PatternNames)?[*index];
+            (Placed::Named(index), Side::Input) => {
+                let name = &lines(file, SectionKind::PatternNames)?[index];
                 let pattern = body.patterns.iter().find(|(pattern, _)| pattern == name);
                 let (_, force) = pattern.ok_or_else(|| StudyError::ForeignPattern { name: name.clone() })?;
                 row.extend(force.iter().enumerate().map(|(dof, &f)| (dof as u32, f)));
@@ -368,10 +389,10 @@ pub fn compare_response(
         Ok(row)
     };
     let mut force = vec![0.0; body.n_dof()];
-    for (dof, weight) in weights(&place(file, &question.input, true)?)? {
+    for (dof, weight) in weights(&question.input, Side::Input)? {
         force[dof as usize] += weight;
     }
-    let outputs = question.outputs.iter().map(|output| weights(&place(file, output, false)?));
+    let outputs = question.outputs.iter().map(|output| weights(output, Side::Output));
     let rows: Vec<_> = outputs.collect::<Result<_, _>>()?;
     listener.stage("complex solves of the full order");
     let frequencies = &question.frequencies;

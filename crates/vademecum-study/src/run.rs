@@ -2,7 +2,7 @@
 
 use vademecum_build::input::ProbeEntry;
 use vademecum_build::progress::{Cancelled, Listener};
-use vademecum_eval::Field;
+use vademecum_eval::{Field, Tensor};
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::RewriteError;
 
@@ -13,6 +13,7 @@ use crate::pace::Pace;
 use crate::player::{PlayOptions, Playable, Track, play, play_free};
 use crate::probes::{self, PlacedProbe};
 use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, STEPS_OF_A_RUN, Scenario};
+use crate::stress::{LargestStress, StressPlace, Stresses};
 
 /// A scenario bound to a file, ready to be played.
 pub struct Run<'a> {
@@ -23,6 +24,7 @@ pub struct Run<'a> {
     track: Track,
     probes: Vec<PlacedProbe>,
     names: Vec<String>,
+    stresses: Stresses,
     /// Step \[s\].
     pub time_step: f64,
     /// Number of steps.
@@ -35,6 +37,8 @@ pub struct Moment<'a> {
     pub time: f64,
     /// The probes.
     pub probes: Option<Probed<'a>>,
+    /// The stress of each of [`Run::stress_places`].
+    pub stress: Option<&'a [Tensor]>,
     /// The fields.
     pub fields: Option<Fields<'a>>,
 }
@@ -44,10 +48,12 @@ pub struct Moment<'a> {
 pub struct Probed<'a> {
     /// Energy \[J\].
     pub energy: f64,
-    /// Displacement of each probe \[m\].
+    /// Displacement of each probe \[m\], strain of each gauge, then each stress \[Pa\].
     pub values: &'a [f64],
     /// The numbers of [`Run::flight_columns`] of a free body that was thrown; none of any other.
     pub flight: &'a [f64],
+    /// The largest equivalent stress, where the file has one.
+    pub largest_stress: Option<LargestStress>,
 }
 
 /// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`]. Those of a free body that was
@@ -58,6 +64,9 @@ pub struct Fields<'a> {
     pub displacement: &'a [f64],
     /// Velocity \[m/s\].
     pub velocity: &'a [f64],
+    /// Stress \[Pa\], shape (nodes, 6), and von Mises' equivalent stress, (nodes); NaN where the file does not
+    /// know it, and empty where it knows none.
+    pub stress: [&'a [f64]; 2],
 }
 
 impl<'a> Run<'a> {
@@ -81,7 +90,11 @@ impl<'a> Run<'a> {
         let mut names = built_probes(file)?;
         let (probes, looks) = probes::place(file, &plan.probes, &names)?;
         names.extend(plan.probes.iter().map(|probe| probe.name.clone()));
-        looks.iter().for_each(|note| listener.note(note));
+        let (stresses, stress_looks) = Stresses::place(file, &plan.stresses, &mut names)?;
+        if plan.stress_every > 0 && stresses.places.is_empty() {
+            return Err(StudyError::NoStress);
+        }
+        looks.iter().chain(&stress_looks).for_each(|note| listener.note(note));
         if names.is_empty() {
             listener.note(
                 "neither the file nor the scenario has a probe, so the table has time and energy only; add \
@@ -104,7 +117,18 @@ impl<'a> Run<'a> {
                  under forces that turn with the body",
             );
         }
-        Ok(Self { file, options, plan, free: scenario.free, track, probes, names, time_step, steps })
+        Ok(Self {
+            file,
+            options,
+            plan,
+            free: scenario.free,
+            track,
+            probes,
+            names,
+            stresses,
+            time_step,
+            steps,
+        })
     }
 
     /// Names of what is told of a free body that was thrown, behind its probes: none of any other.
@@ -130,9 +154,14 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Names of the probes: those of the file, then those of the scenario.
+    /// Names of the probes: those of the file, then those of the scenario, then its stresses.
     pub fn probes(&self) -> &[String] {
         &self.names
+    }
+
+    /// Where the file knows the stress.
+    pub fn stress_places(&self) -> &[StressPlace] {
+        &self.stresses.places
     }
 
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.
@@ -205,6 +234,9 @@ fn built_probes(file: &File<'_>) -> Result<Vec<String>, FileError> {
 /// Memory for what is shown of an instant.
 struct Shown {
     probes: Vec<f64>,
+    stresses: Vec<Tensor>,
+    stress: Vec<f64>,
+    von_mises: Vec<f64>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
     flight: Vec<f64>,
@@ -215,8 +247,12 @@ struct Shown {
 impl Shown {
     fn new(run: &Run<'_>) -> Self {
         let n_fields = if run.plan.fields_every > 0 { 3 * run.n_field_nodes() } else { 0 };
+        let n_stress = if run.stresses.places.is_empty() { 0 } else { n_fields / 3 };
         Self {
             probes: vec![0.0; run.names.len()],
+            stresses: vec![Tensor::default(); run.stresses.places.len()],
+            stress: vec![0.0; 6 * n_stress],
+            von_mises: vec![0.0; n_stress],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
             flight: vec![],
@@ -230,15 +266,25 @@ impl Shown {
         step: usize,
         body: &dyn Playable<Number = f64>,
     ) -> Result<Moment<'_>, StudyError> {
-        let &OutputPlan { probes_every, fields_every, fields, .. } = run.plan;
+        let &OutputPlan { probes_every, fields_every, stress_every, fields, .. } = run.plan;
+        let asked = |every: usize| every > 0 && step.is_multiple_of(every);
+        let (with_fields, with_stress) = (asked(fields_every), asked(stress_every));
+        let time = step as f64 * run.time_step;
+        if asked(probes_every) || with_fields || with_stress {
+            for (point, value) in self.stresses.iter_mut().enumerate() {
+                *value = body.stress(point)?;
+            }
+        }
         let mut energy = None;
-        if step.is_multiple_of(probes_every) {
+        if asked(probes_every) {
             energy = Some(body.energy()?);
-            let built = self.probes.len() - run.probes.len();
+            let (added, stresses) = (run.probes.len(), run.stresses.n_columns());
+            let built = self.probes.len() - added - stresses;
             for (probe, value) in self.probes.iter_mut().enumerate() {
                 *value = match probe.checked_sub(built) {
                     None => body.probe(probe)?,
-                    Some(added) => run.probes[added].value(body)?,
+                    Some(place) if place < added => run.probes[place].value(body)?,
+                    Some(place) => run.stresses.column(place - added, &self.stresses),
                 };
             }
         }
@@ -246,8 +292,10 @@ impl Shown {
             finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
             run.flight_into(body, &mut self.flight)?;
         }
-        let with_fields = fields_every > 0 && step.is_multiple_of(fields_every);
         if with_fields {
+            if !self.von_mises.is_empty() {
+                run.stresses.fields(&self.stresses, &mut self.stress, &mut self.von_mises);
+            }
             let fill = |field, out: &mut [f64]| match fields {
                 FieldChoice::Surface => body.surface_into(field, out),
                 FieldChoice::Body => body.body_into(field, out),
@@ -272,11 +320,13 @@ impl Shown {
                 *u = std::array::from_fn(|c| place[c] - node[c]);
             }
         }
-        let Self { probes, displacement, velocity, flight, .. } = self;
+        let Self { probes, displacement, velocity, stresses, stress, von_mises, flight, .. } = self;
+        let largest_stress = run.stresses.largest(stresses, time);
         Ok(Moment {
-            time: step as f64 * run.time_step,
-            probes: energy.map(|energy| Probed { energy, values: probes, flight }),
-            fields: with_fields.then_some(Fields { displacement, velocity }),
+            time,
+            probes: energy.map(|energy| Probed { energy, values: probes, flight, largest_stress }),
+            stress: with_stress.then_some(stresses),
+            fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),
         })
     }
 }

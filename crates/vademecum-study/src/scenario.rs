@@ -199,6 +199,54 @@ pub struct OutputPlan {
     /// Named values beside those of the file.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,
+    /// Named stresses.
+    #[serde(rename = "stress", default)]
+    pub stresses: Vec<StressEntry>,
+    /// The stress of every point of the file every so many steps; 0: never.
+    #[serde(default)]
+    pub stress_every: usize,
+}
+
+/// A stress at the node nearest to a point, of those whose stress the file has.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StressEntry {
+    /// Its name.
+    pub name: String,
+    /// Where.
+    pub point: [f64; 3],
+    /// What of the stress.
+    #[serde(default)]
+    pub quantity: StressQuantity,
+}
+
+/// A number that is taken of a stress \[Pa\].
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StressQuantity {
+    /// Von Mises' equivalent stress.
+    #[default]
+    VonMises,
+    /// The principal stress of the largest size, with its sign.
+    SignedMaximum,
+    /// The largest principal stress.
+    First,
+    /// The middle principal stress.
+    Second,
+    /// The smallest principal stress.
+    Third,
+    /// A component.
+    Xx,
+    /// A component.
+    Yy,
+    /// A component.
+    Zz,
+    /// A component.
+    Xy,
+    /// A component.
+    Yz,
+    /// A component.
+    Zx,
 }
 
 /// Which nodes a field shows.
@@ -214,7 +262,14 @@ pub enum FieldChoice {
 
 impl Default for OutputPlan {
     fn default() -> Self {
-        Self { probes_every: 1, fields_every: 0, fields: FieldChoice::default(), probes: vec![] }
+        Self {
+            probes_every: 1,
+            fields_every: 0,
+            fields: FieldChoice::default(),
+            probes: vec![],
+            stresses: vec![],
+            stress_every: 0,
+        }
     }
 }
 
@@ -501,8 +556,11 @@ impl Scenario {
             }
         }
         let probes = &self.output.probes;
-        if probes.len() > MOST_PROBES {
-            return fault("output.probe", format!("a list of {}", probes.len()), "at most 10 000 of them");
+        let stresses = &self.output.stresses;
+        for (key, count) in [("output.probe", probes.len()), ("output.stress", stresses.len())] {
+            if count > MOST_PROBES {
+                return fault(key, format!("a list of {count}"), "at most 10 000 of them");
+            }
         }
         let contacts = self.contacts.iter().enumerate();
         let patterns = self.patterns.iter().enumerate();
@@ -510,6 +568,7 @@ impl Scenario {
             .map(|(i, contact)| contact.fault(i))
             .chain(patterns.map(|(i, pattern)| pattern.fault(i)))
             .chain((0..probes.len()).map(|i| probe_fault(probes, i)))
+            .chain((0..stresses.len()).map(|i| self.output.stress_fault(i)))
             .find_map(|fault| fault)
     }
 }
@@ -562,6 +621,28 @@ fn probe_fault(probes: &[ProbeEntry], index: usize) -> Option<Fault> {
         return fault("direction", numbers(direction), "a vector of some length");
     }
     None
+}
+
+impl OutputPlan {
+    fn stress_fault(&self, index: usize) -> Option<Fault> {
+        let StressEntry { name, point, .. } = &self.stresses[index];
+        let fault = |key: &str, found, expected| {
+            Some(Fault { key: format!("output.stress[{index}].{key}"), found, expected })
+        };
+        let probes = self.probes.iter().map(|probe| &probe.name);
+        let mut others = probes.chain(self.stresses[..index].iter().map(|stress| &stress.name));
+        if name.is_empty() || name.contains(['\n', ',', '"']) || others.any(|other| other == name) {
+            return fault(
+                "name",
+                format!("{name:?}"),
+                "a name of one line that no other probe or stress has",
+            );
+        }
+        if !point.iter().all(|x| x.abs() <= LARGEST) {
+            return fault("point", numbers(point), "finite numbers of at most 1e150 in size");
+        }
+        None
+    }
 }
 
 impl PatternUse {

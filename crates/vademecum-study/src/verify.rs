@@ -11,9 +11,9 @@ use vademecum_build::dynamics::{
     DisplacedBy, FullOrder, INSTANTS, TimedLoad, Truth, announce, seconds_per_step,
 };
 use vademecum_build::input::Problem;
-use vademecum_build::prepared::{Body, Prepared, Probe};
+use vademecum_build::prepared::{Body, Prepared};
 use vademecum_build::progress::Listener;
-use vademecum_eval::{Field, StructureChoice};
+use vademecum_eval::{Field, StructureChoice, Tensor};
 use vademecum_format::{File, SectionKind};
 
 use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
@@ -27,6 +27,7 @@ use crate::player::{
 };
 use crate::run::finite;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
+use crate::stress_error::StressCheck;
 use crate::truth::{TruthErrors, find_truth, truth_errors};
 
 /// Most memory that the loads take at full order \[bytes\].
@@ -60,6 +61,9 @@ pub struct Verification {
     /// The file against a motion that is exact in time.
     #[serde(flatten)]
     pub truth: TruthErrors,
+    /// Of the stress: the largest equivalent stress of the difference to the exact motion, over points and
+    /// instants, as a share of its largest. None of a file without stress.
+    pub stress_error: Option<f64>,
     /// What the file says of loads in general; none if it does not keep it.
     pub bound: Option<Bound>,
     /// Of the step as the evaluator marches it.
@@ -114,6 +118,8 @@ struct Shown {
     probes: Vec<f64>,
     /// Under each contact along its force, times its size \[N m\]; one instant after the other.
     under_contacts: Vec<f64>,
+    /// At the points of the check, one instant after the other \[Pa\].
+    stresses: Vec<Tensor>,
 }
 
 /// Marches the scenario through the file and at full order, both at the parameters of `options`, and compares
@@ -174,13 +180,14 @@ pub fn verify(
     let truth = find_truth(&pencil, symbolic, &decay, &loads, (time_step, steps), listener)?;
 
     listener.stage("step the file");
-    let shown = show(file, options, &track, steps, time_step, listener)?;
+    let stress = StressCheck::new(file, body, &file_nodes, &setting)?;
+    let shown = show(file, options, &track, stress.as_ref(), (steps, time_step), listener)?;
     let timing = long_run(file, options, &track, TIMED_STEPS, listener)?;
     let spectral_radius = step_radius(file, options)?;
 
     let basis = free_basis(file, body, &file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
-    let rows: Vec<_> = body.probes.iter().map(|probe| probe_row(body, probe)).collect();
+    let rows: Vec<_> = body.probes.iter().map(|probe| body.probe_row(probe)).collect();
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
     let (full, same_scheme) = if exact {
         (motion_of(&truth, &full, &rows), None)
@@ -207,6 +214,7 @@ pub fn verify(
             .map(|columns| DisplacedBy { columns: columns.as_ref(), amplitudes: acting.as_ref() }),
     );
     let under = coordinate_matrix(entries.len(), &shown.under_contacts);
+    let stress_error = stress.and_then(|stress| stress.error(&truth.trajectory(0), &shown.stresses));
     let truth = truth_errors(&truth, &motion, (contacts, under.as_ref()), time_step, same_scheme);
     let [trajectory_error, projection_floor] = match same_scheme {
         Some((same, _)) => [same.error, same.floor],
@@ -228,6 +236,7 @@ pub fn verify(
         projection_floor,
         floor_ratio: trajectory_error / projection_floor,
         truth,
+        stress_error,
         bound: bound(file)?,
         spectral_radius,
         energy_drift: drift(&shown.energy),
@@ -314,8 +323,8 @@ fn show(
     file: &File<'_>,
     options: &PlayOptions,
     track: &Track,
-    steps: usize,
-    time_step: f64,
+    stress: Option<&StressCheck>,
+    (steps, time_step): (usize, f64),
     listener: &dyn Listener,
 ) -> Result<Shown, StudyError> {
     let mut shown = Shown::default();
@@ -333,6 +342,9 @@ fn show(
         for placed in &track.contacts {
             let moved = body.point(&placed.point)?;
             shown.under_contacts.push(moved.iter().zip(placed.contact.force).map(|(u, f)| u * f).sum());
+        }
+        if let Some(stress) = stress {
+            stress.take(body, &mut shown.stresses)?;
         }
         shown.energy.push(energy);
         shown.probes.extend_from_slice(&values);
@@ -404,13 +416,4 @@ pub(crate) fn full_order_loads(
         loads.push(TimedLoad { column: 0, force, when: placed.when.clone() });
     }
     Ok(loads)
-}
-
-/// A probe as weights on free dofs.
-fn probe_row(body: &Body, probe: &Probe) -> Vec<(u32, f64)> {
-    let component = |c: usize| {
-        let free = body.model.dofs().free(3 * probe.node as usize + c)?;
-        Some((free, probe.direction[c]))
-    };
-    (0..3).filter_map(component).collect()
 }

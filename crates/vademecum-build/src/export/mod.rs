@@ -7,11 +7,13 @@ mod draft;
 mod factor;
 mod order;
 mod residual;
+mod stress;
 
 pub use draft::Draft;
 pub use factor::factor_sections;
 pub use order::NodeOrder;
 pub use residual::residual_sections;
+pub use stress::{stress_order, stress_sections};
 
 use faer::{Mat, MatRef};
 use vademecum_format::FormatError;
@@ -206,13 +208,17 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
     }
     if !body.probes.is_empty() {
         let row = |probe: &crate::prepared::Probe| -> Vec<f64> {
-            let rows: Vec<f64> =
-                node_rows(body.model.dofs(), basis.vectors.as_ref(), &[probe.node]).collect();
-            (0..r).map(|k| (0..3).map(|c| probe.direction[c] * rows[c * r + k]).sum()).collect()
+            let row = body.probe_row(probe);
+            let value =
+                |k| row.iter().map(|&(free, weight)| weight * basis.vectors[(free as usize, k)]).sum();
+            (0..r).map(value).collect()
         };
         let rows = body.probes.iter().flat_map(row);
         drafts.push(Draft::f64s(SectionKind::ProbeRows, [body.probes.len(), r, 1], rows));
         drafts.push(Draft::names(SectionKind::ProbeNames, body.probes.iter().map(|p| p.name.as_str())));
+        if body.probes.iter().any(|probe| probe.unit != "m") {
+            drafts.push(Draft::names(SectionKind::ProbeUnits, body.probes.iter().map(|probe| probe.unit)));
+        }
     }
     drafts
 }

@@ -13,6 +13,7 @@ mod pencil;
 mod rigid;
 mod selected;
 mod sparse;
+mod stress;
 mod supernodes;
 
 pub use element::{ElementError, Material};
@@ -24,6 +25,7 @@ pub use rigid::Rigid;
 pub use selected::Selected;
 pub use sparse::{Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
+pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points};
 
 #[cfg(test)]
 mod convergence_tests;

@@ -17,8 +17,8 @@ pub use body::{
 pub use chapter::{ChapterEntry, Projection, Repair, Representation};
 pub(crate) use check::CENTRIFUGAL;
 pub use plan::{
-    BasisEntry, BasisKind, Fields, InnerProduct, OutputEntry, ParameterEntry, ParameterKind, ParameterScale,
-    Precision, ProbeEntry, SnapshotPlan, TimeEntry, Tolerances,
+    BasisEntry, BasisKind, Fields, GaugeEntry, InnerProduct, OutputEntry, ParameterEntry, ParameterKind,
+    ParameterScale, Precision, ProbeEntry, STRESS_UNASKED, SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
 };
 
 use std::path::{Path, PathBuf};

@@ -50,6 +50,22 @@ impl Surface {
         Surface { order: mesh.order, facets, facet_element, triangles, triangle_facet, nodes, normals }
     }
 
+    /// Linear triangles as a surface, of a body without elements; it has no normals.
+    pub fn of_triangles(triangles: Vec<[u32; 3]>) -> Surface {
+        let mut nodes = triangles.as_flattened().to_vec();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Surface {
+            order: Order::Linear,
+            facets: triangles.as_flattened().to_vec(),
+            facet_element: vec![],
+            triangle_facet: (0..triangles.len() as u32).collect(),
+            triangles,
+            nodes,
+            normals: vec![],
+        }
+    }
+
     /// Nodes of one facet, 3 or 6.
     pub fn nodes_per_facet(&self) -> usize {
         facet_len(self.order)

@@ -6,7 +6,7 @@ use crate::basis::BasisError;
 use crate::certificate::CertificateError;
 use crate::chapter::ChapterError;
 use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
-use crate::fem::FactorError;
+use crate::fem::{ElementError, FactorError};
 use crate::limits::TooMuchMemory;
 use crate::parametric::ParametricError;
 use crate::prepared::{PrepareError, TimeStepError};
@@ -43,6 +43,9 @@ pub enum BuildError {
     /// No factor of the stiffness for whole fields.
     #[error("the factor of the stiffness, for whole fields")]
     Factor(#[from] FactorError),
+    /// The stress of an element cannot be taken.
+    #[error("the stress of an element")]
+    Stress(#[from] ElementError),
     /// A stage has no response.
     #[error(transparent)]
     Response(#[from] ResponseError),

@@ -15,14 +15,17 @@ use crate::chapter::{
     self, ChapterCertificate, ChapterMap, ChapterReport, ChapterSetting, ChapterUnseen, certify_chapter,
 };
 use crate::dynamics::{ModalRatios, ModeRow, mode_table, table_matrix};
-use crate::export::{Draft, Parts, encode, factor_sections, residual_sections};
-use crate::input::{BasisKind, ChapterEntry, Fields, Precision, Problem};
+use crate::export::{
+    Draft, Parts, encode, factor_sections, residual_sections, stress_order, stress_sections,
+};
+use crate::fem::{COMPONENTS, StressRows};
+use crate::input::{BasisKind, ChapterEntry, Fields, Precision, Problem, STRESS_UNASKED};
 use crate::limits::memory_in_words;
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
-use crate::prepared::Prepared;
+use crate::prepared::{Body, Prepared};
 use crate::progress::{StageTiming, Stopwatch};
 use crate::report::{BuildPlan, BuildReport, CertificateReport};
-use crate::residual::{Reduced, StaticResidual, Way, static_residual};
+use crate::residual::{Reduced, StaticResidual, Way, static_residual, stress_residual};
 use crate::response::{BlockTerms, StageResponse, stage_responses};
 use crate::store::Inputs;
 
@@ -91,22 +94,69 @@ impl Stages<'_> {
         let body = &prepared.body;
         let wanted = wants_residual(problem, prepared) && order.n_load > 0;
         let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
-        // A scheme without stages is exact in time.
-        let rigorous = problem.basis_kind() == BasisKind::Modes && prepared.exact;
-        let vectors = basis.vectors.as_ref();
-        let reduced = Reduced { body, symbolic: &prepared.symbolic, vectors, eigenvalues, rigorous };
+        let reduced = self.reduced(basis, eigenvalues, problem);
         let nodes = &order.nodes[..order.n_load];
         let triangles = &order.triangles[..order.n_load_triangles];
         let way = Way::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
         let inputs = |inputs: Inputs| {
-            let probes: Vec<_> = body.probes.iter().map(|probe| (probe.node, probe.direction)).collect();
-            let inputs = inputs.value(&(rigorous, way, probes)).with(basis).indices(nodes);
+            let probes: Vec<_> = body.probes.iter().map(|probe| &probe.nodes).collect();
+            let inputs = inputs.value(&(reduced.rigorous, way, probes)).with(basis).indices(nodes);
             let inputs = inputs.indices(triangles.as_flattened());
             body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
         };
         let solve = || static_residual(&reduced, way, nodes, triangles, kept.listener);
         let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
         Ok(Some(found))
+    }
+
+    /// Sections of the stress, with what the modes leave out of it if the file has a `residual`.
+    pub(super) fn stress(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        residual: bool,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Vec<Draft>, BuildError> {
+        let Self { prepared, order, kept, .. } = *self;
+        let Body { model, stress, .. } = &prepared.body;
+        if stress.is_empty() {
+            return Ok(vec![]);
+        }
+        let (output, nodes) = (&problem.output, &order.nodes[..order.n_load]);
+        let points = stress_order(stress, order);
+        let bytes = (size_of::<f64>() * 3 * COMPONENTS * points.len() * nodes.len()) as u64;
+        let contacts = residual && output.stress_residual.unwrap_or(bytes <= STRESS_UNASKED);
+        if residual && !contacts && output.stress_residual.is_none() {
+            let size = memory_in_words(bytes);
+            kept.listener.note(&format!(
+                "stress at {} points shows the modes alone under contacts: with all of it the file would hold {size} \
+                 more; `output.stress_residual = true` keeps it, and so do fewer nodes in `output.stress`",
+                points.len()
+            ));
+        }
+        let vectors = basis.vectors.as_ref();
+        let make = || {
+            let rows = StressRows::new(model, points)?;
+            let eigenvalues = basis.eigenvalues.as_deref().unwrap_or(&[]);
+            let reduced = self.reduced(basis, eigenvalues, problem);
+            let solve = || stress_residual(&reduced, &rows, nodes, contacts, kept.listener);
+            let inputs = |inputs: Inputs| {
+                let inputs = inputs.value(&(contacts, &rows.points)).with(basis).indices(nodes);
+                prepared.body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
+            };
+            let found = if residual { Some(kept.stage("stress", inputs, solve)?) } else { None };
+            let body = (order, model.dofs(), model.materials());
+            Ok(stress_sections(&rows, found.as_ref(), vectors, body, output.precision))
+        };
+        watch.stage("stress", make)
+    }
+
+    /// The basis beside the body.
+    fn reduced<'b>(&'b self, basis: &'b Basis, eigenvalues: &'b [f64], problem: &Problem) -> Reduced<'b> {
+        let Prepared { body, symbolic, exact, .. } = self.prepared;
+        // A scheme without stages is exact in time.
+        let rigorous = problem.basis_kind() == BasisKind::Modes && *exact;
+        Reduced { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
     }
 
     /// Whether whole fields need the whole static answer: the problem leaves it open, its error is too large
@@ -412,7 +462,7 @@ impl Stages<'_> {
         others.push(Draft::f64s(SectionKind::StructureFigures, [3, FIGURES, 1], figures.numbers()));
         let residual = self.residual.map(|residual| residual_sections(residual, problem.output.precision));
         others.extend(residual.into_iter().flatten());
-        others.extend(self.factor.iter().cloned());
+        others.extend(self.factor.iter().chain(self.stress).cloned());
         let parts = Parts {
             problem,
             body: &prepared.body,

@@ -3,9 +3,10 @@
 //!
 //! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
 
+use super::gauge::{self, GaugeError};
 use super::matrices::{MatricesError, MatrixModel};
-use crate::fem::{LoadError, Material, Model, ModelError, surface_facets};
-use crate::input::{CENTRIFUGAL, PatternEntry, Problem};
+use crate::fem::{LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets};
+use crate::input::{CENTRIFUGAL, Fields, GaugeEntry, PatternEntry, Problem, StressPlaces};
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
@@ -129,20 +130,30 @@ pub enum BodyError {
         /// Why not.
         source: ModelError,
     },
+    /// A strain gauge lies beside the surface.
+    #[error("{path}: gauge `{name}`")]
+    Gauge {
+        /// The problem file and line.
+        path: String,
+        /// Its name.
+        name: String,
+        /// Why not.
+        source: GaugeError,
+    },
     /// A load pattern cannot be integrated.
     #[error("a load pattern cannot be integrated")]
     Load(#[from] LoadError),
 }
 
-/// A named displacement component.
+/// A named value that is linear in the displacements of some nodes.
 #[derive(Clone, Debug)]
 pub struct Probe {
     /// Its name.
     pub name: String,
-    /// Mesh node.
-    pub node: u32,
-    /// Unit vector.
-    pub direction: [f64; 3],
+    /// Its unit: `m`, or `1` for a strain.
+    pub unit: &'static str,
+    /// Mesh nodes, and what a displacement there is multiplied by.
+    pub nodes: Vec<(u32, [f64; 3])>,
 }
 
 /// A model with everything that can be done to it and read from it.
@@ -159,8 +170,10 @@ pub struct Body {
     pub load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,
-    /// Probes.
+    /// Probes, then gauges.
     pub probes: Vec<Probe>,
+    /// Where the stress is kept.
+    pub stress: Vec<StressPoint>,
     /// Binds a file to its mesh.
     pub mesh_hash: [u8; 16],
 }
@@ -182,6 +195,15 @@ impl Body {
         own.chain(self.patterns.iter().flat_map(|(_, force)| rigid.resultant(nodes, force))).collect()
     }
 
+    /// A probe as weights on free dofs.
+    pub fn probe_row(&self, probe: &Probe) -> Vec<(u32, f64)> {
+        let of_node = |&(node, weights): &(u32, [f64; 3])| {
+            let dofs = self.model.dofs();
+            (0..3).filter_map(move |c| Some((dofs.free(3 * node as usize + c)?, weights[c])))
+        };
+        probe.nodes.iter().flat_map(of_node).collect()
+    }
+
     /// Builds the body a problem describes.
     ///
     /// # Errors
@@ -192,7 +214,9 @@ impl Body {
         let materials = region_materials(problem, &mesh)?;
         let surface = Surface::of(&mesh);
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
-        let probes = probes(problem, &mesh);
+        let mut probes = probes(problem, &mesh);
+        probes.extend(gauges(problem, &mesh, &surface)?);
+        let stress = stress_places(problem, &mesh, &surface)?;
         let unusable = |source| BodyError::Model { path: problem.place("support"), source };
         let model = Model::assemble(mesh, &materials, &constrained).map_err(unusable)?;
         let mut patterns = vec![];
@@ -205,7 +229,8 @@ impl Body {
             patterns.extend(CENTRIFUGAL.map(String::from).into_iter().zip(forces));
         }
         let load_nodes = nodes_of(&loadable);
-        Ok(Self { model, surface: surface.triangles, loadable, load_nodes, patterns, probes, mesh_hash })
+        let surface = surface.triangles;
+        Ok(Self { model, surface, loadable, load_nodes, patterns, probes, stress, mesh_hash })
     }
 
     /// Builds the body of a problem whose matrices another program has assembled.
@@ -233,7 +258,8 @@ impl Body {
         if load_nodes.is_empty() {
             return Err(BodyError::NoFreeNode { path: problem.place(LOAD_SURFACE) });
         }
-        let probes = probes(problem, &mesh);
+        let mut probes = probes(problem, &mesh);
+        probes.extend(gauges(problem, &mesh, &Surface::of_triangles(surface.clone()))?);
         let unusable = |source| BodyError::Model { path: problem.place("mesh.matrices"), source };
         let model = Model::from_matrices(mesh, &constrained, pencil).map_err(unusable)?;
         let force = |entry: &PatternEntry| {
@@ -242,7 +268,8 @@ impl Body {
             (entry.name.clone(), model.body_load(acceleration))
         };
         let patterns = problem.load.patterns.iter().map(force).collect();
-        Ok(Self { model, surface, loadable, load_nodes, patterns, probes, mesh_hash })
+        let stress = vec![];
+        Ok(Self { model, surface, loadable, load_nodes, patterns, probes, stress, mesh_hash })
     }
 }
 
@@ -440,11 +467,36 @@ fn probes(problem: &Problem, mesh: &Mesh) -> Vec<Probe> {
         let length = entry.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
         Probe {
             name: entry.name.clone(),
-            node: nearest_node(mesh, entry.point),
-            direction: entry.direction.map(|c| c / length),
+            unit: "m",
+            nodes: vec![(nearest_node(mesh, entry.point), entry.direction.map(|c| c / length))],
         }
     };
     problem.output.probes.iter().map(probe).collect()
+}
+
+/// Strain gauges as probes.
+fn gauges(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<Probe>, BodyError> {
+    let placed = |(i, entry): (usize, &GaugeEntry)| {
+        let path = || problem.place(&format!("output.gauge[{i}]"));
+        let nodes = gauge::nodes(mesh, surface, entry).map_err(|source| BodyError::Gauge {
+            path: path(),
+            name: entry.name.clone(),
+            source,
+        })?;
+        Ok(Probe { name: entry.name.clone(), unit: "1", nodes })
+    };
+    problem.output.gauges.iter().enumerate().map(placed).collect()
+}
+
+/// Where the stress is kept, in the order of the nodes.
+fn stress_places(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<StressPoint>, BodyError> {
+    let nodes = match &problem.output.stress {
+        None => return Ok(vec![]),
+        Some(StressPlaces::Every(Fields::Body)) => (0..mesh.nodes.len() as u32).collect(),
+        Some(StressPlaces::Every(Fields::Surface)) => surface.nodes.clone(),
+        Some(StressPlaces::Chosen(selection)) => select(problem, selection, mesh, || "output.stress".into())?,
+    };
+    Ok(stress_points(mesh, &nodes))
 }
 
 /// The mesh node nearest to a point; the first of equals.

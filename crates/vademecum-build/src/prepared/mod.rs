@@ -1,6 +1,7 @@
 //! A problem on its mesh, ready to be computed with: the value that every stage after it reads.
 
 mod body;
+mod gauge;
 mod matrices;
 mod parameters;
 mod proposed;
@@ -225,7 +226,7 @@ const FAR: f64 = 1e-6;
 /// A probe looks at the node nearest to its point, however far off the body that is: says where it looks.
 fn note_probes(problem: &Problem, body: &Body, listener: &dyn Listener) {
     for (entry, probe) in problem.output.probes.iter().zip(&body.probes) {
-        let at = body.model.mesh().nodes[probe.node as usize];
+        let at = body.model.mesh().nodes[probe.nodes[0].0 as usize];
         let distance = at.iter().zip(entry.point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         let size = at.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         if distance > FAR * size {

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::fem::{Factor, FactorError, Pencil, Solve, Symbolic};
 use crate::linalg::column_groups;
-use crate::prepared::Body;
+use crate::prepared::{Body, Probe};
 
 /// Columns that one thread works on at a time: three groups of the solver, and eight nodes.
 pub(super) const GROUP: usize = 24;
@@ -182,22 +182,16 @@ impl<'a> Complement<'a> {
         std::array::from_fn(|at| self.free(node, at / 3).map_or(0.0, |free| columns[(free, at % 3)]))
     }
 
-    /// Forces of all probes (a unit force along what each looks at), then of all patterns.
-    pub fn loads(&self) -> Vec<Vec<f64>> {
-        let probe = |probe: &crate::prepared::Probe| {
-            let mut force = vec![0.0; self.pencil().n_dof()];
-            self.body.model.add_point_force(&[probe.node], &[1.0], probe.direction, &mut force);
-            force
-        };
-        let patterns = self.body.patterns.iter().map(|(_, force)| force.clone());
-        self.body.probes.iter().map(probe).chain(patterns).collect()
+    /// Adds the unit force along what a probe looks at.
+    pub fn add_probe(&self, probe: &Probe, load: &mut [f64]) {
+        self.body.probe_row(probe).into_iter().for_each(|(free, weight)| load[free as usize] += weight);
     }
 
     /// Values of all probes in one column.
     pub fn probe_values(&self, column: MatRef<'_, f64>) -> Vec<f64> {
-        let value = |probe: &crate::prepared::Probe| {
-            let at = self.row(column, probe.node);
-            (0..3).map(|c| probe.direction[c] * at[c]).sum()
+        let value = |probe: &Probe| {
+            let row = self.body.probe_row(probe).into_iter();
+            row.map(|(free, weight)| weight * column[(free as usize, 0)]).sum()
         };
         self.body.probes.iter().map(value).collect()
     }

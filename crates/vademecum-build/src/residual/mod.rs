@@ -15,12 +15,14 @@ mod count;
 mod error;
 mod selected;
 mod small;
+mod stress;
 mod sweep;
 mod way;
 
 pub use bound::StaticBound;
 pub use count::{Enough, modes_within};
 pub use error::ResidualError;
+pub use stress::{StressResidual, stress_residual};
 pub use way::Way;
 
 use crate::prepared::Body;
@@ -102,8 +104,12 @@ pub fn static_residual(
     let complement = Complement::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
     let pairs = edges(triangles);
     let firsts = firsts_of(&pairs, nodes.len());
-    let loads = complement.loads();
-    let rows = answers(&complement, &loads, listener, |column| {
+    let n_probes = body.probes.len();
+    let fill = |place: usize, load: &mut [f64]| match body.probes.get(place) {
+        Some(probe) => complement.add_probe(probe, load),
+        None => load.copy_from_slice(&body.patterns[place - n_probes].1),
+    };
+    let rows = answers(&complement, n_probes + body.patterns.len(), fill, listener, |column| {
         let at = |&node: &u32| complement.row(column, node);
         (nodes.iter().map(at).collect::<Vec<[f64; 3]>>(), complement.probe_values(column))
     })?;

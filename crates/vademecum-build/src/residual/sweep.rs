@@ -75,23 +75,28 @@ pub(super) fn note_long(seconds: f64, nodes: usize, listener: &dyn Listener) {
     }
 }
 
-/// `R` of each load, shown to `take` as one column; loads in order.
-pub(super) fn answers<T>(
+/// `R` of each of `count` loads, which `fill` adds to zeros, shown to `take` as one column; loads in order.
+pub(super) fn answers<T: Send>(
     complement: &Complement<'_>,
-    loads: &[Vec<f64>],
+    count: usize,
+    fill: impl Fn(usize, &mut [f64]),
     listener: &dyn Listener,
-    take: impl Fn(MatRef<'_, f64>) -> T,
+    take: impl Fn(MatRef<'_, f64>) -> T + Sync,
 ) -> Result<Vec<T>, ResidualError> {
-    let at_once = Complement::at_once().min(loads.len());
+    let at_once = Complement::at_once().min(count);
     let mut memory = complement.workspace(at_once);
-    let mut found = Vec::with_capacity(loads.len());
-    for some in loads.chunks(at_once.max(1)) {
-        listener.checkpoint(found.len(), loads.len())?;
-        for (column, load) in some.iter().enumerate() {
-            memory.columns.col_as_slice_mut(column).copy_from_slice(load);
+    let mut found = Vec::with_capacity(count);
+    while found.len() < count {
+        listener.checkpoint(found.len(), count)?;
+        let some = at_once.min(count - found.len());
+        for column in 0..some {
+            let load = memory.columns.col_as_slice_mut(column);
+            load.fill(0.0);
+            fill(found.len() + column, load);
         }
-        complement.apply(&mut memory, some.len());
-        found.extend((0..some.len()).map(|column| take(memory.columns.as_ref().subcols(column, 1))));
+        complement.apply(&mut memory, some);
+        let columns = memory.columns.as_ref();
+        found.par_extend((0..some).into_par_iter().map(|column| take(columns.subcols(column, 1))));
     }
     Ok(found)
 }

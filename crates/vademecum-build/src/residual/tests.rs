@@ -213,9 +213,9 @@ fn every_part_of_the_residual_is_that_of_dense_matrices() {
             let body = &block.prepared.body;
             let column = |f: &[f64]| Mat::from_fn(f.len(), 1, |i, _| f[i]);
             let probe = |place: usize| {
-                let probe = &body.probes[place];
+                let [(node, weights)] = body.probes[place].nodes[..] else { panic!("a probe at one node") };
                 (0..3).fold(Mat::zeros(block.mass.nrows(), 1), |sum: Mat<f64>, c| {
-                    sum + faer::Scale(probe.direction[c]) * block.unit(probe.node, c)
+                    sum + faer::Scale(weights[c]) * block.unit(node, c)
                 })
             };
             let at_nodes = |load: &Mat<f64>| -> Vec<f64> {

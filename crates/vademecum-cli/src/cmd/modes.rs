@@ -19,7 +19,7 @@ use crate::print::print_json;
 #[command(after_help = "Examples:
   vademecum modes beam.toml --count 12 --json
   vademecum modes beam.toml --shapes modes.vtu        every mode as a field, for ParaView
-  vademecum modes beam.toml --compare measured.npy    modal assurance against the modes of another program
+  vademecum modes beam.toml --assurance measured.npy  modal assurance against the modes of another program
 The effective mass of a mode is the share of the free mass that a shaken support feels in it, along x, y, z.")]
 pub struct Modes {
     /// The problem file (TOML).
@@ -32,7 +32,7 @@ pub struct Modes {
     shapes: Option<PathBuf>,
     /// Modes to compare with: a NumPy matrix, three rows for each node of the mesh, a column for each mode.
     #[arg(long, value_name = "FILE.npy")]
-    compare: Option<PathBuf>,
+    assurance: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -45,18 +45,19 @@ pub struct Modes {
 struct Printed {
     #[serde(flatten)]
     modes: NaturalModes,
-    /// Modal assurance, a row for each mode; none without `--compare`.
+    /// Modal assurance, a row for each mode; none without `--assurance`.
     assurance: Option<Vec<Vec<f64>>>,
 }
 
 impl Modes {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
-        let outputs = outputs(&self.outputs, &[Some(&self.problem), self.compare.as_deref()], Some(&problem));
+        let outputs =
+            outputs(&self.outputs, &[Some(&self.problem), self.assurance.as_deref()], Some(&problem));
         let written = self.shapes.iter().map(|path| (path.clone(), Kind::Vtu));
         outputs.check(&written.collect::<Vec<_>>())?;
         let (modes, shapes) = natural_modes(&problem, self.count, console)?;
-        let assurance = self.compare.as_deref().map(|file| shapes.assurance(file)).transpose()?;
+        let assurance = self.assurance.as_deref().map(|file| shapes.assurance(file)).transpose()?;
         if let Some(path) = &self.shapes {
             let names: Vec<String> = names(&modes);
             let fields = shapes.fields();

@@ -11,6 +11,7 @@ use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::run::{Fields, Moment, Probed};
 use vademecum_study::scenario::{FieldChoice, Scenario};
+use vademecum_study::stress::{LargestStress, StressPlace};
 use vademecum_study::{FileError, StudyError, run};
 
 use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, setting};
@@ -96,10 +97,22 @@ impl Run {
         outputs.make_folder(&self.output)?;
         let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
         let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &columns)?;
+        let places = run.stress_places();
+        let mut stresses = (shown.stress_every > 0)
+            .then(|| StressTable::begin(&outputs, self.output.join("stress.csv"), places))
+            .transpose()?;
+        let mut largest: Option<LargestStress> = None;
         let mut fields =
             geometry.map(|geometry| FieldSeries::begin(&outputs, &self.output, geometry)).transpose()?;
         let played = run.play(console, |moment: &Moment<'_>| {
             probes.show(moment)?;
+            if let Some(stresses) = &mut stresses {
+                stresses.show(moment)?;
+            }
+            let found = moment.probes.and_then(|probed| probed.largest_stress);
+            largest = found
+                .filter(|found| largest.is_none_or(|known| found.von_mises > known.von_mises))
+                .or(largest);
             match (&moment.fields, &mut fields) {
                 (Some(shown), Some(series)) => series.add(moment.time, shown),
                 _ => Ok(()),
@@ -107,8 +120,13 @@ impl Run {
         });
         console.clear();
         // Whatever ended the run, what was computed is kept.
-        let written = probes.finish().and(fields.as_mut().map_or(Ok(()), FieldSeries::finish));
-        let kept = [Some(probes.kept()), fields.as_ref().map(FieldSeries::kept)];
+        let written = probes.finish().and(stresses.as_mut().map_or(Ok(()), StressTable::finish));
+        let written = written.and(fields.as_mut().map_or(Ok(()), FieldSeries::finish));
+        let kept = [
+            Some(probes.kept()),
+            stresses.as_ref().map(StressTable::kept),
+            fields.as_ref().map(FieldSeries::kept),
+        ];
         let kept = kept.into_iter().flatten().collect::<Vec<_>>();
         played.and(written).map_err(|failure: Failure| failure.about(&self.file).kept(kept.join("; ")))?;
         if self.json {
@@ -120,9 +138,17 @@ impl Run {
                 probes_file: probes.path.display().to_string(),
                 fields: fields.as_ref().map_or(0, |series| series.collection.lines()),
                 fields_file: fields.as_ref().map(|series| series.path.display().to_string()),
+                stress_file: stresses.as_ref().map(|stresses| stresses.path.display().to_string()),
+                largest_stress: largest,
             });
         } else {
             println!("{} steps of {} s; {}", run.steps, run.time_step, kept.join("; "));
+            if let Some(LargestStress { von_mises, place, time }) = largest {
+                println!(
+                    "largest von Mises stress {von_mises:.4e} Pa at node {} after {time:.4e} s",
+                    place.id
+                );
+            }
         }
         Ok(())
     }
@@ -139,11 +165,19 @@ struct Played<'a> {
     fields: usize,
     /// None without fields.
     fields_file: Option<String>,
+    /// None without a table of stresses.
+    stress_file: Option<String>,
+    /// None of a file without stress.
+    largest_stress: Option<LargestStress>,
 }
 
 /// What is written; of the fields, the first.
-const FILES: [(&str, Kind); 3] =
-    [("probes.csv", Kind::Csv), ("fields.pvd", Kind::Pvd), ("field-000000.vtu", Kind::Vtu)];
+const FILES: [(&str, Kind); 4] = [
+    ("probes.csv", Kind::Csv),
+    ("stress.csv", Kind::Csv),
+    ("fields.pvd", Kind::Pvd),
+    ("field-000000.vtu", Kind::Vtu),
+];
 
 /// Time, energy and every probe, one line an instant; on the disk soon after they are computed.
 struct ProbeTable {
@@ -183,6 +217,46 @@ impl ProbeTable {
     }
 }
 
+/// The stress of every point, one line a point and instant.
+struct StressTable<'a> {
+    path: PathBuf,
+    places: &'a [StressPlace],
+    rows: Growing,
+    line: String,
+}
+
+impl<'a> StressTable<'a> {
+    fn begin(outputs: &Outputs, path: PathBuf, places: &'a [StressPlace]) -> Result<Self, Failure> {
+        let head = "time_s,node,region,xx_Pa,yy_Pa,zz_Pa,xy_Pa,yz_Pa,zx_Pa,von_mises_Pa\n";
+        let rows = outputs.grow(&path, Kind::Csv, head, "")?;
+        Ok(Self { path, places, rows, line: String::new() })
+    }
+
+    /// Adds the rows of an instant that has some.
+    fn show(&mut self, moment: &Moment<'_>) -> Result<(), Failure> {
+        for (place, stress) in self.places.iter().zip(moment.stress.into_iter().flatten()) {
+            self.line.clear();
+            let line = &mut self.line;
+            let mut write = || {
+                write!(line, "{:.9e},{},{}", moment.time, place.id, place.region)?;
+                stress.0.iter().try_for_each(|value| write!(line, ",{value:.9e}"))?;
+                writeln!(line, ",{:.9e}", stress.von_mises())
+            };
+            write().expect("writing to a string cannot fail");
+            self.rows.add(&self.line).map_err(|error| Failure::io(&self.path, error))?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), Failure> {
+        self.rows.finish().map_err(|error| Failure::io(&self.path, error))
+    }
+
+    fn kept(&self) -> String {
+        format!("{} stresses in {}", self.rows.lines(), self.path.display())
+    }
+}
+
 fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
     probed.values.iter().chain(probed.flight).try_for_each(|value| write!(line, ",{value:.9e}"))?;
@@ -209,7 +283,11 @@ impl<'a> FieldSeries<'a> {
 
     fn add(&mut self, time: f64, fields: &Fields<'_>) -> Result<(), Failure> {
         let name = format!("field-{:06}.vtu", self.count);
-        let data = [("displacement", fields.displacement, 3), ("velocity", fields.velocity, 3)];
+        let [stress, von_mises] = fields.stress;
+        let moving = [("displacement", fields.displacement, 3), ("velocity", fields.velocity, 3)];
+        let stress = [("stress", stress, 6), ("von_mises", von_mises, 1)];
+        let known = stress.into_iter().filter(|(_, values, _)| !values.is_empty());
+        let data: Vec<_> = moving.into_iter().chain(known).collect();
         let Geometry { nodes, triangles } = &self.geometry;
         self.outputs.write(&self.folder.join(&name), Kind::Vtu, |out| {
             vtu_into(out, nodes, Cells::Triangles(triangles), &data)

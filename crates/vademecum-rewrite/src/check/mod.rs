@@ -10,6 +10,7 @@ mod matrices;
 mod residual;
 mod rigid;
 mod step;
+mod stress;
 mod symmetric;
 
 use std::collections::HashSet;
@@ -88,6 +89,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     residual::check(&raw)?;
     factor::check(&raw)?;
     rigid::check(&raw)?;
+    stress::check(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }

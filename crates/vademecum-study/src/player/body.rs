@@ -4,8 +4,9 @@ use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
     Contact, Field, Loads, OutputError, RigidBody, RigidMotion, Scalar, Scene, State, StaticField, Structure,
-    SurfacePoint,
+    SurfacePoint, Tensor,
 };
+use vademecum_format::SectionKind;
 
 use crate::error::FileError;
 
@@ -89,6 +90,11 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file without this probe.
     fn probe(&self, index: usize) -> Result<f64, FileError>;
+    /// Stress at one of the points of the file \[Pa\].
+    ///
+    /// # Errors
+    /// A file without this point.
+    fn stress(&self, point: usize) -> Result<Tensor, FileError>;
     /// Displacement of a node of the file \[m\].
     ///
     /// # Errors
@@ -181,6 +187,10 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
         structure_name(self.scene.structure())
     }
 
+    fn stress(&self, point: usize) -> Result<Tensor, FileError> {
+        Ok(self.scene.stress(self.state, point)?)
+    }
+
     fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         if !self.shows_statics(field) {
             return Ok(self.scene.surface_into(self.state, field, out)?);
@@ -252,6 +262,10 @@ impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>
 
     fn structure(&self) -> &'static str {
         "canonical"
+    }
+
+    fn stress(&self, _: usize) -> Result<Tensor, FileError> {
+        Err(FileError::Missing { kind: SectionKind::StressBasis })
     }
 
     fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {

@@ -3,7 +3,7 @@
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_build::progress::Listener;
 use vademecum_eval::{
-    Contact, Field, FreeBody, Loads, RigidBody, RigidMotion, Scalar, Scene, State, SurfacePoint,
+    Contact, Field, FreeBody, Loads, RigidBody, RigidMotion, Scalar, Scene, State, SurfacePoint, Tensor,
 };
 use vademecum_format::{File, SectionKind};
 
@@ -160,6 +160,10 @@ impl<T: Scalar> Playable for Flying<'_, '_, '_, '_, T> {
 
     fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         self.elastic.body_into(field, out)
+    }
+
+    fn stress(&self, point: usize) -> Result<Tensor, FileError> {
+        self.elastic.stress(point)
     }
 
     fn flight(&self) -> Option<(&RigidBody, &RigidMotion)> {

@@ -23,8 +23,9 @@ pub use body::{Body, Loadable, Playable};
 use chapter::{nearest_position, positions_of, with_chapter};
 pub(crate) use free::play_free;
 
-use crate::contents::{lines, numbers};
+use crate::contents::lines;
 use crate::error::{FileError, StudyError};
+use crate::near::{reach, within};
 use crate::scenario::{ContactEntry, MOST_LOADS, PatternUse, Scenario};
 
 /// A contact of a scenario on the surface of a file: the whole of it, a component of its force, or a place on
@@ -68,7 +69,7 @@ impl Track {
     /// Finds each contact's triangle and each pattern's number.
     ///
     /// # Errors
-    /// [`StudyError::NoPattern`]; [`StudyError::FarContact`]: further from the loadable surface than the body
+    /// [`StudyError::NoPattern`]; [`StudyError::FarPoint`]: further from the loadable surface than the body
     /// is large; [`StudyError::File`]: a file without a surface, or with one that cannot be read.
     pub fn bind(file: &File<'_>, scenario: &Scenario) -> Result<Self, StudyError> {
         let chapter = Chapter::read(file)?;
@@ -78,17 +79,13 @@ impl Track {
         }
         let positions = chapter.as_ref().filter(|_| !scenario.contacts.is_empty());
         let positions = positions.map(|chapter| positions_of(file, chapter)).transpose()?;
-        let size = if scenario.contacts.is_empty() { f64::INFINITY } else { diagonal(&bounds(file, false)?) };
+        let size = if scenario.contacts.is_empty() { f64::INFINITY } else { reach(file)? };
         let locate = |contact: usize, point: [f64; 3]| -> Result<SurfacePoint, StudyError> {
             let found = match &positions {
                 Some(positions) => nearest_position(positions, point)?,
                 None => Surface::new(file)?.locate(point).ok_or(FileError::NoSurface)?,
             };
-            if found.distance > size {
-                let [low, high] = bounds(file, true)?;
-                return Err(StudyError::FarContact { contact, distance: found.distance, low, high });
-            }
-            Ok(found)
+            within(file, size, found, || format!("`contact[{contact}]`"))
         };
         let moving = scenario.contacts.iter().any(|entry| entry.path.is_some());
         if moving && chapter.is_some() {
@@ -180,22 +177,6 @@ impl Track {
             factors.iter().copied().enumerate().filter(|(_, factors)| acts(factors)).collect();
         self.apply_some(&acting, body)
     }
-}
-
-/// The box around all nodes of a file, or around its loadable ones: lower and upper corner.
-fn bounds(file: &File<'_>, loadable: bool) -> Result<[[f64; 3]; 2], FileError> {
-    let coordinates = numbers(file, SectionKind::NodeCoordinates)?;
-    let nodes = coordinates.as_chunks::<3>().0;
-    // The loadable nodes are the first of the file.
-    let count = if loadable { file.metadata().n_load_nodes as usize } else { nodes.len() };
-    let fold = |start: f64, pick: fn(f64, f64) -> f64| {
-        std::array::from_fn(|c| nodes.iter().take(count).fold(start, |x, node| pick(x, node[c])))
-    };
-    Ok([fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max)])
-}
-
-fn diagonal([low, high]: &[[f64; 3]; 2]) -> f64 {
-    (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// What a scenario is played through.

@@ -52,6 +52,9 @@ impl Problem {
         for (i, probe) in self.output.probes.iter().enumerate() {
             short(&format!("output.probe[{i}].name"), &probe.name)?;
         }
+        for (i, gauge) in self.output.gauges.iter().enumerate() {
+            short(&format!("output.gauge[{i}].name"), &gauge.name)?;
+        }
         for (i, region) in self.mesh.regions.iter().enumerate() {
             short(&format!("mesh.region[{i}].name"), &region.name)?;
         }
@@ -168,6 +171,11 @@ impl Problem {
         for (i, probe) in self.output.probes.iter().enumerate() {
             all(&format!("output.probe[{i}].point"), &probe.point)?;
             all(&format!("output.probe[{i}].direction"), &probe.direction)?;
+        }
+        for (i, gauge) in self.output.gauges.iter().enumerate() {
+            all(&format!("output.gauge[{i}].point"), &gauge.point)?;
+            all(&format!("output.gauge[{i}].direction"), &gauge.direction)?;
+            positive(&format!("output.gauge[{i}].length"), gauge.length)?;
         }
         if let Some(c) = &self.canonical {
             all("canonical.load", &c.load)?;

@@ -87,6 +87,8 @@ impl Problem {
             let expected = "`acceleration`: traction and pressure need the facets of elements";
             self.require(body_force, &format!("load.pattern[{i}]"), BESIDE, expected)?;
         }
+        let stress = self.output.stress.is_none();
+        self.require(stress, "output.stress", BESIDE, "none: stress needs elements and materials")?;
         Ok(())
     }
 
@@ -193,27 +195,35 @@ impl Problem {
             let finite = vectors.chain(&p.pressure).all(|value| value.is_finite());
             self.require(finite, &key, Words("not a number or infinite"), "finite numbers")?;
         }
-        for (i, probe) in self.output.probes.iter().enumerate() {
-            let key = format!("output.probe[{i}]");
-            let twice = self.output.probes[..i].iter().any(|other| other.name == probe.name);
-            let name = !probe.name.is_empty() && !probe.name.contains(['\n', ',', '"']) && !twice;
-            self.require(
-                name,
-                &format!("{key}.name"),
-                &probe.name,
-                "a name of one line that no other probe has",
-            )?;
-            let finite = probe.point.iter().all(|value| value.is_finite());
-            self.require(finite, &format!("{key}.point"), probe.point, "finite numbers")?;
-            let length: f64 = probe.direction.iter().map(|c| c * c).sum();
-            self.require(
-                positive(length),
-                &format!("{key}.direction"),
-                probe.direction,
-                "a vector of some length",
-            )?;
+        self.check_probes()
+    }
+
+    fn check_probes(&self) -> Result<(), ProblemError> {
+        let output = &self.output;
+        let probes = output.probes.iter().map(|p| (&p.name, p.point, p.direction));
+        let gauges = output.gauges.iter().map(|g| (&g.name, g.point, g.direction));
+        let keys = (0..output.probes.len()).map(|i| format!("output.probe[{i}]"));
+        let keys = keys.chain((0..output.gauges.len()).map(|i| format!("output.gauge[{i}]")));
+        let mut known: Vec<&String> = vec![];
+        for (key, (name, point, direction)) in keys.zip(probes.chain(gauges)) {
+            let usable = !name.is_empty() && !name.contains(['\n', ',', '"']) && !known.contains(&name);
+            let expected = "a name of one line that no other probe or gauge has";
+            self.require(usable, &format!("{key}.name"), name, expected)?;
+            known.push(name);
+            let finite = point.iter().all(|value| value.is_finite());
+            self.require(finite, &format!("{key}.point"), point, "finite numbers")?;
+            let length: f64 = direction.iter().map(|c| c * c).sum();
+            let key = format!("{key}.direction");
+            self.require(positive(length), &key, direction, "a vector of some length")?;
         }
-        Ok(())
+        for (i, gauge) in output.gauges.iter().enumerate() {
+            let key = format!("output.gauge[{i}].length");
+            self.require(positive(gauge.length), &key, gauge.length, "a positive length in metres")?;
+        }
+        let wanted = output.stress_residual == Some(true);
+        let found = Words("true without `output.stress`, or beside `output.residual = false`");
+        let there = output.stress.is_some() && output.residual != Some(false);
+        self.require(!wanted || there, "output.stress_residual", found, "`output.stress` and the residual")
     }
 
     /// The factor of the stiffness goes with the static residual and with fields of the whole body.

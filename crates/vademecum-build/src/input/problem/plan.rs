@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use super::body::every_region;
 use crate::dynamics::SchemeKind;
+use crate::mesh::select::Selection;
 use vademecum_format::policy;
 
 /// Scheme and step.
@@ -221,6 +222,41 @@ pub struct OutputEntry {
     /// Named values read at every step.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,
+    /// Virtual strain gauges, read like probes.
+    #[serde(rename = "gauge", default)]
+    pub gauges: Vec<GaugeEntry>,
+    /// Nodes whose stress the file can show.
+    pub stress: Option<StressPlaces>,
+    /// Whether the file holds what the modes leave out of the stress under a contact; absent: up to
+    /// [`STRESS_UNASKED`].
+    pub stress_residual: Option<bool>,
+}
+
+/// Bytes of the stress under contacts that a file gets without being asked, in double precision.
+pub const STRESS_UNASKED: u64 = 64_000_000;
+
+/// Nodes whose stress a file can show.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "\"surface\", \"body\", or nodes like { group = \"root\" }")]
+pub enum StressPlaces {
+    /// Every node of the surface or of the body.
+    Every(Fields),
+    /// Chosen nodes.
+    Chosen(Selection),
+}
+
+/// The mean strain of the surface between two points.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GaugeEntry {
+    /// Its name.
+    pub name: String,
+    /// Its middle \[m\].
+    pub point: [f64; 3],
+    /// Along what; normalised.
+    pub direction: [f64; 3],
+    /// Its length \[m\].
+    pub length: f64,
 }
 
 /// Fields kept in the file.

@@ -1,0 +1,59 @@
+//! What a basis leaves out of the stress under a load that stays: `S R F`, with `S` the rows of the stress.
+
+use super::Reduced;
+use super::complement::Complement;
+use super::error::ResidualError;
+use super::sweep::answers;
+use crate::fem::{COMPONENTS, StressRows};
+use crate::progress::Listener;
+
+/// Stress of `R`, where a file keeps it.
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
+pub struct StressResidual {
+    /// Per point and loadable node the stress under unit forces \[Pa/N\]: row the component of stress, column
+    /// that of the force. Empty where it was not asked for.
+    pub contacts: Vec<Vec<[f64; 3 * COMPONENTS]>>,
+    /// Per pattern and point the stress of `R F_p` \[Pa\].
+    pub patterns: Vec<Vec<[f64; COMPONENTS]>>,
+}
+
+/// The stress of `R` at points under each pattern and, if `contacts`, under forces at the given nodes.
+///
+/// One solve for each pattern and, `R` being symmetric, one for each component of each point.
+///
+/// # Errors
+/// [`ResidualError`].
+pub fn stress_residual(
+    reduced: &Reduced<'_>,
+    rows: &StressRows,
+    nodes: &[u32],
+    contacts: bool,
+    listener: &dyn Listener,
+) -> Result<StressResidual, ResidualError> {
+    let body = reduced.body;
+    let complement = Complement::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
+    let copy = |place: usize, load: &mut [f64]| load.copy_from_slice(&body.patterns[place].1);
+    let patterns = answers(&complement, body.patterns.len(), copy, listener, |column| {
+        (0..rows.points.len()).map(|place| rows.stress(place, |node| complement.row(column, node))).collect()
+    })?;
+    if !contacts {
+        return Ok(StressResidual { contacts: vec![], patterns });
+    }
+    let row = |place: usize, load: &mut [f64]| {
+        for (node, block) in &rows.rows[place / COMPONENTS] {
+            for (c, weight) in block[place % COMPONENTS].iter().enumerate() {
+                if let Some(free) = complement.free(*node, c) {
+                    load[free] += weight;
+                }
+            }
+        }
+    };
+    let found = answers(&complement, COMPONENTS * rows.points.len(), row, listener, |column| {
+        nodes.iter().map(|&node| complement.row(column, node)).collect::<Vec<[f64; 3]>>()
+    })?;
+    let of_point = |components: &[Vec<[f64; 3]>]| {
+        let at = |node: usize| std::array::from_fn(|k| components[k / 3][node][k % 3]);
+        (0..nodes.len()).map(at).collect()
+    };
+    Ok(StressResidual { contacts: found.chunks_exact(COMPONENTS).map(of_point).collect(), patterns })
+}

@@ -1,0 +1,155 @@
+//! Many instances of a body.
+
+use crate::batch::{Instances, bytes};
+use crate::body::{Body, Lent};
+use crate::types::{VdmBatch, VdmBatchStatus, VdmBody, VdmStatus};
+
+/// Bytes of memory, aligned to 16, to lend for so many instances of a body; 0 for null.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_bytes(body: *const VdmBody, instances: usize) -> usize {
+    // SAFETY: as the caller promises.
+    unsafe { Body::of(body) }.map_or(0, |body| bytes(body, instances))
+}
+
+/// Makes instances of a body, all at rest and without loads, in lent memory. `*batch` is the handle, or null.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
+/// nobody else uses for as long as the handle is used, and `batch` to a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_bind(
+    body: *mut VdmBody,
+    instances: usize,
+    memory: *mut u8,
+    memory_bytes: usize,
+    batch: *mut *mut VdmBatch,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    let (body, memory, batch) =
+        unsafe { (Body::of_mut(body), Lent::new(memory, memory_bytes), batch.as_mut()) };
+    let (Some(body), Some(batch)) = (body, batch) else { return VdmStatus::VDM_ARGUMENT };
+    *batch = core::ptr::null_mut();
+    let Some(memory) = memory else { return VdmStatus::VDM_MEMORY };
+    match Instances::bind(body, instances, memory) {
+        Ok(handle) => {
+            *batch = handle;
+            VdmStatus::VDM_OK
+        }
+        Err(status) => status,
+    }
+}
+
+/// Loads an instance with the loads of the body, in place of what it had; they stay until the next call.
+///
+/// # Safety
+/// `batch` is null or a handle of [`vdm_batch_bind`], `body` null or a handle of
+/// [`vdm_bind`](crate::vdm_bind).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_load(
+    batch: *mut VdmBatch,
+    body: *mut VdmBody,
+    instance: usize,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
+        (Some(batch), Some(body)) => batch.load(body, instance),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// Takes the loads of all instances away.
+///
+/// # Safety
+/// `batch` is null or a handle of [`vdm_batch_bind`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_clear(batch: *mut VdmBatch) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    unsafe { Instances::of_mut(batch) }.map_or(VdmStatus::VDM_ARGUMENT, Instances::clear)
+}
+
+/// Gives an instance the state of the body.
+///
+/// # Safety
+/// As for [`vdm_batch_load`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_set(
+    batch: *mut VdmBatch,
+    body: *mut VdmBody,
+    instance: usize,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
+        (Some(batch), Some(body)) => batch.set(body, instance),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// Gives the body the state of an instance, from which everything can be read.
+///
+/// # Safety
+/// As for [`vdm_batch_load`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_get(
+    batch: *mut VdmBatch,
+    body: *mut VdmBody,
+    instance: usize,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
+        (Some(batch), Some(body)) => batch.get(body, instance),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// Steps all instances `steps` times; `found` tells how many move, rest and were refused in the last step. An
+/// instance that was refused keeps its state; the answer is then `VDM_STEP`, and the others have moved.
+///
+/// # Safety
+/// As for [`vdm_batch_load`]; `found` points to a `VdmBatchStatus`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_step(
+    batch: *mut VdmBatch,
+    body: *mut VdmBody,
+    steps: u64,
+    found: *mut VdmBatchStatus,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Instances::of_mut(batch), Body::of_mut(body), found.as_mut()) } {
+        (Some(batch), Some(body), Some(found)) => batch.step(body, steps, found),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// What the last step found of an instance.
+///
+/// # Safety
+/// As for [`vdm_batch_load`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_status(
+    batch: *mut VdmBatch,
+    body: *mut VdmBody,
+    instance: usize,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
+        (Some(batch), Some(body)) => batch.status(body, instance),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// Carries the states of all instances over to the parameters that the body has now. Their loads are stale:
+/// clear them.
+///
+/// # Safety
+/// As for [`vdm_batch_load`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_carry(batch: *mut VdmBatch, body: *mut VdmBody) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
+        (Some(batch), Some(body)) => batch.carry(body),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}

@@ -1,0 +1,239 @@
+//! Stress and strain at the points for which the file has them.
+//!
+//! ```text
+//! σ = s_K κ_q S ζ + T F + Σ_p a_p T_p        S: section 48, T: 49, T_p: 50
+//! ```
+//!
+//! The first part is that of the modes. The second, what the modes leave out under forces at nodes and under
+//! load patterns, makes it the mode acceleration method (Craig and Kurdila 2006, §11.4); it does not depend on
+//! a stiffness of the whole body, since the displacement it belongs to shrinks as the stiffness grows.
+
+use crate::error::OutputError;
+use crate::residual::Statics;
+use crate::rows::{Factors, Field, dot, factors};
+use crate::scalar::Scalar;
+use crate::scene::Scene;
+use crate::state::State;
+use vademecum_format::{File, MAX_REGIONS, Numbers, SectionKind};
+
+/// A symmetric tensor: stress \[Pa\] or strain, components xx, yy, zz, xy, yz, zx. Shear strains are those of
+/// the tensor, half of what engineers call γ.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tensor(pub [f64; 6]);
+
+impl Tensor {
+    /// Von Mises' equivalent stress, `√(3/2 s:s)` with `s` the deviator.
+    ///
+    /// ```
+    /// use vademecum_eval::Tensor;
+    ///
+    /// let pull = Tensor([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    /// let shear = Tensor([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    /// assert_eq!(pull.von_mises(), 3.0);
+    /// assert_eq!(shear.von_mises(), libm::sqrt(3.0));
+    /// ```
+    #[must_use]
+    pub fn von_mises(&self) -> f64 {
+        let [xx, yy, zz, xy, yz, zx] = self.0;
+        let [a, b, c] = [xx - yy, yy - zz, zz - xx];
+        libm::sqrt(0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx))
+    }
+
+    /// Principal values, largest first, by Jacobi's rotations.
+    ///
+    /// ```
+    /// use vademecum_eval::Tensor;
+    ///
+    /// let shear = Tensor([1.0, 1.0, 0.0, 3.0, 0.0, 0.0]);
+    /// let [first, second, third] = shear.principal();
+    /// assert!((first - 4.0).abs() < 1e-15 && second.abs() < 1e-15 && (third + 2.0).abs() < 1e-15);
+    /// ```
+    #[must_use]
+    pub fn principal(&self) -> [f64; 3] {
+        /// Rotations a 3×3 matrix needs: convergence is quadratic after the first few.
+        const SWEEPS: usize = 8;
+        let [mut xx, mut yy, mut zz, mut xy, mut yz, mut zx] = self.0;
+        for _ in 0..SWEEPS {
+            rotate(&mut xx, &mut yy, &mut xy, &mut zx, &mut yz);
+            rotate(&mut yy, &mut zz, &mut yz, &mut xy, &mut zx);
+            rotate(&mut zz, &mut xx, &mut zx, &mut yz, &mut xy);
+        }
+        let [a, b, c] = [xx, yy, zz];
+        let (most, least) = (a.max(b).max(c), a.min(b).min(c));
+        let middle = a.min(b).max(a.max(b).min(c));
+        [most, middle, least]
+    }
+
+    /// The principal value of the largest size, with its sign: tension above zero, pressure below.
+    #[must_use]
+    pub fn signed_maximum(&self) -> f64 {
+        let [most, _, least] = self.principal();
+        if most >= -least { most } else { least }
+    }
+}
+
+/// Turns the first two axes so that `pq` vanishes; `p_r` and `q_r` are what they share with the third.
+fn rotate(p: &mut f64, q: &mut f64, pq: &mut f64, p_r: &mut f64, q_r: &mut f64) {
+    let off = *pq;
+    if off == 0.0 {
+        return;
+    }
+    let theta = 0.5 * (*q - *p) / off;
+    let t = if theta.is_finite() {
+        let size = 1.0 / (libm::fabs(theta) + libm::hypot(theta, 1.0));
+        if theta < 0.0 { -size } else { size }
+    } else {
+        0.0
+    };
+    let cos = 1.0 / libm::hypot(t, 1.0);
+    let sin = t * cos;
+    (*p, *q, *pq) = (*p - t * off, *q + t * off, 0.0);
+    (*p_r, *q_r) = (cos * *p_r - sin * *q_r, sin * *p_r + cos * *q_r);
+}
+
+/// Where a file knows the stress: a node, in the file's order, in one of its regions. A node between two
+/// regions has a stress in each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StressPoint {
+    /// The node.
+    pub node: u32,
+    /// The region, counted from 0.
+    pub region: u32,
+}
+
+/// The sections of the stress; `None` where they are absent or compressed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct StressRows<'m> {
+    points: &'m [[[u8; 4]; 2]],
+    basis: Option<Numbers<'m>>,
+    contacts: Option<Numbers<'m>>,
+    patterns: Option<Numbers<'m>>,
+    constants: &'m [[[u8; 8]; 2]],
+    n_load_nodes: usize,
+    r: usize,
+}
+
+impl<'m> StressRows<'m> {
+    /// Looks the sections up.
+    pub fn of(file: &File<'m>) -> Self {
+        use SectionKind as S;
+        let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
+        let points = file.section(S::StressPoints).and_then(|section| section.u32s().ok());
+        let constants = file.section(S::ElasticConstants).and_then(|section| section.f64s().ok());
+        Self {
+            points: points.map_or(&[], |points| points.as_chunks().0),
+            basis: optional(S::StressBasis),
+            contacts: optional(S::StressResidual),
+            patterns: optional(S::PatternStress),
+            constants: constants.map_or(&[], |constants| constants.as_chunks().0),
+            n_load_nodes: file.metadata().n_load_nodes as usize,
+            r: file.metadata().n_modes as usize,
+        }
+    }
+
+    fn point(&self, index: usize) -> Option<StressPoint> {
+        let [node, region] = self.points.get(index)?.map(u32::from_le_bytes);
+        Some(StressPoint { node, region })
+    }
+
+    /// The part of the modes, with the moduli as built.
+    fn moving<T: Scalar>(&self, index: usize, (x, scale): Factors<'_, T>) -> Result<[f64; 6], OutputError> {
+        let basis = self.basis.ok_or(OutputError::Missing { kind: SectionKind::StressBasis })?;
+        let beyond = OutputError::OutOfRange { index, count: self.points.len() };
+        if index >= self.points.len() {
+            return Err(beyond);
+        }
+        let mut stress = [0.0; 6];
+        for (component, stress) in stress.iter_mut().enumerate() {
+            let row = basis.row((6 * index + component) * self.r, self.r).ok_or(beyond)?;
+            *stress = dot(row, x) * scale;
+        }
+        Ok(stress)
+    }
+
+    /// Adds what the modes leave out.
+    fn add_static<T: Scalar>(&self, index: usize, acting: &Statics<'_, T>, stress: &mut [f64; 6]) {
+        if let Some(contacts) = self.contacts {
+            for (node, force) in acting.forces().filter(|&(node, _)| node < self.n_load_nodes) {
+                let block = contacts.row((index * self.n_load_nodes + node) * 18, 18);
+                for (component, stress) in stress.iter_mut().enumerate() {
+                    let at = |c: usize| block.and_then(|block| block.get(3 * component + c)).unwrap_or(0.0);
+                    *stress += at(0) * force[0] + at(1) * force[1] + at(2) * force[2];
+                }
+            }
+        }
+        let Some(patterns) = self.patterns else { return };
+        for (pattern, amplitude) in acting.amplitudes() {
+            let row = patterns.row((pattern * self.points.len() + index) * 6, 6);
+            for (component, stress) in stress.iter_mut().enumerate() {
+                *stress += amplitude * row.and_then(|row| row.get(component)).unwrap_or(0.0);
+            }
+        }
+    }
+}
+
+impl<T: Scalar> Scene<'_, T> {
+    /// How many points the file knows the stress of.
+    #[must_use]
+    pub const fn n_stress_points(&self) -> usize {
+        self.sections.stress.points.len()
+    }
+
+    /// One of them.
+    #[must_use]
+    pub fn stress_point(&self, index: usize) -> Option<StressPoint> {
+        self.sections.stress.point(index)
+    }
+
+    /// Stress \[Pa\] at point `index`: that of the modes, and what they leave out under the loads of the last
+    /// step, where the file has it. `O(r)`, and 18 multiplications for each node of a contact.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn stress(&self, state: &State<'_, T>, index: usize) -> Result<Tensor, OutputError> {
+        self.check(state)?;
+        let rows = &self.sections.stress;
+        let mut stress = rows.moving(index, factors(&state.y, Field::Displacement))?;
+        let region = rows.point(index).map_or(MAX_REGIONS, |point| point.region as usize);
+        let scale = self.parameters.stiffness * self.options.region_stiffness.get(region).unwrap_or(&1.0);
+        stress.iter_mut().for_each(|stress| *stress *= scale);
+        if !state.statics.is_empty() {
+            rows.add_static(index, &state.statics, &mut stress);
+        }
+        Ok(Tensor(stress))
+    }
+
+    /// Strain at point `index`: the stress there by the law of its material,
+    /// `ε = ((1 + ν) σ − ν tr σ I) / E`.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn strain(&self, state: &State<'_, T>, index: usize) -> Result<Tensor, OutputError> {
+        let Tensor(mut strain) = self.stress(state, index)?;
+        let rows = &self.sections.stress;
+        let region = rows.point(index).map_or(MAX_REGIONS, |point| point.region as usize);
+        let missing = OutputError::Missing { kind: SectionKind::ElasticConstants };
+        let [young, poisson] = rows.constants.get(region).ok_or(missing)?.map(f64::from_le_bytes);
+        let scale = self.parameters.stiffness * self.options.region_stiffness.get(region).unwrap_or(&1.0);
+        let [xx, yy, zz, ..] = strain;
+        let trace = poisson * (xx + yy + zz);
+        strain.iter_mut().for_each(|strain| *strain *= 1.0 + poisson);
+        strain.iter_mut().take(3).for_each(|strain| *strain -= trace);
+        Ok(Tensor(strain.map(|strain| strain / (young * scale))))
+    }
+
+    /// Stress \[Pa\] at all points, `out` of shape `(n_stress_points, 6)`.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn stress_into(&self, state: &State<'_, T>, out: &mut [T]) -> Result<(), OutputError> {
+        let needed = 6 * self.n_stress_points();
+        if out.len() != needed {
+            return Err(OutputError::Length { found: out.len(), needed });
+        }
+        for (index, out) in out.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+            *out = self.stress(state, index)?.0.map(T::from_f64);
+        }
+        Ok(())
+    }
+}

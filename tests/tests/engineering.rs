@@ -1,0 +1,113 @@
+//! Published benchmarks, and CalculiX on the same meshes: the record of `docs/benchmarks/engineering.md`.
+
+use vademecum_tests::witness::{Apart, Found, Witness, calculix, compare, measure, witness, witnesses};
+
+fn found(witness: &Witness, ask: bool) -> Found {
+    let folder = tempfile::tempdir().expect("a folder");
+    measure(witness, folder.path(), ask)
+}
+
+/// What the literature says of a witness, within the share that the record gives and explains.
+fn agrees(name: &str) {
+    let (witness, asked) = (witness(name), calculix::is_there());
+    let found = found(&witness, asked);
+    assert!(!witness.references.is_empty() || witness.stress.is_some(), "{name} has nothing to compare");
+    for mode in witness.references {
+        let ratio = found.frequencies[mode.number] / mode.hz;
+        assert!((ratio - 1.0).abs() < witness.within, "{name}, mode {}: {ratio}", mode.number + 1);
+    }
+    if let Some(at) = &witness.stress {
+        let ratio = found.stress_at(at) / at.stress;
+        assert!((ratio - 1.0).abs() < witness.within, "{name}: {ratio}");
+    }
+    if name == "fv41" {
+        around_the_axis(&witness, &found);
+    }
+    if let Some(answer) = &found.calculix {
+        holds(name, compare(&found, answer));
+    }
+}
+
+/// Sides of these are straight, so that both programs have the same elements. Those of the others are curved
+/// (of the membrane too, along the diagonals of its trapezoids), and CalculiX integrates them with fewer
+/// points and takes their stress at these points, not at the nodes.
+const STRAIGHT: [&str; 5] = ["fv22", "fv52-plate", "fv52-quarter", "beam", "beam-linear"];
+
+/// CalculiX prints seven digits of a frequency or a displacement and six of a stress.
+fn holds(name: &str, apart: Apart) {
+    let below = |value: Option<f64>, most: f64| value.is_some_and(|value| value < most);
+    if STRAIGHT.contains(&name) {
+        assert!(apart.with_its_mass < 2e-6, "{name}: {apart:?}");
+        assert!(below(apart.displacement, 2e-6) && below(apart.stress, 1e-4), "{name}: {apart:?}");
+    } else if name != "fv41" {
+        assert!(below(apart.displacement, 1e-3) && below(apart.stress, 3e-2), "{name}: {apart:?}");
+    }
+    // Linear elements feel the mass matrix of one point.
+    assert!(apart.frequencies < if name == "beam-linear" { 3e-2 } else { 1e-3 }, "{name}: {apart:?}");
+}
+
+/// The modes with reference values move no node along the circle, and all others do.
+fn around_the_axis(witness: &Witness, found: &Found) {
+    for (number, shape) in found.shapes.iter().enumerate() {
+        let nodes = found.mesh.nodes.iter().zip(shape.as_chunks::<3>().0);
+        let along = nodes.map(|([x, y, _], u)| (x * u[1] - y * u[0]).abs() / x.hypot(*y)).fold(0.0, f64::max);
+        let round = witness.references.iter().any(|mode| mode.number == number);
+        // The largest displacement of a shape is 1.
+        assert!(if round { along < 0.02 } else { along > 0.2 }, "mode {}: {along}", number + 1);
+    }
+}
+
+#[test]
+fn a_clamped_rhombic_plate() {
+    agrees("fv22");
+}
+
+#[test]
+fn a_tapered_membrane() {
+    agrees("fv32");
+}
+
+#[test]
+fn a_thick_square_plate() {
+    agrees("fv52-plate");
+    agrees("fv52-quarter");
+}
+
+#[test]
+fn a_free_cylinder() {
+    agrees("fv41");
+}
+
+#[test]
+fn an_elliptic_plate_under_pressure() {
+    agrees("le10");
+}
+
+#[test]
+fn a_temperature() {
+    agrees("le11");
+}
+
+#[test]
+fn two_beams_have_the_matrices_of_calculix() {
+    if calculix::is_there() {
+        for name in ["beam", "beam-linear"] {
+            let found = found(&witness(name), true);
+            holds(name, compare(&found, found.calculix.as_ref().expect("an answer")));
+        }
+    }
+}
+
+#[test]
+fn every_witness_has_a_problem_file_and_every_file_a_witness() {
+    let folder = vademecum_tests::program::repository().join("tests/witnesses");
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let name = |entry: std::io::Result<std::fs::DirEntry>| {
+        entry.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned()
+    };
+    let mut files: Vec<String> = entries.map(name).collect();
+    files.sort();
+    let mut known: Vec<String> = witnesses().iter().map(|witness| witness.name.to_string()).collect();
+    known.sort();
+    assert_eq!(files, known);
+}
