@@ -122,6 +122,25 @@ fn a_spinning_rod_grows_as_the_closed_form_says_at_live_density_and_stiffness() 
     }
 }
 
+#[test]
+fn the_stress_in_a_spinning_rod_is_that_of_the_closed_form() {
+    let bytes = built(&format!("{ROD}[output]\nstress = \"surface\"\n"));
+    let spin = 4.0;
+    let thrown = |body: &RigidBody| RigidMotion::thrown(body, [0.0; 3], [0.0, 0.0, spin]);
+    let mut flight = Flight::new(&bytes, &SceneOptions::default(), thrown);
+    for _ in 0..4000 {
+        flight.step(nothing);
+    }
+    let (scene, state) = (flight.simulation.scene(), flight.simulation.state());
+    let largest = (0..scene.n_stress_points())
+        .map(|point| scene.stress(state, point).expect("a stress").0[0])
+        .fold(f64::MIN, f64::max);
+    // ρ ω² L² / 8 in the middle. Elements of a tenth of the length have a linear stress, which misses the
+    // parabola by h²/6 over L²/4.
+    let expected = 1000.0 * spin * spin / 8.0;
+    assert!((largest / expected - 1.0).abs() < 7e-3, "{largest} {expected}");
+}
+
 fn dense(a: &SymmetricMatrix) -> Mat<f64> {
     let mut image = Mat::zeros(a.n(), a.n());
     a.mul_into(Mat::<f64>::identity(a.n(), a.n()).as_ref(), image.as_mut());

@@ -241,3 +241,50 @@ fn a_body_that_is_held_a_little_stays_refused_and_parts_are_named() {
     let refused = Model::assemble(two, &[RUBBER], &free).unwrap_err();
     assert!(matches!(refused, ModelError::FreeParts { parts: 2, n_nodes: 27, .. }), "{refused}");
 }
+
+/// Roots of a function on a scale of steps, by bisection.
+fn first_root(f: impl Fn(f64) -> f64, from: f64) -> f64 {
+    let mut low = from;
+    while f(low) * f(low + 1e-3) > 0.0 {
+        low += 1e-3;
+    }
+    let mut high = low + 1e-3;
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if f(low) * f(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    low
+}
+
+#[test]
+fn a_free_sphere_twists_as_lamb_says() {
+    // A cube whose inside is taken to that of a sphere, all nodes with it.
+    let mut mesh = mesh::block([2.0; 3], [8; 3], Order::Quadratic);
+    for node in &mut mesh.nodes {
+        let [x, y, z] = node.map(|c| c - 1.0);
+        let round =
+            |a: f64, b: f64, c: f64| a * (1.0 - 0.5 * (b * b + c * c) + b * b * c * c / 3.0).max(0.0).sqrt();
+        *node = [round(x, y, z), round(y, z, x), round(z, x, y)];
+    }
+    let free = vec![false; 3 * mesh.nodes.len()];
+    let model = Model::assemble(mesh, &[RUBBER], &free).unwrap();
+    let symbolic = Symbolic::analyze(model.pencil()).unwrap();
+    let found = lowest_modes(model.pencil(), &symbolic, 5).unwrap().frequencies_hz();
+    // j₂(η) = η j₃(η), with η the radius times ω over the speed of shear waves (Lamb 1882).
+    let twist = |x: f64| {
+        let j1 = x.sin() / (x * x) - x.cos() / x;
+        let j2 = 3.0 / x * j1 - x.sin() / x;
+        let j3 = 5.0 / x * j2 - j1;
+        j2 - x * j3
+    };
+    let shear = (RUBBER.young / (2.0 * (1.0 + RUBBER.poisson)) / RUBBER.density).sqrt();
+    let expected = first_root(twist, 1.0) * shear / TAU;
+    for frequency in &found {
+        println!(
+            "twist of the sphere: {frequency:.4} Hz, Lamb {expected:.4} Hz: {:+.2e}",
+            frequency / expected - 1.0
+        );
+    }
+    // Five motions of one frequency come first.
+    assert!(found.iter().all(|frequency| (frequency / expected - 1.0).abs() < 1e-3), "{found:?} {expected}");
+}

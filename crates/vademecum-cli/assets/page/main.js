@@ -74,10 +74,12 @@ function show(page, seconds) {
   const size = renderer.resize();
   const displacement = player.displacement();
   const field = controls.bound?.field ?? (controls.velocity ? evaluator.surface(true) : displacement);
-  body.displace(displacement, controls.magnification);
+  // In the air the body is drawn where it is in space.
+  const drawn = player.flight?.carried(displacement, controls.magnification) ?? displacement;
+  body.displace(drawn, controls.magnification);
   camera.follow(body.drawn, seconds);
   camera.update(...size);
-  renderer.fill(displacement, field);
+  renderer.fill(drawn, field);
   const { magnification, component, dark } = controls;
   const tool = player.tool && drawnTool(player, magnification);
   renderer.draw(camera, { magnification, component, dark, tool, scale: controls.scale(field, seconds) });

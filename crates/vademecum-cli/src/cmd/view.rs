@@ -46,6 +46,7 @@ const MODULES: [(&str, &str); 21] = modules!(
     "controls",
     "elements",
     "evaluator",
+    "flight",
     "greet",
     "hands",
     "main",
