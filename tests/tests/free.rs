@@ -413,6 +413,21 @@ fn the_program_builds_throws_and_tells_of_a_free_body() {
 }
 
 #[test]
+fn the_frequency_response_is_that_of_the_elastic_motion_at_full_order() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("rod.vdm").display().to_string();
+    let text = ROD.replace("ratio = 1.0", "alpha = 2.0\nbeta = 1e-6");
+    let text = text.split("[[parameter]]").next().expect("a problem");
+    assert_eq!(program(folder.path(), "rod.toml", text, &["build", "-o", &file]).code, Some(0));
+    let problem = folder.path().join("rod.toml").display().to_string();
+    let ends = ["--in", "1.0,0.0125,0.02,z", "--out", "0.0,0.0125,0.02,z", "--out", "1.0,0.0125,0.02,z"];
+    let range = ["--range", "0.5,20", "--problem", &problem, "--compare", "20", "--json"];
+    let ran = vademecum(&[&["frf", file.as_str()][..], &ends[..], &range[..]].concat()).json();
+    let worst = ran["compared"]["worst"].as_f64().expect("a comparison");
+    assert!(worst < 1e-3, "{worst}");
+}
+
+#[test]
 fn what_a_free_body_cannot_have_is_refused_by_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("none.vdm").display().to_string();

@@ -23,6 +23,38 @@ use vademecum_format::scheme::MAX_STAGES;
 /// The rigid motion of a scene's body, and what pushes it in the coming step.
 ///
 /// Forces are those of space and act for one step: [`FreeBody::step`] takes them away.
+///
+/// ```
+/// use vademecum_eval::format::File;
+/// use vademecum_eval::{FreeBody, Loads, RigidMotion, Scene, SceneOptions, State, Surface};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/free.vdm"));
+/// let file = File::parse(bytes)?;
+/// let options = SceneOptions::default();
+/// let sizes = Scene::<f64>::sizes(&file, &options)?;
+/// let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+/// let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
+/// let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
+/// let mut state = State::new(&scene, &mut state_memory)?;
+/// let mut loads = Loads::new(&scene, &mut load_memory)?;
+///
+/// // Thrown upwards, turning; hit in the first step.
+/// let thrown = |body: &_| RigidMotion::thrown(body, [0.0, 0.0, 3.0], [5.0, 1.0, 0.0]);
+/// let mut free = FreeBody::new(&scene, thrown).ok_or("the body is held")?;
+/// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
+/// free.push(&scene, &mut loads, &touched, [20.0, 0.0, 0.0])?;
+/// for _ in 0..100 {
+///     free.pull([0.0, 0.0, -9.81 * free.body().mass]);
+///     free.step(&scene, &mut state, &mut loads)?;
+/// }
+/// let [.., height] = free.motion().position;
+/// let expected = free.body().centre[2] + 3.0 * 0.1 - 0.5 * 9.81 * 0.1 * 0.1;
+/// assert!((height - expected).abs() < 1e-12);
+/// assert!(scene.energy(&state)? > 0.0); // it swings
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct FreeBody {
     /// At the density it was last stepped with.

@@ -92,6 +92,9 @@
 //!   loads from before are stale: clear them and add them again. For several parameters at once, or several
 //!   states: [`SceneOptions::set`], [`Scene::rebind`] and [`State::carry`]. A value outside of its range is
 //!   refused and changes nothing.
+//! - **A body flies.** [`FreeBody::new`] beside the scene of a body without supports; then, for each step,
+//!   [`FreeBody::push`] and [`FreeBody::pull`], [`FreeBody::step`], and [`FreeBody::point`]. A host that moves
+//!   bodies itself asks [`Loads::add_spin`] instead.
 //! - **Many bodies of one file.** [`Batch::len_for`] and [`Batch::new`]; [`Batch::load`] for each instance
 //!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is looked at, and then
 //!   every output of the scene.
