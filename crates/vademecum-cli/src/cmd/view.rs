@@ -38,7 +38,7 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 21] = modules!(
+const MODULES: [(&str, &str); 22] = modules!(
     "body",
     "camera",
     "chart",
