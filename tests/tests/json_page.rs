@@ -122,6 +122,7 @@ fn every_command_prints_the_keys_of_its_page() {
         &[
             "info beam.vdm --json",
             "info canonical.vdm --json",
+            "info free.vdm --json",
             "info live.vdm --json --terms-for 1e-2",
             "info parameters.vdm --json",
             "info separation.vdm --json",

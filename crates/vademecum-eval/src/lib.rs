@@ -12,8 +12,8 @@
 //! - make such a file: that is the program `vademecum build`, or the crate `vademecum-build`;
 //! - read a file without stepping it, or write one of your own: [`vademecum_format`], which this crate
 //!   re-exports as [`mod@format`];
-//! - find out where bodies collide, or follow large deformation or plasticity: a file holds one linear elastic
-//!   body, with supports or free ([`FreeBody`]), whose displacements in its own frame are small.
+//! - find out where bodies collide, or follow large deformation or plasticity: a file holds one linear
+//!   elastic body, with supports or free ([`FreeBody`]), whose displacements in its own frame are small.
 //!
 //! # The flow
 //!
@@ -93,8 +93,8 @@
 //!   states: [`SceneOptions::set`], [`Scene::rebind`] and [`State::carry`]. A value outside of its range is
 //!   refused and changes nothing.
 //! - **A body flies.** [`FreeBody::new`] beside the scene of a body without supports; then, for each step,
-//!   [`FreeBody::push`] and [`FreeBody::pull`], [`FreeBody::step`], and [`FreeBody::point`]. A host that moves
-//!   bodies itself asks [`Loads::add_spin`] instead.
+//!   [`FreeBody::push`] and [`FreeBody::pull`], [`FreeBody::step`], and [`FreeBody::point`]. A host that
+//!   moves bodies itself asks [`Loads::add_spin`] instead.
 //! - **Many bodies of one file.** [`Batch::len_for`] and [`Batch::new`]; [`Batch::load`] for each instance
 //!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is looked at, and then
 //!   every output of the scene.

@@ -64,8 +64,8 @@ pub struct Fields<'a> {
     pub displacement: &'a [f64],
     /// Velocity \[m/s\].
     pub velocity: &'a [f64],
-    /// Stress \[Pa\], shape (nodes, 6), and von Mises' equivalent stress, (nodes); NaN where the file does not
-    /// know it, and empty where it knows none.
+    /// Stress \[Pa\], shape (nodes, 6), and von Mises' equivalent stress, (nodes); NaN where the file does
+    /// not know it, and empty where it knows none.
     pub stress: [&'a [f64]; 2],
 }
 

@@ -176,8 +176,8 @@ pub struct Model {
 
 impl Model {
     /// Assembles consistent mass and stiffness. `materials` holds one entry per region of the mesh,
-    /// `constrained` one flag per dof `3 · node + component`. Where none is held, the body is free: its pencil
-    /// has the rigid motions.
+    /// `constrained` one flag per dof `3 · node + component`. Where none is held, the body is free: its
+    /// pencil has the rigid motions.
     ///
     /// Elements in parallel, the same bits for any number of threads; allocates the matrices and, while it
     /// runs, as much again.

@@ -14,7 +14,6 @@
 
 use faer::{Mat, MatMut, MatRef, Side};
 
-use super::pencil::Pencil;
 use super::sparse::SymmetricMatrix;
 use crate::linalg::{subtract_product, transposed_product};
 
@@ -105,7 +104,7 @@ impl Rigid {
 
     /// The centrifugal forces over the dofs for products of the angular velocity `ω`: `−M(ω × (ω × x))` has
     /// the factors `ω_x²`, `ω_y²`, `ω_z²`, `ω_xω_y`, `ω_yω_z`, `ω_zω_x` on these six.
-    pub(crate) fn centrifugal(&self, nodes: &[[f64; 3]], pencil: &Pencil) -> [Vec<f64>; 6] {
+    pub(crate) fn centrifugal(&self, nodes: &[[f64; 3]], mass: &SymmetricMatrix) -> [Vec<f64>; 6] {
         PRODUCTS.map(|(i, j)| {
             let acceleration = field(nodes, |x| {
                 let x: [f64; 3] = std::array::from_fn(|c| x[c] - self.centre[c]);
@@ -118,7 +117,7 @@ impl Rigid {
                 }
                 outward
             });
-            times(pencil.mass(), acceleration.as_ref()).col_as_slice(0).to_vec()
+            times(mass, acceleration.as_ref()).col_as_slice(0).to_vec()
         })
     }
 

@@ -225,7 +225,7 @@ impl Body {
             patterns.push((entry.name.clone(), force));
         }
         if let Some(rigid) = model.pencil().rigid() {
-            let forces = rigid.centrifugal(&model.mesh().nodes, model.pencil());
+            let forces = rigid.centrifugal(&model.mesh().nodes, model.pencil().mass());
             patterns.extend(CENTRIFUGAL.map(String::from).into_iter().zip(forces));
         }
         let load_nodes = nodes_of(&loadable);
