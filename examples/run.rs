@@ -154,6 +154,29 @@ fn import_snapshots_finds_the_first_frequency() {
 }
 
 #[test]
+fn shaken_tower_has_the_shear_that_the_spectrum_says() {
+    let output = output("shaken_tower");
+    let [ground, seconds] = numbers(line(&output, "ground"))[..] else { panic!("{output}") };
+    assert!((0.25..0.35).contains(&ground) && seconds == 12.0, "{output}");
+    let [shear, moment] = numbers(line(&output, "foot"))[..] else { panic!("{output}") };
+    let [period, of_mode] = numbers(line(&output, "first mode"))[..] else { panic!("{output}") };
+    // The first mode takes most of it; the mass above that moves with the ground adds at most 0.31 g of it.
+    assert!(of_mode < shear && shear < of_mode + 0.31 * 9.81 * 1.6, "{output}");
+    // It acts at about two thirds of the height.
+    assert!((0.5..0.8).contains(&(moment / shear / 4.0)), "{output}");
+    // A clamped beam with E I of 8.33 MN m² and 400 kg/m: 3.516/2π √(E I/m)/l² is 5.04 Hz.
+    near(period, 1.0 / 5.04, 0.02);
+    // A stiff oscillator goes with the ground.
+    let [_, stiff] = numbers(line(&output, "0.05"))[..] else { panic!("{output}") };
+    assert!(stiff >= ground && stiff < 3.0 * ground, "{output}");
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/moving-base.md"));
+    let page = page.expect("the page");
+    let (_, said) = page.split_once("```text\nground").expect("what it prints");
+    let said = format!("ground{}", said.split("```").next().expect("closed"));
+    assert_eq!(said, output, "docs/moving-base.md prints something else");
+}
+
+#[test]
 fn every_example_is_listed_and_run() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect("a file");

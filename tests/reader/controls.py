@@ -18,6 +18,8 @@ MAPS = {
     "parameters.vdm": ["BlockState", "BlockLoad", "AxisPoints", "Factors", "RegionStiffness", "RegionMass"],
     "exact-f64.vdm": ["Eigenvalues", "DampingRatios", "ContactResidual", "PairResidual", "ProbeResidual",
                       "PatternResidual", "PatternProbeResidual"],
+    "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
+    "stress.vdm": ["StressBasis", "StressResidual", "PatternStress", "ElasticConstants"],
     "canonical.vdm": ["CanonicalTerms", "CanonicalFactors", "ReducedStiffness"],
 }
 

@@ -275,7 +275,8 @@ def play(scene, scenario, folder):
         scene.farthest = max(scene.farthest, np.abs(y[0]).max())
         if n % every == 0:
             seen = [(push, p * factor_shown(scene, when, n)) for _, _, push, p, when in loads]
-            yield [n * dt, scene.energy(y, seen), *scene.probes(y[0], seen)]
+            reactions = scene.reactions(y, seen).ravel()
+            yield [n * dt, scene.energy(y, seen), *scene.probes(y[0], seen), *reactions]
         if exact:
             scaled = [(p * load, when) for load, _, _, p, when in loads]
             y = exact_step(scene, y, scaled, n * dt, (n + 1) * dt)
@@ -299,7 +300,9 @@ def main(file, scenario, table, structure):
     names, given = given[0], given[1:]
     scene = step.STRUCTURES[structure](file)
     ours = list(play(scene, scenario, folder))
-    if names != ["time_s", "energy_J", *file.lines("ProbeNames")] or len(ours) != len(given):
+    supports = file.lines("SupportNames") if "SupportNames" in file else []
+    parts = [f"reaction.{name}.{part}" for name in supports for part in ("fx", "fy", "fz", "mx", "my", "mz")]
+    if names != ["time_s", "energy_J", *file.lines("ProbeNames"), *parts] or len(ours) != len(given):
         print(f"{table}: {len(given)} rows of {names}, and the reader has {len(ours)}")
         return False
     slack = agree.bound_of(structure, len(ours))

@@ -235,6 +235,47 @@ class Scene:
             moving = moving + self.residual.energy(forces_of(pushes)[0]) / self.v.stiffness
         return moving
 
+    def acceleration(self, y, pushes):
+        """Of the modes, under the loads of the state."""
+        return y[2] / self.v.dt**2
+
+    def reactions(self, y, pushes):
+        """Force and moment that each support exerts on the body, under the loads of the state."""
+        if "ReactionBasis" not in self.file:
+            return np.zeros((0, 6))
+        basis = self.file.section("ReactionBasis").reshape(-1, 6, self.r)
+        forces, patterns = forces_of(pushes)
+        moving = self.acceleration(y, pushes) + self.v.alpha * y[1] / self.v.dt
+        total = self.v.density * basis @ moving
+        for node, force in forces.items():
+            total = total + self.file.section("ReactionLoads").reshape(len(basis), -1, 6, 3)[:, node] @ force
+        for index, amplitude in patterns.items():
+            total = total + amplitude * self.file.section("PatternReaction").reshape(-1, len(basis), 6)[index]
+        return total
+
+    def tensors(self, zeta, pushes):
+        """Stress and strain at each point, under the loads of the state; shape (points, 12)."""
+        if "StressPoints" not in self.file:
+            return np.zeros((0, 12))
+        points = self.file.section("StressPoints").reshape(-1, 2)
+        kappa = np.array([self.v.kappa[q] if q < len(self.v.kappa) else 1.0 for q in points[:, 1]])
+        scale = self.v.stiffness * kappa[:, None]
+        stress = scale * (self.file.section("StressBasis").reshape(-1, 6, self.r) @ zeta)
+        if self.residual:
+            forces, patterns = forces_of(pushes)
+            if "StressResidual" in self.file:
+                table = self.file.section("StressResidual").reshape(len(points), -1, 6, 3)
+                for node, force in forces.items():
+                    stress = stress + table[:, node] @ force
+            if "PatternStress" in self.file:
+                table = self.file.section("PatternStress").reshape(-1, len(points), 6)
+                for index, amplitude in patterns.items():
+                    stress = stress + amplitude * table[index]
+        young, poisson = self.file.section("ElasticConstants").reshape(-1, 2)[points[:, 1]].T[:, :, None]
+        trace = stress[:, :3].sum(axis=1, keepdims=True) * np.array([1, 1, 1, 0, 0, 0])
+        strain = ((1 + poisson) * stress - poisson * trace) / (scale * young)
+        return np.hstack([stress, strain])
+
     def start(self, zeta, velocity, force):
         """The state of displacement and velocity, with the acceleration that belongs to the force `BᵀF`."""
         v, mass, stiffness = self.v, self.mass, self.stiffness
@@ -326,6 +367,7 @@ class Exact(Scene):
         ratios = file.section("DampingRatios").ravel() if "DampingRatios" in file else np.zeros(self.r)
         sigma = 0.5 * (v.alpha + v.beta * lam) + ratios * np.sqrt(lam)
         w2, s, dt2 = lam * v.dt**2, sigma * v.dt, v.dt**2
+        self.lam, self.sigma = lam, sigma
         impulse, phi, psi = np.array([responses(*mode) for mode in zip(w2, s)]).T
         self.d = np.array([[-w2 * phi, impulse], [-w2 * impulse, -2 * s * impulse - w2 * phi]])
         self.held, self.rising = dt2 * np.array([phi, impulse]), dt2 * np.array([psi, phi])
@@ -339,6 +381,13 @@ class Exact(Scene):
     def start(self, zeta, velocity, force):
         """No acceleration: the force at the start is met by the step."""
         return np.array([zeta, self.v.dt * velocity])
+
+    def acceleration(self, y, pushes):
+        """The one that the equation of motion demands."""
+        forces, patterns = forces_of(pushes)
+        nodes = [self.contact([node], [1.0], force) for node, force in forces.items()]
+        all_ = [amplitude * self.pattern(index) for index, amplitude in patterns.items()] + nodes
+        return sum(all_, np.zeros(self.r)) / self.v.density - 2 * self.sigma * y[1] / self.v.dt - self.lam * y[0]
 
     def part(self, length):
         """The scene of a part of a step."""

@@ -114,6 +114,10 @@ trait Body {
     fn probe(&self, index: usize, field: Field) -> f64;
     fn node(&self, node: usize) -> [f64; 3];
     fn energy(&self) -> f64;
+    /// Force and moment of each support.
+    fn reactions(&self) -> Vec<[f64; 6]>;
+    /// Stress and strain at each point.
+    fn tensors(&self) -> [Vec<[f64; 6]>; 2];
     /// Moves to the parameters of the second half.
     fn change(&mut self);
 }
@@ -174,6 +178,18 @@ impl Body for Ours<'_, '_> {
         self.scene.energy(&self.state).expect("an energy")
     }
 
+    fn reactions(&self) -> Vec<[f64; 6]> {
+        let all = 0..self.scene.n_supports();
+        all.map(|s| self.scene.reaction(&self.state, s).expect("a reaction").total()).collect()
+    }
+
+    fn tensors(&self) -> [Vec<[f64; 6]>; 2] {
+        let all = 0..self.scene.n_stress_points();
+        let stress = |point| self.scene.stress(&self.state, point).expect("a stress").0;
+        let strain = |point| self.scene.strain(&self.state, point).expect("a strain").0;
+        [all.clone().map(stress).collect(), all.map(strain).collect()]
+    }
+
     fn change(&mut self) {
         if let Some(then) = &self.then {
             self.scene.rebind(then, self.work).expect("bound anew");
@@ -220,6 +236,14 @@ impl Body for Chapters<'_, '_, '_, '_> {
         self.scene.energy(self.state).expect("an energy")
     }
 
+    fn reactions(&self) -> Vec<[f64; 6]> {
+        vec![]
+    }
+
+    fn tensors(&self) -> [Vec<[f64; 6]>; 2] {
+        [vec![], vec![]]
+    }
+
     fn change(&mut self) {}
 }
 
@@ -255,11 +279,15 @@ impl March<'_> {
                 let count = self.metadata.n_probes as usize;
                 (0..count).map(|index| body.probe(index, field)).collect::<Vec<f64>>()
             });
+            let [stress, strain] = body.tensors();
             rows.push(json!({
                 "state": body.state().into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>(),
                 "probes": probes,
                 "nodes": self.nodes.iter().map(|&node| body.node(node)).collect::<Vec<_>>(),
                 "energy": body.energy(),
+                "reactions": body.reactions(),
+                "stress": stress,
+                "strain": strain,
             }));
         }
         Value::Array(rows)

@@ -7,8 +7,8 @@ use crate::regions::TwoRegions;
 use crate::synthetic::{Body, Layout, bathe, newmark, rewritten};
 use vademecum_format::scheme::{SchemeTable, StepParameters};
 use vademecum_format::{
-    Axis, Codec, Element, File, Parameter, ParameterRole, Section, SectionInput, SectionKind, encode_into,
-    encoded_len,
+    Axis, BASE_PATTERNS, Codec, Element, File, Parameter, ParameterRole, Section, SectionInput, SectionKind,
+    encode_into, encoded_len,
 };
 use vademecum_rewrite::{Keep, strip};
 
@@ -119,6 +119,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let common = [2e-8, 1e-7, 3e-7];
     let parameters =
         TwoRegions::new(1).separated(&bathe(), &undamped, &common, &[0.5, 1.0, 2.0], &[0.5, 1.25, 2.0]);
+    let exact = exact(&body(LAYOUT, 4).file(&bathe(), &STEP, Element::F64));
     let canonical = crate::canonical::file(&body(LAYOUT, 1), &bathe(), &undamped, &[0, 2, 5], Terms::Apart);
     vec![
         ("canonical.vdm", canonical),
@@ -130,8 +131,11 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("probes.vdm", probes),
         ("quadratic.vdm", quadratic()),
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
-        ("exact-f64.vdm", exact(&body(LAYOUT, 4).file(&bathe(), &STEP, Element::F64))),
-        ("free.vdm", free(&exact(&body(LAYOUT, 5).file(&bathe(), &STEP, Element::F64)))),
+        ("reactions.vdm", reactions(&exact)),
+        ("base.vdm", base(&exact)),
+        ("stress.vdm", stress(&exact)),
+        ("exact-f64.vdm", exact),
+        ("free.vdm", free(&self::exact(&body(LAYOUT, 5).file(&bathe(), &STEP, Element::F64)))),
     ]
 }
 
@@ -275,6 +279,132 @@ fn exact(bytes: &[u8]) -> Vec<u8> {
     let mut out = vec![0; encoded_len(&metadata, &inputs).expect("a length")];
     encode_into(&metadata, &inputs, &mut out).expect("written");
     out
+}
+
+/// The file with reactions of two supports, which carry a quarter and three quarters of every force.
+fn reactions(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    const POINTS: [[f64; 3]; 2] = [[-0.5, 0.0, 0.25], [2.0, 1.0, 0.0]];
+    const SHARES: [f64; 2] = [0.25, 0.75];
+    let file = File::parse(bytes).expect("a file");
+    let metadata = file.metadata();
+    let numbers = |kind| file.section(kind).expect("present").numbers().expect("raw");
+    let places: Vec<f64> = numbers(S::NodeCoordinates).iter().collect();
+    // Under a unit force along `c` at `x`: the force, then the moment about the point.
+    let held = |x: [f64; 3], s: usize| -> [f64; 18] {
+        std::array::from_fn(|k| {
+            let (row, c) = (k / 3, k % 3);
+            let arm: [f64; 3] = std::array::from_fn(|i| x[i] - POINTS[s][i]);
+            let along = |i: usize| if i == c { -SHARES[s] } else { 0.0 };
+            match row.checked_sub(3) {
+                None => along(row),
+                Some(i) => arm[(i + 1) % 3] * along((i + 2) % 3) - arm[(i + 2) % 3] * along((i + 1) % 3),
+            }
+        })
+    };
+    let nodes = places.as_chunks::<3>().0.iter().take(metadata.n_load_nodes as usize);
+    let loads: Vec<f64> = (0..2).flat_map(|s| nodes.clone().flat_map(move |&x| held(x, s))).collect();
+    let r = metadata.n_modes as usize;
+    let wave = |i: usize| (i % 13) as f64 / 16.0 - 0.375;
+    let basis: Vec<f64> = (0..12 * r).map(wave).collect();
+    let patterns = metadata.n_patterns as usize;
+    let of_patterns: Vec<f64> = (0..12 * patterns).map(|i| 1.0 - 0.5 * wave(i)).collect();
+    let little = |values: &[f64]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let names = b"left\nright foot".to_vec();
+    let [n, p, r] = [u64::from(metadata.n_load_nodes), patterns as u64, r as u64];
+    let more: Vec<(SectionKind, Element, [u64; 3], Vec<u8>)> = vec![
+        (S::SupportNames, Element::U8, [names.len() as u64, 1, 1], names),
+        (S::SupportPoints, Element::F64, [2, 3, 1], little(POINTS.as_flattened())),
+        (S::ReactionBasis, Element::F64, [2, 6, r], little(&basis)),
+        (S::ReactionLoads, Element::F64, [2, n, 18], little(&loads)),
+        (S::PatternReaction, Element::F64, [p, 2, 6], little(&of_patterns)),
+    ];
+    rewritten(bytes, |_| (), |_| (), &raw_sections(&more))
+}
+
+/// The file with the stress at three points, two of them one node in two regions, and a gauge for its first
+/// probe.
+fn stress(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    const POINTS: [u32; 6] = [0, 0, 4, 0, 4, 1];
+    let file = File::parse(bytes).expect("a file");
+    let metadata = file.metadata();
+    let [nodes, patterns, r] = [metadata.n_load_nodes, metadata.n_patterns, metadata.n_modes].map(u64::from);
+    let wave = |length: u64, size: f64| -> Vec<u8> {
+        (0..length).flat_map(|i| (size * ((i % 19) as f64 / 8.0 - 1.125)).to_le_bytes()).collect()
+    };
+    let points = POINTS.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let constants = [2.0_f64, 0.25, 8.0, 0.125].iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let units: Vec<&str> = (0..metadata.n_probes).map(|probe| if probe == 0 { "1" } else { "m" }).collect();
+    let units = units.join("\n").into_bytes();
+    let more: Vec<(SectionKind, Element, [u64; 3], Vec<u8>)> = vec![
+        (S::StressPoints, Element::U32, [3, 2, 1], points),
+        (S::StressBasis, Element::F64, [3, 6, r], wave(18 * r, 1.0)),
+        (S::StressResidual, Element::F64, [3, nodes, 18], wave(54 * nodes, 0.25)),
+        (S::PatternStress, Element::F64, [patterns, 3, 6], wave(18 * patterns, 0.5)),
+        (S::ElasticConstants, Element::F64, [2, 2, 1], constants),
+        (S::ProbeUnits, Element::U8, [units.len() as u64, 1, 1], units),
+    ];
+    rewritten(bytes, |_| (), |_| (), &raw_sections(&more))
+}
+
+/// Sections as the writer takes them, as they are.
+fn raw_sections(more: &[(SectionKind, Element, [u64; 3], Vec<u8>)]) -> Vec<SectionInput<'_>> {
+    let mut sections = vec![];
+    for (kind, element, shape, stored) in more {
+        let (decoded_length, codec) = (stored.len() as u64, Codec::Raw);
+        let (kind, element, shape) = (*kind, *element, *shape);
+        sections.push(SectionInput { kind, element, codec, required: false, shape, decoded_length, stored });
+    }
+    sections
+}
+
+/// The file on a base that moves: twelve patterns more.
+fn base(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    let file = File::parse(bytes).expect("a file");
+    let metadata = file.metadata();
+    let [r, nodes, probes] = [metadata.n_modes, metadata.n_load_nodes, metadata.n_probes].map(|n| n as usize);
+    let patterns = metadata.n_patterns as usize + BASE_PATTERNS.len();
+    let little = |values: Vec<f64>| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    // What the file has, and numbers of that size behind it.
+    let longer = |kind, length: usize, size: f64| -> Vec<u8> {
+        let known = file.section(kind).expect("present").numbers().expect("raw");
+        let more = (known.len()..length).map(|i| size * ((i % 17) as f64 / 8.0 - 0.875));
+        little(known.iter().chain(more).collect())
+    };
+    let unit = 1.0 / 8192.0;
+    let basis = longer(S::PatternBasis, patterns * r, 1.0);
+    let residual = longer(S::PatternResidual, patterns * nodes * 3, unit);
+    let at_probes = longer(S::PatternProbeResidual, patterns * probes, unit);
+    let names: Vec<&str> = file.pattern_names().chain(BASE_PATTERNS).collect();
+    let names = names.join("\n").into_bytes();
+    let point = little(vec![0.0, 0.5, -0.25]);
+    let frame = SectionInput {
+        kind: S::BaseFrame,
+        element: Element::F64,
+        codec: Codec::Raw,
+        required: false,
+        shape: [3, 1, 1],
+        decoded_length: 24,
+        stored: &point,
+    };
+    rewritten(
+        bytes,
+        |metadata| metadata.n_patterns = patterns as u32,
+        |section| {
+            let (stored, first) = match section.kind {
+                S::PatternBasis => (&basis, patterns),
+                S::PatternResidual => (&residual, patterns),
+                S::PatternProbeResidual => (&at_probes, patterns),
+                S::PatternNames => (&names, names.len()),
+                _ => return,
+            };
+            section.shape[0] = first as u64;
+            (section.stored, section.decoded_length) = (stored, stored.len() as u64);
+        },
+        &[frame],
+    )
 }
 
 /// Pairs of nodes that share a loadable triangle, the first below the second, ascending.

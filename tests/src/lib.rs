@@ -9,6 +9,7 @@ pub mod exact_beam;
 pub mod fused;
 pub mod galerkin;
 pub mod golden;
+pub mod held_rows;
 pub mod hostile;
 pub mod large;
 pub mod largest;

@@ -226,7 +226,7 @@ fn four_modes_and_the_residual_end_where_statics_says() {
         load
     });
     let expected = at(&full, mesh_nodes(&prepared, exact(), &point), &point);
-    let tip = full[3 * prepared.body.probes[0].node as usize + 2];
+    let tip = full[3 * prepared.body.probes[0].nodes[0].0 as usize + 2];
 
     let (found, probe) = settled(&SceneOptions::default(), load);
     let bare = SceneOptions { residual: false, ..SceneOptions::default() };
@@ -250,7 +250,7 @@ fn a_pattern_ends_where_statics_says() {
         static_answer(|prepared| prepared.body.patterns[0].1.iter().map(|f| 0.5 * f).collect());
     let point = four(exact())[1];
     let expected = at(&full, mesh_nodes(&prepared, exact(), &point), &point);
-    let tip = full[3 * prepared.body.probes[0].node as usize + 2];
+    let tip = full[3 * prepared.body.probes[0].nodes[0].0 as usize + 2];
     let (found, probe) = settled(&SceneOptions::default(), load);
     assert!(off(found, expected) < 1e-9 && (probe / tip - 1.0).abs() < 1e-9);
     let bare = SceneOptions { residual: false, ..SceneOptions::default() };

@@ -95,6 +95,7 @@ fn folder() -> tempfile::TempDir {
         ("meshes/cube.msh", "cube.msh"),
         ("golden/canonical.vdm", "canonical.vdm"),
         ("golden/parameters.vdm", "parameters.vdm"),
+        ("golden/free.vdm", "free.vdm"),
         ("golden/separation.vdm", "separation.vdm"),
     ] {
         let from = repository().join("fixtures").join(from);

@@ -80,6 +80,7 @@ pub mod parametric;
 pub mod pipeline;
 pub mod prepared;
 pub mod progress;
+pub mod reaction;
 pub mod report;
 pub mod residual;
 pub mod response;

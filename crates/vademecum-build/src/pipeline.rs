@@ -99,6 +99,8 @@ struct Stages<'a> {
     factor: &'a [Draft],
     /// Sections of the stress; empty where the problem asks for none.
     stress: &'a [Draft],
+    /// The reactions of the supports as the file keeps them; empty where it does not.
+    reactions: &'a [Draft],
 }
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -134,6 +136,7 @@ pub fn build(
         residual: None,
         factor: &[],
         stress: &[],
+        reactions: &[],
     };
 
     let mut missed = None;
@@ -218,7 +221,9 @@ impl<'a> Stages<'a> {
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let residual = self.static_residual(problem, &basis, watch)?;
         let stress = self.stress(problem, &basis, residual.is_some(), watch)?;
-        let mut sized = Stages { residual: residual.as_ref(), stress: &stress, ..*self };
+        let reactions = self.reactions(problem, &basis, watch)?;
+        let residual_of = residual.as_ref();
+        let mut sized = Stages { residual: residual_of, stress: &stress, reactions: &reactions, ..*self };
         let mut factor = vec![];
         // Without loadable nodes there is no residual, and nothing for the factor to add to.
         let asked = problem.output.static_fields == Some(true) && residual.is_some();

@@ -16,6 +16,7 @@ use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
 use crate::stress::StressRows;
+use crate::supports::Supports;
 use vademecum_format::exact::Propagator;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
 use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
@@ -34,6 +35,10 @@ pub(crate) struct Sections<'m> {
     pub damping_ratios: Option<&'m [[u8; 8]]>,
     /// The static residual.
     pub residual: Residual<'m>,
+    /// The reactions of the supports.
+    pub supports: Supports<'m>,
+    /// Where a base that moves turns.
+    pub base: Option<&'m [[u8; 8]]>,
     /// The factor of the stiffness.
     pub factor: Factor<'m>,
     /// Mass and moments of a free body.
@@ -107,6 +112,8 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
         residual: Residual::of(file),
+        supports: Supports::of(file),
+        base: file.section(S::BaseFrame).and_then(|section| section.f64s().ok()),
         factor: Factor::of(file),
         rigid_body: file.section(S::RigidBody).and_then(|section| section.f64s().ok()),
         stress: StressRows::of(file),

@@ -207,6 +207,8 @@ pub enum OutputError {
     },
     /// The state was made for a scene of another shape.
     Mismatch,
+    /// A reaction of a scene that does not remember the forces of its last step.
+    ForcesForgotten,
 }
 
 impl fmt::Display for BindError {
@@ -313,7 +315,7 @@ impl fmt::Display for LoadError {
             Self::TooManyContacts { contacts } => write!(
                 out,
                 "more contacts on nodes of their own than the {contacts} there is room for; raise \
-                 `SceneOptions::contacts`, or leave `residual` out"
+                 `SceneOptions::contacts`"
             ),
             Self::Mismatch => write!(out, "these loads belong to a scene of another shape"),
             Self::NoInstance { index, count } => {
@@ -359,6 +361,11 @@ impl fmt::Display for OutputError {
                 write!(out, "an output of {found} numbers was lent, {needed} are written")
             }
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
+            Self::ForcesForgotten => write!(
+                out,
+                "the scene does not remember the forces of its last step, which reactions are made of: bind it \
+                 with `SceneOptions::contacts` above 0"
+            ),
         }
     }
 }

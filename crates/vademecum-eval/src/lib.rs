@@ -142,6 +142,7 @@ mod motion;
 mod rebind;
 
 mod axes;
+mod base;
 mod batch;
 mod bind;
 #[cfg(feature = "chapter")]
@@ -163,6 +164,7 @@ mod mmap;
 mod modal;
 mod options;
 mod quantised;
+mod reaction;
 mod reconstruct;
 mod residual;
 mod rest;
@@ -176,6 +178,7 @@ mod simulation;
 mod state;
 mod static_field;
 mod stress;
+mod supports;
 mod surface;
 mod tree;
 
@@ -189,6 +192,7 @@ pub use loads::Loads;
 pub use mmap::{Mapped, OpenError};
 pub use modal::{Modal, ModalSizes};
 pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
+pub use reaction::Reaction;
 pub use rigid::{RigidBody, RigidMotion};
 pub use rows::Field;
 pub use scalar::Scalar;
@@ -201,3 +205,4 @@ pub use stress::{StressPoint, Tensor};
 pub use surface::{Surface, SurfacePoint, nearest_in_triangle};
 pub use tree::{SurfaceTree, TreeSizes};
 pub use vademecum_format as format;
+pub use vademecum_format::BaseMotion;

@@ -66,7 +66,7 @@ pub struct SceneOptions {
     pub terms: Option<usize>,
     /// Whether outputs add what the modes leave out of the static answer to the loads, where the file has it.
     pub residual: bool,
-    /// With a residual: for so many contacts with nodes of their own there is room. Contacts on the same
+    /// With a residual or with reactions: for so many contacts with nodes of their own there is room. Contacts on the same
     /// nodes share it.
     pub contacts: usize,
 }

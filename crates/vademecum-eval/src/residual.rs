@@ -8,7 +8,6 @@
 use crate::contact::Contact;
 use crate::error::LoadError;
 use crate::lend::{Lender, Short};
-use crate::options::SceneOptions;
 use crate::scalar::Scalar;
 use vademecum_format::{File, Numbers, SectionKind};
 
@@ -28,15 +27,17 @@ pub(crate) struct Residual<'m> {
 /// A 3×3 block, row by row: displacement by force \[m/N\].
 type Block = [[f64; 3]; 3];
 
-/// How many nodes and patterns a scene of these options remembers forces of; zeros without residual.
-pub(crate) fn room<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> [usize; 2] {
+/// How many nodes and patterns a scene remembers forces of; zeros where nothing is made of them.
+pub(crate) fn room<T: Scalar>(file: &File<'_>, contacts: usize, residual: bool) -> [usize; 2] {
     use SectionKind as S;
     let metadata = file.metadata();
-    let there = |kind| options.residual && file.section(kind).is_some_and(|s| s.numbers().is_ok());
+    let there = |kind| residual && file.section(kind).is_some_and(|s| s.numbers().is_ok());
     // The number of a node has to be a number of the precision.
     let countable = f64::from(metadata.n_load_nodes) * T::EPSILON < 0.5;
-    let nodes = if there(S::ContactResidual) && countable { options.contacts.saturating_mul(3) } else { 0 };
-    let patterns = there(S::PatternResidual) || there(S::PatternProbeResidual);
+    let reactions = file.section(S::ReactionBasis).is_some_and(|s| s.f64s().is_ok());
+    let nodes =
+        if (there(S::ContactResidual) || reactions) && countable { contacts.saturating_mul(3) } else { 0 };
+    let patterns = there(S::PatternResidual) || there(S::PatternProbeResidual) || reactions;
     [nodes, if patterns { metadata.n_patterns as usize } else { 0 }]
 }
 

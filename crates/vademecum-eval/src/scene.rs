@@ -85,7 +85,12 @@ impl<'m, T: Scalar> Scene<'m, T> {
         work: &mut [f64],
     ) -> Result<Self, BindError> {
         let shape = shape::<T>(file, options)?;
-        Self::of_sections(*file.metadata(), sections(file, shape.structure())?, shape, options, memory, work)
+        let mut sections = sections(file, shape.structure())?;
+        if !options.residual || shape.structure() == Structure::Block {
+            // Forces are remembered for reactions, too.
+            (sections.residual, sections.factor) = Default::default();
+        }
+        Self::of_sections(*file.metadata(), sections, shape, options, memory, work)
     }
 
     /// The same file at the same parameters with another `Δt` \[s\], beside this scene: for a step that is

@@ -23,7 +23,7 @@ pub(crate) struct Shape {
     pub n_terms: usize,
     /// Points of all axes.
     pub n_points: usize,
-    /// Nodes and patterns whose forces are remembered for the static residual.
+    /// Nodes and patterns whose forces are remembered for the static residual and for reactions.
     pub statics: [usize; 2],
 }
 
@@ -139,10 +139,8 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         Structure::Exact => 2,
         Structure::Diagonal | Structure::Block => metadata.scheme.active().len(),
     };
-    let statics = match structure {
-        Structure::Diagonal | Structure::Exact => room::<T>(file, options),
-        Structure::Block => [0; 2],
-    };
+    let residual = options.residual && structure != Structure::Block;
+    let statics = room::<T>(file, options.contacts, residual);
     Ok(Shape { chosen: structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points, statics })
 }
 

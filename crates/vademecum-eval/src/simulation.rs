@@ -17,6 +17,7 @@ use crate::contact::Contact;
 use crate::error::{BindError, LoadError, OutputError, StepError};
 use crate::loads::Loads;
 use crate::options::{SceneOptions, Status};
+use crate::reaction::Reaction;
 use crate::rows::Field;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
@@ -391,6 +392,20 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`OutputError`].
     pub fn point(&self, at: &SurfacePoint, field: Field) -> Result<[f64; 3], OutputError> {
         self.scene.point(&self.state, at, field)
+    }
+
+    /// The number of the support of this name, if the file gives reactions.
+    #[must_use]
+    pub fn find_support(&self, name: &str) -> Option<usize> {
+        self.file.support_names().position(|known| known == name)
+    }
+
+    /// What a support exerts on the body, as [`Scene::reaction`].
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn reaction(&self, support: usize) -> Result<Reaction, OutputError> {
+        self.scene.reaction(&self.state, support)
     }
 
     /// The whole surface, as [`Scene::surface_into`].

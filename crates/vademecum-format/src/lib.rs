@@ -62,6 +62,7 @@
 // The pages link to what the feature adds; without it those links lead nowhere.
 #![cfg_attr(not(feature = "zstd"), allow(rustdoc::broken_intra_doc_links))]
 
+mod base;
 mod blocks;
 mod chapter;
 mod checksum;
@@ -82,6 +83,7 @@ mod unpack;
 #[cfg(feature = "full")]
 mod write;
 
+pub use base::{BASE_PATTERNS, BaseMotion, base_field};
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
 pub use chapter::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
 pub use error::{FormatError, Quantity};

@@ -98,6 +98,12 @@ impl<'a> File<'a> {
         self.lines(SectionKind::PatternNames)
     }
 
+    /// Names of the supports whose reactions the file gives, in their order; none where it gives none or keeps
+    /// the names compressed.
+    pub fn support_names(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.lines(SectionKind::SupportNames)
+    }
+
     fn lines(&self, kind: SectionKind) -> core::str::Lines<'a> {
         self.section(kind).and_then(|section| section.text().ok()).unwrap_or("").lines()
     }

@@ -64,6 +64,7 @@ impl Keep {
                 | S::StressResidual
                 | S::PatternStress
                 | S::ElasticConstants
+                | S::ReactionLoads
         );
         match self {
             Self::Probes => !(inside || surface || for_people),

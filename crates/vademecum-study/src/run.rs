@@ -25,6 +25,7 @@ pub struct Run<'a> {
     probes: Vec<PlacedProbe>,
     names: Vec<String>,
     stresses: Stresses,
+    supports: Vec<String>,
     /// Step \[s\].
     pub time_step: f64,
     /// Number of steps.
@@ -54,6 +55,8 @@ pub struct Probed<'a> {
     pub flight: &'a [f64],
     /// The largest equivalent stress, where the file has one.
     pub largest_stress: Option<LargestStress>,
+    /// Force and moment that each support exerts on the body \[N, N m\].
+    pub reactions: &'a [[f64; 6]],
 }
 
 /// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`]. Those of a free body that was
@@ -95,7 +98,8 @@ impl<'a> Run<'a> {
             return Err(StudyError::NoStress);
         }
         looks.iter().chain(&stress_looks).for_each(|note| listener.note(note));
-        if names.is_empty() {
+        let supports = lines(file, SectionKind::SupportNames)?;
+        if names.is_empty() && supports.is_empty() {
             listener.note(
                 "neither the file nor the scenario has a probe, so the table has time and energy only; add \
                  `[[output.probe]]` to the scenario",
@@ -126,6 +130,7 @@ impl<'a> Run<'a> {
             probes,
             names,
             stresses,
+            supports,
             time_step,
             steps,
         })
@@ -162,6 +167,11 @@ impl<'a> Run<'a> {
     /// Where the file knows the stress.
     pub fn stress_places(&self) -> &[StressPlace] {
         &self.stresses.places
+    }
+
+    /// Names of the supports whose reactions the file gives.
+    pub fn supports(&self) -> &[String] {
+        &self.supports
     }
 
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.
@@ -237,6 +247,7 @@ struct Shown {
     stresses: Vec<Tensor>,
     stress: Vec<f64>,
     von_mises: Vec<f64>,
+    reactions: Vec<[f64; 6]>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
     flight: Vec<f64>,
@@ -253,6 +264,7 @@ impl Shown {
             stresses: vec![Tensor::default(); run.stresses.places.len()],
             stress: vec![0.0; 6 * n_stress],
             von_mises: vec![0.0; n_stress],
+            reactions: vec![[0.0; 6]; run.supports.len()],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
             flight: vec![],
@@ -287,6 +299,13 @@ impl Shown {
                     Some(place) => run.stresses.column(place - added, &self.stresses),
                 };
             }
+            for (support, reaction) in self.reactions.iter_mut().enumerate() {
+                *reaction = body.reaction(support)?;
+                let what = || format!("the reaction of support `{}`", run.supports[support]);
+                for &part in &*reaction {
+                    check(step, run.time_step, body.zeta(), part, what)?;
+                }
+            }
         }
         if let Some(energy) = energy {
             finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
@@ -320,11 +339,12 @@ impl Shown {
                 *u = std::array::from_fn(|c| place[c] - node[c]);
             }
         }
-        let Self { probes, displacement, velocity, stresses, stress, von_mises, flight, .. } = self;
+        let Self { probes, displacement, velocity, stresses, stress, von_mises, flight, reactions, .. } =
+            self;
         let largest_stress = run.stresses.largest(stresses, time);
         Ok(Moment {
             time,
-            probes: energy.map(|energy| Probed { energy, values: probes, flight, largest_stress }),
+            probes: energy.map(|energy| Probed { energy, values: probes, flight, largest_stress, reactions }),
             stress: with_stress.then_some(stresses),
             fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),
         })

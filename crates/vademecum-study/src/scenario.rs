@@ -13,6 +13,8 @@ use vademecum_build::dynamics::{Course, History, Interval, LoadTable, Wave};
 use vademecum_build::input::ProbeEntry;
 use vademecum_build::input::toml_file::{self, TomlError};
 
+use vademecum_format::{BASE_PATTERNS, BaseMotion};
+
 use crate::error::StudyError;
 use tables::{Columns, LARGEST, Tables};
 
@@ -59,11 +61,14 @@ pub struct Scenario {
     /// Forces at points of the loadable surface.
     #[serde(rename = "contact", default)]
     pub contacts: Vec<ContactEntry>,
-    /// Load patterns of the file.
+    /// Load patterns of the file; once read, the motions of the base behind them.
     #[serde(rename = "pattern", default)]
     pub patterns: Vec<PatternUse>,
     /// How a free body is thrown; absent: its elastic motion alone is played, in the body.
     pub free: Option<FreeEntry>,
+    /// How the base moves.
+    #[serde(skip_serializing)]
+    pub base: Option<BaseEntry>,
     /// What `run` writes.
     #[serde(default)]
     pub output: OutputPlan,
@@ -125,6 +130,18 @@ pub struct ContactEntry {
     /// The table as it was read.
     #[serde(skip)]
     rows: Option<Arc<LoadTable>>,
+}
+
+/// A motion of the base that was recorded.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BaseEntry {
+    /// Rows `time,ax,ay,az` in m/s², or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz` with angular velocities \[rad/s\]
+    /// and angular accelerations \[rad/s²\], in the axes of the base.
+    pub record: Rows,
+    /// A factor on `ax`, `ay` and `az`.
+    #[serde(default = "one")]
+    pub amplitude: f64,
 }
 
 /// One load pattern for a while.
@@ -315,6 +332,51 @@ impl ContactEntry {
         let Self { start, end, ramp, sinusoid, chirp, ref table, ref rows, .. } = *self;
         let when = Interval { start, end, ramp };
         Varying { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
+    }
+}
+
+impl BaseEntry {
+    /// The patterns of the base that act, as tables: formed at the rows, and linear between them. The size of
+    /// a number that is too large otherwise.
+    fn motions(&self, table: &LoadTable) -> Result<Vec<PatternUse>, f64> {
+        let columns: Vec<Vec<[f64; 2]>> = (0..table.columns()).map(|c| table.rows(c).collect()).collect();
+        let times: Vec<f64> = columns[0].iter().map(|[time, _]| *time).collect();
+        let three = |row: usize, first: usize| -> [f64; 3] {
+            std::array::from_fn(|c| columns.get(first + c).map_or(0.0, |column| column[row][1]))
+        };
+        let amplitudes: Vec<[f64; 12]> = (0..times.len())
+            .map(|row| {
+                let motion = BaseMotion {
+                    acceleration: three(row, 0).map(|a| self.amplitude * a),
+                    angular_velocity: three(row, 3),
+                    angular_acceleration: three(row, 6),
+                };
+                motion.amplitudes()
+            })
+            .collect();
+        let mut found = vec![];
+        for (motion, name) in BASE_PATTERNS.iter().enumerate() {
+            let values: Vec<f64> = amplitudes.iter().map(|row| row[motion]).collect();
+            let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            match largest {
+                0.0 => continue,
+                x if x <= LARGEST => {}
+                x => return Err(x),
+            }
+            let rows = times.iter().zip(&values).map(|(&t, &x)| vec![t, x]).collect();
+            found.push(PatternUse {
+                name: (*name).into(),
+                amplitude: 1.0,
+                start: 0.0,
+                end: forever(),
+                ramp: 0.0,
+                table: Some(Rows::Here(rows)),
+                sinusoid: None,
+                chirp: None,
+                rows: LoadTable::new(times.clone(), values).map(Arc::new),
+            });
+        }
+        Ok(found)
     }
 }
 
@@ -522,6 +584,11 @@ impl Scenario {
             }
             pattern.rows = Some(table);
         }
+        let Some(base) = &self.base else { return Ok(()) };
+        let key = "base.record";
+        let table = tables.table(&base.record, Columns::Base, key, || place(key))?;
+        let motions = base.motions(&table).map_err(|size| too_large(key.into(), size))?;
+        self.patterns.extend(motions);
         Ok(())
     }
 
@@ -561,6 +628,17 @@ impl Scenario {
             if count > MOST_PROBES {
                 return fault(key, format!("a list of {count}"), "at most 10 000 of them");
             }
+        }
+        if let Some(base) = self
+            .base
+            .as_ref()
+            .filter(|base| base.amplitude.abs().min(f64::MAX) > LARGEST || base.amplitude.is_nan())
+        {
+            return fault(
+                "base.amplitude",
+                base.amplitude.to_string(),
+                "a finite number of at most 1e150 in size",
+            );
         }
         let contacts = self.contacts.iter().enumerate();
         let patterns = self.patterns.iter().enumerate();

@@ -6,12 +6,14 @@ mod curve;
 mod draft;
 mod factor;
 mod order;
+mod reaction;
 mod residual;
 mod stress;
 
 pub use draft::Draft;
 pub use factor::factor_sections;
 pub use order::NodeOrder;
+pub use reaction::reaction_sections;
 pub use residual::residual_sections;
 pub use stress::{stress_order, stress_sections};
 
@@ -205,6 +207,9 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
     let rigid = body.rigid_numbers();
     if !rigid.is_empty() {
         drafts.push(Draft::f64s(SectionKind::RigidBody, [rigid.len(), 1, 1], rigid));
+    }
+    if let Some(point) = body.base {
+        drafts.push(Draft::f64s(SectionKind::BaseFrame, [3, 1, 1], point));
     }
     if !body.probes.is_empty() {
         let row = |probe: &crate::prepared::Probe| -> Vec<f64> {

@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::element::{ElementError, ElementKernel, Material};
@@ -147,6 +148,49 @@ fn assemble_region(
         }
     }
     Ok(blocks)
+}
+
+/// `K_fs t` and `M_fs t` over the free dofs, for displacements `t` of held dofs: shape (n_dof, columns), and
+/// zero at free dofs. No matrix over held dofs is made; only elements that `t` moves are looked at.
+pub(super) fn couple(
+    mesh: &Mesh,
+    materials: &[Material],
+    dofs: &DofMap,
+    t: MatRef<'_, f64>,
+) -> Result<[Mat<f64>; 2], ElementError> {
+    let kernel = ElementKernel::new(mesh.order);
+    let (n, columns) = (kernel.n_nodes(), t.ncols());
+    let mut sums = [Mat::zeros(dofs.n_free(), columns), Mat::zeros(dofs.n_free(), columns)];
+    let moved = |node: u32| {
+        let rows = t.subrows(3 * node as usize, 3);
+        rows.col_iter().any(|column| column.iter().any(|&value| value != 0.0))
+    };
+    let mut matrices = vec![0.0; n * n * 10];
+    for (element, nodes) in mesh.elements.chunks_exact(n).enumerate() {
+        let held: Vec<usize> = (0..n).filter(|&b| moved(nodes[b])).collect();
+        if held.is_empty() {
+            continue;
+        }
+        let material = &materials[mesh.element_region[element] as usize];
+        element_matrices(mesh, &kernel, element as u32, material, &mut matrices)?;
+        let (mass, stiffness) = matrices.split_at(n * n);
+        for (a, &node) in nodes.iter().enumerate() {
+            for c in 0..3 {
+                let Some(free) = dofs.free(3 * node as usize + c) else { continue };
+                for &b in &held {
+                    let block = &stiffness[(a * n + b) * 9..][..9];
+                    for column in 0..columns {
+                        let t = |d: usize| t[(3 * nodes[b] as usize + d, column)];
+                        let [stiff, heavy] = &mut sums;
+                        stiff[(free as usize, column)] +=
+                            (0..3).map(|d| block[3 * c + d] * t(d)).sum::<f64>();
+                        heavy[(free as usize, column)] += mass[a * n + b] * t(c);
+                    }
+                }
+            }
+        }
+    }
+    Ok(sums)
 }
 
 /// Mass, then stiffness of one element into its share of the wave's buffer.

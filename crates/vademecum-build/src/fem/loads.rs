@@ -1,8 +1,7 @@
-//! Load vectors over the free dofs, N: body acceleration, traction and pressure on facets, a force at a
-//! point.
+//! Load vectors, N: body acceleration, traction and pressure on facets, a force at a point.
 //!
 //! All are consistent: `F_a = ∫ N_a f`, with the shape functions of the displacement. What falls on a held
-//! dof goes into the support and is dropped.
+//! dof goes into the support: distributed loads are over all dofs, and [`Model::free_part`] drops it.
 
 use std::collections::HashMap;
 
@@ -102,13 +101,14 @@ impl Model {
     /// free one.
     pub fn body_load(&self, acceleration: [f64; 3]) -> Vec<f64> {
         let mesh = self.mesh();
+        let mut load = vec![0.0; self.dofs().n_dof()];
         if mesh.elements.is_empty() {
-            return self.translation_load(acceleration);
+            self.dofs().expand_into(&self.translation_load(acceleration), &mut load);
+            return load;
         }
         let kernel = ElementKernel::new(mesh.order);
         let n = kernel.n_nodes();
         let mut mass = vec![0.0; n * n];
-        let mut load = vec![0.0; self.dofs().n_free()];
         for (e, element) in mesh.elements.chunks_exact(n).enumerate() {
             let density = self.materials()[mesh.element_region[e] as usize].density;
             let nodes = element_nodes(mesh, e as u32);
@@ -118,7 +118,31 @@ impl Model {
             for (a, &node) in element.iter().enumerate() {
                 // Shape functions sum to one, so a row of the mass sums to ∫ ρ N_a.
                 let weight: f64 = mass[a * n..][..n].iter().sum();
-                self.add_nodal_force(node, acceleration.map(|b| weight * b), &mut load);
+                add_at_node(node, acceleration.map(|b| weight * b), &mut load);
+            }
+        }
+        load
+    }
+
+    /// `M a` over all dofs, for accelerations `a` of all nodes that are linear in their place.
+    pub fn inertia_load(&self, field: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
+        let mesh = self.mesh();
+        let kernel = ElementKernel::new(mesh.order);
+        let n = kernel.n_nodes();
+        let mut mass = vec![0.0; n * n];
+        let mut load = vec![0.0; self.dofs().n_dof()];
+        for (e, element) in mesh.elements.chunks_exact(n).enumerate() {
+            let density = self.materials()[mesh.element_region[e] as usize].density;
+            let nodes = element_nodes(mesh, e as u32);
+            kernel
+                .mass_into(&nodes[..n], density, &mut mass)
+                .expect("the assembled mesh has no folded element");
+            for (a, &node) in element.iter().enumerate() {
+                let mut force = [0.0; 3];
+                for (weight, &at) in mass[a * n..][..n].iter().zip(&nodes) {
+                    force.iter_mut().zip(field(at)).for_each(|(sum, a)| *sum += weight * a);
+                }
+                add_at_node(node, force, &mut load);
             }
         }
         load
@@ -170,10 +194,17 @@ impl Model {
         }
     }
 
+    /// The part of a load over all dofs that does not fall on held ones, length `n_free`.
+    pub fn free_part(&self, load: &[f64]) -> Vec<f64> {
+        let mut free = vec![0.0; self.dofs().n_free()];
+        self.dofs().restrict_into(load, &mut free);
+        free
+    }
+
     /// Integrates a force density over facets; `density` maps the normal scaled by the area form to force per
     /// reference area.
     fn facet_load(&self, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
-        let mut load = vec![0.0; self.dofs().n_free()];
+        let mut load = vec![0.0; self.dofs().n_dof()];
         for facet in facets {
             for (l, weight) in triangle_rule() {
                 let (values, slopes) = facet_shapes(facet.order, l);
@@ -188,12 +219,17 @@ impl Model {
                 }
                 let force = density(cross(tangents[0], tangents[1]));
                 for (a, &node) in facet.nodes().iter().enumerate() {
-                    self.add_nodal_force(node, force.map(|f| f * weight * values[a]), &mut load);
+                    add_at_node(node, force.map(|f| f * weight * values[a]), &mut load);
                 }
             }
         }
         load
     }
+}
+
+/// Adds a force at one node to a load over all dofs.
+fn add_at_node(node: u32, force: [f64; 3], load: &mut [f64]) {
+    load.iter_mut().skip(3 * node as usize).zip(force).for_each(|(sum, f)| *sum += f);
 }
 
 /// Shape functions of a triangle and their slopes along `L_1` and `L_2`.

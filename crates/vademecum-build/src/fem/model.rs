@@ -1,6 +1,8 @@
 //! A body: mesh, supports and materials, with its matrices; or nodes and the matrices of another program.
 
-use super::assembly::{NodeGraph, assemble};
+use faer::{Mat, MatRef};
+
+use super::assembly::{NodeGraph, assemble, couple};
 use super::element::{ElementError, Material};
 use super::pencil::Pencil;
 use super::rigid::Rigid;
@@ -223,6 +225,13 @@ impl Model {
         }
         let nodes = dofs.dof_of_free().iter().map(|dof| dof / 3).collect();
         Ok(Model { mesh, materials: vec![], dofs, pencil: pencil.with_dof_nodes(nodes) })
+    }
+
+    /// `K_fs t` and `M_fs t` over the free dofs, for displacements `t` of held dofs: shape (n_dof, columns),
+    /// zero at free dofs. Zeros where the matrices came from another program.
+    pub fn couple(&self, t: MatRef<'_, f64>) -> [Mat<f64>; 2] {
+        let found = couple(&self.mesh, &self.materials, &self.dofs, t);
+        found.expect("the assembled mesh has no folded element")
     }
 
     /// The mesh; nodes without elements where the matrices came from another program.

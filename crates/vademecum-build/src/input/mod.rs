@@ -5,7 +5,7 @@ pub mod toml_file;
 
 pub(crate) use problem::CENTRIFUGAL;
 pub use problem::{
-    BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, GaugeEntry,
+    BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, GaugeEntry,
     InnerProduct, LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry, OutputEntry,
     ParameterEntry, ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem,
     ProblemError, Projection, RegionEntry, Repair, Representation, STRESS_UNASKED, SnapshotPlan,

@@ -11,8 +11,8 @@ mod check;
 mod plan;
 
 pub use body::{
-    BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry,
-    PatternEntry, RegionEntry, SupportEntry, TablesSource,
+    BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
+    OrderEntry, PatternEntry, RegionEntry, SupportEntry, TablesSource,
 };
 pub use chapter::{ChapterEntry, Projection, Repair, Representation};
 pub(crate) use check::CENTRIFUGAL;
@@ -82,6 +82,9 @@ pub struct Problem {
     /// Supports; none beside matrices, whose rows are the free dofs.
     #[serde(rename = "support", default)]
     pub supports: Vec<SupportEntry>,
+    /// What the supports stand on.
+    #[serde(default)]
+    pub base: BaseEntry,
     /// Where and how the body can be loaded.
     #[serde(default)]
     pub load: LoadEntry,

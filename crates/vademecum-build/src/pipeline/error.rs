@@ -46,6 +46,9 @@ pub enum BuildError {
     /// The stress of an element cannot be taken.
     #[error("the stress of an element")]
     Stress(#[from] ElementError),
+    /// No reactions.
+    #[error("the reactions of the supports")]
+    Reactions(#[source] FactorError),
     /// A stage has no response.
     #[error(transparent)]
     Response(#[from] ResponseError),

@@ -16,7 +16,8 @@ use crate::chapter::{
 };
 use crate::dynamics::{ModalRatios, ModeRow, mode_table, table_matrix};
 use crate::export::{
-    Draft, Parts, encode, factor_sections, residual_sections, stress_order, stress_sections,
+    Draft, Parts, encode, factor_sections, reaction_sections, residual_sections, stress_order,
+    stress_sections,
 };
 use crate::fem::{COMPONENTS, StressRows};
 use crate::input::{BasisKind, ChapterEntry, Fields, Precision, Problem, STRESS_UNASKED};
@@ -24,6 +25,7 @@ use crate::limits::memory_in_words;
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
 use crate::prepared::{Body, Prepared};
 use crate::progress::{StageTiming, Stopwatch};
+use crate::reaction::reactions;
 use crate::report::{BuildPlan, BuildReport, CertificateReport};
 use crate::residual::{Reduced, StaticResidual, Way, static_residual, stress_residual};
 use crate::response::{BlockTerms, StageResponse, stage_responses};
@@ -157,6 +159,23 @@ impl Stages<'_> {
         // A scheme without stages is exact in time.
         let rigorous = problem.basis_kind() == BasisKind::Modes && *exact;
         Reduced { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
+    }
+
+    /// The reactions of the supports as the file keeps them, where they are asked for.
+    pub(super) fn reactions(
+        &self,
+        problem: &Problem,
+        basis: &Basis,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Vec<Draft>, BuildError> {
+        let Self { prepared: Prepared { body, symbolic, .. }, order, .. } = *self;
+        if !problem.output.reactions {
+            return Ok(vec![]);
+        }
+        let nodes = &order.nodes[..order.n_load];
+        let find = || reactions(body, symbolic, basis.vectors.as_ref(), nodes);
+        let found = watch.stage("reactions", find).map_err(BuildError::Reactions)?;
+        Ok(reaction_sections(&body.supports, &found))
     }
 
     /// Whether whole fields need the whole static answer: the problem leaves it open, its error is too large
@@ -462,7 +481,7 @@ impl Stages<'_> {
         others.push(Draft::f64s(SectionKind::StructureFigures, [3, FIGURES, 1], figures.numbers()));
         let residual = self.residual.map(|residual| residual_sections(residual, problem.output.precision));
         others.extend(residual.into_iter().flatten());
-        others.extend(self.factor.iter().chain(self.stress).cloned());
+        others.extend(self.factor.iter().chain(self.stress).chain(self.reactions).cloned());
         let parts = Parts {
             problem,
             body: &prepared.body,

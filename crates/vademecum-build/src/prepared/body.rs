@@ -3,6 +3,8 @@
 //!
 //! Names of the problem file meet the mesh here; what does not fit is an error that says what the mesh has.
 
+use vademecum_format::{BASE_PATTERNS, base_field};
+
 use super::gauge::{self, GaugeError};
 use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets};
@@ -156,6 +158,17 @@ pub struct Probe {
     pub nodes: Vec<(u32, [f64; 3])>,
 }
 
+/// A support: where it is, and which dofs it holds.
+#[derive(Clone, Debug)]
+pub struct Support {
+    /// Its name.
+    pub name: String,
+    /// Mean of its nodes, about which its moment is taken.
+    pub point: [f64; 3],
+    /// The dofs it holds, ascending, without those that an earlier support holds.
+    pub dofs: Vec<u32>,
+}
+
 /// A model with everything that can be done to it and read from it.
 #[derive(Clone, Debug)]
 pub struct Body {
@@ -170,6 +183,12 @@ pub struct Body {
     pub load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,
+    /// What of each pattern falls on held dofs, over all dofs; no lists beside matrices.
+    pub held_loads: Vec<Vec<(u32, f64)>>,
+    /// Supports; none beside matrices.
+    pub supports: Vec<Support>,
+    /// Where a base that moves turns; its twelve motions are the last patterns.
+    pub base: Option<[f64; 3]>,
     /// Probes, then gauges.
     pub probes: Vec<Probe>,
     /// Where the stress is kept.
@@ -210,7 +229,7 @@ impl Body {
     /// [`BodyError`], by cause.
     pub fn build(problem: &Problem, mesh: Mesh) -> Result<Self, BodyError> {
         let mesh_hash = mesh::hash(&mesh);
-        let constrained = constrained_dofs(problem, &mesh)?;
+        let (constrained, supports) = supports(problem, &mesh)?;
         let materials = region_materials(problem, &mesh)?;
         let surface = Surface::of(&mesh);
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
@@ -219,18 +238,39 @@ impl Body {
         let stress = stress_places(problem, &mesh, &surface)?;
         let unusable = |source| BodyError::Model { path: problem.place("support"), source };
         let model = Model::assemble(mesh, &materials, &constrained).map_err(unusable)?;
-        let mut patterns = vec![];
+        let (mut patterns, mut held_loads) = (vec![], vec![]);
         for (i, entry) in problem.load.patterns.iter().enumerate() {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
-            patterns.push((entry.name.clone(), force));
+            patterns.push((entry.name.clone(), model.free_part(&force)));
+            held_loads.push(held_part(&model, &force));
         }
         if let Some(rigid) = model.pencil().rigid() {
             let forces = rigid.centrifugal(&model.mesh().nodes, model.pencil().mass());
-            patterns.extend(CENTRIFUGAL.map(String::from).into_iter().zip(forces));
+            for (name, force) in CENTRIFUGAL.into_iter().zip(forces) {
+                held_loads.push(held_part(&model, &force));
+                patterns.push((name.into(), force));
+            }
         }
-        let load_nodes = nodes_of(&loadable);
-        let surface = surface.triangles;
-        Ok(Self { model, surface, loadable, load_nodes, patterns, probes, stress, mesh_hash })
+        let base = problem.base.moves.then_some(problem.base.point);
+        for (motion, name) in BASE_PATTERNS.iter().enumerate().filter(|_| base.is_some()) {
+            let from = |x: [f64; 3]| std::array::from_fn(|c| x[c] - problem.base.point[c]);
+            let force = model.inertia_load(|x| base_field(motion, from(x)).map(|a| -a));
+            patterns.push(((*name).into(), model.free_part(&force)));
+            held_loads.push(held_part(&model, &force));
+        }
+        Ok(Self {
+            load_nodes: nodes_of(&loadable),
+            model,
+            surface: surface.triangles,
+            loadable,
+            patterns,
+            held_loads,
+            supports,
+            base,
+            probes,
+            stress,
+            mesh_hash,
+        })
     }
 
     /// Builds the body of a problem whose matrices another program has assembled.
@@ -265,11 +305,23 @@ impl Body {
         let force = |entry: &PatternEntry| {
             let acceleration =
                 entry.acceleration.expect("a checked pattern beside matrices is an acceleration");
-            (entry.name.clone(), model.body_load(acceleration))
+            (entry.name.clone(), model.free_part(&model.body_load(acceleration)))
         };
         let patterns = problem.load.patterns.iter().map(force).collect();
-        let stress = vec![];
-        Ok(Self { model, surface, loadable, load_nodes, patterns, probes, stress, mesh_hash })
+        let (held_loads, supports, base) = (vec![], vec![], None);
+        Ok(Self {
+            model,
+            surface,
+            loadable,
+            load_nodes,
+            patterns,
+            held_loads,
+            supports,
+            base,
+            probes,
+            stress: vec![],
+            mesh_hash,
+        })
     }
 }
 
@@ -339,17 +391,33 @@ fn drop_empty_regions(mesh: &mut Mesh) {
     mesh.regions = kept.iter().map(|&q| mesh.regions[q].clone()).collect();
 }
 
-/// Which of the `3 × nodes` dofs are held.
-fn constrained_dofs(problem: &Problem, mesh: &Mesh) -> Result<Vec<bool>, BodyError> {
+/// Which of the `3 × nodes` dofs are held, and by which support: a dof belongs to the first that names it.
+fn supports(problem: &Problem, mesh: &Mesh) -> Result<(Vec<bool>, Vec<Support>), BodyError> {
     let mut constrained = vec![false; 3 * mesh.nodes.len()];
+    let mut supports = vec![];
     for (i, support) in problem.supports.iter().enumerate() {
-        for node in select(problem, &support.on, mesh, || format!("support[{i}].on"))? {
+        let nodes = select(problem, &support.on, mesh, || format!("support[{i}].on"))?;
+        let mut dofs = vec![];
+        for &node in &nodes {
             for &component in &support.components {
-                constrained[3 * node as usize + component as usize] = true;
+                let dof = 3 * node + component as u32;
+                if !std::mem::replace(&mut constrained[dof as usize], true) {
+                    dofs.push(dof);
+                }
             }
         }
+        dofs.sort_unstable();
+        let count = nodes.len().max(1) as f64;
+        let mean = |c: usize| nodes.iter().map(|&node| mesh.nodes[node as usize][c] / count).sum();
+        supports.push(Support { name: support.name(i), point: std::array::from_fn(mean), dofs });
     }
-    Ok(constrained)
+    Ok((constrained, supports))
+}
+
+/// What of a load over all dofs falls on held ones.
+fn held_part(model: &Model, load: &[f64]) -> Vec<(u32, f64)> {
+    let held = |&(dof, force): &(u32, f64)| force != 0.0 && model.dofs().free(dof as usize).is_none();
+    (0..).zip(load.iter().copied()).filter(held).collect()
 }
 
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.

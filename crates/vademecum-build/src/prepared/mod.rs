@@ -8,7 +8,7 @@ mod proposed;
 mod size;
 mod time_step;
 
-pub use body::{Body, BodyError, Probe, read_mesh};
+pub use body::{Body, BodyError, Probe, Support, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};

@@ -76,6 +76,8 @@ struct Contents {
     probes: Vec<String>,
     /// None of a body with supports.
     free_body: Option<FreeReport>,
+    /// Supports whose reactions the file gives.
+    supports: Vec<SupportReport>,
     certificate: Certificates,
     enrichment_history: Vec<Enrichment>,
     /// With `--terms-for`.
@@ -107,6 +109,13 @@ struct ParameterReport {
     lower: f64,
     upper: f64,
     nominal: f64,
+}
+
+#[derive(Serialize)]
+struct SupportReport {
+    name: String,
+    /// Where its moment is taken \[m\].
+    point: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -202,6 +211,8 @@ impl Info {
         let printed = [
             S::PatternNames,
             S::ProbeNames,
+            S::SupportNames,
+            S::SupportPoints,
             S::EnrichmentHistory,
             S::RadiusSamples,
             S::Losses,
@@ -292,6 +303,7 @@ impl Info {
             load_patterns: lines(file, SectionKind::PatternNames)?,
             probes: lines(file, SectionKind::ProbeNames)?,
             free_body: FreeReport::of(file),
+            supports: supports(file)?,
             certificate: Certificates {
                 terms,
                 map_error_rms: worst.map_error_rms,
@@ -316,6 +328,14 @@ impl Info {
     }
 }
 
+/// Supports whose reactions the file gives.
+fn supports(file: &File<'_>) -> Result<Vec<SupportReport>, FileError> {
+    let names = lines(file, SectionKind::SupportNames)?.into_iter();
+    let points = numbers(file, SectionKind::SupportPoints)?;
+    let points = points.as_chunks().0.iter().copied();
+    Ok(names.zip(points).map(|(name, point)| SupportReport { name, point }).collect())
+}
+
 /// Damping ratios of the modes, if the file has them.
 fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
     let kept = file.section(SectionKind::DampingRatios).is_some();
@@ -337,6 +357,10 @@ impl Contents {
             "scheme {}, time step {} s, alpha {} 1/s, beta {} s",
             self.scheme, self.time_step, self.alpha, self.beta
         );
+        if !self.supports.is_empty() {
+            let names: Vec<String> = self.supports.iter().map(|support| support.name.clone()).collect();
+            println!("reactions of supports: {}", list(&names));
+        }
         match &self.damping_ratios[..] {
             [] => {}
             [first, rest @ ..] if rest.iter().all(|ratio| ratio == first) => {

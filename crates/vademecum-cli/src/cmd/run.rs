@@ -96,12 +96,12 @@ impl Run {
         let geometry = run.geometry().map_err(unread)?;
         outputs.make_folder(&self.output)?;
         let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
-        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &columns)?;
         let places = run.stress_places();
         let mut stresses = (shown.stress_every > 0)
             .then(|| StressTable::begin(&outputs, self.output.join("stress.csv"), places))
             .transpose()?;
         let mut largest: Option<LargestStress> = None;
+        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &run)?;
         let mut fields =
             geometry.map(|geometry| FieldSeries::begin(&outputs, &self.output, geometry)).transpose()?;
         let played = run.play(console, |moment: &Moment<'_>| {
@@ -134,6 +134,7 @@ impl Run {
                 steps: run.steps,
                 time_step: run.time_step,
                 probes: &columns,
+                supports: run.supports(),
                 rows: probes.rows.lines(),
                 probes_file: probes.path.display().to_string(),
                 fields: fields.as_ref().map_or(0, |series| series.collection.lines()),
@@ -160,6 +161,8 @@ struct Played<'a> {
     steps: usize,
     time_step: f64,
     probes: &'a [String],
+    /// Supports whose reactions are columns of the table.
+    supports: &'a [String],
     rows: usize,
     probes_file: String,
     fields: usize,
@@ -187,9 +190,14 @@ struct ProbeTable {
 }
 
 impl ProbeTable {
-    fn begin(outputs: &Outputs, path: PathBuf, names: &[String]) -> Result<Self, Failure> {
+    fn begin(outputs: &Outputs, path: PathBuf, run: &run::Run<'_>) -> Result<Self, Failure> {
         let mut head = String::from("time_s,energy_J");
-        names.iter().for_each(|name| head.push_str(&format!(",{name}")));
+        run.probes().iter().for_each(|name| head.push_str(&format!(",{name}")));
+        for support in run.supports() {
+            let parts = ["fx", "fy", "fz", "mx", "my", "mz"];
+            parts.iter().for_each(|part| head.push_str(&format!(",reaction.{support}.{part}")));
+        }
+        run.flight_columns().iter().for_each(|name| head.push_str(&format!(",{name}")));
         head.push('\n');
         let rows = outputs.grow(&path, Kind::Csv, &head, "")?;
         Ok(Self { path, rows, line: String::new() })
@@ -259,7 +267,13 @@ impl<'a> StressTable<'a> {
 
 fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
-    probed.values.iter().chain(probed.flight).try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    let reactions = probed.reactions.as_flattened();
+    probed
+        .values
+        .iter()
+        .chain(reactions)
+        .chain(probed.flight)
+        .try_for_each(|value| write!(line, ",{value:.9e}"))?;
     line.write_char('\n')
 }
 

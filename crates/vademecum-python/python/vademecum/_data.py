@@ -124,6 +124,14 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Support:
+    """A support whose reaction a file gives; moments are about the point, in m."""
+
+    name: str
+    point: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Info:
     """Everything a file says about itself: what `vademecum info FILE --json` prints."""
 
@@ -149,6 +157,7 @@ class Info:
     parameters: tuple[Parameter, ...]
     load_patterns: tuple[str, ...]
     probes: tuple[str, ...]
+    supports: tuple[Support, ...]
     certificate: Certificate
     sections: tuple[Section, ...]
     problem: str

@@ -7,13 +7,13 @@ mod claims;
 mod factor;
 mod geometry;
 mod matrices;
+mod names;
+mod reactions;
 mod residual;
 mod rigid;
 mod step;
 mod stress;
 mod symmetric;
-
-use std::collections::HashSet;
 
 use vademecum_format::{AxisKind, Codec, Element, File, Metadata, Section, SectionKind};
 
@@ -23,7 +23,10 @@ use super::numbers::{reals, unsound};
 use super::unpack::unpack_wanted;
 use super::whole::unknown_sections;
 
+use names::check_names;
+
 pub use geometry::check_coordinates;
+pub use names::lines;
 
 /// What a check has seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -90,6 +93,8 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     factor::check(&raw)?;
     rigid::check(&raw)?;
     stress::check(&raw)?;
+    reactions::check(&raw)?;
+    names::check_base(&raw)?;
     claims::check(&raw)?;
     Ok(checked)
 }
@@ -134,31 +139,6 @@ fn check_meaning(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), R
         SectionKind::AxisPoints => check_points(&reals(section.element(), raw)?, metadata),
         _ => Ok(()),
     }
-}
-
-/// One name a line, as many as are counted, none empty, none twice.
-fn check_names(kind: SectionKind, raw: &[u8], count: u32) -> Result<(), RewriteError> {
-    let refused = |reason| Err(RewriteError::Names { kind, reason });
-    let names = lines(kind, raw)?;
-    if names.len() != count as usize {
-        return refused(format!("it has {} names, the metadata count {count}", names.len()));
-    }
-    let mut seen = HashSet::new();
-    match names.into_iter().find(|&name| name.is_empty() || !seen.insert(name)) {
-        Some("") => refused("a name is empty".to_string()),
-        Some(name) => refused(format!("the name `{name}` occurs twice")),
-        None => Ok(()),
-    }
-}
-
-/// The lines of a decoded text, such as one name a line; an empty text has none.
-///
-/// # Errors
-/// [`RewriteError::Names`]: bytes that are not UTF-8.
-pub fn lines(kind: SectionKind, raw: &[u8]) -> Result<Vec<&str>, RewriteError> {
-    let refused = |_| RewriteError::Names { kind, reason: "it is not UTF-8".to_string() };
-    let text = std::str::from_utf8(raw).map_err(refused)?;
-    Ok(if text.is_empty() { vec![] } else { text.split('\n').collect() })
 }
 
 /// Points of an axis increase and lie within its range; those of an index axis are 0, 1, ….

@@ -95,6 +95,11 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file without this point.
     fn stress(&self, point: usize) -> Result<Tensor, FileError>;
+    /// Force and moment that a support exerts on the body \[N, N m\].
+    ///
+    /// # Errors
+    /// A file without reactions.
+    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError>;
     /// Displacement of a node of the file \[m\].
     ///
     /// # Errors
@@ -205,6 +210,10 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
         self.with_statics(|statics| self.scene.body_with(self.state, field, statics, out))
     }
 
+    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError> {
+        Ok(self.scene.reaction(self.state, support)?.total())
+    }
+
     fn is_exact(&self) -> bool {
         self.scene.structure() == Structure::Exact
     }
@@ -274,6 +283,10 @@ impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>
 
     fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         Ok(self.scene.body_into(self.state, field, out)?)
+    }
+
+    fn reaction(&self, _: usize) -> Result<[f64; 6], FileError> {
+        Err(FileError::Missing { kind: SectionKind::ReactionBasis })
     }
 
     fn is_exact(&self) -> bool {

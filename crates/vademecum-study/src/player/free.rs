@@ -166,6 +166,10 @@ impl<T: Scalar> Playable for Flying<'_, '_, '_, '_, T> {
         self.elastic.stress(point)
     }
 
+    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError> {
+        self.elastic.reaction(support)
+    }
+
     fn flight(&self) -> Option<(&RigidBody, &RigidMotion)> {
         Some((self.free.body(), self.free.motion()))
     }

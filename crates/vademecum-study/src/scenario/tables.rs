@@ -35,6 +35,8 @@ pub(super) enum Columns {
     Force,
     /// `time,x,y,z`.
     Place,
+    /// `time,ax,ay,az`, or with angular velocities and accelerations behind.
+    Base,
 }
 
 impl Columns {
@@ -43,6 +45,7 @@ impl Columns {
             Self::Amplitude => &["time,amplitude"],
             Self::Force => &["time,amplitude", "time,fx,fy,fz"],
             Self::Place => &["time,x,y,z"],
+            Self::Base => &["time,ax,ay,az", "time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz"],
         }
     }
 
@@ -56,6 +59,10 @@ impl Columns {
             Self::Force => {
                 "rows of two or of four finite numbers of at most 1e150 in size, as many in each: \
                  `time,amplitude` or `time,fx,fy,fz`"
+            }
+            Self::Base => {
+                "rows of four or of ten finite numbers of at most 1e150 in size, as many in each: \
+                 `time,ax,ay,az` or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz`"
             }
             Self::Place => "rows of four finite numbers of at most 1e150 in size: `time,x,y,z`",
         }

@@ -157,11 +157,31 @@ impl DampingEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SupportEntry {
+    /// Its name, for its reaction; absent: `support1`, `support2`, … in the order of the file.
+    pub name: Option<String>,
     /// The nodes held.
     pub on: Selection,
     /// The components held.
     #[serde(default = "all_components")]
     pub components: Vec<Component>,
+}
+
+/// Whether the supports stand on a base that moves.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BaseEntry {
+    /// Whether it moves.
+    pub moves: bool,
+    /// The point about which it turns, and whose acceleration is given.
+    #[serde(default)]
+    pub point: [f64; 3],
+}
+
+impl SupportEntry {
+    /// Its name where it is the support `index` of the problem.
+    pub fn name(&self, index: usize) -> String {
+        self.name.clone().unwrap_or_else(|| format!("support{}", index + 1))
+    }
 }
 
 fn all_components() -> Vec<Component> {

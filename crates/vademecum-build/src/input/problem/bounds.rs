@@ -43,6 +43,9 @@ impl Problem {
         };
         short("title", &self.title)?;
         short("units", &self.units)?;
+        for (i, support) in self.supports.iter().enumerate() {
+            short(&format!("support[{i}].name"), support.name.as_deref().unwrap_or(""))?;
+        }
         for (i, parameter) in self.parameters.iter().enumerate() {
             short(&format!("parameter[{i}].name"), &parameter.name)?;
         }
@@ -168,6 +171,7 @@ impl Problem {
         plan.directions.iter().try_for_each(|d| all("snapshots.directions", d))?;
         plan.hold.map_or(Ok(()), |hold| positive("snapshots.hold", hold))?;
         plan.duration.map_or(Ok(()), |duration| positive("snapshots.duration", duration))?;
+        all("base.point", &self.base.point)?;
         for (i, probe) in self.output.probes.iter().enumerate() {
             all(&format!("output.probe[{i}].point"), &probe.point)?;
             all(&format!("output.probe[{i}].direction"), &probe.direction)?;

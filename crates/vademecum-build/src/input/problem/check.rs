@@ -39,7 +39,17 @@ impl Problem {
                 Words("empty"),
                 "at least one of \"x\", \"y\", \"z\"",
             )?;
+            let name = support.name(i);
+            let twice = self.supports[..i].iter().enumerate().any(|(j, other)| other.name(j) == name);
+            self.require(
+                !name.is_empty() && !name.contains(['\n', ',', '"']) && !twice,
+                &format!("support[{i}].name"),
+                format_args!("{name:?}"),
+                "a name of one line without comma and quotation mark that no other support has",
+            )?;
         }
+        self.check_reactions()?;
+        self.check_base()?;
         self.check_damping()?;
         self.check_loads()?;
         self.check_time_and_basis()?;
@@ -224,6 +234,58 @@ impl Problem {
         let found = Words("true without `output.stress`, or beside `output.residual = false`");
         let there = output.stress.is_some() && output.residual != Some(false);
         self.require(!wanted || there, "output.stress_residual", found, "`output.stress` and the residual")
+    }
+
+    /// A base that moves needs elements and supports, patterns, and the mass as built.
+    fn check_base(&self) -> Result<(), ProblemError> {
+        let base = &self.base;
+        let finite = base.point.iter().all(|x| x.is_finite());
+        self.require(finite, "base.point", base.point, "finite numbers")?;
+        if !base.moves {
+            return Ok(());
+        }
+        let found = if self.mesh.matrices.is_some() {
+            "true beside `mesh.matrices`, which do not know the mass of held displacements"
+        } else if self.representation == Representation::Canonical {
+            "true beside `representation = \"canonical\"`, which takes no load patterns"
+        } else if self.parameters.iter().any(|p| p.kind == ParameterKind::Density) {
+            "true beside a live density, which the inertia of a moving body follows and a load pattern does not"
+        } else if self.supports.is_empty() {
+            "true without any `[[support]]`"
+        } else {
+            ""
+        };
+        let expected = "false, or a body of elements on supports whose density is fixed";
+        self.require(found.is_empty(), "base.moves", Words(found), expected)?;
+        for (i, pattern) in self.load.patterns.iter().enumerate() {
+            self.require(
+                !pattern.name.starts_with("base."),
+                &format!("load.pattern[{i}].name"),
+                &pattern.name,
+                "a name that does not begin with `base.`: those are the motions of the base",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Reactions need elements, modes that move apart, and static shapes that no parameter turns.
+    fn check_reactions(&self) -> Result<(), ProblemError> {
+        let found = if self.mesh.matrices.is_some() {
+            "true beside `mesh.matrices`, whose rows are the free dofs alone"
+        } else if self.representation == Representation::Canonical {
+            "true beside `representation = \"canonical\"`"
+        } else if self.basis.kind == Some(BasisKind::Pod) {
+            "true beside `basis.kind = \"pod\"`, whose vectors do not move apart"
+        } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
+            "true beside a live parameter of a region, which changes how supports share a load"
+        } else if self.supports.is_empty() {
+            "true without any `[[support]]`"
+        } else {
+            return Ok(());
+        };
+        let expected = "false, or a body of elements on supports, with the basis \"modes\" or \"ritz\" and live \
+                        parameters of the whole body alone";
+        self.require(!self.output.reactions, "output.reactions", Words(found), expected)
     }
 
     /// The factor of the stiffness goes with the static residual and with fields of the whole body.

@@ -219,6 +219,9 @@ pub struct OutputEntry {
     /// Whether whole fields show the whole static answer, by the factor of the stiffness in the file; absent:
     /// where the certificate would miss `tolerance.error` without it.
     pub static_fields: Option<bool>,
+    /// Whether the file gives the reactions of the supports: 144 bytes for each support and loadable node.
+    #[serde(default)]
+    pub reactions: bool,
     /// Named values read at every step.
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeEntry>,

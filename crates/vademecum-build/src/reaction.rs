@@ -1,0 +1,137 @@
+//! Reactions: the force and the moment that each support exerts on the body.
+//!
+//! ```text
+//! Φ_S = −K_ff⁻¹ K_fs T_S        L_S = Bᵀ(M_ff Φ_S + M_fs T_S)
+//! r_S = −Φ_Sᵀ f_f − T_Sᵀ f_s + L_Sᵀ(ζ̈ + α ζ̇)
+//! ```
+//!
+//! `T_S` are the six rigid motions of a support at the dofs that it holds. `Φ_S` is the shape that the body
+//! takes at rest when the support is moved so and all others stay. Tested with `[Φ_S; T_S]`, the equation of
+//! motion over all dofs has no elastic force, so that loads and inertia are all that is left of the reaction.
+//!
+//! When all supports move alike the body moves as a rigid one. So the last support needs no solve: its shape
+//! is the rigid motion less those of the others, and reactions are in equilibrium to rounding.
+
+use faer::{Mat, MatRef};
+
+use crate::fem::{FactorError, Solve, Symbolic};
+use crate::prepared::{Body, Support};
+
+/// What a file keeps of the reactions. Force, then moment about the support's point.
+#[derive(Clone, Debug)]
+pub struct Reactions {
+    /// `L_Sᵀ` of each support, shape (6, r).
+    pub basis: Vec<Mat<f64>>,
+    /// Of each support under a unit force at each loadable node that stays: row the component of the
+    /// reaction, column that of the force.
+    pub nodes: Vec<Vec<[f64; 18]>>,
+    /// Of each support under each pattern that stays: a list for each pattern.
+    pub patterns: Vec<Vec<[f64; 6]>>,
+}
+
+/// The reactions of a body with supports, in the basis `B` of shape (n, r), for forces at the loadable nodes
+/// in the order given. Six solves for each support but the last.
+///
+/// # Errors
+/// [`FactorError`]: a stiffness that does not factorise.
+pub fn reactions(
+    body: &Body,
+    symbolic: &Symbolic,
+    vectors: MatRef<'_, f64>,
+    nodes: &[u32],
+) -> Result<Reactions, FactorError> {
+    let model = &body.model;
+    let (dofs, supports) = (model.dofs(), &body.supports);
+    // All motions are about one point near the supports first, so that they can be added.
+    let count = supports.len().max(1) as f64;
+    let centre = std::array::from_fn(|c| supports.iter().map(|s| s.point[c] / count).sum());
+    let place = |dof: u32| model.mesh().nodes[dof as usize / 3];
+    let mut left = Mat::from_fn(dofs.n_free(), 6, |free, motion| {
+        let dof = dofs.dof_of_free()[free];
+        rigid(place(dof), centre, motion)[dof as usize % 3]
+    });
+    let last = supports.iter().rposition(|support| !support.dofs.is_empty());
+    let mut found = Reactions { basis: vec![], nodes: vec![], patterns: vec![vec![]; body.patterns.len()] };
+    for (index, support) in supports.iter().enumerate() {
+        let mut held = Mat::zeros(dofs.n_dof(), 6);
+        for &dof in &support.dofs {
+            for motion in 0..6 {
+                held[(dof as usize, motion)] = rigid(place(dof), centre, motion)[dof as usize % 3];
+            }
+        }
+        let [stiff, heavy] = model.couple(held.as_ref());
+        let shape = if Some(index) == last {
+            left.clone()
+        } else {
+            let factor = symbolic.factor_of(model.pencil().stiffness())?;
+            let mut shape = -stiff;
+            Solve::new(symbolic, 6, true).solve_in_place(&factor, shape.as_mut());
+            left -= &shape;
+            shape
+        };
+        let shift = about(support, centre);
+        let [shape, held, heavy] = [shape, held, heavy].map(|columns| columns * &shift);
+        found.add(body, vectors, nodes, [&shape, &held, &heavy]);
+    }
+    Ok(found)
+}
+
+impl Reactions {
+    /// Adds a support by its shape `Φ`, its motion `T` over all dofs and `M_fs T`.
+    fn add(
+        &mut self,
+        body: &Body,
+        vectors: MatRef<'_, f64>,
+        nodes: &[u32],
+        [shape, held, heavy]: [&Mat<f64>; 3],
+    ) {
+        let dofs = body.model.dofs();
+        let mut inertia = Mat::zeros(shape.nrows(), 6);
+        body.model.pencil().mass().mul_into(shape.as_ref(), inertia.as_mut());
+        inertia += heavy;
+        self.basis.push(inertia.transpose() * vectors);
+        // Row of a dof, as a load on it is carried.
+        let carried = |dof: usize, motion: usize| match dofs.free(dof) {
+            Some(free) => -shape[(free as usize, motion)],
+            None => -held[(dof, motion)],
+        };
+        let at = |&node: &u32| std::array::from_fn(|k| carried(3 * node as usize + k % 3, k / 3));
+        self.nodes.push(nodes.iter().map(at).collect());
+        let loads = body.patterns.iter().zip(&body.held_loads);
+        for (((_, force), on_held), out) in loads.zip(&mut self.patterns) {
+            out.push(std::array::from_fn(|motion| {
+                let free = shape.col_as_slice(motion).iter().zip(force).map(|(shape, f)| shape * f);
+                let held = on_held.iter().map(|&(dof, f)| held[(dof as usize, motion)] * f);
+                -(free.sum::<f64>() + held.sum::<f64>())
+            }));
+        }
+    }
+}
+
+/// A rigid motion of the point `x`: along an axis, or about one through `centre`.
+fn rigid(x: [f64; 3], centre: [f64; 3], motion: usize) -> [f64; 3] {
+    let axis = motion % 3;
+    let unit = std::array::from_fn(|c| if c == axis { 1.0 } else { 0.0 });
+    if motion < 3 {
+        return unit;
+    }
+    cross(unit, std::array::from_fn(|c| x[c] - centre[c]))
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Takes motions about `centre` to those about the point of a support: columns are what each is made of.
+fn about(support: &Support, centre: [f64; 3]) -> Mat<f64> {
+    Mat::from_fn(6, 6, |row, column| {
+        if row == column {
+            1.0
+        } else if row < 3 && column >= 3 {
+            // e × (x − p) = e × (x − c) + e × (c − p).
+            rigid(centre, support.point, column)[row]
+        } else {
+            0.0
+        }
+    })
+}
