@@ -56,6 +56,23 @@ fn press_a_sphere_never_goes_in() {
 }
 
 #[test]
+fn throw_a_fork_tumbles_and_rings() {
+    let output = output("throw_a_fork");
+    let [pitch, first, amplitude] = numbers(&line(&output, "rings at").replace("Hz", ""))[..] else {
+        panic!("{output}")
+    };
+    // Some crossings are early or late by a step of 20 µs in 0.6 s.
+    near(pitch, first, 2e-3);
+    assert!((0.05..1.0).contains(&amplitude), "{amplitude} mm");
+    let [times] = numbers(line(&output, "turned over"))[..] else { panic!("{output}") };
+    assert!(times >= 2.0, "{times}");
+    let [momentum, turning] = numbers(&line(&output, "momentum kept").replace("to ", ""))[..] else {
+        panic!("{output}")
+    };
+    assert!(momentum < 1e-10 && turning < 1e-10, "{output}");
+}
+
+#[test]
 fn mattress_gives_way_under_whoever_lies_on_it() {
     let output = output("mattress");
     let found = line(&output, "1000 springs");

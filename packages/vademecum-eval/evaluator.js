@@ -6,7 +6,7 @@ const PAGE = 65536;
 /** Section numbers of the file format (formats/vademecum-1.md). */
 export const SECTION = {
   coordinates: 2, triangles: 3, stiffness: 4, eigenvalues: 5, surfaceBasis: 6, patternNames: 12, probeNames: 13,
-  modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41, stressPoints: 47, elasticConstants: 51,
+  modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41, stressPoints: 47, elasticConstants: 51, rigidBody: 59,
 };
 
 /** Scales of the regions, as built. */

@@ -7,6 +7,8 @@ const { chromium } = createRequire(`${WORK}/`)("playwright-core");
 export const EXPORTED = `file://${WORK}/beam.html`;
 // The same beam with exact steps and its residual.
 export const EXACT = `file://${WORK}/exact.html`;
+// A bar that nothing holds.
+export const FREE = `file://${WORK}/free.html`;
 export const TIP = [0.97, 0.08, 0.1];
 
 export let browser;

@@ -135,7 +135,76 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("base.vdm", base(&exact)),
         ("stress.vdm", stress(&exact)),
         ("exact-f64.vdm", exact),
+        ("free.vdm", free(&self::exact(&body(LAYOUT, 5).file(&bathe(), &STEP, Element::F64)))),
     ]
+}
+
+/// The file with its body free: a live density, six patterns of the angular velocity behind its own, and
+/// mass, centre and moments of inertia about tilted axes. Numbers are small fractions whose denominators are
+/// powers of two.
+fn free(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    let file = File::parse(bytes).expect("a file");
+    let own = file.metadata().n_patterns as usize;
+    let longer = |kind: SectionKind, per_pattern: usize, unit: f64| -> Vec<u8> {
+        let more = (0..6 * per_pattern).map(|i| unit * ((i * i + 3) % 13) as f64 - 4.0 * unit);
+        let more: Vec<u8> = more.flat_map(f64::to_le_bytes).collect();
+        [file.section(kind).expect("a section").stored(), &more].concat()
+    };
+    let metadata = file.metadata();
+    let (r, nodes) = (metadata.n_modes as usize, metadata.n_load_nodes as usize);
+    let names = file.section(S::PatternNames).expect("names").text().expect("text");
+    let centrifugal = ["xx", "yy", "zz", "xy", "yz", "zx"].map(|pair| format!("\ncentrifugal {pair}"));
+    let [xx, xy, xz, yy, yz, zz] = [0.5, 0.0625, -0.03125, 0.625, 0.015625, 0.75];
+    let moments = [
+        [0.0, xz, -xy],
+        [-yz, 0.0, xy],
+        [yz, -xz, 0.0],
+        [-xz, yz, xx - yy],
+        [yy - zz, -xy, xz],
+        [xy, zz - xx, -yz],
+    ];
+    let of_own = (0..6 * own).map(|i| 0.25 * (i % 5) as f64 - 0.5);
+    let of_spin = moments.into_iter().flat_map(|moment| [0.0; 3].into_iter().chain(moment));
+    let rigid = [2.0, 0.125, 0.0625, -0.25, xx, xy, xz, yy, yz, zz, own as f64];
+    let rigid: Vec<u8> = rigid.into_iter().chain(of_own).chain(of_spin).flat_map(f64::to_le_bytes).collect();
+    let changed: Vec<(SectionKind, Vec<u8>)> = vec![
+        (S::PatternBasis, longer(S::PatternBasis, r, 1.0 / 64.0)),
+        (S::PatternResidual, longer(S::PatternResidual, 3 * nodes, 1.0 / 65_536.0)),
+        (
+            S::PatternProbeResidual,
+            longer(S::PatternProbeResidual, metadata.n_probes as usize, 1.0 / 65_536.0),
+        ),
+        (S::PatternNames, [names.as_bytes(), centrifugal.concat().as_bytes()].concat()),
+    ];
+    let body = SectionInput {
+        kind: S::RigidBody,
+        element: Element::F64,
+        codec: Codec::Raw,
+        required: false,
+        shape: [rigid.len() as u64 / 8, 1, 1],
+        decoded_length: rigid.len() as u64,
+        stored: &rigid,
+    };
+    rewritten(
+        bytes,
+        |metadata| {
+            metadata.n_patterns += 6;
+            let stiffness = metadata.parameters[0];
+            metadata.parameters[0] = Parameter { name: "density", role: ParameterRole::Density, ..stiffness };
+        },
+        |section| {
+            if let Some((_, stored)) = changed.iter().find(|(kind, _)| *kind == section.kind) {
+                section.stored = stored;
+                section.decoded_length = stored.len() as u64;
+                section.shape[0] = match section.kind {
+                    S::PatternNames => stored.len() as u64,
+                    _ => own as u64 + 6,
+                };
+            }
+        },
+        &[body],
+    )
 }
 
 /// The file with exact steps in place of its scheme: no block structure, a live stiffness, damping ratios of

@@ -95,6 +95,7 @@ fn folder() -> tempfile::TempDir {
         ("meshes/cube.msh", "cube.msh"),
         ("golden/canonical.vdm", "canonical.vdm"),
         ("golden/parameters.vdm", "parameters.vdm"),
+        ("golden/free.vdm", "free.vdm"),
         ("golden/separation.vdm", "separation.vdm"),
     ] {
         let from = repository().join("fixtures").join(from);
@@ -122,6 +123,7 @@ fn every_command_prints_the_keys_of_its_page() {
         &[
             "info beam.vdm --json",
             "info canonical.vdm --json",
+            "info free.vdm --json",
             "info live.vdm --json --terms-for 1e-2",
             "info parameters.vdm --json",
             "info separation.vdm --json",

@@ -351,6 +351,8 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         (23, "duration = 1.0\n[[output.stress]]\nname = \"a,b\"\npoint = [0, 0, 0]".into()),
         (24, "duration = 1.0\n[[output.stress]]\nname = \"a\"\npoint = [0, inf, 0]".into()),
         (22, "duration = 1.0\n[base]\namplitude = inf\nrecord = [[0, 0, 0, 0], [1, 1, 1, 1]]".into()),
+        (26, "duration = 1.0\n[free]\nvelocity = [0, inf, 0]".into()),
+        (26, "duration = 1.0\n[free]\nvelocity = [0, 2e9, 0]".into()),
     ];
     let rows = refusals(&page("scenario-1.md"));
     assert!(matches!(

@@ -227,7 +227,7 @@ fn every_cause_has_its_exit_code_and_names_its_place() {
     build(&lost).fails(4, &["cube.msh", "line 16", "one"]);
     run([&"mesh", &kept.path().join("cube.msh")]).fails(4, &["cube.msh", "line 16", "one"]);
 
-    let (_kept, loose) = changed("[[support]]\non = { group = \"x_min\" }", "");
+    let (_kept, loose) = changed("group = \"x_min\" }", "group = \"x_min\" }\ncomponents = [\"x\"]");
     build(&loose).fails(5, &["support"]);
     let (_kept, hard) =
         changed("modes = 4", "kind = \"pod\"\nmodes = 6\n[tolerance]\nfloor_ratio = 1.0\nabsolute = 1e-13");

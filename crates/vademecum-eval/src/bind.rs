@@ -41,6 +41,8 @@ pub(crate) struct Sections<'m> {
     pub base: Option<&'m [[u8; 8]]>,
     /// The factor of the stiffness.
     pub factor: Factor<'m>,
+    /// Mass and moments of a free body.
+    pub rigid_body: Option<&'m [[u8; 8]]>,
     /// Rows of the stress.
     pub stress: StressRows<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
@@ -113,6 +115,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         supports: Supports::of(file),
         base: file.section(S::BaseFrame).and_then(|section| section.f64s().ok()),
         factor: Factor::of(file),
+        rigid_body: file.section(S::RigidBody).and_then(|section| section.f64s().ok()),
         stress: StressRows::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
         separated,

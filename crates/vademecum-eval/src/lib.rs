@@ -12,8 +12,8 @@
 //! - make such a file: that is the program `vademecum build`, or the crate `vademecum-build`;
 //! - read a file without stepping it, or write one of your own: [`vademecum_format`], which this crate
 //!   re-exports as [`mod@format`];
-//! - find out where bodies collide, or follow large rotations, plasticity or free flight: a file holds one
-//!   linear elastic body with small displacements and held supports.
+//! - find out where bodies collide, or follow large deformation or plasticity: a file holds one linear
+//!   elastic body, with supports or free ([`FreeBody`]), whose displacements in its own frame are small.
 //!
 //! # The flow
 //!
@@ -92,6 +92,9 @@
 //!   loads from before are stale: clear them and add them again. For several parameters at once, or several
 //!   states: [`SceneOptions::set`], [`Scene::rebind`] and [`State::carry`]. A value outside of its range is
 //!   refused and changes nothing.
+//! - **A body flies.** [`FreeBody::new`] beside the scene of a body without supports; then, for each step,
+//!   [`FreeBody::push`] and [`FreeBody::pull`], [`FreeBody::step`], and [`FreeBody::point`]. A host that
+//!   moves bodies itself asks [`Loads::add_spin`] instead.
 //! - **Many bodies of one file.** [`Batch::len_for`] and [`Batch::new`]; [`Batch::load`] for each instance
 //!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is looked at, and then
 //!   every output of the scene.
@@ -151,6 +154,7 @@ mod eigen;
 mod equation;
 mod error;
 mod factor;
+mod free;
 mod increment;
 mod kernel;
 mod lend;
@@ -164,6 +168,7 @@ mod reaction;
 mod reconstruct;
 mod residual;
 mod rest;
+mod rigid;
 mod rows;
 mod scalar;
 mod shape;
@@ -182,12 +187,14 @@ pub use batch::{Batch, BatchStatus};
 pub use contact::Contact;
 pub use cost::Cost;
 pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
+pub use free::FreeBody;
 pub use loads::Loads;
 #[cfg(feature = "mmap")]
 pub use mmap::{Mapped, OpenError};
 pub use modal::{Modal, ModalSizes};
 pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use reaction::Reaction;
+pub use rigid::{RigidBody, RigidMotion};
 pub use rows::Field;
 pub use scalar::Scalar;
 pub use scene::Scene;

@@ -164,7 +164,8 @@ pub enum SectionKind {
     /// Point about which a moving base turns \[m\], `f64 (3)`. The last twelve patterns are its motions.
     BaseFrame = 58,
     /// A free body: mass \[kg\], centre \[m\] (3), moments of inertia about it \[kg m²\] (xx, xy, xz, yy,
-    /// yz, zz), and the first of the six patterns of its angular velocity; `f64 (11)`.
+    /// yz, zz), and the first of the six patterns of its angular velocity; then force \[N\] and moment about
+    /// the centre \[N m\] of each pattern; `f64 (11 + 6 n_patterns)`.
     RigidBody = 59,
 }
 
@@ -318,7 +319,7 @@ impl SectionKind {
             Self::PatternStress | Self::PatternReaction => [Some(u64::from(m.n_patterns)), None, Some(6)],
             Self::SupportPoints => [None, Some(3), Some(1)],
             Self::BaseFrame => one(3),
-            Self::RigidBody => one(11),
+            Self::RigidBody => one(11 + 6 * u64::from(m.n_patterns)),
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
             Self::CanonicalAxes => [None, Some(CHAPTER_AXIS as u64), Some(1)],

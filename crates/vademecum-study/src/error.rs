@@ -319,6 +319,9 @@ pub enum FileError {
         "the chapter's structure is built for loads at nodes, and a contact with a `path` stands at none"
     )]
     NoPaths,
+    /// A scenario throws a body that is held.
+    #[error("the scenario has `[free]`, and the file holds a body with supports; leave `[free]` out")]
+    NotFree,
     /// It does not have a section.
     #[error("the file has no section {kind}")]
     Missing {

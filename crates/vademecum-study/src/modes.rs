@@ -19,6 +19,8 @@ use crate::error::StudyError;
 pub struct NaturalModes {
     /// Free dofs.
     pub dofs: usize,
+    /// Rigid motions of no frequency before these modes: 6 of a body without supports, or 0.
+    pub rigid_motions: usize,
     /// Step that the scheme's figures belong to \[s\]: the problem's.
     pub time_step: f64,
     /// Step for such a body \[s\]: a round number, with at least 40 steps in the first period.
@@ -131,6 +133,7 @@ pub fn natural_modes(
     let share = |factors: &[f64; 3]| std::array::from_fn(|c| factors[c] * factors[c] / free_mass[c]);
     let figures = NaturalModes {
         dofs: pencil.n_dof(),
+        rigid_motions: pencil.n_dof() - pencil.n_elastic(),
         time_step: prepared.step.time_step,
         proposed_time_step: proposed_time_step(1.0 / frequencies_hz[0]),
         scheme_damping: added.collect(),

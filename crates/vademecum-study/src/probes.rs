@@ -15,13 +15,20 @@ const FAR: f64 = 1e-6;
 pub(crate) struct PlacedProbe {
     node: usize,
     direction: [f64; 3],
+    /// Where the node is at rest.
+    pub position: [f64; 3],
 }
 
 impl PlacedProbe {
     /// Displacement along its direction \[m\].
     pub fn value(&self, body: &dyn Playable<Number = f64>) -> Result<f64, FileError> {
-        let moved = body.node(self.node)?;
+        let moved = self.displacement(body)?;
         Ok((0..3).map(|c| moved[c] * self.direction[c]).sum())
+    }
+
+    /// Displacement of its node \[m\].
+    pub fn displacement(&self, body: &dyn Playable<Number = f64>) -> Result<[f64; 3], FileError> {
+        body.node(self.node)
     }
 }
 
@@ -63,7 +70,7 @@ pub(crate) fn place(
             ));
         }
         let length = entry.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-        placed.push(PlacedProbe { node, direction: entry.direction.map(|c| c / length) });
+        placed.push(PlacedProbe { node, direction: entry.direction.map(|c| c / length), position: *at });
     }
     Ok((placed, notes))
 }

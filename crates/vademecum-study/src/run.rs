@@ -1,5 +1,6 @@
 //! A scenario through a file, and what its output plan asks to be shown of it.
 
+use vademecum_build::input::ProbeEntry;
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_eval::{Field, Tensor};
 use vademecum_format::{File, SectionKind};
@@ -9,9 +10,9 @@ use crate::contents::{Geometry, lines};
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
 use crate::pace::Pace;
-use crate::player::{PlayOptions, Playable, Track, play};
+use crate::player::{PlayOptions, Playable, Track, play, play_free};
 use crate::probes::{self, PlacedProbe};
-use crate::scenario::{FieldChoice, OutputPlan, STEPS_OF_A_RUN, Scenario};
+use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, STEPS_OF_A_RUN, Scenario};
 use crate::stress::{LargestStress, StressPlace, Stresses};
 
 /// A scenario bound to a file, ready to be played.
@@ -19,6 +20,7 @@ pub struct Run<'a> {
     file: &'a File<'a>,
     options: PlayOptions,
     plan: &'a OutputPlan,
+    free: Option<FreeEntry>,
     track: Track,
     probes: Vec<PlacedProbe>,
     names: Vec<String>,
@@ -49,21 +51,24 @@ pub struct Probed<'a> {
     pub energy: f64,
     /// Displacement of each probe \[m\], strain of each gauge, then each stress \[Pa\].
     pub values: &'a [f64],
+    /// The numbers of [`Run::flight_columns`] of a free body that was thrown; none of any other.
+    pub flight: &'a [f64],
     /// The largest equivalent stress, where the file has one.
     pub largest_stress: Option<LargestStress>,
     /// Force and moment that each support exerts on the body \[N, N m\].
     pub reactions: &'a [[f64; 6]],
 }
 
-/// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`].
+/// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`]. Those of a free body that was
+/// thrown are its motion in space, the rigid one included.
 #[derive(Clone, Copy)]
 pub struct Fields<'a> {
     /// Displacement \[m\].
     pub displacement: &'a [f64],
     /// Velocity \[m/s\].
     pub velocity: &'a [f64],
-    /// Stress \[Pa\], shape (nodes, 6), and von Mises' equivalent stress, (nodes); NaN where the file does not
-    /// know it, and empty where it knows none.
+    /// Stress \[Pa\], shape (nodes, 6), and von Mises' equivalent stress, (nodes); NaN where the file does
+    /// not know it, and empty where it knows none.
     pub stress: [&'a [f64]; 2],
 }
 
@@ -106,7 +111,52 @@ impl<'a> Run<'a> {
                 plan.fields_every
             ));
         }
-        Ok(Self { file, options, plan, track, probes, names, stresses, supports, time_step, steps })
+        let free = file.section(SectionKind::RigidBody).is_some();
+        if scenario.free.is_some() && !free {
+            return Err(FileError::NotFree.into());
+        }
+        if free && scenario.free.is_none() {
+            listener.note(
+                "the file holds a free body, and the scenario has no `[free]`: its elastic motion alone is played, \
+                 under forces that turn with the body",
+            );
+        }
+        Ok(Self {
+            file,
+            options,
+            plan,
+            free: scenario.free,
+            track,
+            probes,
+            names,
+            stresses,
+            supports,
+            time_step,
+            steps,
+        })
+    }
+
+    /// Names of what is told of a free body that was thrown, behind its probes: none of any other.
+    pub fn flight_columns(&self) -> Vec<String> {
+        if self.free.is_none() {
+            return vec![];
+        }
+        let own = ["rigid energy_J", "centre x", "centre y", "centre z", "q_w", "q_x", "q_y", "q_z"];
+        let of_probe =
+            |probe: &ProbeEntry| ["x", "y", "z"].map(|axis| format!("{} in space {axis}", probe.name));
+        own.map(String::from).into_iter().chain(self.plan.probes.iter().flat_map(of_probe)).collect()
+    }
+
+    /// The numbers of these columns.
+    fn flight_into(&self, body: &dyn Playable<Number = f64>, out: &mut Vec<f64>) -> Result<(), FileError> {
+        out.clear();
+        let Some((rigid, motion)) = body.flight() else { return Ok(()) };
+        out.push(motion.energy(rigid));
+        out.extend(motion.position.into_iter().chain(motion.attitude));
+        for probe in &self.probes {
+            out.extend(motion.place(rigid, probe.position, probe.displacement(body)?));
+        }
+        Ok(())
     }
 
     /// Names of the probes: those of the file, then those of the scenario, then its stresses.
@@ -159,14 +209,20 @@ impl<'a> Run<'a> {
         let mut refused = None;
         listener.stage("step");
         let paced = Pace::new(self.time_step, listener);
-        let played = play(self.file, &self.options, &self.track, self.steps, listener, |step, body| {
+        let observe = |step: usize, body: &dyn Playable<Number = f64>| -> Result<(), StudyError> {
             let moment = instant.at(self, step, body)?;
             paced.advance(step, self.steps);
             show(&moment).map_err(|error| {
                 refused = Some(error);
                 Cancelled.into()
             })
-        });
+        };
+        let played = match &self.free {
+            Some(free) => {
+                play_free(self.file, &self.options, (&self.track, free), self.steps, listener, observe)
+            }
+            None => play(self.file, &self.options, &self.track, self.steps, listener, observe),
+        };
         match refused {
             Some(error) => Err(error),
             None => Ok(played?),
@@ -194,6 +250,9 @@ struct Shown {
     reactions: Vec<[f64; 6]>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
+    flight: Vec<f64>,
+    /// Coordinates of the nodes of the fields of a body in flight.
+    nodes: Vec<[f64; 3]>,
 }
 
 impl Shown {
@@ -208,6 +267,8 @@ impl Shown {
             reactions: vec![[0.0; 6]; run.supports.len()],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
+            flight: vec![],
+            nodes: vec![],
         }
     }
 
@@ -248,6 +309,7 @@ impl Shown {
         }
         if let Some(energy) = energy {
             finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
+            run.flight_into(body, &mut self.flight)?;
         }
         if with_fields {
             if !self.von_mises.is_empty() {
@@ -266,11 +328,23 @@ impl Shown {
                 }
             }
         }
-        let Self { probes, stresses, stress, von_mises, reactions, displacement, velocity } = self;
+        if let Some((rigid, motion)) = body.flight().filter(|_| with_fields) {
+            if self.nodes.is_empty() {
+                self.nodes = run.geometry()?.map_or(vec![], |geometry| geometry.nodes);
+            }
+            let fields = self.displacement.as_chunks_mut().0.iter_mut().zip(self.velocity.as_chunks_mut().0);
+            for ((u, v), node) in fields.zip(&self.nodes) {
+                *v = motion.velocity(rigid, *node, *u, *v);
+                let place: [f64; 3] = motion.place(rigid, *node, *u);
+                *u = std::array::from_fn(|c| place[c] - node[c]);
+            }
+        }
+        let Self { probes, displacement, velocity, stresses, stress, von_mises, flight, reactions, .. } =
+            self;
         let largest_stress = run.stresses.largest(stresses, time);
         Ok(Moment {
             time,
-            probes: energy.map(|energy| Probed { energy, values: probes, largest_stress, reactions }),
+            probes: energy.map(|energy| Probed { energy, values: probes, flight, largest_stress, reactions }),
             stress: with_stress.then_some(stresses),
             fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),
         })

@@ -44,7 +44,7 @@ const MOST_PROBES: usize = 10_000;
 const MOST_PERIODS: f64 = 16.0;
 
 /// Highest frequency \[Hz\] and largest phase \[rad\] and mean of a sinusoid: beyond, none of its digits is
-/// left after the first periods.
+/// left after the first periods. Also the largest velocity, angular velocity and gravity of a free body.
 const FASTEST: f64 = 1e9;
 
 /// A scenario file that cannot be used.
@@ -64,12 +64,29 @@ pub struct Scenario {
     /// Load patterns of the file; once read, the motions of the base behind them.
     #[serde(rename = "pattern", default)]
     pub patterns: Vec<PatternUse>,
+    /// How a free body is thrown; absent: its elastic motion alone is played, in the body.
+    pub free: Option<FreeEntry>,
     /// How the base moves.
     #[serde(skip_serializing)]
     pub base: Option<BaseEntry>,
     /// What `run` writes.
     #[serde(default)]
     pub output: OutputPlan,
+}
+
+/// How a free body starts, and how gravity pulls it.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FreeEntry {
+    /// Velocity of its centre \[m/s\].
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Angular velocity \[rad/s\].
+    #[serde(default)]
+    pub spin: [f64; 3],
+    /// Acceleration of gravity \[m/s²\].
+    #[serde(default)]
+    pub gravity: [f64; 3],
 }
 
 impl Scenario {
@@ -595,6 +612,14 @@ impl Scenario {
         for (key, count) in [("contact", self.contacts.len()), ("pattern", self.patterns.len())] {
             if count > MOST_LOADS {
                 return fault(key, format!("a list of {count}"), "at most 100 000 of them");
+            }
+        }
+        if let Some(FreeEntry { velocity, spin, gravity }) = self.free {
+            for (key, vector) in [("free.velocity", velocity), ("free.spin", spin), ("free.gravity", gravity)]
+            {
+                if !vector.iter().all(|x| x.abs() <= FASTEST) {
+                    return fault(key, numbers(&vector), "finite numbers of at most 1e9 in size");
+                }
             }
         }
         let probes = &self.output.probes;

@@ -155,6 +155,12 @@ pub fn verify(
     if bytes > MOST_LOAD_BYTES {
         return Err(StudyError::TooManyLoads { loads, dofs, bytes, limit: MOST_LOAD_BYTES });
     }
+    if scenario.free.is_some() {
+        listener.note(
+            "`[free]` of the scenario is left out: what is compared is the elastic motion, under forces that turn with \
+             the body",
+        );
+    }
     notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
 
     let Prepared { symbolic, scheme, .. } = prepared;

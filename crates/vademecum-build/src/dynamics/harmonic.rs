@@ -33,7 +33,8 @@ pub enum HarmonicError {
 }
 
 /// Complex amplitude of the displacement along each of `rows` under the force `force` of amplitude 1, at each
-/// frequency \[Hz\]; shape (frequencies, rows). A row is a list of free dofs and weights.
+/// frequency \[Hz\]; shape (frequencies, rows). A row is a list of free dofs and weights. Of a body without
+/// supports it is the elastic part: what accelerates the body as a whole is taken off the force.
 ///
 /// # Errors
 /// [`HarmonicError`].
@@ -53,7 +54,11 @@ pub fn harmonic(
     let symbolic = SymbolicSparseColMat::new_checked(n, n, starts, None, places);
     // The order of elimination is the same for all frequencies.
     let order = SymbolicLu::try_new(symbolic.as_ref()).map_err(|_| HarmonicError::Memory)?;
-    let force = Mat::from_fn(n, 1, |row, _| c64::new(force[row], 0.0));
+    let mut elastic = Mat::from_fn(n, 1, |row, _| force[row]);
+    if let Some(rigid) = pencil.rigid() {
+        rigid.relieve(elastic.as_mut());
+    }
+    let force = Mat::from_fn(n, 1, |row, _| c64::new(elastic[(row, 0)], 0.0));
     let done = std::sync::atomic::AtomicUsize::new(0);
     let at = |&frequency: &f64| -> Result<Vec<c64>, HarmonicError> {
         if listener.cancelled() {

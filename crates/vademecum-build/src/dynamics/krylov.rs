@@ -50,7 +50,7 @@ pub(super) struct Ritz {
 impl<'a> Krylov<'a> {
     pub fn new(pencil: &'a Pencil, factor: &'a Factor, count: usize) -> Krylov<'a> {
         let n = pencil.n_dof();
-        let capacity = search_vectors(count).min(n);
+        let capacity = search_vectors(count).min(pencil.n_elastic());
         let mut space = Krylov {
             pencil,
             factor,

@@ -1,8 +1,9 @@
 //! Loads over time, and the full-order march under them: what snapshots, certificates and `verify` share.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatMut, MatRef};
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 
 use super::full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
@@ -131,6 +132,7 @@ pub(crate) fn march_stages(
     listener: &dyn Listener,
     mut observe: impl FnMut(usize, &State, &Workspace),
 ) -> Result<f64, MarchError> {
+    let loads = &*of_elastic_motion(full, loads);
     let (n, table) = (full.n_dof(), full.table());
     let zero = Mat::zeros(n, columns);
     let force = initial_force(loads, n, columns);
@@ -148,6 +150,17 @@ pub(crate) fn march_stages(
         listener.checkpoint(step + 1, steps)?;
     }
     Ok(seconds)
+}
+
+/// The loads; of a body without supports less what accelerates it as a whole, so that the march has no drift
+/// beside the elastic motion.
+fn of_elastic_motion<'l>(full: &FullOrder<'_>, loads: &'l [TimedLoad]) -> Cow<'l, [TimedLoad]> {
+    let Some(rigid) = full.pencil.rigid() else { return Cow::Borrowed(loads) };
+    let mut loads = loads.to_vec();
+    for load in &mut loads {
+        rigid.relieve(MatMut::from_column_major_slice_mut(&mut load.force, full.n_dof(), 1));
+    }
+    Cow::Owned(loads)
 }
 
 /// How far a reduced trajectory is from the full-order one, per trajectory, in the mass norm over all dofs

@@ -54,7 +54,7 @@ pub enum ModesError {
     Count {
         /// Modes asked for.
         count: usize,
-        /// Free dofs.
+        /// Free dofs, less six of a body without supports.
         n: usize,
     },
     /// The stiffness does not factorise.
@@ -112,7 +112,7 @@ fn search(
     count: usize,
     (tolerance, probes): (f64, usize),
 ) -> Result<Modes, ModesError> {
-    let n = pencil.n_dof();
+    let n = pencil.n_elastic();
     if count == 0 || count > n {
         return Err(ModesError::Count { count, n });
     }

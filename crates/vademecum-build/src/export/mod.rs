@@ -204,6 +204,10 @@ fn load_and_probe_sections(parts: &Parts<'_>) -> Vec<Draft> {
         drafts.push(Draft::f64s(SectionKind::PatternBasis, [body.patterns.len(), r, 1], rows));
         drafts.push(Draft::names(SectionKind::PatternNames, body.patterns.iter().map(|p| p.0.as_str())));
     }
+    let rigid = body.rigid_numbers();
+    if !rigid.is_empty() {
+        drafts.push(Draft::f64s(SectionKind::RigidBody, [rigid.len(), 1, 1], rigid));
+    }
     if let Some(point) = body.base {
         drafts.push(Draft::f64s(SectionKind::BaseFrame, [3, 1, 1], point));
     }

@@ -22,6 +22,7 @@ use faer::{Conj, Mat, MatMut, Par, Side, Spec};
 use rayon::prelude::*;
 
 use super::pencil::Pencil;
+use super::rigid::Rigid;
 use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
 use crate::linalg::column_groups;
 
@@ -69,6 +70,8 @@ pub struct Symbolic {
     cholesky: Arc<SymbolicCholesky<u32>>,
     /// The factor that was last kept.
     kept: Arc<Mutex<Option<Arc<Factor>>>>,
+    /// The rigid motions of a body without supports.
+    rigid: Option<Arc<Rigid>>,
 }
 
 impl Symbolic {
@@ -86,7 +89,8 @@ impl Symbolic {
             }
             None => symbolic_cholesky(&pattern, SymmetricOrdering::Amd)?,
         };
-        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky), kept: Arc::default() })
+        let rigid = pencil.rigid().cloned();
+        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky), kept: Arc::default(), rigid })
     }
 
     /// Number of rows.
@@ -133,7 +137,8 @@ impl Symbolic {
         match done {
             // Of its own, or a factor would keep itself.
             Ok(_) => {
-                Ok(Factor { symbolic: Symbolic { kept: Arc::default(), ..self.clone() }, matrix, values })
+                let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
+                Ok(Factor { symbolic, matrix, values, rigid: None })
             }
             Err(LltError::NonPositivePivot { index }) => {
                 Err(FactorError::NotPositiveDefinite { pivot: index, n: self.n() })
@@ -141,8 +146,8 @@ impl Symbolic {
         }
     }
 
-    /// The factor of a matrix, which is kept until another one is: stages of a build that solve with one
-    /// matrix factorise it once.
+    /// The factor of a stiffness, which is kept until another one is: stages of a build that solve with one
+    /// matrix factorise it once. Of a body without supports it solves by inertia relief.
     ///
     /// # Errors
     /// As [`Symbolic::factorize`].
@@ -155,7 +160,13 @@ impl Symbolic {
             return Ok(factor);
         }
         self.forget();
-        let factor = Arc::new(self.factorize(matrix.clone())?);
+        let factor = Arc::new(match &self.rigid {
+            Some(rigid) => {
+                let held = self.factorize(rigid.held(matrix))?;
+                Factor { matrix: matrix.clone(), rigid: Some(rigid.clone()), ..held }
+            }
+            None => self.factorize(matrix.clone())?,
+        });
         *self.kept() = Some(factor.clone());
         Ok(factor)
     }
@@ -198,12 +209,25 @@ pub struct Factor {
     symbolic: Symbolic,
     matrix: SymmetricMatrix,
     values: Vec<f64>,
+    /// Present for the stiffness of a body without supports: the values are those of `Kₛ`, and what is solved
+    /// with is `K⁺` of it.
+    rigid: Option<Arc<Rigid>>,
 }
 
 impl Factor {
     /// The matrix that was factorised.
     pub fn matrix(&self) -> &SymmetricMatrix {
         &self.matrix
+    }
+
+    /// The rigid motions, where the matrix is the stiffness of a body without supports.
+    pub(super) fn rigid(&self) -> Option<&Arc<Rigid>> {
+        self.rigid.as_ref()
+    }
+
+    /// The factor of `Kₛ` by itself.
+    pub(super) fn without_rigid(&self) -> Factor {
+        Factor { rigid: None, ..self.clone() }
     }
 
     /// The structure the factor was computed on.
@@ -298,19 +322,24 @@ impl Solve {
         }
     }
 
-    /// Overwrites `rhs`, shape `(n, c)`, by `A⁻¹ rhs`; groups of columns in parallel, no allocation.
+    /// Overwrites `rhs`, shape `(n, c)`, by `A⁻¹ rhs`; groups of columns in parallel, no allocation. For the
+    /// stiffness of a body without supports it is `K⁺ rhs` (see [`Rigid`]), which allocates six numbers a
+    /// column.
     ///
     /// # Panics
     /// If `rhs` has more columns than this memory was made for.
     pub fn solve_in_place(&mut self, factor: &Factor, mut rhs: MatMut<'_, f64>) {
         let columns = rhs.ncols();
+        if let Some(rigid) = &factor.rigid {
+            rigid.relieve(rhs.rb_mut());
+        }
         let Some([kept, residual]) = self.refine.as_mut() else {
-            return solve_groups(&mut self.groups, factor, rhs);
+            return solve_centred(&mut self.groups, factor, rhs);
         };
         let mut kept = kept.as_mut().subcols_mut(0, columns);
         let mut residual = residual.as_mut().subcols_mut(0, columns);
         kept.copy_from(rhs.rb());
-        solve_groups(&mut self.groups, factor, rhs.rb_mut());
+        solve_centred(&mut self.groups, factor, rhs.rb_mut());
         factor.matrix.mul_into(rhs.rb(), residual.rb_mut());
         for c in 0..columns {
             let target = contiguous(kept.rb(), c);
@@ -318,13 +347,24 @@ impl Solve {
                 *r = b - *r;
             }
         }
-        solve_groups(&mut self.groups, factor, residual.rb_mut());
+        if let Some(rigid) = &factor.rigid {
+            rigid.relieve(residual.rb_mut());
+        }
+        solve_centred(&mut self.groups, factor, residual.rb_mut());
         for c in 0..columns {
             let correction = contiguous(residual.rb(), c);
             for (x, &d) in contiguous_mut(rhs.rb_mut(), c).iter_mut().zip(correction) {
                 *x += d;
             }
         }
+    }
+}
+
+/// Solves for forces that move no body as a whole, and takes such a motion off the answer.
+fn solve_centred(memories: &mut [MemBuffer], factor: &Factor, mut rhs: MatMut<'_, f64>) {
+    solve_groups(memories, factor, rhs.rb_mut());
+    if let Some(rigid) = &factor.rigid {
+        rigid.centre(rhs);
     }
 }
 

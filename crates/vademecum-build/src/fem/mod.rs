@@ -10,6 +10,7 @@ mod factor;
 mod loads;
 mod model;
 mod pencil;
+mod rigid;
 mod selected;
 mod sparse;
 mod stress;
@@ -20,6 +21,7 @@ pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use loads::{Facet, LoadError, surface_facets};
 pub use model::{DofMap, Model, ModelError};
 pub use pencil::{Pencil, PencilError};
+pub use rigid::Rigid;
 pub use selected::Selected;
 pub use sparse::{Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
@@ -29,5 +31,7 @@ pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points
 mod convergence_tests;
 #[cfg(test)]
 mod oracle_tests;
+#[cfg(test)]
+mod rigid_tests;
 #[cfg(test)]
 pub(crate) mod test_mesh;

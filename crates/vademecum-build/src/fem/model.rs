@@ -5,6 +5,7 @@ use faer::{Mat, MatRef};
 use super::assembly::{NodeGraph, assemble, couple};
 use super::element::{ElementError, Material};
 use super::pencil::Pencil;
+use super::rigid::Rigid;
 use crate::mesh::Mesh;
 use crate::store::{Hashed, Inputs};
 
@@ -61,6 +62,19 @@ pub enum ModelError {
         n_nodes: usize,
         /// Rigid-body modes left to it.
         n_modes: usize,
+    },
+    /// A body without supports that hangs together in several parts.
+    #[error(
+        "the body has no support, and {parts} parts that no element connects; the part with node {node} has {n_nodes} \
+         nodes: expected one part, which may then move freely; support each part, or mesh them as one"
+    )]
+    FreeParts {
+        /// Parts.
+        parts: usize,
+        /// A node of the second part, as the mesh file numbers it.
+        node: u64,
+        /// Nodes of that part.
+        n_nodes: usize,
     },
     /// A part of the body is held, but at so small a place that double precision does not see it.
     #[error(
@@ -164,7 +178,8 @@ pub struct Model {
 
 impl Model {
     /// Assembles consistent mass and stiffness. `materials` holds one entry per region of the mesh,
-    /// `constrained` one flag per dof `3 · node + component`.
+    /// `constrained` one flag per dof `3 · node + component`. Where none is held, the body is free: its
+    /// pencil has the rigid motions.
     ///
     /// Elements in parallel, the same bits for any number of threads; allocates the matrices and, while it
     /// runs, as much again.
@@ -174,12 +189,21 @@ impl Model {
     /// free to move.
     pub fn assemble(mesh: Mesh, materials: &[Material], constrained: &[bool]) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
-        check_supports(&mesh, constrained)?;
+        let free = !constrained.contains(&true);
+        if free {
+            check_one_part(&mesh)?;
+        } else {
+            check_supports(&mesh, constrained)?;
+        }
         let dofs = DofMap::new(constrained);
         if dofs.n_free() == 0 || mesh.elements.is_empty() {
             return Err(ModelError::NothingFree);
         }
-        let pencil = assemble(&mesh, materials, &dofs)?;
+        let mut pencil = assemble(&mesh, materials, &dofs)?;
+        if free {
+            let rigid = Rigid::new(&mesh.nodes, pencil.mass());
+            pencil = pencil.with_rigid(rigid);
+        }
         Ok(Model { mesh, materials: materials.to_vec(), dofs, pencil })
     }
 
@@ -247,6 +271,14 @@ fn check_counts(mesh: &Mesh, materials: &[Material], constrained: &[bool]) -> Re
 fn check_support_count(mesh: &Mesh, constrained: &[bool]) -> Result<(), ModelError> {
     let (found, expected) = (constrained.len(), 3 * mesh.nodes.len());
     if found == expected { Ok(()) } else { Err(ModelError::SupportCount { found, expected }) }
+}
+
+/// A body without supports is one part.
+fn check_one_part(mesh: &Mesh) -> Result<(), ModelError> {
+    let parts = connected_parts(mesh);
+    let Some(second) = parts.get(1) else { return Ok(()) };
+    let node = mesh.node_ids.get(second[0] as usize).copied().unwrap_or(u64::from(second[0]));
+    Err(ModelError::FreeParts { parts: parts.len(), node, n_nodes: second.len() })
 }
 
 /// Every connected part must be held against its six rigid-body modes.

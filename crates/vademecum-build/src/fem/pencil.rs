@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
+use super::rigid::Rigid;
 use super::sparse::{Pattern, SymmetricMatrix};
 
 /// Mass and stiffness of one region.
@@ -26,6 +27,8 @@ pub struct Pencil {
     regions: Vec<RegionMatrices>,
     /// The node of each free dof, ascending; `None` when the matrices came without a mesh.
     dof_nodes: Option<Vec<u32>>,
+    /// The rigid motions of a body without supports.
+    rigid: Option<Arc<Rigid>>,
 }
 
 /// Why two matrices are no pencil.
@@ -84,7 +87,7 @@ impl Pencil {
             let stiffnesses: Vec<_> = regions.iter().map(|r| (1.0, &r.stiffness)).collect();
             (SymmetricMatrix::combine(&masses), SymmetricMatrix::combine(&stiffnesses))
         };
-        Pencil { mass, stiffness, regions, dof_nodes }
+        Pencil { mass, stiffness, regions, dof_nodes, rigid: None }
     }
 
     /// A pencil of two dense symmetric matrices `(n, n)`; zeros of both are not stored.
@@ -123,7 +126,7 @@ impl Pencil {
             Ok(matrix)
         };
         let (mass, stiffness) = (matrix(mass)?, matrix(stiffness)?);
-        Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None })
+        Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None, rigid: None })
     }
 
     /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects
@@ -136,9 +139,24 @@ impl Pencil {
         Pencil { dof_nodes: Some(dof_nodes), ..self }
     }
 
+    /// The same pencil as that of a body without supports.
+    pub(crate) fn with_rigid(self, rigid: Rigid) -> Pencil {
+        Pencil { rigid: Some(Arc::new(rigid)), ..self }
+    }
+
+    /// The rigid motions of a body without supports; `None` of a body that is held.
+    pub fn rigid(&self) -> Option<&Arc<Rigid>> {
+        self.rigid.as_ref()
+    }
+
     /// Number of free dofs `n`.
     pub fn n_dof(&self) -> usize {
         self.mass.n()
+    }
+
+    /// Number of natural modes that are no rigid motion.
+    pub fn n_elastic(&self) -> usize {
+        self.n_dof().saturating_sub(if self.rigid.is_some() { 6 } else { 0 })
     }
 
     /// Memory of all matrices \[bytes\].
@@ -178,7 +196,8 @@ impl Pencil {
     }
 
     /// A pencil whose regions are scaled: `M = Σ_q m_q M_q`, `K = Σ_q k_q K_q`, as another material choice
-    /// gives it.
+    /// gives it. The rigid motions of a free body stay those of the pencil as it is: they are the same as
+    /// long as all regions have one weight.
     ///
     /// # Panics
     /// If the two slices do not hold one weight per region.
@@ -190,7 +209,7 @@ impl Pencil {
                 stiffness: SymmetricMatrix::combine(&[(k[q], self.region_stiffness(q))]),
             })
             .collect();
-        Pencil::from_regions(regions, self.dof_nodes.clone())
+        Pencil { rigid: self.rigid.clone(), ..Pencil::from_regions(regions, self.dof_nodes.clone()) }
     }
 
     /// The node each free dof belongs to, ascending; `None` for matrices without a mesh.

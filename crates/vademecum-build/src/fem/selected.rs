@@ -27,10 +27,11 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::factor::{Factor, Symbolic};
+use super::factor::{Factor, Solve, Symbolic};
+use super::rigid::Rigid;
 use super::sparse::SymmetricMatrix;
 use super::supernodes::{Group, Run, Supernodes};
-use crate::linalg::row_groups;
+use crate::linalg::{row_groups, symmetric_part};
 use crate::progress::{Cancelled, Listener};
 
 /// Rows of a product that one thread computes at a time.
@@ -48,17 +49,69 @@ pub struct Selected {
     supernodes: Supernodes,
     inverse: Vec<f64>,
     weighted: Vec<f64>,
+    relief: Option<Relief>,
 }
 
 impl Selected {
-    /// Entry of `A⁻¹`; `None` off the pattern.
+    /// Entry of `A⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
+    /// `K⁺`.
     pub fn inverse(&self, row: usize, column: usize) -> Option<f64> {
-        self.supernodes.position(row, column).map(|at| self.inverse[at])
+        let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_inverse(row, column));
+        self.supernodes.position(row, column).map(|at| self.inverse[at] - relief)
     }
 
-    /// Entry of `A⁻¹WA⁻¹`; `None` off the pattern.
+    /// Entry of `A⁻¹WA⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
+    /// `K⁺MK⁺`.
     pub fn weighted(&self, row: usize, column: usize) -> Option<f64> {
-        self.supernodes.position(row, column).map(|at| self.weighted[at])
+        let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_weighted(row, column));
+        self.supernodes.position(row, column).map(|at| self.weighted[at] - relief)
+    }
+}
+
+/// What inertia relief takes off the entries for `Kₛ` (see [`Rigid`]). With `Z = Kₛ⁻¹`, `Y = ZMΦ`,
+/// `S = ΦᵀMY`, `V = ZMY` and `T = ΦᵀMV`:
+///
+/// ```text
+/// K⁺   = Z   − ΦAᵀ − AΦᵀ                   A = Y − ½ΦS
+/// K⁺MK⁺ = ZMZ − ΦCᵀ − CΦᵀ − (Y − ΦS)(Y − ΦS)ᵀ   C = V − ½ΦT
+/// ```
+#[derive(Clone, Debug)]
+struct Relief {
+    motions: Mat<f64>,
+    /// `A`, `C` and `Y − ΦS`, shape (n, 6).
+    half: Mat<f64>,
+    half_weighted: Mat<f64>,
+    answers: Mat<f64>,
+}
+
+impl Relief {
+    fn new(factor: &Factor, rigid: &Rigid, mass: &SymmetricMatrix) -> Relief {
+        let held = factor.without_rigid();
+        let mut solve = Solve::new(held.symbolic(), 6, false);
+        let (motions, momenta) = (rigid.motions(), rigid.momenta());
+        let mut answers = momenta.to_owned();
+        solve.solve_in_place(&held, answers.as_mut());
+        let mut second = Mat::zeros(answers.nrows(), 6);
+        mass.mul_into(answers.as_ref(), second.as_mut());
+        solve.solve_in_place(&held, second.as_mut());
+        let shares = |columns: &Mat<f64>| motions * symmetric_part((momenta.transpose() * columns).as_ref());
+        let (own, other) = (shares(&answers), shares(&second));
+        Relief {
+            motions: motions.to_owned(),
+            half: &answers - faer::Scale(0.5) * &own,
+            half_weighted: second - faer::Scale(0.5) * other,
+            answers: answers - own,
+        }
+    }
+
+    fn of_inverse(&self, i: usize, j: usize) -> f64 {
+        let [b, a] = [&self.motions, &self.half];
+        (0..6).map(|k| b[(i, k)] * a[(j, k)] + a[(i, k)] * b[(j, k)]).sum()
+    }
+
+    fn of_weighted(&self, i: usize, j: usize) -> f64 {
+        let [b, c, y] = [&self.motions, &self.half_weighted, &self.answers];
+        (0..6).map(|k| b[(i, k)] * c[(j, k)] + c[(i, k)] * b[(j, k)] + y[(i, k)] * y[(j, k)]).sum()
     }
 }
 
@@ -93,7 +146,10 @@ impl Factor {
     ///
     /// # Panics
     /// If `weight` is on another pattern.
+    ///
+    /// For the stiffness of a body without supports `weight` is its mass.
     pub fn select(self, weight: &SymmetricMatrix, listener: &dyn Listener) -> Result<Selected, Cancelled> {
+        let relief = self.rigid().map(|rigid| Relief::new(&self, rigid, weight));
         let (symbolic, mut inverse) = self.into_values();
         assert!(std::ptr::eq(symbolic.pattern(), &**weight.pattern()), "one pattern per symbolic analysis");
         let supernodes = Supernodes::new(symbolic.cholesky());
@@ -116,7 +172,7 @@ impl Factor {
             downwards(&supernodes, group, [&mut inverse, &mut weighted], &mut fronts, &mut spare);
             advance(group, 2.0 / 3.0)?;
         }
-        Ok(Selected { supernodes, inverse, weighted })
+        Ok(Selected { supernodes, inverse, weighted, relief })
     }
 }
 

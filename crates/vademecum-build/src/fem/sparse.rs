@@ -103,6 +103,16 @@ impl SymmetricMatrix {
         self.get(j, j).unwrap_or(0.0)
     }
 
+    /// The same matrix with `stiffness` added to the diagonal at each `(dof, stiffness)`.
+    pub(crate) fn with_springs(&self, springs: &[(usize, f64)]) -> SymmetricMatrix {
+        let mut values = self.values.clone();
+        for &(dof, stiffness) in springs {
+            let at = self.pattern.rows_of(dof).binary_search(&(dof as u32));
+            values[self.pattern.range(dof).start + at.expect("a diagonal entry")] += stiffness;
+        }
+        SymmetricMatrix::new(self.pattern.clone(), values)
+    }
+
     /// Whether every entry off the diagonal is zero.
     pub(crate) fn is_diagonal(&self) -> bool {
         (0..self.n()).all(|j| {

@@ -3,6 +3,7 @@
 mod problem;
 pub mod toml_file;
 
+pub(crate) use problem::CENTRIFUGAL;
 pub use problem::{
     BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, GaugeEntry,
     InnerProduct, LoadEntry, MaterialEntry, MatricesSource, MeshSource, OrderEntry, OutputEntry,

@@ -15,6 +15,7 @@ pub use body::{
     OrderEntry, PatternEntry, RegionEntry, SupportEntry, TablesSource,
 };
 pub use chapter::{ChapterEntry, Projection, Repair, Representation};
+pub(crate) use check::CENTRIFUGAL;
 pub use plan::{
     BasisEntry, BasisKind, Fields, GaugeEntry, InnerProduct, OutputEntry, ParameterEntry, ParameterKind,
     ParameterScale, Precision, ProbeEntry, STRESS_UNASKED, SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
@@ -180,6 +181,11 @@ impl Problem {
         let imported = self.snapshots.npy.is_some() || self.snapshots.vtu.is_some();
         let modes = self.scheme() == (SchemeKind::Exact {}) && !imported && self.basis.energy.is_none();
         self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
+    }
+
+    /// Whether nothing holds the body: a problem with a mesh and without supports.
+    pub fn is_free(&self) -> bool {
+        self.supports.is_empty() && self.mesh.matrices.is_none()
     }
 
     /// Options of the chapter's representation, if it is asked for.

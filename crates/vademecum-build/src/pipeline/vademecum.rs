@@ -182,7 +182,7 @@ impl Stages<'_> {
     /// without, and the factor is not too large.
     pub(super) fn wants_factor(&self, problem: &Problem, certified: &Certified) -> bool {
         let whole = problem.output.fields == Fields::Body && self.residual.is_some();
-        let open = problem.output.static_fields.is_none() && whole;
+        let open = problem.output.static_fields.is_none() && whole && !problem.is_free();
         let error = certified.measured.diagonal.certificate.trajectory_error;
         let exact = matches!(certified.vademecum, Vademecum::Exact);
         open && exact && error > problem.tolerance.error && self.factor_bytes(problem) <= FACTOR_UNASKED

@@ -8,7 +8,7 @@ use vademecum_format::{BASE_PATTERNS, base_field};
 use super::gauge::{self, GaugeError};
 use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets};
-use crate::input::{Fields, GaugeEntry, PatternEntry, Problem, StressPlaces};
+use crate::input::{CENTRIFUGAL, Fields, GaugeEntry, PatternEntry, Problem, StressPlaces};
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
@@ -203,6 +203,17 @@ impl Body {
         self.model.pencil().n_dof()
     }
 
+    /// Mass, centre, moments of inertia and first centrifugal pattern of a body without supports, then force
+    /// and moment about the centre of each pattern, as section 59 of a file has them; nothing of a body that
+    /// is held.
+    pub fn rigid_numbers(&self) -> Vec<f64> {
+        let Some(rigid) = self.model.pencil().rigid() else { return vec![] };
+        let first = self.patterns.len() - CENTRIFUGAL.len();
+        let own = [rigid.mass].into_iter().chain(rigid.centre).chain(rigid.inertia).chain([first as f64]);
+        let nodes = &self.model.mesh().nodes;
+        own.chain(self.patterns.iter().flat_map(|(_, force)| rigid.resultant(nodes, force))).collect()
+    }
+
     /// A probe as weights on free dofs.
     pub fn probe_row(&self, probe: &Probe) -> Vec<(u32, f64)> {
         let of_node = |&(node, weights): &(u32, [f64; 3])| {
@@ -232,6 +243,13 @@ impl Body {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
             patterns.push((entry.name.clone(), model.free_part(&force)));
             held_loads.push(held_part(&model, &force));
+        }
+        if let Some(rigid) = model.pencil().rigid() {
+            let forces = rigid.centrifugal(&model.mesh().nodes, model.pencil().mass());
+            for (name, force) in CENTRIFUGAL.into_iter().zip(forces) {
+                held_loads.push(held_part(&model, &force));
+                patterns.push((name.into(), force));
+            }
         }
         let base = problem.base.moves.then_some(problem.base.point);
         for (motion, name) in BASE_PATTERNS.iter().enumerate().filter(|_| base.is_some()) {

@@ -23,7 +23,7 @@ use crate::dynamics::{
     first_frequency,
 };
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
-use crate::input::Problem;
+use crate::input::{Problem, ProblemError};
 use crate::limits::{Memory, TooMuchMemory};
 use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
@@ -36,6 +36,9 @@ pub enum PrepareError {
     /// Problem and mesh do not fit.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// What a body without supports cannot have.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
     /// The damping feeds energy into some mode.
     #[error("`damping`")]
     Damping(#[from] DampingError),
@@ -135,6 +138,7 @@ pub fn prepare_within(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
+    problem.check_free()?;
     let (scheme, exact) = match problem.scheme() {
         SchemeKind::Exact {} => (bathe(), true),
         kind => (kind.table()?, false),
@@ -157,6 +161,7 @@ pub fn prepare_within(
         (watch.stage("assemble", || Body::build(problem, mesh))?, space)
     };
     note_probes(problem, &body, listener);
+    note_free(&body, listener);
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
@@ -232,6 +237,18 @@ fn note_probes(problem: &Problem, body: &Body, listener: &dyn Listener) {
                 probe.name
             ));
         }
+    }
+}
+
+/// A body that nothing holds is meant, or a support was forgotten.
+fn note_free(body: &Body, listener: &dyn Listener) {
+    if let Some(rigid) = body.model.pencil().rigid() {
+        let [x, y, z] = rigid.centre;
+        listener.note(&format!(
+            "no `[[support]]`: the body is free; the file keeps its six rigid motions apart (mass {:.6e}, centre ({x:.6e}, \
+             {y:.6e}, {z:.6e})) and its elastic modes",
+            rigid.mass
+        ));
     }
 }
 

@@ -61,7 +61,7 @@ pub fn modes_within(
     };
     let limit = Memory::asked_or_available(None).limit() as f64;
     let mut missed = 0;
-    let mut count = FIRST.min(pencil.n_dof());
+    let mut count = FIRST.min(pencil.n_elastic());
     loop {
         let modes = lowest_modes(pencil, symbolic, count)?;
         // From the beginning: two modes of one frequency may have turned.
@@ -87,7 +87,7 @@ pub fn modes_within(
             }
         }
         missed = count;
-        let next = (2 * count).min(MOST).min(pencil.n_dof());
+        let next = (2 * count).min(MOST).min(pencil.n_elastic());
         let bytes = 8.0 * (pencil.n_dof() * search_vectors(next)) as f64;
         if next == count || bytes > limit {
             return Ok(Enough::Missed { modes: count, reached });

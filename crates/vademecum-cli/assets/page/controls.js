@@ -65,6 +65,8 @@ export class Controls {
       player.step(1);
     });
     on("rest", () => this.rest());
+    find("throw").hidden = !player.flight;
+    on("throw", () => player.toss(this.camera.up, this.firstFrequency()));
     on("true-scale", () => this.magnify(this.magnification === 1 ? player.body.flexible.magnification : 1));
     on("theme", () => this.theme(!document.documentElement.classList.contains("dark")));
     for (const id of ["wire", "ghost", "supports"]) {
@@ -143,7 +145,9 @@ export class Controls {
 
   /** A slider per load pattern. */
   patterns() {
-    this.evaluator.patternNames.forEach((name, index) => {
+    // Those of the angular velocity of a free body are not set by hand.
+    const own = this.player.flight?.first ?? Infinity;
+    this.evaluator.patternNames.slice(0, own).forEach((name, index) => {
       const input = range(find("patterns"), `pattern-${index}`, `Load: ${name}`, -2, 2, 0);
       const say = () => (input.previousElementSibling.textContent = `× ${Number(input.value).toFixed(2)}`);
       input.addEventListener("input", () => {

@@ -151,10 +151,12 @@ export class Hands {
     const size = this.controls.force;
     const direction = find("direction").value;
     if (direction === "normal") return scaled(normal, -size);
-    if (direction !== "drag") return scaled(AXES[direction[1]], direction[0] === "-" ? -size : size);
+    // Forces of space are told to a body in the air in its own frame.
+    const told = (force) => (this.player.flight?.flying ? this.player.flight.toBody(force) : force);
+    if (direction !== "drag") return told(scaled(AXES[direction[1]], direction[0] === "-" ? -size : size));
     const pull = this.camera.inPlane(this.player.body.place(point), at[0] - start[0], at[1] - start[1]);
     // A drag over a tenth of the body pulls with the chosen size.
-    return scaled(pull, (10 * size) / this.player.body.size);
+    return told(scaled(pull, (10 * size) / this.player.body.size));
   }
 
   key(event) {

@@ -78,10 +78,12 @@ function show(page, seconds) {
   const displacement = mode?.displacement ?? player.displacement();
   const field = mode?.field ?? controls.bound?.field ?? shown(evaluator, controls, displacement);
   const magnification = mode ? 1 : controls.magnification;
-  body.displace(displacement, magnification);
+  // In the air the body is drawn where it is in space.
+  const drawn = (mode ? null : player.flight?.carried(displacement, magnification)) ?? displacement;
+  body.displace(drawn, magnification);
   camera.follow(body.drawn, seconds);
   camera.update(...size);
-  renderer.fill(displacement, field);
+  renderer.fill(drawn, field);
   const { dark } = controls;
   const component = mode ? -1 : controls.component;
   const tool = player.tool && drawnTool(player, magnification);

@@ -1,5 +1,7 @@
 // The march: time, loads, parameters. Steps follow the clock, drawing does not hold them.
 
+import { Flight, TOGETHER } from "vademecum/flight";
+
 /** Steps are recorded in rounds of this many. */
 const ROUND = 512;
 /** Records kept. */
@@ -47,6 +49,8 @@ export class Player {
     this.body = body;
     this.contacts = new Map();
     this.tool = null;
+    /** The rigid motion of a free body; null of one that is held. */
+    this.flight = Flight.of(evaluator, body);
     this.amplitudes = evaluator.patternNames.map(() => 0);
     this.nextContact = 1;
     /** Who wants to hear of new contacts, of rest and of other parameters. */
@@ -118,6 +122,28 @@ export class Player {
     }
   }
 
+  /** Up in the air with a free body; what it swings it goes on to. */
+  toss(up, firstFrequency) {
+    this.lift();
+    this.flight.toss(up, this.speed, firstFrequency);
+  }
+
+  /** Half of a round in the air, and the forces of its middle for the module. */
+  fly(seconds) {
+    this.flight.drift(seconds / 2);
+    this.load();
+    this.flight.amplitudes.forEach((amplitude, pair) => this.evaluator.addPattern(this.flight.first + pair, amplitude));
+    this.flight.kick(this.flight.push(this.contacts.values(), this.amplitudes), seconds);
+  }
+
+  /** The other half. */
+  flown(seconds) {
+    this.flight.drift(seconds / 2);
+    if (!this.flight.back) return;
+    this.flight.land();
+    this.load();
+  }
+
   /** A new contact, held until `release`; its number. */
   press(point, force) {
     const id = this.nextContact++;
@@ -159,6 +185,7 @@ export class Player {
   /** Displacement and velocity zero, time and records anew, loads kept. */
   rest() {
     this.evaluator.rest();
+    this.flight?.land();
     this.atRest = true;
     this.before = null;
     Object.assign(this, { time: 0, owed: 0 });
@@ -170,11 +197,14 @@ export class Player {
   /** Takes `n` steps now. */
   step(n) {
     for (let done = 0; done < n; ) {
-      const round = Math.min(ROUND, n - done);
+      const flying = this.flight?.flying === true;
+      const round = Math.min(flying ? TOGETHER : ROUND, n - done);
+      if (flying) this.fly(round * this.timeStep);
       const { status, rows } = this.evaluator.record(round);
       this.history.push(this.time, this.timeStep, rows);
       this.time += round * this.timeStep;
       this.atRest = status === "at rest";
+      if (flying) this.flown(round * this.timeStep);
       done += round;
     }
     if (this.tool) this.tool.centre = this.evaluator.tool().centre;

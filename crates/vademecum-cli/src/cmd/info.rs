@@ -7,6 +7,7 @@ use vademecum_build::certificate::StructureReport;
 use vademecum_build::chapter::ChapterReport;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
+use vademecum_eval::RigidBody;
 use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, RewriteError, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
@@ -73,6 +74,8 @@ struct Contents {
     parameters: Vec<ParameterReport>,
     load_patterns: Vec<String>,
     probes: Vec<String>,
+    /// None of a body with supports.
+    free_body: Option<FreeReport>,
     /// Supports whose reactions the file gives.
     supports: Vec<SupportReport>,
     certificate: Certificates,
@@ -137,6 +140,22 @@ struct Certificates {
     bound: Option<Bound>,
 }
 
+/// A body without supports.
+#[derive(Serialize)]
+struct FreeReport {
+    mass: f64,
+    centre: [f64; 3],
+    principal_moments: [f64; 3],
+    principal_axes: [[f64; 3]; 3],
+}
+
+impl FreeReport {
+    fn of(file: &File<'_>) -> Option<Self> {
+        let RigidBody { mass, centre, moments, axes, .. } = RigidBody::of(file)?;
+        Some(Self { mass, centre, principal_moments: moments, principal_axes: axes })
+    }
+}
+
 /// Axes of the canonical structure of one stage, and where its load can stand.
 #[derive(Serialize)]
 struct CanonicalAxes {
@@ -199,6 +218,7 @@ impl Info {
             S::Losses,
             S::Repairs,
             S::StaticBound,
+            S::RigidBody,
             S::NodeCoordinates,
             // Without these the file would not open.
             S::ReducedStiffness,
@@ -282,6 +302,7 @@ impl Info {
             parameters: m.active_parameters().iter().map(parameter).collect(),
             load_patterns: lines(file, SectionKind::PatternNames)?,
             probes: lines(file, SectionKind::ProbeNames)?,
+            free_body: FreeReport::of(file),
             supports: supports(file)?,
             certificate: Certificates {
                 terms,
@@ -349,6 +370,14 @@ impl Contents {
                 let ratios: Vec<String> = ratios.iter().map(f64::to_string).collect();
                 println!("damping ratios of the modes beside that: {}", ratios.join(", "));
             }
+        }
+        if let Some(FreeReport { mass, centre: [x, y, z], principal_moments: [a, b, c], .. }) =
+            &self.free_body
+        {
+            println!(
+                "free body: mass {mass:.6e}, centre ({x:.6e}, {y:.6e}, {z:.6e}), principal moments of inertia {a:.6e}, \
+                 {b:.6e}, {c:.6e}; six rigid motions beside the modes"
+            );
         }
         println!(
             "structures: {}; probes: {}; load patterns: {}",

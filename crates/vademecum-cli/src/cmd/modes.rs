@@ -93,6 +93,9 @@ fn print_assurance(table: &[Vec<f64>]) {
 }
 
 fn print(modes: &NaturalModes) {
+    if modes.rigid_motions > 0 {
+        println!("free body: {} rigid motions of no frequency, and these elastic modes", modes.rigid_motions);
+    }
     println!(
         "{} free dofs\n\nmode  frequency [Hz]  damping: material  scheme     period     residual  mass x, y, z [%]",
         modes.dofs

@@ -95,6 +95,7 @@ impl Run {
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;
         outputs.make_folder(&self.output)?;
+        let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
         let places = run.stress_places();
         let mut stresses = (shown.stress_every > 0)
             .then(|| StressTable::begin(&outputs, self.output.join("stress.csv"), places))
@@ -132,7 +133,7 @@ impl Run {
             print_json(&Played {
                 steps: run.steps,
                 time_step: run.time_step,
-                probes: run.probes(),
+                probes: &columns,
                 supports: run.supports(),
                 rows: probes.rows.lines(),
                 probes_file: probes.path.display().to_string(),
@@ -196,6 +197,7 @@ impl ProbeTable {
             let parts = ["fx", "fy", "fz", "mx", "my", "mz"];
             parts.iter().for_each(|part| head.push_str(&format!(",reaction.{support}.{part}")));
         }
+        run.flight_columns().iter().for_each(|name| head.push_str(&format!(",{name}")));
         head.push('\n');
         let rows = outputs.grow(&path, Kind::Csv, &head, "")?;
         Ok(Self { path, rows, line: String::new() })
@@ -266,7 +268,12 @@ impl<'a> StressTable<'a> {
 fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
     let reactions = probed.reactions.as_flattened();
-    probed.values.iter().chain(reactions).try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    probed
+        .values
+        .iter()
+        .chain(reactions)
+        .chain(probed.flight)
+        .try_for_each(|value| write!(line, ",{value:.9e}"))?;
     line.write_char('\n')
 }
 

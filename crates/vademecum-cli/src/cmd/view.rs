@@ -38,7 +38,7 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 22] = modules!(
+const MODULES: [(&str, &str); 23] = modules!(
     "body",
     "camera",
     "chart",
@@ -46,6 +46,7 @@ const MODULES: [(&str, &str); 22] = modules!(
     "controls",
     "elements",
     "evaluator",
+    "flight",
     "greet",
     "hands",
     "main",

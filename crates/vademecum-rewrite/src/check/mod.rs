@@ -10,6 +10,7 @@ mod matrices;
 mod names;
 mod reactions;
 mod residual;
+mod rigid;
 mod step;
 mod stress;
 mod symmetric;
@@ -90,6 +91,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     step::check(&raw)?;
     residual::check(&raw)?;
     factor::check(&raw)?;
+    rigid::check(&raw)?;
     stress::check(&raw)?;
     reactions::check(&raw)?;
     names::check_base(&raw)?;

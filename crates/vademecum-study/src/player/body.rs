@@ -3,7 +3,8 @@
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
-    Contact, Field, Loads, OutputError, Scalar, Scene, State, StaticField, Structure, SurfacePoint, Tensor,
+    Contact, Field, Loads, OutputError, RigidBody, RigidMotion, Scalar, Scene, State, StaticField, Structure,
+    SurfacePoint, Tensor,
 };
 use vademecum_format::SectionKind;
 
@@ -119,6 +120,10 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file without all of its nodes.
     fn body_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
+    /// The rigid motion of a free body that was thrown; none of any other.
+    fn flight(&self) -> Option<(&RigidBody, &RigidMotion)> {
+        None
+    }
 }
 
 /// What both kinds of scene do by methods of the same names.

@@ -5,6 +5,7 @@
 
 mod body;
 pub(crate) mod chapter;
+mod free;
 mod path;
 
 use std::time::Instant;
@@ -20,6 +21,7 @@ use vademecum_format::{Chapter, File, SectionKind};
 pub(crate) use body::structure_name;
 pub use body::{Body, Loadable, Playable};
 use chapter::{nearest_position, positions_of, with_chapter};
+pub(crate) use free::play_free;
 
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};

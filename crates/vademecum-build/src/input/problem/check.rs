@@ -11,6 +11,17 @@ const LEAST_BOUND: f64 = 1e-5;
 const MOST_RATIOS: usize = 100_000;
 const LARGEST_RATIO: f64 = 1000.0;
 
+/// Names of the load patterns that a body without supports gets: the centrifugal forces of one rad²/s² of
+/// each product of components of its angular velocity.
+pub const CENTRIFUGAL: [&str; 6] = [
+    "centrifugal xx",
+    "centrifugal yy",
+    "centrifugal zz",
+    "centrifugal xy",
+    "centrifugal yz",
+    "centrifugal zx",
+];
+
 impl Problem {
     pub(super) fn check(&self) -> Result<(), ProblemError> {
         self.check_texts()?;
@@ -398,6 +409,42 @@ impl Problem {
             Words("exact, beside a live parameter of a region"),
             "a scheme such as `{ name = \"bathe\" }`: a region's stiffness or density turns the modes",
         )
+    }
+
+    /// What a problem without supports can ask for, once it is to be computed: the body then moves at its own
+    /// modes, beside a rigid motion that is not stepped by stages.
+    pub(crate) fn check_free(&self) -> Result<(), ProblemError> {
+        if !self.is_free() {
+            return Ok(());
+        }
+        let exact = self.scheme() == (SchemeKind::Exact {});
+        let found = || match self.parameters.iter().any(|p| p.region != "*") {
+            true => "none beside a live parameter of a region".into(),
+            false => format!("none beside the time scheme {}", self.scheme()),
+        };
+        let expected = "`[[support]]`, or for a body that flies freely `time.scheme = { name = \"exact\" }`";
+        self.require_said(exact, "support", found, expected)?;
+        self.require_said(
+            self.basis_kind() == BasisKind::Modes,
+            "support",
+            || format!("none beside a basis of {}", self.basis_kind().words()),
+            "`[[support]]`, or for a body that flies freely `basis.kind = \"modes\"` and no key of snapshots",
+        )?;
+        self.require(
+            self.output.static_fields != Some(true),
+            "output.static_fields",
+            Words("true beside no `[[support]]`"),
+            "a body that is held: a free one has no factor that a file could keep",
+        )?;
+        for (i, pattern) in self.load.patterns.iter().enumerate() {
+            self.require(
+                !CENTRIFUGAL.contains(&pattern.name.as_str()),
+                &format!("load.pattern[{i}].name"),
+                &pattern.name,
+                "another name: a body without `[[support]]` has this pattern already",
+            )?;
+        }
+        Ok(())
     }
 
     fn check_parameters(&self) -> Result<(), ProblemError> {

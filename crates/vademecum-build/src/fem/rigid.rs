@@ -1,0 +1,198 @@
+//! The six rigid motions of a body without supports, and what they do to its stiffness.
+//!
+//! `K` does not answer a force that moves the whole body. What is left of a force `F` once the inertia of the
+//! body at its rigid acceleration stands against it is `P F`, with `P = I − MΦΦᵀ` and `Φ` the six rigid
+//! motions, orthonormal in the mass. The answer to that which moves no mass as a whole is (inertia relief)
+//!
+//! ```text
+//! K⁺ = Pᵀ Kₛ⁻¹ P        Kₛ = K + Σ_i s_i e_i e_iᵀ
+//! ```
+//!
+//! `Kₛ` holds the body by springs at six dofs that fix it and nothing more. No force of `P F` goes into them
+//! (six forces that are in equilibrium at such dofs are zero), so the answer depends neither on their place
+//! nor on their stiffness, and the pattern of `K` stays what it is.
+
+use faer::{Mat, MatMut, MatRef, Side};
+
+use super::sparse::SymmetricMatrix;
+use crate::linalg::{subtract_product, transposed_product};
+
+/// Mass, place and moments of inertia of a body without supports, and its rigid motions.
+#[derive(Clone, Debug)]
+pub struct Rigid {
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Its centre \[m\].
+    pub centre: [f64; 3],
+    /// Moments of inertia about the centre \[kg m²\]: xx, xy, xz, yy, yz, zz.
+    pub inertia: [f64; 6],
+    /// `Φ`, shape (n, 6).
+    motions: Mat<f64>,
+    /// `MΦ`, shape (n, 6).
+    momenta: Mat<f64>,
+    /// Dofs of the six springs.
+    pins: [usize; 6],
+}
+
+impl Rigid {
+    /// The rigid motions of a body all of whose dofs are free: `3 · node + component` is the row of a
+    /// component of a node.
+    ///
+    /// # Panics
+    /// If there are not three rows per node, or the nodes lie on a line.
+    pub(crate) fn new(nodes: &[[f64; 3]], mass: &SymmetricMatrix) -> Rigid {
+        let n = 3 * nodes.len();
+        assert_eq!(mass.n(), n, "every dof of a free body is free");
+        let push = field(nodes, |_| [1.0, 0.0, 0.0]);
+        let weights = times(mass, push.as_ref());
+        let weight = |k: usize| weights[(3 * k, 0)];
+        let total: f64 = (0..nodes.len()).map(weight).sum();
+        let centre: [f64; 3] =
+            std::array::from_fn(|c| (0..nodes.len()).map(|k| weight(k) * nodes[k][c]).sum::<f64>() / total);
+        let turn = |axis: [f64; 3]| field(nodes, |x| cross(axis, std::array::from_fn(|c| x[c] - centre[c])));
+        let turns: Vec<Mat<f64>> = UNITS.map(turn).into();
+        let inner = |i: usize, j: usize| mass.inner(turns[i].col_as_slice(0), turns[j].col_as_slice(0));
+        let inertia = [inner(0, 0), inner(0, 1), inner(0, 2), inner(1, 1), inner(1, 2), inner(2, 2)];
+        // About the principal axes the motions of a slender body are far from each other.
+        let mut motions = Mat::zeros(n, 6);
+        for (c, axis) in UNITS.into_iter().enumerate() {
+            motions.col_mut(c).copy_from(field(nodes, |_| axis).col(0));
+        }
+        for (c, axis) in principal_axes(&inertia).into_iter().enumerate() {
+            motions.col_mut(3 + c).copy_from(turn(axis).col(0));
+        }
+        for _ in 0..2 {
+            orthonormalise(mass, &mut motions);
+        }
+        let momenta = times(mass, motions.as_ref());
+        let pins = pins(motions.as_ref());
+        Rigid { mass: total, centre, inertia, motions, momenta, pins }
+    }
+
+    /// The same with springs at other dofs.
+    #[cfg(test)]
+    pub(crate) fn with_pins(self, pins: [usize; 6]) -> Rigid {
+        Rigid { pins, ..self }
+    }
+
+    /// `Φ`, shape (n, 6).
+    pub(crate) fn motions(&self) -> MatRef<'_, f64> {
+        self.motions.as_ref()
+    }
+
+    /// `MΦ`, shape (n, 6).
+    pub(crate) fn momenta(&self) -> MatRef<'_, f64> {
+        self.momenta.as_ref()
+    }
+
+    /// `Kₛ`: the stiffness with six springs, each as stiff as its dof is.
+    pub(crate) fn held(&self, stiffness: &SymmetricMatrix) -> SymmetricMatrix {
+        stiffness.with_springs(&self.pins.map(|dof| (dof, stiffness.diagonal(dof))))
+    }
+
+    /// `F ← P F`: takes off the forces `F`, shape (n, c), what accelerates the whole body.
+    pub(crate) fn relieve(&self, forces: MatMut<'_, f64>) {
+        let shares = transposed_product(self.motions(), forces.as_ref());
+        subtract_product(forces, self.momenta(), shares.as_ref());
+    }
+
+    /// `u ← Pᵀ u`: takes off the displacements `u`, shape (n, c), what moves mass as a whole.
+    pub(crate) fn centre(&self, displacements: MatMut<'_, f64>) {
+        let shares = transposed_product(self.momenta(), displacements.as_ref());
+        subtract_product(displacements, self.motions(), shares.as_ref());
+    }
+
+    /// The centrifugal forces over the dofs for products of the angular velocity `ω`: `−M(ω × (ω × x))` has
+    /// the factors `ω_x²`, `ω_y²`, `ω_z²`, `ω_xω_y`, `ω_yω_z`, `ω_zω_x` on these six.
+    pub(crate) fn centrifugal(&self, nodes: &[[f64; 3]], mass: &SymmetricMatrix) -> [Vec<f64>; 6] {
+        PRODUCTS.map(|(i, j)| {
+            let acceleration = field(nodes, |x| {
+                let x: [f64; 3] = std::array::from_fn(|c| x[c] - self.centre[c]);
+                let mut outward = [0.0; 3];
+                if i == j {
+                    outward = x;
+                    outward[i] = 0.0;
+                } else {
+                    (outward[i], outward[j]) = (-x[j], -x[i]);
+                }
+                outward
+            });
+            times(mass, acceleration.as_ref()).col_as_slice(0).to_vec()
+        })
+    }
+
+    /// Force \[N\] and moment about the centre \[N m\] of forces over the dofs.
+    pub(crate) fn resultant(&self, nodes: &[[f64; 3]], force: &[f64]) -> [f64; 6] {
+        let mut sum = [0.0; 6];
+        for (x, f) in nodes.iter().zip(force.as_chunks::<3>().0) {
+            let moment = cross(std::array::from_fn(|c| x[c] - self.centre[c]), *f);
+            for c in 0..3 {
+                sum[c] += f[c];
+                sum[3 + c] += moment[c];
+            }
+        }
+        sum
+    }
+}
+
+/// The products of components that the centrifugal forces belong to.
+const PRODUCTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
+
+const UNITS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// A vector at each node as one column over the dofs.
+fn field(nodes: &[[f64; 3]], at: impl Fn(&[f64; 3]) -> [f64; 3]) -> Mat<f64> {
+    let values: Vec<f64> = nodes.iter().flat_map(at).collect();
+    Mat::from_fn(values.len(), 1, |i, _| values[i])
+}
+
+fn times(mass: &SymmetricMatrix, columns: MatRef<'_, f64>) -> Mat<f64> {
+    let mut image = Mat::zeros(columns.nrows(), columns.ncols());
+    mass.mul_into(columns, image.as_mut());
+    image
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The principal axes of moments of inertia; the axes of the coordinates if there is no finding them.
+fn principal_axes(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> [[f64; 3]; 3] {
+    let full = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    let matrix = Mat::from_fn(3, 3, |i, j| full[i][j]);
+    match matrix.self_adjoint_eigen(Side::Lower) {
+        Ok(found) => std::array::from_fn(|k| std::array::from_fn(|c| found.U()[(c, k)])),
+        Err(_) => UNITS,
+    }
+}
+
+/// One pass of Gram and Schmidt in the mass.
+fn orthonormalise(mass: &SymmetricMatrix, columns: &mut Mat<f64>) {
+    for k in 0..columns.ncols() {
+        for j in 0..k {
+            let share = mass.inner(columns.col_as_slice(j), columns.col_as_slice(k));
+            for i in 0..columns.nrows() {
+                columns[(i, k)] -= share * columns[(i, j)];
+            }
+        }
+        let length = mass.inner(columns.col_as_slice(k), columns.col_as_slice(k)).sqrt();
+        columns.col_as_slice_mut(k).iter_mut().for_each(|x| *x /= length);
+    }
+}
+
+/// Six dofs that fix a body: each is the one that moves most in what the ones before it leave free.
+fn pins(motions: MatRef<'_, f64>) -> [usize; 6] {
+    let mut rows: Vec<[f64; 6]> =
+        (0..motions.nrows()).map(|i| std::array::from_fn(|k| motions[(i, k)])).collect();
+    let square = |row: &[f64; 6]| row.iter().map(|x| x * x).sum::<f64>();
+    [(); 6].map(|()| {
+        let largest = rows.iter().map(square).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let (pin, length) = largest.expect("a body has dofs");
+        let along = rows[pin].map(|x| x / length.sqrt());
+        for row in &mut rows {
+            let share: f64 = row.iter().zip(&along).map(|(a, b)| a * b).sum();
+            row.iter_mut().zip(&along).for_each(|(x, a)| *x -= share * a);
+        }
+        pin
+    })
+}
