@@ -375,3 +375,34 @@ fn the_program_shows_stress_and_compares_it_with_the_full_order() {
     let run = ["run", &at("q.vdm"), "--scenario", &at("s.toml"), "-o", &at("no")];
     vademecum(&run).fails(3, &["output.stress", "the file has no stress"]);
 }
+
+/// The text between a fence that begins like this and the next one.
+fn block<'a>(page: &'a str, start: &str) -> &'a str {
+    let (_, rest) = page.split_once(&format!("```{start}")).expect("a block");
+    rest.split("```").next().expect("closed")
+}
+
+#[test]
+fn the_page_does_what_it_says() {
+    let page = std::fs::read_to_string(repository().join("docs/stress.md")).expect("the page");
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(at("beam.toml"), block(&page, "toml\n# beam.toml")).expect("written");
+    std::fs::write(at("push.toml"), block(&page, "toml\n# push.toml")).expect("written");
+    let ran = vademecum(&["build", &at("beam.toml"), "-o", &at("beam.vdm")]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let run = ["run", &at("beam.vdm"), "--scenario", &at("push.toml"), "-o", &at("out"), "--json"];
+    assert_eq!(vademecum(&run).json()["probes"], serde_json::json!(["top", "bending"]));
+    let table = std::fs::read_to_string(at("out/probes.csv")).expect("a table");
+    let last: Vec<f64> =
+        table.lines().last().expect("rows").split(',').map(|x| x.parse().expect("a number")).collect();
+    let said: Vec<f64> =
+        block(&page, "text\ntop").split_whitespace().filter_map(|x| x.parse().ok()).collect();
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!((last[2] / said[0] - 1.0).abs() < 1e-4 && (last[3] / said[1] - 1.0).abs() < 1e-3, "{last:?}");
+    // By hand: F (l − x) h / 2EI, with I = b h³ / 12.
+    let inertia = 0.04 * 0.05_f64.powi(3) / 12.0;
+    let strain = 10.0 * 0.25 * 0.025 / (2.1e9 * inertia);
+    assert!((last[2] / strain - 1.0).abs() < 1e-6, "{} {strain}", last[2]);
+    assert!((last[3] / (2.1e9 * strain) - 1.0).abs() < 0.01, "{}", last[3]);
+}
