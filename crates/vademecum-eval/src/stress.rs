@@ -5,8 +5,9 @@
 //! ```
 //!
 //! The first part is that of the modes. The second, what the modes leave out under forces at nodes and under
-//! load patterns, makes it the mode acceleration method (Craig and Kurdila 2006, chapter 11); it does not depend on
-//! a stiffness of the whole body, since the displacement it belongs to shrinks as the stiffness grows.
+//! load patterns, makes it the mode acceleration method (Craig and Kurdila 2006, chapter 11); it does not
+//! depend on a stiffness of the whole body, since the displacement it belongs to shrinks as the stiffness
+//! grows.
 
 use crate::error::OutputError;
 use crate::rows::{Field, factors};

@@ -106,8 +106,8 @@ pub trait Player {
     /// # Errors
     /// [`Refusal::Output`].
     fn surface(&mut self, field: Field) -> Result<*const u8, Refusal>;
-    /// Von Mises' equivalent stress \[Pa\] of the surface, in the first of three numbers a node and zero where
-    /// the file has none, kept until the next call as [`Player::surface`] is.
+    /// Von Mises' equivalent stress \[Pa\] of the surface, in the first of three numbers a node and zero
+    /// where the file has none, kept until the next call as [`Player::surface`] is.
     ///
     /// # Errors
     /// [`Refusal::Output`].
