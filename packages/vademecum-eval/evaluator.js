@@ -6,7 +6,7 @@ const PAGE = 65536;
 /** Section numbers of the file format (formats/vademecum-1.md). */
 export const SECTION = {
   coordinates: 2, triangles: 3, stiffness: 4, eigenvalues: 5, surfaceBasis: 6, patternNames: 12, probeNames: 13,
-  modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41,
+  modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41, stressPoints: 47, elasticConstants: 51,
 };
 
 /** Scales of the regions, as built. */
@@ -174,6 +174,13 @@ export class Evaluator {
   /** Displacement [m] or velocity [m/s] of the surface nodes, three each, in the session's precision; good until the next call. */
   surface(velocity = false) {
     const at = this.must(this.wasm.surface(velocity ? 1 : 0));
+    const length = 3 * this.counts.surfaceNodes;
+    return new (this.options.double ? Float64Array : Float32Array)(this.wasm.memory.buffer, at, length);
+  }
+
+  /** Von Mises' equivalent stress [Pa] of the surface nodes: the first of three numbers each, zero where the file has none; good until the next call. */
+  equivalentStress() {
+    const at = this.must(this.wasm.equivalent_stress());
     const length = 3 * this.counts.surfaceNodes;
     return new (this.options.double ? Float64Array : Float32Array)(this.wasm.memory.buffer, at, length);
   }

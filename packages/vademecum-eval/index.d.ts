@@ -139,6 +139,11 @@ export class Vademecum {
    * `Float32Array` in single precision and `Float64Array` in double. It is good until the next call of this body.
    */
   surface(field?: "displacement" | "velocity"): Float32Array | Float64Array;
+  /**
+   * Von Mises' equivalent stress of the surface in pascals: the first of three numbers for each of its nodes, zero where the file has
+   * none; a view as of `surface`, good until the next call of this body.
+   */
+  equivalentStress(): Float32Array | Float64Array;
   /** Where the nodes of the surface are at rest, three numbers each: a copy. */
   readonly positions: Float32Array;
   /** Corners of the triangles of the surface, outward, three numbers each: a copy. */

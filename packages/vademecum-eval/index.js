@@ -185,6 +185,10 @@ export class Vademecum {
     return this.#evaluator.surface(field === "velocity");
   }
 
+  equivalentStress() {
+    return this.#evaluator.equivalentStress();
+  }
+
   get positions() {
     return Float32Array.from(this.#section("coordinates").subarray(0, 3 * this.counts.surfaceNodes));
   }

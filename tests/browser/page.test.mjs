@@ -499,3 +499,46 @@ test("the served page asks for nothing but itself and the file, and Ctrl-C ends 
     server.kill("SIGKILL");
   }
 });
+
+test("a mode is shown as it swings while the march stands still, and a push ends the picture", async () => {
+  const { page, heard, context } = await open(EXACT);
+  const { modes, steps } = await state(page);
+  const labels = await page.locator("#mode option").allTextContents();
+  assert.equal(labels.length, modes.length + 1);
+  modes.forEach((hertz, k) => assert.equal(labels[k + 1], `mode ${k + 1}: ${Number(hertz.toPrecision(4))} Hz`));
+  await page.locator("#mode").selectOption("1");
+  await page.waitForFunction(() => document.getElementById("quantity").textContent.startsWith("mode 2, "));
+  const before = await state(page);
+  await page.waitForFunction((phase) => window.vademecum.shown.phase !== phase, await page.evaluate(() => window.vademecum.shown.phase));
+  // The shape is what the evaluator shows for a unit coordinate, and a quarter of a swing draws it in full.
+  const { apart, drawn, still, size } = await page.evaluate(() => {
+    const v = window.vademecum;
+    v.pause();
+    const swing = (phase) => {
+      v.shown.phase = phase;
+      return v.shown.frame(0).displacement;
+    };
+    const [whole, still] = [swing(0.25), swing(0)].map((field) => Array.from(field));
+    const unit = new Float64Array(2 * v.evaluator.counts.modes);
+    unit[1] = 1;
+    v.evaluator.setCoordinates(unit);
+    const field = Array.from(v.evaluator.surface());
+    v.evaluator.setCoordinates(unit.fill(0));
+    const size = v.player.body.size;
+    const longest = (u) => Math.max(...Array.from({ length: u.length / 3 }, (_, i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2])));
+    const factor = longest(whole) / longest(field);
+    return { apart: Math.max(...whole.map((x, i) => Math.abs(x - factor * field[i]))) / longest(whole), drawn: longest(whole), still: longest(still), size };
+  });
+  assert.ok(apart < 1e-6, `${apart}`);
+  assert.ok(Math.abs(drawn / (0.07 * size) - 1) < 1e-9 && still === 0, `${drawn} of ${size}`);
+  assert.equal((await state(page)).steps, before.steps);
+  assert.ok(before.steps >= steps);
+  await page.evaluate((point) => {
+    window.vademecum.pause(false);
+    window.vademecum.press(point, [0, 0, -20]);
+  }, TIP);
+  await page.waitForFunction(() => document.getElementById("mode").value === "-1" && document.getElementById("quantity").textContent === "displacement");
+  await page.waitForFunction((steps) => window.vademecum.state().steps > steps, before.steps);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});

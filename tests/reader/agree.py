@@ -86,6 +86,8 @@ def outputs(case, scene, y, index):
         "nodes": [scene.displacement(y, node, pushes) for node in case["nodes"]],
         "energy": [scene.energy(y, pushes)],
         "reactions": scene.reactions(y, pushes),
+        "stress": scene.tensors(y[0], pushes)[:, :6],
+        "strain": scene.tensors(y[0], pushes)[:, 6:],
     }
 
 
@@ -116,7 +118,8 @@ def differences(case, file):
     # Of the evaluator's own states, so that this is about the outputs alone.
     read = [outputs(case, scenes[index >= half], y, index) for index, y in enumerate(given)]
     told = [{"probes": row["probes"][0], "probe velocity": row["probes"][1], "nodes": row["nodes"],
-             "energy": [row["energy"]], "reactions": row["reactions"]} for row in rows]
+             "energy": [row["energy"]], "reactions": row["reactions"], "stress": row["stress"],
+             "strain": row["strain"]} for row in rows]
     for kind in read[0]:
         ours, theirs = (np.array([np.ravel(row[kind]) for row in side]) for side in (read, told))
         if theirs.size:

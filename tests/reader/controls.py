@@ -19,6 +19,7 @@ MAPS = {
     "exact-f64.vdm": ["Eigenvalues", "DampingRatios", "ContactResidual", "PairResidual", "ProbeResidual",
                       "PatternResidual", "PatternProbeResidual"],
     "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
+    "stress.vdm": ["StressBasis", "StressResidual", "PatternStress", "ElasticConstants"],
     "canonical.vdm": ["CanonicalTerms", "CanonicalFactors", "ReducedStiffness"],
 }
 

@@ -253,6 +253,29 @@ class Scene:
             total = total + amplitude * self.file.section("PatternReaction").reshape(-1, len(basis), 6)[index]
         return total
 
+    def tensors(self, zeta, pushes):
+        """Stress and strain at each point, under the loads of the state; shape (points, 12)."""
+        if "StressPoints" not in self.file:
+            return np.zeros((0, 12))
+        points = self.file.section("StressPoints").reshape(-1, 2)
+        kappa = np.array([self.v.kappa[q] if q < len(self.v.kappa) else 1.0 for q in points[:, 1]])
+        scale = self.v.stiffness * kappa[:, None]
+        stress = scale * (self.file.section("StressBasis").reshape(-1, 6, self.r) @ zeta)
+        if self.residual:
+            forces, patterns = forces_of(pushes)
+            if "StressResidual" in self.file:
+                table = self.file.section("StressResidual").reshape(len(points), -1, 6, 3)
+                for node, force in forces.items():
+                    stress = stress + table[:, node] @ force
+            if "PatternStress" in self.file:
+                table = self.file.section("PatternStress").reshape(-1, len(points), 6)
+                for index, amplitude in patterns.items():
+                    stress = stress + amplitude * table[index]
+        young, poisson = self.file.section("ElasticConstants").reshape(-1, 2)[points[:, 1]].T[:, :, None]
+        trace = stress[:, :3].sum(axis=1, keepdims=True) * np.array([1, 1, 1, 0, 0, 0])
+        strain = ((1 + poisson) * stress - poisson * trace) / (scale * young)
+        return np.hstack([stress, strain])
+
     def start(self, zeta, velocity, force):
         """The state of displacement and velocity, with the acceleration that belongs to the force `BᵀF`."""
         v, mass, stiffness = self.v, self.mass, self.stiffness

@@ -116,6 +116,8 @@ trait Body {
     fn energy(&self) -> f64;
     /// Force and moment of each support.
     fn reactions(&self) -> Vec<[f64; 6]>;
+    /// Stress and strain at each point.
+    fn tensors(&self) -> [Vec<[f64; 6]>; 2];
     /// Moves to the parameters of the second half.
     fn change(&mut self);
 }
@@ -181,6 +183,13 @@ impl Body for Ours<'_, '_> {
         all.map(|s| self.scene.reaction(&self.state, s).expect("a reaction").total()).collect()
     }
 
+    fn tensors(&self) -> [Vec<[f64; 6]>; 2] {
+        let all = 0..self.scene.n_stress_points();
+        let stress = |point| self.scene.stress(&self.state, point).expect("a stress").0;
+        let strain = |point| self.scene.strain(&self.state, point).expect("a strain").0;
+        [all.clone().map(stress).collect(), all.map(strain).collect()]
+    }
+
     fn change(&mut self) {
         if let Some(then) = &self.then {
             self.scene.rebind(then, self.work).expect("bound anew");
@@ -231,6 +240,10 @@ impl Body for Chapters<'_, '_, '_, '_> {
         vec![]
     }
 
+    fn tensors(&self) -> [Vec<[f64; 6]>; 2] {
+        [vec![], vec![]]
+    }
+
     fn change(&mut self) {}
 }
 
@@ -266,12 +279,15 @@ impl March<'_> {
                 let count = self.metadata.n_probes as usize;
                 (0..count).map(|index| body.probe(index, field)).collect::<Vec<f64>>()
             });
+            let [stress, strain] = body.tensors();
             rows.push(json!({
                 "state": body.state().into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>(),
                 "probes": probes,
                 "nodes": self.nodes.iter().map(|&node| body.node(node)).collect::<Vec<_>>(),
                 "energy": body.energy(),
                 "reactions": body.reactions(),
+                "stress": stress,
+                "strain": strain,
             }));
         }
         Value::Array(rows)

@@ -133,6 +133,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
         ("reactions.vdm", reactions(&exact)),
         ("base.vdm", base(&exact)),
+        ("stress.vdm", stress(&exact)),
         ("exact-f64.vdm", exact),
     ]
 }
@@ -249,19 +250,44 @@ fn reactions(bytes: &[u8]) -> Vec<u8> {
         (S::ReactionLoads, Element::F64, [2, n, 18], little(&loads)),
         (S::PatternReaction, Element::F64, [p, 2, 6], little(&of_patterns)),
     ];
-    let added: Vec<SectionInput<'_>> = more
-        .iter()
-        .map(|(kind, element, shape, stored)| SectionInput {
-            kind: *kind,
-            element: *element,
-            codec: Codec::Raw,
-            required: false,
-            shape: *shape,
-            decoded_length: stored.len() as u64,
-            stored,
-        })
-        .collect();
-    rewritten(bytes, |_| (), |_| (), &added)
+    rewritten(bytes, |_| (), |_| (), &raw_sections(&more))
+}
+
+/// The file with the stress at three points, two of them one node in two regions, and a gauge for its first
+/// probe.
+fn stress(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    const POINTS: [u32; 6] = [0, 0, 4, 0, 4, 1];
+    let file = File::parse(bytes).expect("a file");
+    let metadata = file.metadata();
+    let [nodes, patterns, r] = [metadata.n_load_nodes, metadata.n_patterns, metadata.n_modes].map(u64::from);
+    let wave = |length: u64, size: f64| -> Vec<u8> {
+        (0..length).flat_map(|i| (size * ((i % 19) as f64 / 8.0 - 1.125)).to_le_bytes()).collect()
+    };
+    let points = POINTS.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let constants = [2.0_f64, 0.25, 8.0, 0.125].iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let units: Vec<&str> = (0..metadata.n_probes).map(|probe| if probe == 0 { "1" } else { "m" }).collect();
+    let units = units.join("\n").into_bytes();
+    let more: Vec<(SectionKind, Element, [u64; 3], Vec<u8>)> = vec![
+        (S::StressPoints, Element::U32, [3, 2, 1], points),
+        (S::StressBasis, Element::F64, [3, 6, r], wave(18 * r, 1.0)),
+        (S::StressResidual, Element::F64, [3, nodes, 18], wave(54 * nodes, 0.25)),
+        (S::PatternStress, Element::F64, [patterns, 3, 6], wave(18 * patterns, 0.5)),
+        (S::ElasticConstants, Element::F64, [2, 2, 1], constants),
+        (S::ProbeUnits, Element::U8, [units.len() as u64, 1, 1], units),
+    ];
+    rewritten(bytes, |_| (), |_| (), &raw_sections(&more))
+}
+
+/// Sections as the writer takes them, as they are.
+fn raw_sections(more: &[(SectionKind, Element, [u64; 3], Vec<u8>)]) -> Vec<SectionInput<'_>> {
+    let mut sections = vec![];
+    for (kind, element, shape, stored) in more {
+        let (decoded_length, codec) = (stored.len() as u64, Codec::Raw);
+        let (kind, element, shape) = (*kind, *element, *shape);
+        sections.push(SectionInput { kind, element, codec, required: false, shape, decoded_length, stored });
+    }
+    sections
 }
 
 /// The file on a base that moves: twelve patterns more.

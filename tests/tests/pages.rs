@@ -106,6 +106,14 @@ fn bad_problems() -> Vec<(usize, String)> {
     let reactions = |before: &str, after: &str| {
         format!("{before}\n[output]\nreactions = true\n[[support]]\non = {{ group = \"a\" }}\n{after}")
     };
+    // Keys that are left out stand at the end, so that every gauge is whole.
+    let gauge = |keys: &str| {
+        let rest = [("point", "[0, 0, 0]"), ("direction", "[1, 0, 0]"), ("length", "0.1")];
+        let last = keys.rsplit("[[").next().unwrap_or(keys);
+        let more = rest.iter().filter(|(key, _)| !last.contains(key));
+        let more: Vec<String> = more.map(|(key, value)| format!("{key} = {value}")).collect();
+        format!("[[output.gauge]]\n{keys}\n{}\n", more.join("\n"))
+    };
     let based = |before: &str, after: &str| {
         format!("{before}\n[base]\nmoves = true\n[[support]]\non = {{ group = \"a\" }}\n{after}")
     };
@@ -137,6 +145,21 @@ fn bad_problems() -> Vec<(usize, String)> {
         (69, text("[[support]]\nname = \"a,b\"\non = { group = \"a\" }")),
         (69, format!("[[support]]\nname = \"{}\"\non = {{ group = \"a\" }}", "a".repeat(1001))),
         (70, text("[output]\nreactions = true")),
+        (74, gauge("name = \"\"")),
+        (
+            74,
+            gauge(
+                "name = \"twice\"\npoint = [0,0,0]\ndirection = [1,0,0]\nlength = 1\n[[output.gauge]]\nname = \"twice\"",
+            ),
+        ),
+        (74, gauge(&format!("name = \"{}\"", "a".repeat(1001)))),
+        (75, gauge("name = \"g\"\npoint = [0, nan, 0]")),
+        (76, gauge("name = \"g\"\npoint = [0, 0, 0]\ndirection = [0, 0, 0]")),
+        (77, gauge("name = \"g\"\npoint = [0, 0, 0]\ndirection = [0, 1, 0]\nlength = -0.1")),
+        (77, gauge("name = \"g\"\npoint = [0, 0, 0]\ndirection = [0, 1, 0]\nlength = 1e31")),
+        (78, matrices("[output]\nstress = \"body\"")),
+        (79, text("[output]\nstress_residual = true")),
+        (79, text("[output]\nstress = \"body\"\nresidual = false\nstress_residual = true")),
         (71, text("[base]\nmoves = true")),
         (71, matrices("[base]\nmoves = true")),
         (71, based("", "[[parameter]]\nname = \"a\"\nkind = \"density\"\nrange = [0.5, 2.0]")),
@@ -316,6 +339,17 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         (21, "duration = 1.0\n[base]\nrecord = [[0, 1, 2], [1, 2, 3]]".into()),
         (21, "duration = 1.0\n[base]\nrecord = [[0, 1, 2, 3]]".into()),
         (21, "duration = 1.0\n[base]\nrecord = [[0,0,0,0,1e80,0,0,0,0,0], [1,0,0,0,0,0,0,0,0,0]]".into()),
+        (
+            25,
+            format!(
+                "duration = 1.0\n{}",
+                many.replace("output.probe", "output.stress")
+                    .replace("direction = [0, 0, 1]", "")
+                    .repeat(10_001)
+            ),
+        ),
+        (23, "duration = 1.0\n[[output.stress]]\nname = \"a,b\"\npoint = [0, 0, 0]".into()),
+        (24, "duration = 1.0\n[[output.stress]]\nname = \"a\"\npoint = [0, inf, 0]".into()),
         (22, "duration = 1.0\n[base]\namplitude = inf\nrecord = [[0, 0, 0, 0], [1, 1, 1, 1]]".into()),
     ];
     let rows = refusals(&page("scenario-1.md"));

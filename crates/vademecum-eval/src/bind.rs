@@ -15,7 +15,7 @@ use crate::residual::Residual;
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
-use crate::stress::StressRows;
+use crate::stress_rows::StressRows;
 use crate::supports::Supports;
 use vademecum_format::exact::Propagator;
 use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};

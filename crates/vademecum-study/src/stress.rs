@@ -144,8 +144,7 @@ impl Stresses {
         for (place, value) in self.places.iter().zip(stresses) {
             if let (Some(row), Some(known)) = (rows.get_mut(place.node), von_mises.get_mut(place.node)) {
                 let found = value.von_mises();
-                // A comparison with NaN is false.
-                if !(found <= *known) {
+                if known.is_nan() || found > *known {
                     (*row, *known) = (value.0, found);
                 }
             }

@@ -380,6 +380,13 @@ pub extern "C" fn surface(velocity: u32) -> usize {
     module().ask(|player| Ok(player.surface(field(velocity))? as usize as u32)) as usize
 }
 
+/// Where von Mises' equivalent stress of the surface lies, in the session's precision: the first of three
+/// numbers a node, zero where the file has none; null if refused.
+#[unsafe(no_mangle)]
+pub extern "C" fn equivalent_stress() -> usize {
+    module().ask(|player| Ok(player.equivalent_stress()? as usize as u32)) as usize
+}
+
 /// Leaves displacement (or velocity) of a point of the surface in the exchange buffer.
 #[unsafe(no_mangle)]
 pub extern "C" fn point(a: u32, b: u32, c: u32, wa: f64, wb: f64, velocity: u32) -> u32 {

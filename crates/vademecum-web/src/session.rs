@@ -106,6 +106,12 @@ pub trait Player {
     /// # Errors
     /// [`Refusal::Output`].
     fn surface(&mut self, field: Field) -> Result<*const u8, Refusal>;
+    /// Von Mises' equivalent stress \[Pa\] of the surface, in the first of three numbers a node and zero where
+    /// the file has none, kept until the next call as [`Player::surface`] is.
+    ///
+    /// # Errors
+    /// [`Refusal::Output`].
+    fn equivalent_stress(&mut self) -> Result<*const u8, Refusal>;
     /// Displacement (or velocity) of a point of the surface.
     ///
     /// # Errors
@@ -178,6 +184,22 @@ impl<T: Scalar> Player for Session<'_, T> {
 
     fn surface(&mut self, field: Field) -> Result<*const u8, Refusal> {
         self.scene.surface_into(&self.state, field, self.field)?;
+        Ok(self.field.as_ptr().cast())
+    }
+
+    fn equivalent_stress(&mut self) -> Result<*const u8, Refusal> {
+        self.field.fill(T::ZERO);
+        let nodes = self.field.as_chunks_mut::<3>().0;
+        for index in 0..self.scene.n_stress_points() {
+            let stress = T::from_f64(self.scene.stress(&self.state, index)?.von_mises());
+            let node = self.scene.stress_point(index).map(|point| point.node as usize);
+            // Between two regions the larger one.
+            if let Some([most, ..]) = node.and_then(|node| nodes.get_mut(node))
+                && stress > *most
+            {
+                *most = stress;
+            }
+        }
         Ok(self.field.as_ptr().cast())
     }
 

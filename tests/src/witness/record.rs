@@ -79,8 +79,11 @@ pub fn measure(witness: &Witness, folder: &Path, ask_calculix: bool) -> Found {
     }
 }
 
+/// Displacement and stress of every node.
+type Static = (Vec<[f64; 3]>, Vec<[f64; 6]>);
+
 /// `K⁻¹ f` of a temperature or of the first load pattern, and its stress, at all nodes.
-fn static_answer(prepared: &Prepared, thermal: Option<&Thermal>) -> Option<(Vec<[f64; 3]>, Vec<[f64; 6]>)> {
+fn static_answer(prepared: &Prepared, thermal: Option<&Thermal>) -> Option<Static> {
     let body = &prepared.body;
     let force = match thermal {
         Some(thermal) => thermal.force(&body.model),

@@ -48,7 +48,7 @@ impl Thermal {
 
 /// Gradients of the functions of a quadratic tetrahedron, by the chain rule.
 fn gradients(nodes: &[[f64; 3]; 10], place: [f64; 4]) -> [[f64; 3]; 10] {
-    // By the three coordinates of the reference element; central differences of quadratic functions are exact.
+    // By the coordinates of the reference element; central differences of quadratic functions are exact.
     let slope = |direction: usize| -> [f64; 10] {
         let moved = |by: f64| {
             let mut place = place;

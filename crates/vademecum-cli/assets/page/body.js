@@ -18,10 +18,13 @@ export class Body {
     this.box = boundingBox(this.rest);
     this.size = norm(sub(this.box.high, this.box.low));
     this.displaced = new Float64Array(this.rest.length);
+    this.basis = basis;
     this.held = heldNodes(basis, surfaceNodes, evaluator.counts.modes);
     this.edges = uniqueEdges(triangles);
     Object.assign(this, splitAtCreases(this.rest, triangles, loadTriangles));
     this.bound = boundOfPushes(evaluator, this);
+    /** The largest of Young's moduli [Pa]; 0 of a file without stress. */
+    this.young = Math.max(0, ...(evaluator.section(SECTION.elasticConstants) ?? []).filter((_, i) => i % 2 === 0));
     this.flexible = flexiblePoint(this, evaluator, basis);
   }
 

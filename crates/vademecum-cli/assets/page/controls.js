@@ -5,7 +5,7 @@ import { element, find, range } from "vademecum/elements";
 import { round125 } from "vademecum/body";
 import { Parameters } from "vademecum/parameters";
 
-const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"], b: ["largest error of a push here", ""] };
+const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"], s: ["von Mises stress", "Pa"], b: ["largest error of a push here", ""] };
 
 /** A share in percent. */
 const percent = (x) => `${Number((100 * x).toPrecision(2))} %`;
@@ -50,6 +50,12 @@ export class Controls {
     return 1e-9 * this.player.body.size;
   }
 
+  /** The same of what colours the body. */
+  get colourless() {
+    if (this.stress) return 1e-9 * this.player.body.young;
+    return this.nothing * (this.velocity ? this.firstFrequency() : 1);
+  }
+
   buttons() {
     const { player, renderer } = this;
     const on = (id, act) => find(id).addEventListener("click", act);
@@ -67,6 +73,7 @@ export class Controls {
     }
     find("held").hidden = player.body.loadTriangles === player.body.triangles.length / 3;
     find("color").querySelector('[value="b"]').hidden = !player.body.bound;
+    find("color").querySelector('[value="s"]').hidden = !player.body.young;
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => this.theme(dark.matches));
     this.theme(dark.matches);
@@ -172,7 +179,7 @@ export class Controls {
     const [kind, component] = find("color").value;
     const bound = kind === "b" ? this.player.body.bound : null;
     // −1: the size of the field; −2: places on the ramp, on the loadable surface only.
-    Object.assign(this, { velocity: kind === "v", bound, component: bound ? -2 : component === undefined ? -1 : Number(component) });
+    Object.assign(this, { velocity: kind === "v", stress: kind === "s", bound, component: bound ? -2 : component === undefined ? -1 : Number(component) });
     find("force-out").textContent = short(this.force, "N");
     const speed = this.player.speed;
     find("speed-out").textContent = `${Number(speed.toPrecision(2))} × ${Math.abs(speed - 1) < 0.02 ? "real time" : speed < 1 ? "slow motion" : "fast"}`;
@@ -201,7 +208,7 @@ export class Controls {
     }
     this.largest = largest;
     this.peak = Math.max(largest, this.peak * Math.exp(-seconds / 4));
-    const still = this.peak <= this.nothing * (this.velocity ? this.firstFrequency() : 1);
+    const still = this.peak <= this.colourless;
     find("low").textContent = still ? "at rest" : this.component < 0 ? "0" : short(-this.peak, this.unit);
     find("high").textContent = still ? "" : short(this.peak, this.unit);
     return still ? Infinity : this.peak;

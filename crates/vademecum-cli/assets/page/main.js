@@ -8,6 +8,7 @@ import { find } from "vademecum/elements";
 import { Greeting } from "vademecum/greet";
 import { Hands } from "vademecum/hands";
 import { drawOver, drawnTool } from "vademecum/overlay";
+import { Modes } from "vademecum/modes";
 import { Player } from "vademecum/player";
 import { Recorder } from "vademecum/record";
 import { Renderer } from "vademecum/render";
@@ -42,6 +43,7 @@ async function start() {
   new Hands(find("view"), player, camera, controls);
   const page = { evaluator, body, player, renderer, camera, controls, pace: new Pace(player) };
   page.modes = modes(evaluator);
+  page.shown = new Modes(page, page.modes.map(({ hertz }) => hertz));
   page.share = new Share(camera, viewButtons(camera));
   page.sound = new Sound(player, bytes);
   page.recorder = new Recorder(controls, page.sound);
@@ -63,8 +65,9 @@ async function start() {
 function show(page, seconds) {
   const { evaluator, body, player, renderer, camera, controls, pace } = page;
   const start = performance.now();
+  const mode = page.shown.frame(seconds);
   try {
-    player.advance(seconds);
+    if (!mode) player.advance(seconds);
     page.greeting.frame();
   } catch (error) {
     // Numbers that are not finite any more: say so and stand still, "Rest" begins anew.
@@ -72,20 +75,29 @@ function show(page, seconds) {
     controls.pause(true);
   }
   const size = renderer.resize();
-  const displacement = player.displacement();
-  const field = controls.bound?.field ?? (controls.velocity ? evaluator.surface(true) : displacement);
-  body.displace(displacement, controls.magnification);
+  const displacement = mode?.displacement ?? player.displacement();
+  const field = mode?.field ?? controls.bound?.field ?? shown(evaluator, controls, displacement);
+  const magnification = mode ? 1 : controls.magnification;
+  body.displace(displacement, magnification);
   camera.follow(body.drawn, seconds);
   camera.update(...size);
   renderer.fill(displacement, field);
-  const { magnification, component, dark } = controls;
+  const { dark } = controls;
+  const component = mode ? -1 : controls.component;
   const tool = player.tool && drawnTool(player, magnification);
-  renderer.draw(camera, { magnification, component, dark, tool, scale: controls.scale(field, seconds) });
+  renderer.draw(camera, { magnification, component, dark, tool, scale: mode ? 1 : controls.scale(field, seconds) });
   drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
   page.recorder.frame();
   signals(page);
-  controls.warn(controls.component === -1 && !controls.velocity ? controls.largest : largest(displacement));
+  const own = controls.component === -1 && !controls.velocity && !controls.stress;
+  controls.warn(mode ? 0 : own ? controls.largest : largest(displacement));
   pace.frame(seconds, (performance.now() - start) / 1000, (figures) => controls.pace(figures));
+}
+
+/** The field that colours the body. */
+function shown(evaluator, { velocity, stress }, displacement) {
+  if (stress) return evaluator.equivalentStress();
+  return velocity ? evaluator.surface(true) : displacement;
 }
 
 function largest(field) {
@@ -160,6 +172,8 @@ function offer(page) {
     pause: (paused = true) => controls.pause(paused),
     greeting: page.greeting,
     sound: page.sound,
+    /** Natural modes as pictures: `shown.show(k)`. */
+    shown: page.shown,
     recorder: page.recorder,
     camera,
     controls,

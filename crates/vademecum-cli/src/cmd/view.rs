@@ -38,7 +38,7 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 21] = modules!(
+const MODULES: [(&str, &str); 22] = modules!(
     "body",
     "camera",
     "chart",
@@ -49,6 +49,7 @@ const MODULES: [(&str, &str); 21] = modules!(
     "greet",
     "hands",
     "main",
+    "modes",
     "overlay",
     "parameters",
     "player",
