@@ -23,10 +23,10 @@ impl<T: Scalar> Loads<'_, T> {
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// use vademecum_eval::{BaseMotion, Field, Simulation};
+    /// use vademecum_eval::{BaseMotion, Field, SceneOptions, Simulation};
     /// # let bytes: &'static [u8] =
     /// #     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/base.vdm"));
-    /// let mut body = Simulation::<f64>::new(bytes.into())?;
+    /// let mut body = Simulation::<f64>::new(bytes, &SceneOptions::default())?;
     /// let shaken = BaseMotion { acceleration: [0.0, 0.0, 2.0], ..BaseMotion::default() };
     /// body.push_base(shaken)?; // Loads::add_base
     /// body.step(1)?;

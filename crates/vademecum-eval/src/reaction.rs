@@ -61,10 +61,10 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// use vademecum_eval::Simulation;
+    /// use vademecum_eval::{SceneOptions, Simulation};
     /// # let bytes: &'static [u8] =
     /// #     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/reactions.vdm"));
-    /// let mut body = Simulation::<f64>::new(bytes.into())?;
+    /// let mut body = Simulation::<f64>::new(bytes, &SceneOptions::default())?;
     /// body.push_pattern(0, 1.0)?;
     /// body.step(1)?;
     /// let reaction = body.reaction(0)?;
