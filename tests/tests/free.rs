@@ -421,10 +421,11 @@ fn the_frequency_response_is_that_of_the_elastic_motion_at_full_order() {
     assert_eq!(program(folder.path(), "rod.toml", text, &["build", "-o", &file]).code, Some(0));
     let problem = folder.path().join("rod.toml").display().to_string();
     let ends = ["--in", "1.0,0.0125,0.02,z", "--out", "0.0,0.0125,0.02,z", "--out", "1.0,0.0125,0.02,z"];
-    // Up to half the highest mode of the file.
+    // Up to a third of the highest mode of the file: what the constant residual misses is of the order of
+    // the square of that, for a file of so few modes.
     let modes = vademecum(&["modes", &problem, "--json"]).json();
     let highest = modes["frequencies_hz"][11].as_f64().expect("twelve modes");
-    let span = format!("0.5,{}", 0.5 * highest);
+    let span = format!("0.5,{}", highest / 3.0);
     let range = ["--range", &span, "--problem", &problem, "--compare", "20", "--json"];
     let ran = vademecum(&[&["frf", file.as_str()][..], &ends[..], &range[..]].concat()).json();
     let worst = ran["compared"]["worst"].as_f64().expect("a comparison");

@@ -96,6 +96,7 @@ fn folder() -> tempfile::TempDir {
         ("golden/canonical.vdm", "canonical.vdm"),
         ("golden/parameters.vdm", "parameters.vdm"),
         ("golden/free.vdm", "free.vdm"),
+        ("golden/reactions.vdm", "reactions.vdm"),
         ("golden/separation.vdm", "separation.vdm"),
     ] {
         let from = repository().join("fixtures").join(from);
@@ -124,6 +125,7 @@ fn every_command_prints_the_keys_of_its_page() {
             "info beam.vdm --json",
             "info canonical.vdm --json",
             "info free.vdm --json",
+            "info reactions.vdm --json",
             "info live.vdm --json --terms-for 1e-2",
             "info parameters.vdm --json",
             "info separation.vdm --json",
