@@ -103,6 +103,10 @@ fn folder() -> tempfile::TempDir {
         std::fs::copy(&from, folder.path().join(to)).unwrap_or_else(|e| panic!("{}: {e}", from.display()));
     }
     std::fs::write(folder.path().join("live.toml"), LIVE).expect("written");
+    let beam = folder.path().join("beam.toml");
+    let text = std::fs::read_to_string(&beam).expect("a problem");
+    let output = "[output]\nstress = { group = \"x_min\" }\n[[output.probe]]";
+    std::fs::write(&beam, text.replacen("[[output.probe]]", output, 1)).expect("written");
     folder
 }
 
