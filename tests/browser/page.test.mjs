@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { once } from "node:events";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { browser, EXACT, EXPORTED, moveSlider, open, pixel, state, TIP, VADEMECUM, WORK } from "./browser.mjs";
 
@@ -424,6 +424,34 @@ test("the report of exact steps says so, and its figures are of the exact motion
   assert.equal(ends.length, 3);
   assert.ok(Math.abs(ends[2] / (100 * bound.worst) - 1) < 0.05 && ends[0] < ends[1] && ends[1] < ends[2], `${ends}, ${bound.worst}`);
   await context.close();
+});
+
+test("the surface is coloured by von Mises' stress, that of `vademecum run`", async () => {
+  const scenario = `${WORK}/stress.toml`;
+  writeFileSync(scenario, `${readFileSync("tests/browser/push.toml", "utf8")}\n[output]\nstress_every = 40\n`);
+  execFileSync(VADEMECUM, ["--quiet", "run", `${WORK}/exact.vdm`, "--scenario", scenario, "-o", `${WORK}/run-stress`]);
+  const lines = readFileSync(`${WORK}/run-stress/stress.csv`, "utf8").trim().split("\n").slice(1).map((line) => line.split(",").map(Number));
+  const expected = Math.max(...lines.filter(([time]) => Math.abs(time - 0.04) < 1e-9).map((line) => line.at(-1)));
+  const { page, heard, context } = await open(EXACT);
+  const found = await page.evaluate((point) => {
+    const v = window.vademecum;
+    v.pause();
+    v.rest();
+    v.press(point, [0, 3, -20]);
+    v.step(40);
+    const field = v.player.evaluator.equivalentStress();
+    return Math.max(...field.filter((_, i) => i % 3 === 0));
+  }, TIP);
+  assert.ok(expected > 1e4 && Math.abs(found / expected - 1) < 1e-8, `${found}, ${expected}`);
+  await page.locator("#color").selectOption("s");
+  assert.equal(await page.locator("#quantity").textContent(), "von Mises stress");
+  await page.waitForFunction(() => document.getElementById("high").textContent.endsWith("Pa"));
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+  // A file without stress does not offer it.
+  const other = await open(EXPORTED);
+  assert.equal(await other.page.locator('#color [value="s"]').getAttribute("hidden"), "");
+  await other.context.close();
 });
 
 test("the surface is coloured by the bound the file keeps, with a legend in percent", async () => {
