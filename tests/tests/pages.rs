@@ -148,8 +148,9 @@ fn bad_problems() -> Vec<(usize, String)> {
         (74, gauge("name = \"\"")),
         (
             74,
-            gauge(
-                "name = \"twice\"\npoint = [0,0,0]\ndirection = [1,0,0]\nlength = 1\n[[output.gauge]]\nname = \"twice\"",
+            format!(
+                "{}[[output.probe]]\nname = \"twice\"\npoint = [0, 0, 0]\ndirection = [1, 0, 0]\n",
+                gauge("name = \"twice\"")
             ),
         ),
         (74, gauge(&format!("name = \"{}\"", "a".repeat(1001)))),

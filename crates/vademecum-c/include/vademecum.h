@@ -837,6 +837,46 @@ enum VdmStatus vdm_static_body_f64(struct VdmBody *body, int32_t field, double *
 enum VdmStatus vdm_reaction(struct VdmBody *body, uint32_t support, double *out);
 
 /*
+ How many points the file knows the stress of; 0 for null.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+uint32_t vdm_stress_points(struct VdmBody *body);
+
+/*
+ Node and region of such a point, two numbers into `out`.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to two numbers.
+ */
+enum VdmStatus vdm_stress_point(struct VdmBody *body, uint32_t point, uint32_t *out);
+
+/*
+ Stress in Pa at such a point, six numbers into `out`: xx, yy, zz, xy, yz, zx.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to six numbers.
+ */
+enum VdmStatus vdm_stress(struct VdmBody *body, uint32_t point, double *out);
+
+/*
+ Strain at such a point, in the same order, with the shear strains of the tensor.
+
+ # Safety
+ As for [`vdm_stress`].
+ */
+enum VdmStatus vdm_strain(struct VdmBody *body, uint32_t point, double *out);
+
+/*
+ Von Mises' equivalent stress in Pa of six numbers of [`vdm_stress`]; not a number for null.
+
+ # Safety
+ `stress` is null or points to six numbers.
+ */
+double vdm_von_mises(const double *stress);
+
+/*
  The place that is a loadable node; no search.
 
  # Safety

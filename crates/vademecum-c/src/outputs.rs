@@ -90,6 +90,25 @@ impl Body {
         self.answer(found.map(|found| *out = found.total()), VdmStatus::VDM_OUTPUT)
     }
 
+    pub fn stress_points(&mut self) -> u32 {
+        moved!(self.march, m => m.scene.n_stress_points()) as u32
+    }
+
+    pub fn stress_point(&mut self, point: u32) -> Option<[u32; 2]> {
+        let found = moved!(self.march, m => m.scene.stress_point(point as usize));
+        found.map(|found| [found.node, found.region])
+    }
+
+    pub fn stress(&mut self, point: u32, out: &mut [f64; 6]) -> VdmStatus {
+        let found = moved!(self.march, m => m.scene.stress(&m.state, point as usize));
+        self.answer(found.map(|found| *out = found.0), VdmStatus::VDM_OUTPUT)
+    }
+
+    pub fn strain(&mut self, point: u32, out: &mut [f64; 6]) -> VdmStatus {
+        let found = moved!(self.march, m => m.scene.strain(&m.state, point as usize));
+        self.answer(found.map(|found| *out = found.0), VdmStatus::VDM_OUTPUT)
+    }
+
     pub fn energy_at_rest(&mut self) -> f64 {
         moved!(self.march, m => m.scene.energy_at_rest())
     }

@@ -105,6 +105,20 @@ static void loads(struct VdmOptions options) {
         CHECK(vdm_add_pattern_staged(body, b.needs.patterns, at) == VDM_LOAD);
         printf("patterns\n");
     }
+    if (vdm_stress_points(body) > 0) {
+        uint32_t where[2] = {99, 99};
+        double stress[6], strain[6];
+        CHECK(vdm_rest(body) == VDM_OK && vdm_clear_loads(body) == VDM_OK);
+        CHECK(vdm_add_contact(body, &place, held) == VDM_OK && vdm_step(body, 1) == VDM_OK);
+        CHECK(vdm_stress_point(body, 0, where) == VDM_OK && where[0] < 99 && where[1] < 99);
+        CHECK(vdm_stress(body, 0, stress) == VDM_OK && vdm_von_mises(stress) > 0);
+        CHECK(vdm_strain(body, 0, strain) == VDM_OK && strain[3] * stress[3] > 0);
+        CHECK(vdm_stress(body, vdm_stress_points(body), stress) == VDM_OUTPUT);
+        CHECK(vdm_stress(NULL, 0, stress) == VDM_ARGUMENT && vdm_strain(body, 0, NULL) == VDM_ARGUMENT);
+        CHECK(vdm_stress_points(NULL) == 0 && vdm_stress_point(body, 1u << 20, where) == VDM_ARGUMENT);
+        CHECK(vdm_von_mises(NULL) != vdm_von_mises(NULL));
+        printf("stress\n");
+    }
     if (vdm_find(body, VDM_SUPPORTS, "left") == 0) {
         double exerted[6] = {0, 0, 0, 0, 0, 0};
         CHECK(vdm_rest(body) == VDM_OK && vdm_clear_loads(body) == VDM_OK);

@@ -22,6 +22,7 @@ use crate::rows::Field;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
+use crate::stress::Tensor;
 use crate::surface::{Surface, SurfacePoint};
 use crate::tree::SurfaceTree;
 use vademecum_format::{BaseMotion, File, FormatError};
@@ -416,6 +417,22 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`OutputError`].
     pub fn reaction(&self, support: usize) -> Result<Reaction, OutputError> {
         self.scene.reaction(&self.state, support)
+    }
+
+    /// Stress at a point of the file, as [`Scene::stress`].
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn stress(&self, point: usize) -> Result<Tensor, OutputError> {
+        self.scene.stress(&self.state, point)
+    }
+
+    /// Strain at a point of the file, as [`Scene::strain`].
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn strain(&self, point: usize) -> Result<Tensor, OutputError> {
+        self.scene.strain(&self.state, point)
     }
 
     /// The whole surface, as [`Scene::surface_into`].

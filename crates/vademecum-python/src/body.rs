@@ -5,7 +5,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use vademecum_eval::{
     BaseMotion, BindError, Contact, Field, LoadError, OutputError, Scalar, SceneOptions, Simulation, Status,
-    StepError, Structure, SurfacePoint,
+    StepError, StressPoint, Structure, SurfacePoint, Tensor,
 };
 use vademecum_format::Metadata;
 
@@ -39,6 +39,9 @@ pub trait Body: Send {
     fn node(&self, node: usize, field: Field) -> Result<[f64; 3], OutputError>;
     fn energy(&self) -> Result<f64, OutputError>;
     fn reaction(&self, support: usize) -> Result<[f64; 6], OutputError>;
+    fn stress_points(&self) -> Vec<StressPoint>;
+    fn stress(&self, point: usize) -> Result<Tensor, OutputError>;
+    fn strain(&self, point: usize) -> Result<Tensor, OutputError>;
     fn compliance(&self, contacts: &[Contact]) -> Result<Vec<f64>, LoadError>;
     fn free_motion(&self, contacts: &[Contact]) -> Result<Vec<f64>, StepError>;
     fn place(&mut self, zeta: &[f64], zeta_dot: &[f64]) -> Result<(), StepError>;
@@ -126,6 +129,18 @@ impl<T: Number> Body for Simulation<T> {
 
     fn reaction(&self, support: usize) -> Result<[f64; 6], OutputError> {
         Ok(Self::reaction(self, support)?.total())
+    }
+
+    fn stress_points(&self) -> Vec<StressPoint> {
+        (0..self.scene().n_stress_points()).filter_map(|point| self.scene().stress_point(point)).collect()
+    }
+
+    fn stress(&self, point: usize) -> Result<Tensor, OutputError> {
+        Self::stress(self, point)
+    }
+
+    fn strain(&self, point: usize) -> Result<Tensor, OutputError> {
+        Self::strain(self, point)
     }
 
     fn compliance(&self, contacts: &[Contact]) -> Result<Vec<f64>, LoadError> {

@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vademecum_eval::{BaseMotion, Contact, Field, SceneOptions, Status, StepError, Structure, SurfacePoint};
+use vademecum_eval::{
+    BaseMotion, Contact, Field, OutputError, SceneOptions, Status, StepError, Structure, SurfacePoint, Tensor,
+};
 use vademecum_study::parameters;
 
 use crate::arrays::{filled, owned};
@@ -42,6 +44,19 @@ impl PyScene {
     /// The body, unless another thread has it. Waiting here could wait for ever: this thread holds Python.
     fn body(&self) -> PyResult<MutexGuard<'_, Box<dyn Body>>> {
         self.body.try_lock().map_err(|_| busy("scene"))
+    }
+
+    /// A stress or a strain at each point of the file, shape (points, 6).
+    fn tensors<'py>(
+        &self,
+        py: Python<'py>,
+        at: impl Fn(&dyn Body, usize) -> Result<Tensor, OutputError>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let body = self.body()?;
+        let count = body.stress_points().len();
+        let values = (0..count).map(|point| Ok(at(&**body, point)?.0));
+        let values = values.collect::<Result<Vec<[f64; 6]>, _>>().map_err(of_output)?;
+        owned(py, values.into_flattened(), &[count, 6])
     }
 
     /// Runs `work` for so many steps in pieces, without Python, and lets Python's signals in between.
@@ -337,6 +352,29 @@ impl PyScene {
         let index = index("support", &self.supports, name)?;
         let exerted = self.body()?.reaction(index).map_err(of_output)?;
         owned(py, exerted.to_vec(), &[6])
+    }
+
+    #[getter]
+    fn stress_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let points = self.body()?.stress_points();
+        let numbers: Vec<u32> = points.iter().flat_map(|point| [point.node, point.region]).collect();
+        owned(py, numbers, &[points.len(), 2])
+    }
+
+    fn stress<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.tensors(py, |body, point| body.stress(point))
+    }
+
+    fn strain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.tensors(py, |body, point| body.strain(point))
+    }
+
+    fn von_mises<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let body = self.body()?;
+        let all = (0..body.stress_points().len()).map(|point| Ok(body.stress(point)?.von_mises()));
+        let values = all.collect::<Result<Vec<f64>, _>>().map_err(of_output)?;
+        let count = values.len();
+        owned(py, values, &[count])
     }
 
     #[getter]

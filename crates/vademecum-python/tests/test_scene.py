@@ -291,3 +291,23 @@ def test_reactions_hold_the_weight_and_a_base_adds_to_it():
     assert scene.reaction("wall")[2] == pytest.approx(24.0 * 9.81, rel=1e-6)
     with pytest.raises(KeyError, match="wall"):
         scene.reaction("wal")
+
+
+def test_stress_bends_with_the_weight_and_strains_follow_it():
+    problem = {**BEAM, "output": {**BEAM["output"], "stress": {"group": "x_min"}}, "damping": {"ratio": 1.0}}
+    scene = vademecum.build(problem).scene()
+    points = scene.stress_points
+    assert points.shape[1] == 2 and len(points) > 4 and not points[:, 1].any()
+    scene.pattern("gravity")
+    scene.step(2000)
+    stress, strain, equivalent = scene.stress(), scene.strain(), scene.von_mises()
+    assert stress.shape == strain.shape == (len(points), 6) and equivalent.shape == (len(points),)
+    # The weight pulls the upper side and presses the lower one.
+    assert stress[:, 0].max() > 0 > stress[:, 0].min()
+    xx, yy, zz, xy, yz, zx = stress.T
+    squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2 + 6 * (xy**2 + yz**2 + zx**2)
+    assert equivalent == pytest.approx(np.sqrt(squares / 2), rel=1e-12)
+    material = problem["material"][0]
+    young, poisson = material["young"], material["poisson"]
+    assert strain[:, 0] == pytest.approx((xx - poisson * (yy + zz)) / young, rel=1e-9, abs=1e-15)
+    assert strain[:, 3] == pytest.approx((1 + poisson) * xy / young, rel=1e-9, abs=1e-15)

@@ -67,11 +67,16 @@ pub struct Scenario {
     /// How a free body is thrown; absent: its elastic motion alone is played, in the body.
     pub free: Option<FreeEntry>,
     /// How the base moves.
-    #[serde(skip_serializing)]
+    #[serde(skip_serializing_if = "is_among_patterns")]
     pub base: Option<BaseEntry>,
     /// What `run` writes.
     #[serde(default)]
     pub output: OutputPlan,
+}
+
+/// Once a scenario is read, the motions of its base are patterns, and need not be written twice.
+fn is_among_patterns(_: &Option<BaseEntry>) -> bool {
+    true
 }
 
 /// How a free body starts, and how gravity pulls it.
@@ -133,7 +138,7 @@ pub struct ContactEntry {
 }
 
 /// A motion of the base that was recorded.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BaseEntry {
     /// Rows `time,ax,ay,az` in m/s², or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz` with angular velocities

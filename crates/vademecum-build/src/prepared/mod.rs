@@ -138,7 +138,6 @@ pub fn prepare_within(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
-    problem.check_free()?;
     let (scheme, exact) = match problem.scheme() {
         SchemeKind::Exact {} => (bathe(), true),
         kind => (kind.table()?, false),
@@ -156,6 +155,7 @@ pub fn prepare_within(
         let mesh = watch.stage("read mesh", || read_mesh(problem))?;
         size::check_mesh(&mesh, memory)?;
         mesh.notes.iter().for_each(|note| listener.note(note));
+        problem.check_free()?;
         note_locking(problem, &mesh, listener);
         let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
         (watch.stage("assemble", || Body::build(problem, mesh))?, space)

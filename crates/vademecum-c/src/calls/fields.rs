@@ -190,3 +190,67 @@ pub unsafe extern "C" fn vdm_reaction(body: *mut VdmBody, support: u32, out: *mu
         _ => VdmStatus::VDM_ARGUMENT,
     }
 }
+
+/// How many points the file knows the stress of; 0 for null.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_stress_points(body: *mut VdmBody) -> u32 {
+    // SAFETY: as the caller promises.
+    unsafe { Body::of_mut(body) }.map_or(0, Body::stress_points)
+}
+
+/// Node and region of such a point, two numbers into `out`.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to two numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_stress_point(body: *mut VdmBody, point: u32, out: *mut u32) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    let (body, out) = unsafe { (Body::of_mut(body), out.cast::<[u32; 2]>().as_mut()) };
+    match (body.and_then(|body| body.stress_point(point)), out) {
+        (Some(found), Some(out)) => {
+            *out = found;
+            VdmStatus::VDM_OK
+        }
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// Stress in Pa at such a point, six numbers into `out`: xx, yy, zz, xy, yz, zx.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to six numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_stress(body: *mut VdmBody, point: u32, out: *mut f64) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Body::of_mut(body), out.cast::<[f64; 6]>().as_mut()) } {
+        (Some(body), Some(out)) => body.stress(point, out),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// Strain at such a point, in the same order, with the shear strains of the tensor.
+///
+/// # Safety
+/// As for [`vdm_stress`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_strain(body: *mut VdmBody, point: u32, out: *mut f64) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Body::of_mut(body), out.cast::<[f64; 6]>().as_mut()) } {
+        (Some(body), Some(out)) => body.strain(point, out),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
+/// Von Mises' equivalent stress in Pa of six numbers of [`vdm_stress`]; not a number for null.
+///
+/// # Safety
+/// `stress` is null or points to six numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_von_mises(stress: *const f64) -> f64 {
+    // SAFETY: as the caller promises.
+    let stress = unsafe { stress.cast::<[f64; 6]>().as_ref() };
+    stress.map_or(f64::NAN, |stress| vademecum_eval::Tensor(*stress).von_mises())
+}

@@ -83,9 +83,9 @@ class Scene:
         """Adds a load pattern of the file, times an amplitude. It stays until `clear`."""
     def base(
         self,
-        acceleration: _Vector = (0.0, 0.0, 0.0),
-        angular_velocity: _Vector = (0.0, 0.0, 0.0),
-        angular_acceleration: _Vector = (0.0, 0.0, 0.0),
+        acceleration: _Vector = ...,
+        angular_velocity: _Vector = ...,
+        angular_acceleration: _Vector = ...,
     ) -> None:
         """Adds the inertia of a base that moves so, in its own axes. It stays until `clear`."""
     def clear(self) -> None:
@@ -116,6 +116,15 @@ class Scene:
         """All nodes, shape (nodes, 3), in the precision of the scene."""
     def reaction(self, name: str) -> NDArray[np.float64]:
         """Force [N] and moment [N m] that a support exerts on the body, six numbers."""
+    @property
+    def stress_points(self) -> NDArray[np.uint32]:
+        """Where the file has a stress: node of the file and region of the mesh, shape (points, 2)."""
+    def stress(self) -> NDArray[np.float64]:
+        """Stress [Pa] at these points: xx, yy, zz, xy, yz, zx, shape (points, 6)."""
+    def strain(self) -> NDArray[np.float64]:
+        """Strain at these points, with the shear strains of the tensor, shape (points, 6)."""
+    def von_mises(self) -> NDArray[np.float64]:
+        """Von Mises' equivalent stress [Pa] at these points."""
     @property
     def energy(self) -> float:
         """Kinetic and elastic energy [J]."""
