@@ -16,7 +16,7 @@ use vademecum_eval::{
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::{Fault, Keep, RewriteError, check, pack, strip};
 use vademecum_tests::golden;
-use vademecum_tests::program::{Ran, vademecum};
+use vademecum_tests::program::{Ran, repository, vademecum};
 use vademecum_tests::synthetic::rewritten;
 
 /// A rod along x of a material that does not contract, so that the theory of rods is exact but for its
@@ -461,4 +461,18 @@ fn what_a_free_body_cannot_have_is_refused_by_name() {
     let run =
         ["run", &held.display().to_string(), "--scenario", &scenario.display().to_string(), "-o", &file];
     vademecum(&run).fails(7, &["`[free]`", "a body with supports"]);
+}
+
+#[test]
+fn the_free_plate_of_nafems() {
+    let problem = repository().join("fixtures/problems/free-plate.toml").display().to_string();
+    let told = vademecum(&["modes", &problem, "--count", "6", "--json"]).json();
+    assert_eq!(told["rigid_motions"], 6);
+    let found = told["frequencies_hz"].as_array().expect("frequencies").iter();
+    let found: Vec<f64> = found.map(|hertz| hertz.as_f64().expect("a frequency")).collect();
+    // FV12 of the benchmarks, closed form of a thin plate; the fourth and the fifth are of one frequency.
+    for (found, expected) in found.iter().zip([1.622, 2.360, 2.922, 4.233, 4.233, 7.416]) {
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} Hz, {expected} Hz");
+    }
+    assert_eq!(found.len(), 6);
 }
