@@ -289,7 +289,7 @@ def test_reactions_hold_the_weight_and_a_base_adds_to_it():
     scene.base(acceleration=(0.0, 0.0, 9.81))
     scene.step(2000)
     assert scene.reaction("wall")[2] == pytest.approx(24.0 * 9.81, rel=1e-6)
-    with pytest.raises(KeyError, match="wall"):
+    with pytest.raises(ValueError, match="did you mean `wall`"):
         scene.reaction("wal")
 
 

@@ -31,6 +31,7 @@ from ._data import (
     Axis,
     Bound,
     Certificate,
+    FreeBody,
     Info,
     NaturalModes,
     Parameter,
@@ -48,7 +49,7 @@ from ._native import Batch, Scene, SurfacePoint
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "Info", "InputError", "MachineError",
+    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "FreeBody", "Info", "InputError", "MachineError",
     "MeshError", "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Played", "Scene",
     "Section", "Soundness", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Vademecum", "Verification", "build",
     "from_bytes", "modes", "open", "run", "verify",

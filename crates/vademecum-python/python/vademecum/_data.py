@@ -124,6 +124,16 @@ class Section:
 
 
 @dataclass(frozen=True)
+class FreeBody:
+    """A body without supports, in the coordinates of the file: mass in kg, centre in m, moments of inertia in kg m²."""
+
+    mass: float
+    centre: tuple[float, float, float]
+    principal_moments: tuple[float, float, float]
+    principal_axes: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
 class Support:
     """A support whose reaction a file gives; moments are about the point, in m."""
 
@@ -161,6 +171,7 @@ class Info:
     certificate: Certificate
     sections: tuple[Section, ...]
     problem: str
+    free_body: Optional[FreeBody] = None
 
     @property
     def precision(self) -> str:
