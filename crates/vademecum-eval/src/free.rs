@@ -11,7 +11,7 @@ use crate::contact::Contact;
 use crate::error::{LoadError, OutputError, StepError};
 use crate::loads::Loads;
 use crate::options::Status;
-use crate::rigid::{RigidBody, RigidMotion, add};
+use crate::rigid::{RigidBody, RigidMotion, add, first_pattern};
 use crate::rows::Field;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
@@ -248,6 +248,13 @@ impl<T: Scalar> Scene<'_, T> {
         Some(body.at_density(self.parameters.density))
     }
 
+    /// The first pattern of the angular velocity. Every step asks, so the principal axes are not looked for.
+    fn first_spin_pattern(&self) -> Option<usize> {
+        let (own, _) = self.sections.rigid_body?.split_first_chunk::<11>()?;
+        let [.., first] = own.map(f64::from_le_bytes);
+        first_pattern(first, self.metadata.n_patterns)
+    }
+
     /// Force and moment of a pattern about the centre of a free body, in the body.
     fn wrench(&self, pattern: usize) -> Option<[f64; 6]> {
         let start = pattern.checked_mul(6)?.checked_add(11)?;
@@ -271,7 +278,7 @@ impl<T: Scalar> Loads<'_, T> {
         after: [f64; 3],
     ) -> Result<(), LoadError> {
         let kind = SectionKind::RigidBody;
-        let first = scene.rigid_body().ok_or(LoadError::Missing { kind })?.first_pattern;
+        let first = scene.first_spin_pattern().ok_or(LoadError::Missing { kind })?;
         let density = scene.parameters.density;
         let products = |[x, y, z]: [f64; 3]| [x * x, y * y, z * z, x * y, y * z, z * x];
         for (k, (before, after)) in products(before).into_iter().zip(products(after)).enumerate() {

@@ -57,9 +57,8 @@ impl RigidBody {
         let centre = [x, y, z];
         let sound = |x: f64| x > 0.0 && x.is_finite();
         let finite = centre.iter().chain(axes.as_flattened()).all(|x| x.is_finite());
-        let patterns = first >= 0.0 && first + 6.0 <= f64::from(n_patterns) && libm::floor(first) == first;
-        let body = Self { mass, centre, moments, axes, first_pattern: first as usize };
-        (sound(mass) && moments.into_iter().all(sound) && finite && patterns).then_some(body)
+        let body = Self { mass, centre, moments, axes, first_pattern: first_pattern(first, n_patterns)? };
+        (sound(mass) && moments.into_iter().all(sound) && finite).then_some(body)
     }
 
     /// The same body at so many times its density.
@@ -109,6 +108,12 @@ impl RigidBody {
             }
         }
     }
+}
+
+/// The number of the first of six patterns, if the file has them.
+pub(crate) fn first_pattern(number: f64, n_patterns: u32) -> Option<usize> {
+    let there = number >= 0.0 && number + 6.0 <= f64::from(n_patterns) && libm::floor(number) == number;
+    there.then_some(number as usize)
 }
 
 impl RigidMotion {
