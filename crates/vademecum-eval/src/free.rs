@@ -11,14 +11,14 @@ use crate::contact::Contact;
 use crate::error::{LoadError, OutputError, StepError};
 use crate::loads::Loads;
 use crate::options::Status;
-use crate::rigid::{RigidBody, RigidMotion, add, first_pattern};
+use crate::rigid::{RigidBody, RigidMotion, first_pattern};
 use crate::rows::Field;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
-use crate::surface::{SurfacePoint, cross, minus};
-use vademecum_format::SectionKind;
+use crate::surface::{SurfacePoint, add, cross, minus};
 use vademecum_format::scheme::MAX_STAGES;
+use vademecum_format::{BaseMotion, SectionKind};
 
 /// The rigid motion of a scene's body, and what pushes it in the coming step.
 ///
@@ -280,7 +280,11 @@ impl<T: Scalar> Loads<'_, T> {
         let kind = SectionKind::RigidBody;
         let first = scene.first_spin_pattern().ok_or(LoadError::Missing { kind })?;
         let density = scene.parameters.density;
-        let products = |[x, y, z]: [f64; 3]| [x * x, y * y, z * z, x * y, y * z, z * x];
+        let products = |angular_velocity| {
+            let [.., xx, yy, zz, xy, yz, zx] =
+                BaseMotion { angular_velocity, ..BaseMotion::default() }.amplitudes();
+            [xx, yy, zz, xy, yz, zx]
+        };
         for (k, (before, after)) in products(before).into_iter().zip(products(after)).enumerate() {
             if before == 0.0 && after == 0.0 {
                 continue;

@@ -163,6 +163,7 @@ mod loads;
 mod mmap;
 mod modal;
 mod options;
+mod principal;
 mod quantised;
 mod reaction;
 mod reconstruct;

@@ -7,11 +7,9 @@
 //! kept in memory, so free flight does not change a bit of them. The whole is symplectic and of second order,
 //! its energy stays near where it was, and it solves nothing.
 
-use crate::surface::{cross, dot, minus};
+use crate::principal::{UNITS, principal};
+use crate::surface::{add, cross, dot, minus};
 use vademecum_format::{File, SectionKind};
-
-/// Sweeps of the search for principal axes; three are enough for rounding.
-const SWEEPS: usize = 8;
 
 /// Mass, centre and moments of inertia of a free body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -219,13 +217,6 @@ impl RigidMotion {
     }
 }
 
-const UNITS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// `a + s b`.
-pub(crate) fn add([a, b, c]: [f64; 3], s: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [a + s * x, b + s * y, c + s * z]
-}
-
 /// `q d q*` for a quaternion of length one.
 fn turned([w, x, y, z]: [f64; 4], direction: [f64; 3]) -> [f64; 3] {
     let axis = [x, y, z];
@@ -241,36 +232,6 @@ fn product([w, x, y, z]: [f64; 4], [v, a, b, c]: [f64; 4]) -> [f64; 4] {
         w * b - x * c + y * v + z * a,
         w * c + x * b - y * a + z * v,
     ]
-}
-
-/// Eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's turns.
-fn principal(matrix: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
-    let image = |v: [f64; 3]| matrix.map(|row| dot(row, v));
-    let mut axes = UNITS;
-    for _ in 0..SWEEPS {
-        let [mut a, mut b, mut c] = axes;
-        (a, b) = apart(image, a, b);
-        (b, c) = apart(image, b, c);
-        (c, a) = apart(image, c, a);
-        axes = [a, b, c];
-    }
-    (axes.map(|axis| dot(axis, image(axis))), axes)
-}
-
-/// Two directions turned in their plane, so that the matrix does not couple them.
-fn apart(image: impl Fn([f64; 3]) -> [f64; 3], a: [f64; 3], b: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-    let (of_a, of_b) = (image(a), image(b));
-    let coupling = dot(a, of_b);
-    let difference = dot(b, of_b) - dot(a, of_a);
-    if coupling == 0.0 {
-        return (a, b);
-    }
-    let ratio = 0.5 * difference / coupling;
-    let root = libm::sqrt(1.0 + ratio * ratio);
-    let tangent = if ratio < 0.0 { -1.0 / (root - ratio) } else { 1.0 / (root + ratio) };
-    let cosine = 1.0 / libm::sqrt(1.0 + tangent * tangent);
-    let sine = tangent * cosine;
-    (add(a.map(|x| cosine * x), -sine, b), add(b.map(|x| cosine * x), sine, a))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! grows.
 
 use crate::error::OutputError;
+use crate::principal::principal;
 use crate::rows::{Field, factors};
 use crate::scalar::Scalar;
 use crate::scene::Scene;
@@ -51,15 +52,8 @@ impl Tensor {
     /// ```
     #[must_use]
     pub fn principal(&self) -> [f64; 3] {
-        /// Rotations a 3×3 matrix needs: convergence is quadratic after the first few.
-        const SWEEPS: usize = 8;
-        let [mut xx, mut yy, mut zz, mut xy, mut yz, mut zx] = self.0;
-        for _ in 0..SWEEPS {
-            rotate(&mut xx, &mut yy, &mut xy, &mut zx, &mut yz);
-            rotate(&mut yy, &mut zz, &mut yz, &mut xy, &mut zx);
-            rotate(&mut zz, &mut xx, &mut zx, &mut yz, &mut xy);
-        }
-        let [a, b, c] = [xx, yy, zz];
+        let [xx, yy, zz, xy, yz, zx] = self.0;
+        let ([a, b, c], _) = principal([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]);
         let (most, least) = (a.max(b).max(c), a.min(b).min(c));
         let middle = a.min(b).max(a.max(b).min(c));
         [most, middle, least]
@@ -71,25 +65,6 @@ impl Tensor {
         let [most, _, least] = self.principal();
         if most >= -least { most } else { least }
     }
-}
-
-/// Turns the first two axes so that `pq` vanishes; `p_r` and `q_r` are what they share with the third.
-fn rotate(p: &mut f64, q: &mut f64, pq: &mut f64, p_r: &mut f64, q_r: &mut f64) {
-    let off = *pq;
-    if off == 0.0 {
-        return;
-    }
-    let theta = 0.5 * (*q - *p) / off;
-    let t = if theta.is_finite() {
-        let size = 1.0 / (libm::fabs(theta) + libm::hypot(theta, 1.0));
-        if theta < 0.0 { -size } else { size }
-    } else {
-        0.0
-    };
-    let cos = 1.0 / libm::hypot(t, 1.0);
-    let sin = t * cos;
-    (*p, *q, *pq) = (*p - t * off, *q + t * off, 0.0);
-    (*p_r, *q_r) = (cos * *p_r - sin * *q_r, sin * *p_r + cos * *q_r);
 }
 
 impl<T: Scalar> Scene<'_, T> {

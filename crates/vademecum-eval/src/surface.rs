@@ -125,6 +125,11 @@ impl<'m> Surface<'m> {
     }
 }
 
+/// `a + s b`.
+pub(crate) fn add([a, b, c]: [f64; 3], s: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [a + s * x, b + s * y, c + s * z]
+}
+
 pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

@@ -102,25 +102,6 @@ impl Rigid {
         subtract_product(displacements, self.motions(), shares.as_ref());
     }
 
-    /// The centrifugal forces over the dofs for products of the angular velocity `ω`: `−M(ω × (ω × x))` has
-    /// the factors `ω_x²`, `ω_y²`, `ω_z²`, `ω_xω_y`, `ω_yω_z`, `ω_zω_x` on these six.
-    pub(crate) fn centrifugal(&self, nodes: &[[f64; 3]], mass: &SymmetricMatrix) -> [Vec<f64>; 6] {
-        PRODUCTS.map(|(i, j)| {
-            let acceleration = field(nodes, |x| {
-                let x: [f64; 3] = std::array::from_fn(|c| x[c] - self.centre[c]);
-                let mut outward = [0.0; 3];
-                if i == j {
-                    outward = x;
-                    outward[i] = 0.0;
-                } else {
-                    (outward[i], outward[j]) = (-x[j], -x[i]);
-                }
-                outward
-            });
-            times(mass, acceleration.as_ref()).col_as_slice(0).to_vec()
-        })
-    }
-
     /// Force \[N\] and moment about the centre \[N m\] of forces over the dofs.
     pub(crate) fn resultant(&self, nodes: &[[f64; 3]], force: &[f64]) -> [f64; 6] {
         let mut sum = [0.0; 6];
@@ -134,9 +115,6 @@ impl Rigid {
         sum
     }
 }
-
-/// The products of components that the centrifugal forces belong to.
-const PRODUCTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
 
 const UNITS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

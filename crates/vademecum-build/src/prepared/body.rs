@@ -244,18 +244,15 @@ impl Body {
             patterns.push((entry.name.clone(), model.free_part(&force)));
             held_loads.push(held_part(&model, &force));
         }
-        if let Some(rigid) = model.pencil().rigid() {
-            let forces = rigid.centrifugal(&model.mesh().nodes, model.pencil().mass());
-            for (name, force) in CENTRIFUGAL.into_iter().zip(forces) {
-                held_loads.push(held_part(&model, &force));
-                patterns.push((name.into(), force));
-            }
-        }
+        let spin = BASE_PATTERNS.len() - CENTRIFUGAL.len();
+        let own = model.pencil().rigid().map(|rigid| rigid.centre).into_iter();
+        let own = own.flat_map(|centre| (spin..).zip(CENTRIFUGAL).map(move |with| (centre, with)));
         let base = problem.base.moves.then_some(problem.base.point);
-        for (motion, name) in BASE_PATTERNS.iter().enumerate().filter(|_| base.is_some()) {
-            let from = |x: [f64; 3]| std::array::from_fn(|c| x[c] - problem.base.point[c]);
+        let of_base = base.into_iter().flat_map(|at| (0..).zip(BASE_PATTERNS).map(move |with| (at, with)));
+        for (origin, (motion, name)) in own.chain(of_base) {
+            let from = |x: [f64; 3]| std::array::from_fn(|c| x[c] - origin[c]);
             let force = model.inertia_load(|x| base_field(motion, from(x)).map(|a| -a));
-            patterns.push(((*name).into(), model.free_part(&force)));
+            patterns.push((name.into(), model.free_part(&force)));
             held_loads.push(held_part(&model, &force));
         }
         Ok(Self {
