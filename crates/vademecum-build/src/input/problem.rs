@@ -8,6 +8,7 @@ mod body;
 mod bounds;
 mod chapter;
 mod check;
+mod large;
 mod plan;
 
 pub use body::{
@@ -16,6 +17,7 @@ pub use body::{
 };
 pub use chapter::{ChapterEntry, Projection, Repair, Representation};
 pub(crate) use check::CENTRIFUGAL;
+pub use large::{LargeEntry, ModelKind};
 pub use plan::{
     BasisEntry, BasisKind, Fields, GaugeEntry, InnerProduct, OutputEntry, ParameterEntry, ParameterKind,
     ParameterScale, Precision, ProbeEntry, STRESS_UNASKED, SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
@@ -65,6 +67,11 @@ pub struct Problem {
     /// The unit system all numbers are in; kept in the file, not interpreted.
     #[serde(default = "si_units")]
     pub units: String,
+    /// Law of the body's motion.
+    #[serde(default)]
+    pub model: ModelKind,
+    /// Options of large displacements.
+    pub large: Option<LargeEntry>,
     /// The form of the stage maps in the file.
     #[serde(default)]
     pub representation: Representation,

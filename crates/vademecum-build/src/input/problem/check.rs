@@ -55,6 +55,7 @@ impl Problem {
         self.check_time_and_basis()?;
         self.check_parameters()?;
         self.check_chapter()?;
+        self.check_large()?;
         self.check_sizes()?;
         self.check_scales()
     }
@@ -521,7 +522,7 @@ impl Problem {
 
 /// What is found, in words: a text that a file holds is shown in quotes, these are not.
 #[derive(Clone, Copy)]
-struct Words(&'static str);
+pub(super) struct Words(pub &'static str);
 
 impl std::fmt::Debug for Words {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

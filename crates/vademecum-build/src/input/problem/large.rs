@@ -1,0 +1,88 @@
+//! What is asked for of large displacements.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::check::{Words, positive};
+use super::{Problem, ProblemError, Representation};
+
+/// Law of the body's motion.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelKind {
+    /// Small displacements: forces are linear in them.
+    #[default]
+    Linear,
+    /// Large displacements and rotations: St. Venant–Kirchhoff, a linear law between Green's strain and its
+    /// stress (docs/theory/large-displacements.md).
+    LargeDisplacement,
+}
+
+/// Options of large displacements.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LargeEntry {
+    /// Largest displacement of the surface that the file is for \[m\]; absent: a fifth of the longest edge of
+    /// the box around the body.
+    pub displacement: Option<f64>,
+    /// Coordinates that interact; absent: 24, or as many as the basis has.
+    pub interacting: Option<usize>,
+    /// Strain rows beside one for each coordinate; absent: twice the coordinates that interact.
+    pub rows: Option<usize>,
+    /// States that the strains are learnt from; absent: 16 for each coordinate that interacts.
+    pub states: Option<usize>,
+}
+
+/// Most coordinates that interact: their products grow with the square, the work of a step with the cube.
+const MOST_INTERACTING: usize = 64;
+
+impl Problem {
+    /// Whether large displacements are asked for.
+    pub fn is_large(&self) -> bool {
+        self.model == ModelKind::LargeDisplacement
+    }
+
+    pub(super) fn check_large(&self) -> Result<(), ProblemError> {
+        let found = if !self.is_large() {
+            let expected = "`model = \"large-displacement\"` beside it";
+            return self.require(self.large.is_none(), "large", Words("a table"), expected);
+        } else if self.mesh.matrices.is_some() {
+            "large-displacement beside `mesh.matrices`, which are linear"
+        } else if self.representation == Representation::Canonical {
+            "large-displacement beside `representation = \"canonical\"`"
+        } else if self.time.scheme.is_some() {
+            "large-displacement beside `time.scheme`: such a file has a scheme of its own"
+        } else if self.basis.kind.is_some() || self.basis.energy.is_some() || self.basis.error.is_some() {
+            "large-displacement beside `basis.kind`, `basis.energy` or `basis.error`: the basis is chosen by held-out loads"
+        } else if self.snapshots.npy.is_some() || self.snapshots.vtu.is_some() {
+            "large-displacement beside snapshots of another program"
+        } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
+            "large-displacement beside a live parameter of a region"
+        } else if self.damping.modal.is_some() || self.damping.ratio.is_some() {
+            "large-displacement beside `damping.modal` or `damping.ratio`: modes do not move apart"
+        } else if self.base.moves {
+            "large-displacement beside `base.moves`"
+        } else if self.is_free() {
+            "large-displacement without any `[[support]]`"
+        } else if self.output.stress.is_some() || !self.output.gauges.is_empty() || self.output.reactions {
+            "large-displacement beside `output.stress`, `output.gauge` or `output.reactions`, which are linear"
+        } else if self.output.residual == Some(true) || self.output.static_fields == Some(true) {
+            "large-displacement beside `output.residual` or `output.static_fields`, which are linear"
+        } else {
+            ""
+        };
+        let expected = "\"linear\", or a body of elements on supports without what belongs to linear motion";
+        self.require(found.is_empty(), "model", Words(found), expected)?;
+        let Some(large) = &self.large else { return Ok(()) };
+        let length = large.displacement;
+        let expected = "a positive length in metres";
+        self.require(length.is_none_or(positive), "large.displacement", length.unwrap_or(0.0), expected)?;
+        let n = large.interacting.unwrap_or(1);
+        let usable = (1..=MOST_INTERACTING).contains(&n);
+        self.require(usable, "large.interacting", n, "1 to 64 coordinates")?;
+        let rows = large.rows.unwrap_or(0);
+        self.require(rows <= 4096, "large.rows", rows, "0 to 4096 rows")?;
+        let states = large.states.unwrap_or(1);
+        self.require((1..=100_000).contains(&states), "large.states", states, "1 to 100 000 states")
+    }
+}

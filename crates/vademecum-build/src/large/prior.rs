@@ -1,0 +1,72 @@
+//! What the strain map is before it has seen a state.
+
+use faer::{Mat, MatMut, MatRef};
+use rayon::prelude::*;
+
+use super::map::{Columns, Pairs};
+use crate::fem::{Factor, GreenStrain, Pencil, Solve, Symbolic, contiguous_mut};
+use crate::linalg::{subtract_product, transposed_product};
+
+/// How products of coordinates strain the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Prior {
+    /// As the shapes of the basis do, and nothing else moves (Galerkin): for slender bodies, whose basis
+    /// holds the shapes that follow.
+    Galerkin,
+    /// Everything outside the basis moves as the least energy wants (static modal derivatives): for compact
+    /// bodies, and natural modes.
+    Condensed,
+}
+
+/// The columns of a strain map: `B V` and, for each product, `E₂(v_a, v_b)`, which of a product of two
+/// different coordinates counts twice.
+///
+/// With [`Prior::Condensed`] a displacement `w` is added for each product that has no mass in common with the
+/// basis and the least energy: with `f = Bᵀ E₂(v_a, v_b)` and `y = K⁻¹ f`, `w = −(y − V Vᵀ M y)`, which holds
+/// for natural modes. One solve for each product.
+pub fn columns(
+    strain: &GreenStrain<'_>,
+    basis: (MatRef<'_, f64>, &[f64]),
+    pairs: Pairs,
+    prior: Prior,
+    (pencil, symbolic, factor): (&Pencil, &Symbolic, &Factor),
+) -> Columns {
+    let (vectors, eigenvalues) = basis;
+    let list: Vec<_> = pairs.iter().collect();
+    let mut linear = Mat::zeros(strain.n_rows(), vectors.ncols());
+    each_column(linear.as_mut(), |k, out| strain.linear(vectors.col(k).try_as_col_major().expect("contiguous").as_slice(), out));
+    let mut quadratic = Mat::zeros(strain.n_rows(), list.len());
+    each_column(quadratic.as_mut(), |j, out| {
+        let (a, b) = list[j];
+        let of = |k: usize| vectors.col(k).try_as_col_major().expect("contiguous").as_slice();
+        strain.bilinear(of(a), of(b), out);
+        if a != b {
+            out.iter_mut().for_each(|x| *x *= 2.0);
+        }
+    });
+    if prior == Prior::Condensed {
+        let mut moved = Mat::zeros(strain.n_dof(), list.len());
+        each_column(moved.as_mut(), |j, out| {
+            strain.linear_transpose(quadratic.col(j).try_as_col_major().expect("contiguous").as_slice(), out);
+        });
+        Solve::new(symbolic, moved.ncols(), true).solve_in_place(factor, moved.as_mut());
+        let mut momenta = Mat::zeros(moved.nrows(), moved.ncols());
+        pencil.mass().mul_into(moved.as_ref(), momenta.as_mut());
+        let shares = transposed_product(vectors, momenta.as_ref());
+        subtract_product(moved.as_mut(), vectors, shares.as_ref());
+        let mut own = vec![0.0; strain.n_rows()];
+        for j in 0..list.len() {
+            strain.linear(moved.col(j).try_as_col_major().expect("contiguous").as_slice(), &mut own);
+            let out = quadratic.col_as_slice_mut(j);
+            out.iter_mut().zip(&own).for_each(|(x, w)| *x -= w);
+        }
+    }
+    let frequencies = eigenvalues.iter().map(|x| x.sqrt()).collect();
+    Columns { frequencies, pairs, linear, quadratic }
+}
+
+/// Fills the columns of a matrix, each by itself.
+fn each_column(mut x: MatMut<'_, f64>, fill: impl Fn(usize, &mut [f64]) + Sync) {
+    let n = x.nrows().max(1);
+    contiguous_mut(&mut x).par_chunks_exact_mut(n).enumerate().for_each(|(k, out)| fill(k, out));
+}
