@@ -286,6 +286,12 @@ pub enum Quantity {
     Beta,
     /// A number of the certificate.
     Certificate,
+    /// Coordinates of the strain structure that interact.
+    Interacting,
+    /// Coordinates of the strain structure that couple with these.
+    Coupled,
+    /// Rows of the strain structure.
+    StrainRows,
 }
 
 impl fmt::Display for FormatError {
@@ -345,8 +351,8 @@ impl fmt::Display for FormatError {
             E::NoStructure => {
                 write!(
                     out,
-                    "neither the diagonal, nor the block, nor the canonical structure is present: nothing \
-                     to step with"
+                    "neither the diagonal, nor the block, nor the canonical, nor the strain structure is \
+                     present: nothing to step with"
                 )
             }
             E::UnknownKind { kind } => {
@@ -468,6 +474,9 @@ impl Quantity {
             Self::Alpha => "alpha",
             Self::Beta => "beta",
             Self::Certificate => "a certificate number",
+            Self::Interacting => "coordinates that interact",
+            Self::Coupled => "coordinates that couple with those that interact",
+            Self::StrainRows => "strain rows",
         }
     }
 }

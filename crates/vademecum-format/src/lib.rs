@@ -78,6 +78,7 @@ mod quantised;
 mod read;
 pub mod scheme;
 mod section;
+mod strain;
 #[cfg(feature = "zstd")]
 mod unpack;
 #[cfg(feature = "full")]
@@ -96,6 +97,7 @@ pub use parameter::{Parameter, ParameterRole};
 pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
 pub use section::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, Codec, Element, Numbers, Section, SectionKind};
+pub use strain::{MAX_STRAIN_ROWS, StrainSizes};
 #[cfg(feature = "zstd")]
 pub use unpack::{Decoder, unpack_into, unpacked_len};
 #[cfg(feature = "full")]

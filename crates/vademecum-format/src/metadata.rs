@@ -328,18 +328,23 @@ impl<'a> Metadata<'a> {
         self.active_axes().iter().map(|axis| u64::from(axis.n_points)).sum()
     }
 
-    /// Holds every number to its range. `canonical`: a structure besides those the flags tell of is in the
-    /// file.
+    /// Holds every number to its range. The flags say whether the canonical and the strain structure are in
+    /// the file, of which the metadata do not tell.
     ///
     /// # Errors
     /// Refusals 13 to 17 and 31.
-    pub fn check(&self, canonical: bool) -> Result<(), FormatError> {
+    pub fn check(&self, [canonical, strain]: [bool; 2]) -> Result<(), FormatError> {
         self.check_counts()?;
         self.check_numbers()?;
         self.scheme.check()?;
-        if self.scheme.is_exact() && (!self.diagonal || self.block || canonical) {
+        let without_stages = self.diagonal || strain;
+        if self.scheme.is_exact() && (!without_stages || self.block || canonical) {
             // What is moved by stages needs a scheme that has some.
             return Err(TableError::StageCount { found: 0 }.into());
+        }
+        if strain && !self.scheme.is_exact() {
+            // The strain structure has a step of its own.
+            return Err(TableError::StagesBesideStrain { found: self.scheme.n_stages }.into());
         }
         for (place, axis) in self.axes.iter().enumerate() {
             let used = place < self.active_axes().len();
@@ -353,7 +358,7 @@ impl<'a> Metadata<'a> {
             }
         }
         self.check_parameters()?;
-        if !self.diagonal && !self.block && !canonical {
+        if !self.diagonal && !self.block && !canonical && !strain {
             return Err(FormatError::NoStructure);
         }
         Ok(())

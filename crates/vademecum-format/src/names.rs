@@ -70,6 +70,12 @@ impl fmt::Display for SectionKind {
             Self::PatternReaction => "PatternReaction",
             Self::BaseFrame => "BaseFrame",
             Self::RigidBody => "RigidBody",
+            Self::StrainSizes => "StrainSizes",
+            Self::StrainLinear => "StrainLinear",
+            Self::StrainTail => "StrainTail",
+            Self::StrainQuadratic => "StrainQuadratic",
+            Self::StrainBox => "StrainBox",
+            Self::StrainLimits => "StrainLimits",
         })
     }
 }

@@ -6,6 +6,7 @@ use crate::error::FormatError;
 use crate::layout::{BLOCK, Entry, Header, align, refuse_nonzero};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
 use crate::section::{Codec, Element, Section, SectionKind};
+use crate::strain::StrainSizes;
 
 /// An opened file: borrowed bytes whose structure has been checked.
 ///
@@ -40,12 +41,15 @@ impl<'a> File<'a> {
             return Err(FormatError::DirectoryChecksum { found, expected: header.directory_crc32 });
         }
         let parts = SectionKind::CanonicalParts.number();
-        let canonical = directory.iter().any(|block| Entry::decode(block).kind == parts);
-        let metadata = read_metadata(bytes, &header, directory_end, canonical)?;
+        let strain = SectionKind::StrainSizes.number();
+        let [canonical, strain] =
+            [parts, strain].map(|kind| directory.iter().any(|block| Entry::decode(block).kind == kind));
+        let metadata = read_metadata(bytes, &header, directory_end, [canonical, strain])?;
         let file = Self { bytes, directory, metadata, minor: header.minor };
         file.check_sections(directory_end + header.metadata_length)?;
         file.check_structures()?;
         if cfg!(feature = "full") {
+            StrainSizes::check(&file)?;
             file.check_chapter()?;
         }
         Ok(file)
@@ -194,7 +198,7 @@ fn read_metadata<'a>(
     bytes: &'a [u8],
     header: &Header,
     expected: u64,
-    canonical: bool,
+    others: [bool; 2],
 ) -> Result<Metadata<'a>, FormatError> {
     if header.metadata_offset != expected {
         return Err(FormatError::MetadataOffset { found: header.metadata_offset, expected });
@@ -216,7 +220,7 @@ fn read_metadata<'a>(
     if understood != length {
         return Err(refused(understood as u64));
     }
-    metadata.check(canonical)?;
+    metadata.check(others)?;
     Ok(metadata)
 }
 

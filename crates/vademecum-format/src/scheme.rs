@@ -82,6 +82,11 @@ pub enum TableError {
         /// What the table says.
         found: u8,
     },
+    /// A scheme of stages beside the strain structure, which has a step of its own.
+    StagesBesideStrain {
+        /// Stages of the scheme.
+        found: u8,
+    },
     /// A coefficient of this stage (or of `finish`, for the number of stages) is not finite.
     NotFinite {
         /// The stage.
@@ -121,6 +126,13 @@ impl fmt::Display for TableError {
         match *self {
             Self::StageCount { found } => {
                 write!(out, "a scheme of {found} stages; 1 to {MAX_STAGES} are possible")
+            }
+            Self::StagesBesideStrain { found } => {
+                write!(
+                    out,
+                    "a scheme of {found} stages beside the strain structure, which has a step of its own; \
+                     expected none"
+                )
             }
             Self::NotFinite { stage } => {
                 write!(out, "stage {stage} of the scheme holds a number that is not finite")

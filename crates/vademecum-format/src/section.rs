@@ -167,11 +167,26 @@ pub enum SectionKind {
     /// yz, zz), and the first of the six patterns of its angular velocity; then force \[N\] and moment about
     /// the centre \[N m\] of each pattern; `f64 (11 + 6 n_patterns)`.
     RigidBody = 59,
+    /// The strain structure: `n` coordinates that interact, `n₁` that couple with them, `m` strain rows;
+    /// `u32 (3)`. Since version 1.6, as all below.
+    StrainSizes = 60,
+    /// Linear part `L` of the first `r` strain rows \[J^½/(m kg^½)\] over the first `n + n₁` coordinates;
+    /// `f64 (r, n + n₁)`.
+    StrainLinear = 61,
+    /// Frequency \[rad/s\] of each tail coordinate, which its row has beside these; `f64 (r − n − n₁)`.
+    StrainTail = 62,
+    /// Quadratic part of the strain rows, a number for each product of coordinates
+    /// ([`StrainSizes::pair_list`](crate::StrainSizes::pair_list)); `f32|f64 (m, n(n+1)/2 + n n₁)`.
+    StrainQuadratic = 63,
+    /// `W`: how far from rest coordinates were in training, `|W q|`; `f64 (any, r)`.
+    StrainBox = 64,
+    /// The largest `|W q|` and the largest energy \[J\] met in training; `f64 (2)`.
+    StrainLimits = 65,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 59] = [
+    pub const ALL: [Self; 65] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -231,6 +246,12 @@ impl SectionKind {
         Self::PatternReaction,
         Self::BaseFrame,
         Self::RigidBody,
+        Self::StrainSizes,
+        Self::StrainLinear,
+        Self::StrainTail,
+        Self::StrainQuadratic,
+        Self::StrainBox,
+        Self::StrainLimits,
     ];
 
     /// The kind with this number.
@@ -246,6 +267,12 @@ impl SectionKind {
         self as u32 >= Self::CanonicalParts as u32 && self as u32 <= Self::CanonicalCertificate as u32
     }
 
+    /// Whether it belongs to the strain structure. The writer marks these kinds required.
+    #[must_use]
+    pub const fn is_strain(self) -> bool {
+        self as u32 >= Self::StrainSizes as u32 && self as u32 <= Self::StrainQuadratic as u32
+    }
+
     /// Its number in the file.
     #[must_use]
     pub const fn number(self) -> u32 {
@@ -258,6 +285,7 @@ impl SectionKind {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             Self::StructureFigures => 2,
+            kind if kind.number() > Self::RigidBody.number() => 6,
             kind if kind.number() > Self::PatternAnswer.number() => 5,
             kind if kind.number() > Self::BoundMap.number() => 4,
             kind if kind.number() > Self::StructureFigures.number() => 3,
@@ -318,7 +346,12 @@ impl SectionKind {
             Self::StressResidual | Self::ReactionLoads => [None, Some(u64::from(m.n_load_nodes)), Some(18)],
             Self::PatternStress | Self::PatternReaction => [Some(u64::from(m.n_patterns)), None, Some(6)],
             Self::SupportPoints => [None, Some(3), Some(1)],
-            Self::BaseFrame => one(3),
+            Self::BaseFrame | Self::StrainSizes => one(3),
+            Self::StrainLinear => [Some(r), None, Some(1)],
+            Self::StrainTail => [None, Some(1), Some(1)],
+            Self::StrainQuadratic => [None, None, Some(1)],
+            Self::StrainBox => [None, Some(r), Some(1)],
+            Self::StrainLimits => one(2),
             Self::RigidBody => one(11 + 6 * u64::from(m.n_patterns)),
             Self::RadiusSamples => [None, Some(u64::from(m.n_parameters) + 1), Some(1)],
             Self::CanonicalParts => [None, Some(3), Some(1)],
@@ -340,6 +373,7 @@ impl SectionKind {
             | Self::CanonicalPositions
             | Self::ResidualPairs
             | Self::StressPoints
+            | Self::StrainSizes
             | Self::FactorOrder
             | Self::FactorGroups
             | Self::FactorRows => element == Element::U32,
@@ -354,6 +388,7 @@ impl SectionKind {
             | Self::BoundMap
             | Self::FactorValues
             | Self::PatternAnswer
+            | Self::StrainQuadratic
             | Self::StressResidual => matches!(element, Element::F32 | Element::F64),
             Self::SurfaceBasis | Self::InteriorBasis | Self::BlockLoad | Self::StressBasis => {
                 matches!(element, Element::F32 | Element::F64 | Element::I16)

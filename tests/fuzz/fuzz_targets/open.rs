@@ -9,8 +9,9 @@ use vademecum_format::{Element, File, SectionKind};
 fn read(bytes: &[u8]) {
     let Ok(file) = File::parse(bytes) else { return };
     let _ = file.verify_all();
-    let canonical = file.section(SectionKind::CanonicalParts).is_some();
-    file.metadata().check(canonical).expect("checked when it was opened");
+    let others = [SectionKind::CanonicalParts, SectionKind::StrainSizes];
+    let others = others.map(|kind| file.section(kind).is_some());
+    file.metadata().check(others).expect("checked when it was opened");
     for section in file.sections() {
         let stored = section.stored();
         let start = stored.as_ptr() as usize - bytes.as_ptr() as usize;

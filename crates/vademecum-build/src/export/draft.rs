@@ -28,7 +28,9 @@ impl Draft {
             element: self.element,
             codec: Codec::Raw,
             // Without the ratios a reader would step with less damping.
-            required: self.kind.is_chapter() || self.kind == SectionKind::DampingRatios,
+            required: self.kind.is_chapter()
+                || self.kind.is_strain()
+                || self.kind == SectionKind::DampingRatios,
             shape: self.shape,
             decoded_length: self.bytes.len() as u64,
             stored: &self.bytes,

@@ -8,6 +8,7 @@ mod factor;
 mod order;
 mod reaction;
 mod residual;
+mod strain;
 mod stress;
 
 pub use draft::Draft;
@@ -15,6 +16,7 @@ pub use factor::factor_sections;
 pub use order::NodeOrder;
 pub use reaction::reaction_sections;
 pub use residual::residual_sections;
+pub use strain::{StrainMap, TrainingBox, strain_sections};
 pub use stress::{stress_order, stress_sections};
 
 use faer::{Mat, MatRef};

@@ -1,0 +1,72 @@
+//! Sections of the strain structure: a body whose strain is a quadratic map of its coordinates.
+
+use faer::MatRef;
+use vademecum_format::SectionKind as S;
+
+use super::draft::Draft;
+use crate::input::Precision;
+
+/// A strain map `z(q)` as a file holds it, with the matrices as built: the energy is `½|z|²`.
+///
+/// Coordinates are those of the basis, in its order: `n` that interact, `n₁` that couple with them, and the
+/// tail. Rows are `n + n₁` leading ones, one for each tail coordinate, and others without linear part:
+///
+/// ```text
+/// z_k = Σ_j linear_kj q_j + [row k of tail coordinate l] tail_l q_l + Σ_pairs quadratic_k,ab q_a q_b
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct StrainMap<'a> {
+    /// `n`: coordinates that interact.
+    pub interacting: usize,
+    /// `n₁`: coordinates that couple with these.
+    pub coupled: usize,
+    /// `L` of the first `r` rows over the first `n + n₁` coordinates, `(r, n + n₁)` \[1/s\]; the other rows
+    /// have no linear part.
+    pub linear: MatRef<'a, f64>,
+    /// Frequency of each tail coordinate \[rad/s\], `r − n − n₁` of them.
+    pub tail: &'a [f64],
+    /// `Q`, `(m, pairs)`: a column for each product of coordinates in the order of
+    /// [`vademecum_format::StrainSizes::pair_list`]: `a ≤ b < n`, then `a < n ≤ b < n + n₁`. The number is the factor of the
+    /// product `q_a q_b`, so a product of two different coordinates has both halves of a symmetric matrix.
+    pub quadratic: MatRef<'a, f64>,
+    /// Where the training was; without it nobody can say that a state leaves it.
+    pub training: Option<TrainingBox<'a>>,
+}
+
+/// How far from rest the states of the training were.
+#[derive(Clone, Copy, Debug)]
+pub struct TrainingBox<'a> {
+    /// `W`, `(any, r)`: a state is as far from rest as `|W q|`. `WᵀW` is the inverse of the mean of `q qᵀ`
+    /// over the training: `W = Cᵀ` with its lower Cholesky factor `C`.
+    pub distance: MatRef<'a, f64>,
+    /// The largest `|W q|` of the training.
+    pub largest_distance: f64,
+    /// The largest energy of the training \[J\], kinetic and elastic.
+    pub largest_energy: f64,
+}
+
+/// Sections 60 to 65. Lengths are those that [`StrainMap`] says; the format refuses others.
+#[must_use]
+pub fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> {
+    let sizes = [map.interacting, map.coupled, map.quadratic.nrows()].map(|n| n as u32);
+    let rows = |a: MatRef<'_, f64>| -> Vec<f64> {
+        (0..a.nrows()).flat_map(|i| (0..a.ncols()).map(move |j| a[(i, j)])).collect()
+    };
+    let (linear, quadratic) = (map.linear, map.quadratic);
+    let mut drafts = vec![
+        Draft::u32s(S::StrainSizes, [3, 1, 1], sizes),
+        Draft::f64s(S::StrainLinear, [linear.nrows(), linear.ncols(), 1], rows(linear)),
+    ];
+    if !map.tail.is_empty() {
+        drafts.push(Draft::f64s(S::StrainTail, [map.tail.len(), 1, 1], map.tail.iter().copied()));
+    }
+    let shape = [quadratic.nrows(), quadratic.ncols(), 1];
+    drafts.push(Draft::fitting(S::StrainQuadratic, precision, shape, &rows(quadratic)));
+    if let Some(training) = &map.training {
+        let w = training.distance;
+        drafts.push(Draft::f64s(S::StrainBox, [w.nrows(), w.ncols(), 1], rows(w)));
+        let limits = [training.largest_distance, training.largest_energy];
+        drafts.push(Draft::f64s(S::StrainLimits, [2, 1, 1], limits));
+    }
+    drafts
+}
