@@ -73,6 +73,7 @@ pub mod export;
 pub mod fem;
 pub mod field;
 pub mod input;
+pub mod large;
 pub mod limits;
 pub mod linalg;
 pub mod mesh;

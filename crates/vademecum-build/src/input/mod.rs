@@ -6,8 +6,8 @@ pub mod toml_file;
 pub(crate) use problem::CENTRIFUGAL;
 pub use problem::{
     BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, Fields, GaugeEntry,
-    InnerProduct, LargeEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource, ModelKind, OrderEntry, OutputEntry,
-    ParameterEntry, ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem,
+    InnerProduct, LargeEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource, ModelKind, OrderEntry,
+    OutputEntry, ParameterEntry, ParameterKind, ParameterScale, PatternEntry, Precision, ProbeEntry, Problem,
     ProblemError, Projection, RegionEntry, Repair, Representation, STRESS_UNASKED, SnapshotPlan,
     StressPlaces, SupportEntry, TablesSource, TimeEntry, Tolerances,
 };

@@ -11,11 +11,10 @@
 //! left of `A_q` alone. So a few rows hold it: one for each coordinate, exact in the linear and the cubic
 //! terms, and as many more as the rest of the quartic term needs.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par, Side};
+use faer::{Mat, MatRef, Side};
 
 use super::states::States;
-use crate::linalg::{NoConvergence, symmetric_part, transposed_product};
+use crate::linalg::{NoConvergence, subtract_product, symmetric_part, transposed_product};
 
 /// Products of coordinates: each pair once, in the order of its first coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -94,10 +93,8 @@ impl Columns {
         let (n, p) = (states.coordinates.ncols(), self.pairs.count());
         let products = self.products_of(states.coordinates.as_ref());
         let mut missing = states.strains.clone();
-        let q = states.coordinates.as_ref();
-        matmul(missing.as_mut(), Accum::Add, self.linear.as_ref(), q, -1.0, Par::rayon(0));
-        let (a, m) = (self.quadratic.as_ref(), products.as_ref());
-        matmul(missing.as_mut(), Accum::Add, a, m, -1.0, Par::rayon(0));
+        subtract_product(missing.as_mut(), self.linear.as_ref(), states.coordinates.as_ref());
+        subtract_product(missing.as_mut(), self.quadratic.as_ref(), products.as_ref());
         // Every state counts by its relative error.
         let weight = |s: usize| 1.0 / states.energies[s].max(f64::MIN_POSITIVE);
         let weighted = Mat::from_fn(n, p, |s, j| weight(s) * products[(j, s)]);
@@ -107,7 +104,8 @@ impl Columns {
             gram[(j, j)] += ridge * trace / p as f64;
         }
         let pull = &missing * &weighted;
-        let factor = gram.llt(Side::Lower).map_err(|_| NoConvergence { what: "the regression of strains" })?;
+        let factor =
+            gram.llt(Side::Lower).map_err(|_| NoConvergence { what: "the regression of strains" })?;
         let mut step = pull.transpose().to_owned();
         faer::linalg::solvers::SolveCore::solve_in_place_with_conj(&factor, faer::Conj::No, step.as_mut());
         self.quadratic += step.transpose();

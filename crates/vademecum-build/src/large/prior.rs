@@ -1,10 +1,10 @@
 //! What the strain map is before it has seen a state.
 
+use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
-use rayon::prelude::*;
 
 use super::map::{Columns, Pairs};
-use crate::fem::{Factor, GreenStrain, Pencil, Solve, Symbolic, contiguous_mut};
+use crate::fem::{Factor, GreenStrain, Pencil, Solve, Symbolic, contiguous, contiguous_mut};
 use crate::linalg::{subtract_product, transposed_product};
 
 /// How products of coordinates strain the body.
@@ -34,11 +34,11 @@ pub fn columns(
     let (vectors, eigenvalues) = basis;
     let list: Vec<_> = pairs.iter().collect();
     let mut linear = Mat::zeros(strain.n_rows(), vectors.ncols());
-    each_column(linear.as_mut(), |k, out| strain.linear(vectors.col(k).try_as_col_major().expect("contiguous").as_slice(), out));
+    each_column(linear.as_mut(), |k, out| strain.linear(contiguous(vectors, k), out));
     let mut quadratic = Mat::zeros(strain.n_rows(), list.len());
     each_column(quadratic.as_mut(), |j, out| {
         let (a, b) = list[j];
-        let of = |k: usize| vectors.col(k).try_as_col_major().expect("contiguous").as_slice();
+        let of = |k: usize| contiguous(vectors, k);
         strain.bilinear(of(a), of(b), out);
         if a != b {
             out.iter_mut().for_each(|x| *x *= 2.0);
@@ -47,7 +47,7 @@ pub fn columns(
     if prior == Prior::Condensed {
         let mut moved = Mat::zeros(strain.n_dof(), list.len());
         each_column(moved.as_mut(), |j, out| {
-            strain.linear_transpose(quadratic.col(j).try_as_col_major().expect("contiguous").as_slice(), out);
+            strain.linear_transpose(quadratic.col_as_slice(j), out);
         });
         Solve::new(symbolic, moved.ncols(), true).solve_in_place(factor, moved.as_mut());
         let mut momenta = Mat::zeros(moved.nrows(), moved.ncols());
@@ -56,7 +56,7 @@ pub fn columns(
         subtract_product(moved.as_mut(), vectors, shares.as_ref());
         let mut own = vec![0.0; strain.n_rows()];
         for j in 0..list.len() {
-            strain.linear(moved.col(j).try_as_col_major().expect("contiguous").as_slice(), &mut own);
+            strain.linear(moved.col_as_slice(j), &mut own);
             let out = quadratic.col_as_slice_mut(j);
             out.iter_mut().zip(&own).for_each(|(x, w)| *x -= w);
         }
@@ -67,6 +67,7 @@ pub fn columns(
 
 /// Fills the columns of a matrix, each by itself.
 fn each_column(mut x: MatMut<'_, f64>, fill: impl Fn(usize, &mut [f64]) + Sync) {
-    let n = x.nrows().max(1);
-    contiguous_mut(&mut x).par_chunks_exact_mut(n).enumerate().for_each(|(k, out)| fill(k, out));
+    for k in 0..x.ncols() {
+        fill(k, contiguous_mut(x.rb_mut(), k));
+    }
 }

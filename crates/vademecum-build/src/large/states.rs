@@ -7,8 +7,11 @@
 //! marched, and what follows the coordinates without mass of its own is where it belongs.
 
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
-use crate::linalg::{Random, unit};
+use super::relax::relax;
+use crate::fem::{GreenStrain, Symbolic};
+use crate::linalg::{Random, transposed_product, unit};
 
 /// States of the full order beside their coordinates.
 #[derive(Clone, Debug)]
@@ -49,4 +52,42 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
         (0..r).for_each(|k| drawn[(k, s)] = scale * q[k]);
     }
     drawn
+}
+
+/// The states of least energy at coordinates of natural modes (one a column), as displacements over the free
+/// dofs. Where the search fails, the coordinates are halved, at most three times; a state that cannot be found
+/// at all is left out.
+pub fn relaxed(
+    strain: &GreenStrain<'_>,
+    symbolic: &Symbolic,
+    (modes, momenta): (MatRef<'_, f64>, MatRef<'_, f64>),
+    drawn: MatRef<'_, f64>,
+) -> Vec<Vec<f64>> {
+    const HALVINGS: i32 = 3;
+    let of = |s: usize| {
+        (0..=HALVINGS).find_map(|h| {
+            let share = 0.5_f64.powi(h);
+            let start = (0..modes.nrows())
+                .map(|i| (0..modes.ncols()).map(|k| share * modes[(i, k)] * drawn[(k, s)]).sum())
+                .collect();
+            relax(strain, symbolic, momenta, start)
+        })
+    };
+    (0..drawn.ncols()).into_par_iter().filter_map(of).collect()
+}
+
+impl States {
+    /// States as displacements, in the coordinates `VᵀM u` of a basis with momenta `MV`.
+    pub fn new(strain: &GreenStrain<'_>, momenta: MatRef<'_, f64>, states: &[Vec<f64>]) -> States {
+        let n = strain.n_dof();
+        let displacements = Mat::from_fn(n, states.len(), |i, s| states[s][i]);
+        let coordinates = transposed_product(momenta, displacements.as_ref());
+        let mut strains = Mat::zeros(strain.n_rows(), states.len());
+        for (s, u) in states.iter().enumerate() {
+            strain.strain(u, strains.col_as_slice_mut(s));
+        }
+        let energy = |s: usize| 0.5 * strains.col_as_slice(s).iter().map(|z| z * z).sum::<f64>();
+        let energies = (0..states.len()).map(energy).collect();
+        States { coordinates, strains, energies }
+    }
 }
