@@ -70,15 +70,41 @@ impl NodeGraph {
         &self.neighbours[self.starts[node]..self.starts[node + 1]]
     }
 
+    /// Number of pairs of neighbours, each counted from both sides.
+    pub(super) fn pairs(&self) -> usize {
+        self.neighbours.len()
+    }
+
     /// Place of the pair `(node, other)` among all pairs.
-    fn place(&self, node: u32, other: u32) -> usize {
+    pub(super) fn place(&self, node: u32, other: u32) -> usize {
         let at = self.row(node as usize).binary_search(&other);
         self.starts[node as usize] + at.expect("nodes of one element are neighbours")
     }
 }
 
+/// Values on the pattern of the free dofs from one 3 × 3 block for each pair of neighbours, where the block of
+/// `(b, a)` is that of `(a, b)` transposed, to the bit.
+pub(super) fn blocks_over_free_dofs(
+    graph: &NodeGraph,
+    dofs: &DofMap,
+    pattern: &Arc<Pattern>,
+    blocks: &[[f64; 9]],
+) -> SymmetricMatrix {
+    let mut values = Vec::with_capacity(pattern.n_stored());
+    for &dof in dofs.dof_of_free() {
+        let (node, c) = (dof as usize / 3, dof as usize % 3);
+        for place in graph.starts[node]..graph.starts[node + 1] {
+            let other = graph.neighbours[place] as usize;
+            // Column (node, c), row (other, d): the block of (node, other) serves.
+            let free = (0..3).filter(|&d| dofs.free(3 * other + d).is_some());
+            values.extend(free.map(|d| blocks[place][3 * c + d]));
+        }
+    }
+    SymmetricMatrix::new(pattern.clone(), values)
+}
+
 /// Elements at each node, in the order of the mesh, as offsets and list.
-fn incident_elements(mesh: &Mesh) -> (Vec<usize>, Vec<u32>) {
+pub(super) fn incident_elements(mesh: &Mesh) -> (Vec<usize>, Vec<u32>) {
     let mut first = vec![0; mesh.nodes.len() + 1];
     for &node in &mesh.elements {
         first[node as usize + 1] += 1;
@@ -238,22 +264,18 @@ impl NodeBlocks {
     /// Writes the sums to the free dofs, column by column of the pattern.
     fn over_free_dofs(&self, graph: &NodeGraph, dofs: &DofMap, pattern: &Arc<Pattern>) -> RegionMatrices {
         let mut mass = Vec::with_capacity(pattern.n_stored());
-        let mut stiffness = Vec::with_capacity(pattern.n_stored());
         for &dof in dofs.dof_of_free() {
             let (node, c) = (dof as usize / 3, dof as usize % 3);
             for place in graph.starts[node]..graph.starts[node + 1] {
                 let other = graph.neighbours[place] as usize;
                 for d in (0..3).filter(|&d| dofs.free(3 * other + d).is_some()) {
-                    // Column (node, c), row (other, d); the sums are symmetric to the bit, so the block of
-                    // (node, other) serves.
                     mass.push(if c == d { self.mass[place] } else { 0.0 });
-                    stiffness.push(self.stiffness[place][3 * c + d]);
                 }
             }
         }
         RegionMatrices {
             mass: SymmetricMatrix::new(pattern.clone(), mass),
-            stiffness: SymmetricMatrix::new(pattern.clone(), stiffness),
+            stiffness: blocks_over_free_dofs(graph, dofs, pattern, &self.stiffness),
         }
     }
 }

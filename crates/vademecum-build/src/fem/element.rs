@@ -164,7 +164,7 @@ impl ElementKernel {
 
     /// Whether the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so
     /// that calling it affine moves nothing by more than that fraction.
-    fn is_straight(&self, nodes: &[[f64; 3]]) -> bool {
+    pub(super) fn is_straight(&self, nodes: &[[f64; 3]]) -> bool {
         if self.order == Order::Linear {
             return true;
         }
@@ -260,6 +260,19 @@ fn rule_degree_2() -> Vec<([f64; 4], f64)> {
     orbit_4(1.0 - 3.0 * b, b, 1.0 / 24.0)
 }
 
+/// Fourteen points, exact for degree 5, all weights positive (Walkington 2000).
+pub(super) fn rule_degree_5() -> Vec<([f64; 4], f64)> {
+    let (inner, outer, edge) = (0.3108859192633005, 0.09273525031089122, 0.04550370412564965);
+    let mut rule = orbit_4(1.0 - 3.0 * inner, inner, 0.018_781_320_953_002_64);
+    rule.extend(orbit_4(1.0 - 3.0 * outer, outer, 0.012_248_840_519_393_66));
+    for [i, j] in EDGES {
+        let mut l = [edge; 4];
+        (l[i], l[j]) = (0.5 - edge, 0.5 - edge);
+        rule.push((l, 0.007_091_003_462_846_912));
+    }
+    rule
+}
+
 /// Twenty-four points, exact for degree 6, all weights positive (Keast 1986).
 pub(crate) fn rule_degree_6() -> Vec<([f64; 4], f64)> {
     let mut rule = orbit_4(0.3561913862225449, 0.2146028712591517, 0.006_653_791_709_694_582);
@@ -309,6 +322,7 @@ mod tests {
     #[test]
     fn rules_integrate_all_monomials_of_their_degree() {
         check_rule(&rule_degree_2(), 2);
+        check_rule(&rule_degree_5(), 5);
         check_rule(&rule_degree_6(), 6);
     }
 

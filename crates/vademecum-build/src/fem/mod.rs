@@ -7,6 +7,7 @@
 mod assembly;
 mod element;
 mod factor;
+mod green;
 mod loads;
 mod model;
 mod pencil;
@@ -18,6 +19,7 @@ mod supernodes;
 
 pub use element::{ElementError, Material};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
+pub use green::{GreenError, GreenStrain};
 pub use loads::{Facet, LoadError, surface_facets};
 pub use model::{DofMap, Model, ModelError};
 pub use pencil::{Pencil, PencilError};
@@ -29,6 +31,8 @@ pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points
 
 #[cfg(test)]
 mod convergence_tests;
+#[cfg(test)]
+mod green_tests;
 #[cfg(test)]
 mod oracle_tests;
 #[cfg(test)]
