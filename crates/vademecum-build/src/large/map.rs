@@ -14,6 +14,7 @@
 use faer::{Mat, MatRef, Side};
 
 use super::states::States;
+use crate::dynamics::symmetric_eigen;
 use crate::linalg::{NoConvergence, subtract_product, symmetric_part, transposed_product};
 
 /// Products of coordinates: each pair once, in the order of its first coordinate.
@@ -130,20 +131,19 @@ impl Columns {
         }
         let gram = transposed_product(self.quadratic.as_ref(), self.quadratic.as_ref());
         let rest = symmetric_part((gram - top.transpose() * &top).as_ref());
-        let unsolved = |_| NoConvergence { what: "the rest of the strain map" };
-        let eigen = rest.self_adjoint_eigen(Side::Lower).map_err(unsolved)?;
-        let root = |j: usize| eigen.S()[j].max(0.0).sqrt();
+        let (squares, axes) = symmetric_eigen(rest.as_ref())?;
+        let root = |j: usize| squares[j].max(0.0).sqrt();
         // C with CᵀC the rest, in the axes of its eigenvectors.
-        let c = Mat::from_fn(p, p, |i, j| root(i) * eigen.U()[(j, i)]);
+        let c = Mat::from_fn(p, p, |i, j| root(i) * axes[(j, i)]);
         let seen = &c * self.products_of(states);
         let spread = symmetric_part((&seen * seen.transpose()).as_ref());
-        let kept = spread.self_adjoint_eigen(Side::Lower).map_err(unsolved)?;
+        let (_, kept) = symmetric_eigen(spread.as_ref())?;
         let extra = extra.min(p);
         let mut quadratic = Mat::zeros(r + extra, p);
         quadratic.subrows_mut(0, r).copy_from(&top);
         for k in 0..extra {
             // Eigenvalues ascend.
-            let row = kept.U().col(p - 1 - k).transpose() * &c;
+            let row = kept.col(p - 1 - k).transpose() * &c;
             quadratic.row_mut(r + k).copy_from(&row);
         }
         Ok(StrainMap { frequencies: self.frequencies.clone(), pairs: self.pairs, quadratic })

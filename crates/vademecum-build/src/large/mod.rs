@@ -1,11 +1,15 @@
 //! Large displacements: a strain map over a basis, learnt from shapes of least energy.
 
+mod basis;
+mod learn;
 mod map;
 mod prior;
 mod relax;
 mod states;
 mod step;
 
+pub use basis::with_followers;
+pub use learn::{LargeOptions, LearnError, Learnt, learn};
 pub use map::{Columns, Pairs, StrainMap};
 pub use prior::{Prior, columns};
 pub use relax::relax;

@@ -4,7 +4,7 @@ use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 
 use super::map::{Columns, Pairs};
-use crate::fem::{Factor, GreenStrain, Pencil, Solve, Symbolic, contiguous, contiguous_mut};
+use crate::fem::{Factor, GreenStrain, Solve, Symbolic, contiguous, contiguous_mut};
 use crate::linalg::{subtract_product, transposed_product};
 
 /// How products of coordinates strain the body.
@@ -29,7 +29,7 @@ pub fn columns(
     basis: (MatRef<'_, f64>, &[f64]),
     pairs: Pairs,
     prior: Prior,
-    (pencil, symbolic, factor): (&Pencil, &Symbolic, &Factor),
+    (symbolic, factor): (&Symbolic, &Factor),
 ) -> Columns {
     let (vectors, eigenvalues) = basis;
     let list: Vec<_> = pairs.iter().collect();
@@ -49,10 +49,12 @@ pub fn columns(
         each_column(moved.as_mut(), |j, out| {
             strain.linear_transpose(quadratic.col_as_slice(j), out);
         });
+        // What of the answer the basis could give itself is left to it: `y − V Λ⁻¹ Vᵀ f`.
+        let mut shares = transposed_product(vectors, moved.as_ref());
+        for j in 0..list.len() {
+            shares.col_as_slice_mut(j).iter_mut().zip(eigenvalues).for_each(|(x, lambda)| *x /= lambda);
+        }
         Solve::new(symbolic, moved.ncols(), true).solve_in_place(factor, moved.as_mut());
-        let mut momenta = Mat::zeros(moved.nrows(), moved.ncols());
-        pencil.mass().mul_into(moved.as_ref(), momenta.as_mut());
-        let shares = transposed_product(vectors, momenta.as_ref());
         subtract_product(moved.as_mut(), vectors, shares.as_ref());
         let mut own = vec![0.0; strain.n_rows()];
         for j in 0..list.len() {

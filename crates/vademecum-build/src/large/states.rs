@@ -29,13 +29,15 @@ pub struct States {
 /// all of it.
 pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: usize, seed: u64) -> Mat<f64> {
     const FORCES: usize = 3;
-    let (nodes, r) = (moving.nrows() / 3, moving.ncols());
+    let r = moving.ncols();
+    let still = |node: usize| (0..3).all(|c| (0..r).all(|k| moving[(3 * node + c, k)] == 0.0));
+    let nodes: Vec<usize> = (0..moving.nrows() / 3).filter(|&node| !still(node)).collect();
     let mut random = Random::new(seed);
     let mut drawn = Mat::zeros(r, count);
     for s in 0..count {
         let mut q = vec![0.0; r];
         for _ in 0..1 + random.below(FORCES) {
-            let node = random.below(nodes);
+            let node = nodes[random.below(nodes.len())];
             let force = unit(std::array::from_fn(|_| random.uniform() - 0.5));
             for (k, q) in q.iter_mut().enumerate() {
                 let push: f64 = (0..3).map(|c| moving[(3 * node + c, k)] * force[c]).sum();
@@ -47,7 +49,7 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
             let part = |c: usize| (0..r).map(|k| moving[(3 * node + c, k)] * q[k]).sum::<f64>();
             (0..3).map(|c| part(c).powi(2)).sum::<f64>().sqrt()
         };
-        let most = (0..nodes).map(moved).fold(f64::MIN_POSITIVE, f64::max);
+        let most = nodes.iter().copied().map(moved).fold(f64::MIN_POSITIVE, f64::max);
         let scale = largest * (0.1 + 0.9 * random.uniform()) / most;
         (0..r).for_each(|k| drawn[(k, s)] = scale * q[k]);
     }
