@@ -22,6 +22,7 @@ pub mod shared;
 #[cfg(unix)]
 pub mod soak;
 pub mod stage;
+pub mod strained;
 pub mod stress;
 pub mod synthetic;
 pub mod textbook;

@@ -135,6 +135,10 @@ typedef enum VdmStructure {
    One 2 by 2 block for each mode, without error of time.
    */
   VDM_EXACT = 3,
+  /*
+   Large displacements.
+   */
+  VDM_STRAIN = 4,
 } VdmStructure;
 
 /*

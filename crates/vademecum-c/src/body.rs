@@ -109,6 +109,7 @@ impl Asked {
             s if s == VdmStructure::VDM_DIAGONAL as i32 => StructureChoice::Diagonal,
             s if s == VdmStructure::VDM_BLOCK as i32 => StructureChoice::Block,
             s if s == VdmStructure::VDM_EXACT as i32 => StructureChoice::Exact,
+            s if s == VdmStructure::VDM_STRAIN as i32 => StructureChoice::Strain,
             _ => return None,
         };
         let double = match given.precision {

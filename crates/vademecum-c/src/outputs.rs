@@ -119,6 +119,7 @@ impl Body {
             S::Diagonal => VdmStructure::VDM_DIAGONAL,
             S::Block => VdmStructure::VDM_BLOCK,
             S::Exact => VdmStructure::VDM_EXACT,
+            S::Strain => VdmStructure::VDM_STRAIN,
         };
         structure as i32
     }

@@ -54,7 +54,7 @@ impl Body {
     pub fn compliance(&mut self, places: &[VdmPlace], w: &mut [f64]) -> VdmStatus {
         let mut contacts = CONTACTS;
         let Some(contacts) = contacts_of(places, &mut contacts) else { return self.too_many() };
-        let done = moved!(self.march, m => m.scene.compliance(contacts, w, m.work));
+        let done = moved!(self.march, m => m.scene.compliance_at(&m.state, contacts, w, m.work));
         self.answer(done.map_err(of_places), VdmStatus::VDM_LOAD)
     }
 

@@ -49,6 +49,8 @@ pub enum VdmStructure {
     VDM_BLOCK = 2,
     /// One 2 by 2 block for each mode, without error of time.
     VDM_EXACT = 3,
+    /// Large displacements.
+    VDM_STRAIN = 4,
 }
 
 /// Displacement or velocity; what calls name `field`.

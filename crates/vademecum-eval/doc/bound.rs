@@ -16,6 +16,10 @@ const BODY: &[u8] =
 const LIVE: &[u8] =
     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/parameters.vdm"));
 
+/// A body of 3 coordinates in the strain structure: a loadable surface, the load pattern "pull", three probes.
+#[allow(dead_code)]
+const BENT: &[u8] = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/bent.vdm"));
+
 /// Binds a file. The names of what it leaves are given to it, because a macro's own names stay its own.
 #[allow(unused_macros)]
 macro_rules! bound {

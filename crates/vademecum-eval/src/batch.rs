@@ -51,6 +51,8 @@ pub struct Batch<'m, T> {
     unstarted: &'m mut [T],
     /// Whether there may be such an instance.
     some_unstarted: bool,
+    /// What a step of the strain structure works in.
+    scratch: &'m mut [T],
     /// Where the new states go; then the two change places. Zero where an instance rests.
     next: &'m mut [T],
 }
@@ -75,7 +77,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
     pub const fn len_for(scene: &Scene<'_, T>, n_instances: usize) -> usize {
         let (group, groups) = (group_len(scene.shape), n_instances.div_ceil(WIDTH));
         let one_each = WIDTH.saturating_mul(scene.shape.r.saturating_add(3));
-        group.saturating_mul(3).saturating_add(one_each).saturating_mul(groups)
+        let states = group.saturating_mul(3).saturating_add(one_each).saturating_mul(groups);
+        states.saturating_add(scene.shape.scratch_len())
     }
 
     /// `n_instances` bodies at rest, without loads. `memory` holds at least [`Batch::len_for`] numbers; what
@@ -113,6 +116,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         let (states, next, loads) = (take(group)?, take(group)?, take(group)?);
         let (magnitudes, loaded, unstarted) = (take(WIDTH)?, take(WIDTH)?, take(WIDTH)?);
         let forces = take(WIDTH * scene.shape.r)?;
+        let scratch = memory.take(scene.shape.scratch_len())?;
         let some_unstarted = scene.shape.n_parts() > 2;
         unstarted.fill(if some_unstarted { T::from_f32(1.0) } else { T::ZERO });
         let (shape, generation) = (scene.shape, scene.generation);
@@ -130,6 +134,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
             loaded,
             unstarted,
             some_unstarted,
+            scratch,
             next,
         })
     }
@@ -295,7 +300,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         match self.shape.structure() {
             Structure::Diagonal => self.step_groups::<3>(scene)?,
             Structure::Exact => self.step_groups::<2>(scene)?,
-            Structure::Block => self.step_each(scene)?,
+            Structure::Block | Structure::Strain => self.step_each(scene)?,
         }
         core::mem::swap(&mut self.states, &mut self.next);
         if self.some_unstarted {
@@ -396,7 +401,13 @@ impl<'m, T: Scalar> Batch<'m, T> {
             if *magnitude == T::ZERO && loaded == T::ZERO {
                 continue;
             }
-            *magnitude = step_dense(scene.map.as_chunks().0, 3 * self.shape.r, old, load, new);
+            *magnitude = match self.shape.structure() {
+                Structure::Strain => {
+                    new.iter_mut().zip(&*old).for_each(|(new, &old)| *new = old);
+                    scene.sub_steps(new, load, self.scratch, None)?
+                }
+                _ => step_dense(scene.map.as_chunks().0, 3 * self.shape.r, old, load, new),
+            };
             if rests(*magnitude, loaded, scene.rest_below) {
                 *magnitude = T::ZERO;
                 old.fill(T::ZERO);
@@ -423,7 +434,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
 const fn group_len(shape: Shape) -> usize {
     match shape.structure() {
         Structure::Diagonal | Structure::Exact => shape.n_parts() * shape.r * WIDTH,
-        Structure::Block => shape.padded() * WIDTH,
+        Structure::Block | Structure::Strain => shape.padded() * WIDTH,
     }
 }
 
@@ -434,7 +445,7 @@ const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
         Structure::Diagonal | Structure::Exact => {
             ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH
         }
-        Structure::Block => instance * shape.padded() + third * shape.r + k,
+        Structure::Block | Structure::Strain => instance * shape.padded() + third * shape.r + k,
     }
 }
 

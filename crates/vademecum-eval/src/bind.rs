@@ -15,6 +15,7 @@ use crate::residual::Residual;
 use crate::rows::Rows;
 use crate::scalar::Scalar;
 use crate::shape::Shape;
+use crate::strain_map::StrainSections;
 use crate::stress_rows::StressRows;
 use crate::supports::Supports;
 use vademecum_format::exact::Propagator;
@@ -47,6 +48,8 @@ pub(crate) struct Sections<'m> {
     pub stress: StressRows<'m>,
     /// The separated solution of the block structure; empty for the diagonal one.
     pub separated: Separated<'m>,
+    /// The strain map; empty for the other structures.
+    pub strain: StrainSections<'m>,
 }
 
 /// `E_t`, points and factors as the file stores them.
@@ -96,6 +99,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         Structure::Diagonal | Structure::Exact => {
             (Stiffness::Diagonal(needed(file, S::Eigenvalues)?), Separated::default())
         }
+        Structure::Strain => (Stiffness::Diagonal(&[]), Separated::default()),
         Structure::Block => (
             Stiffness::Dense(needed(file, S::ReducedStiffness)?),
             Separated {
@@ -105,7 +109,12 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
             },
         ),
     };
+    let strain = match structure {
+        Structure::Strain => StrainSections::of(file)?,
+        _ => StrainSections::default(),
+    };
     Ok(Sections {
+        strain,
         rows: Rows::of(file),
         matrices: matrices(file, stiffness),
         block_load: optional(S::BlockLoad),
@@ -164,6 +173,8 @@ pub(crate) fn fuse<'w, T: Scalar>(
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
         Structure::Exact => fuse_exact(sections, asked, shape, work)?,
         Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
+        // The strain structure has no map of its state.
+        Structure::Strain => Fused { d: &[], loads: &[], weights: &[] },
     };
     let mut all = fused.d.iter().chain(fused.loads).chain(fused.weights);
     if all.any(|&value| !T::from_f64(value).to_f64().is_finite()) {
@@ -366,6 +377,7 @@ pub(crate) fn lay_out<T: Scalar>(
             contract(map);
             Ok(())
         }
+        Structure::Strain => Ok(()),
         Structure::Block => {
             lay_out_columns(fused.d, 3 * shape.r, map)?;
             let (mut columns, mut load_maps) = (Lender::new(fused.loads), Lender::new(load_maps));

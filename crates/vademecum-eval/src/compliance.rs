@@ -27,7 +27,11 @@ impl<T: Scalar> Scene<'_, T> {
     /// Numbers of work that [`Scene::compliance`] and [`Scene::free_motion`] want for so many contacts.
     #[must_use]
     pub const fn compliance_work(&self, contacts: usize) -> usize {
-        contacts.saturating_mul(3).saturating_mul(self.shape.r).saturating_add(self.shape.r)
+        let own = match self.shape.structure() {
+            Structure::Diagonal | Structure::Block | Structure::Exact => self.shape.r,
+            Structure::Strain => self.shape.padded().saturating_add(self.shape.scratch_len()),
+        };
+        contacts.saturating_mul(3).saturating_mul(self.shape.r).saturating_add(own)
     }
 
     /// How the body yields at contacts to forces held over the coming step: `w` of shape `(3n, 3n)` for `n`
@@ -61,10 +65,13 @@ impl<T: Scalar> Scene<'_, T> {
     /// ```
     ///
     /// # Errors
-    /// [`LoadError::Mismatch`] for the block structure and for lent memory that is too short, and the errors
-    /// of a contact that cannot be added.
+    /// [`LoadError::Mismatch`] for the block structure and for lent memory that is too short,
+    /// [`LoadError::NeedsState`] for the strain structure, and the errors of a contact that cannot be added.
     pub fn compliance(&self, contacts: &[Contact], w: &mut [f64], work: &mut [T]) -> Result<(), LoadError> {
         let (n, r) = (3 * contacts.len(), self.shape.r);
+        if self.shape.structure() == Structure::Strain {
+            return Err(LoadError::NeedsState);
+        }
         if self.shape.structure() == Structure::Block || w.len() != n * n {
             return Err(LoadError::Mismatch);
         }
@@ -123,8 +130,14 @@ impl<T: Scalar> Scene<'_, T> {
         self.check_fresh(loads)?;
         let (n, r) = (3 * contacts.len(), self.shape.r);
         let mut work = Lender::new(work);
-        let (rows, moved) = (work.take(n * r)?, work.take(r)?);
+        let rows = work.take(n * r)?;
         self.project(contacts, rows).map_err(|_| StepError::Mismatch)?;
+        if self.shape.structure() == Structure::Strain {
+            let moved = self.strain_ahead(state, loads, work.rest())?;
+            show(rows, moved, out);
+            return Ok(());
+        }
+        let moved = work.take(r)?;
         for (k, moved) in moved.iter_mut().enumerate() {
             let increment = |part: usize| {
                 let number = state.y.part(part).get(k).copied().unwrap_or(T::ZERO);
@@ -136,12 +149,9 @@ impl<T: Scalar> Scene<'_, T> {
             }
             *moved = state.y.part(0).get(k).copied().unwrap_or(T::ZERO) + next;
         }
-        for ((rows, contact), out) in rows.chunks_exact(3 * r.max(1)).zip(contacts).zip(out) {
-            for (row, out) in rows.chunks_exact(r.max(1)).zip(&mut *out) {
-                let products = row.iter().zip(&*moved).map(|(&a, &b)| a * b);
-                *out = products.fold(T::ZERO, |sum, product| sum + product).to_f64();
-            }
-            if !loads.statics.is_empty() {
+        show(rows, moved, out);
+        if !loads.statics.is_empty() {
+            for (contact, out) in contacts.iter().zip(out) {
                 for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
                     let rest = self.sections.residual.node(node as usize, &loads.statics);
                     let scale = weight / self.parameters.stiffness;
@@ -153,7 +163,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// `H_c B` of each contact, `(n, 3, r)`.
-    fn project(&self, contacts: &[Contact], rows: &mut [T]) -> Result<(), LoadError> {
+    pub(crate) fn project(&self, contacts: &[Contact], rows: &mut [T]) -> Result<(), LoadError> {
         let (kind, r) = (SectionKind::SurfaceBasis, self.shape.r);
         let basis = self.sections.rows.surface.ok_or(LoadError::Missing { kind })?;
         rows.fill(T::ZERO);
@@ -198,5 +208,14 @@ impl<T: Scalar> Scene<'_, T> {
             }
         }
         sum
+    }
+}
+
+/// Displacements of contacts, from their rows `(n, 3, r)` and the coordinates.
+fn show<T: Scalar>(rows: &[T], moved: &[T], out: &mut [[f64; 3]]) {
+    let r = moved.len().max(1);
+    for (row, out) in rows.chunks_exact(r).zip(out.as_flattened_mut()) {
+        let products = row.iter().zip(moved).map(|(&a, &b)| a * b);
+        *out = products.fold(T::ZERO, |sum, product| sum + product).to_f64();
     }
 }

@@ -47,6 +47,12 @@ impl<T: Scalar> Scene<'_, T> {
         let separated = &sections.separated;
         let (bind_numbers, step_operations) = match shape.structure() {
             Structure::Diagonal => (r, 9 * r),
+            Structure::Strain => {
+                let n = shape.strain.padded();
+                let rows = shape.strain.rows * (shape.strain.row_len() + 3 * n + n * (n + 1) / 2);
+                let of_file = sections.strain.linear.len() + sections.strain.tail.len();
+                (of_file, self.strain.substeps * (rows + n * n * n / 6 + n * n + 4 * r))
+            }
             Structure::Exact => (r * (1 + usize::from(sections.damping_ratios.is_some())), 4 * r),
             Structure::Block => {
                 let factors = shape.n_terms * separated.points.len();
@@ -63,7 +69,8 @@ impl<T: Scalar> Scene<'_, T> {
         let pattern_row = if separated_terms > 0 { row(sections.pattern_block) } else { 0 };
         Cost {
             terms: in_use,
-            bind_bytes: 8 * (bind_numbers - (separated_terms - in_use) * r * r),
+            bind_bytes: 8 * (bind_numbers - (separated_terms - in_use) * r * r)
+                + sections.strain.quadratic.len() * width(sections.strain.quadratic),
             step_operations,
             step_bytes: size_of::<T>() * (shape.map_len() + 3 * shape.padded()),
             contact_rows: 9 * (1 + in_use),

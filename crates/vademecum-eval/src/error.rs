@@ -26,6 +26,13 @@ pub enum BindError {
     /// A region has a scale of its own, and the diagonal structure knows none: its modes are those of the
     /// whole body.
     NotDiagonal,
+    /// A region has a scale of its own, and the strain structure knows only those of the whole body.
+    WholeBody,
+    /// The file has what the strain structure cannot do: a free body, or a base that moves.
+    NotWithStrain {
+        /// The section.
+        kind: SectionKind,
+    },
     /// The scale of a region is not a positive number.
     BadScale {
         /// The region, and whether it is its stiffness or its density.
@@ -71,7 +78,8 @@ pub enum BindError {
         /// Numbers needed.
         needed: usize,
     },
-    /// The rest threshold or the tolerance is negative or not a number.
+    /// The rest threshold, the tolerance or the viscosity is negative or not a number, or the sub-steps are
+    /// not 1 to 1024.
     BadOption {
         /// Its value.
         value: f64,
@@ -152,6 +160,14 @@ pub enum LoadError {
     Mismatch,
     /// The loads hold contacts from before the scene's parameters changed; clear them and add again.
     Stale,
+    /// The compliance of the strain structure depends on the state; ask
+    /// [`Scene::compliance_at`](crate::Scene::compliance_at).
+    NeedsState,
+    /// The strain structure tells the compliance over one sub-step only, and the scene has more of them.
+    Substeps {
+        /// How many.
+        substeps: usize,
+    },
     /// The batch has no such instance.
     NoInstance {
         /// The instance.
@@ -209,6 +225,10 @@ pub enum OutputError {
     Mismatch,
     /// A reaction of a scene that does not remember the forces of its last step.
     ForcesForgotten,
+    /// The strain structure does not know it: a stress, a reaction, a fused map.
+    NotWithStrain,
+    /// The scene has no strain structure, or the file no training box.
+    NoTraining,
 }
 
 impl fmt::Display for BindError {
@@ -255,6 +275,16 @@ impl fmt::Display for BindError {
                     "a region has a scale of its own: only the block structure can do that, ask for it"
                 )
             }
+            Self::WholeBody => write!(
+                out,
+                "a region has a scale of its own: large displacements know only scales of the whole body"
+            ),
+            Self::NotWithStrain { kind } => write!(
+                out,
+                "the file has section {} ({kind:?}), which the strain structure cannot use: large \
+                 displacements are those of a body with supports that stand still",
+                kind.number()
+            ),
             Self::BadScale { role, value } => {
                 write!(out, "{role:?}: a scale of {value:e}, expected a positive number")
             }
@@ -275,7 +305,11 @@ impl fmt::Display for BindError {
                 write!(out, "{found} numbers were lent, {needed} are needed")
             }
             Self::BadOption { value } => {
-                write!(out, "tolerance or rest threshold {value:e}: expected 0 or more")
+                write!(
+                    out,
+                    "tolerance, rest threshold, viscosity or sub-steps {value:e}: expected a finite number of 0 or \
+                     more, and 1 to 1024 sub-steps"
+                )
             }
             Self::Terms { asked, found } => {
                 write!(
@@ -318,6 +352,15 @@ impl fmt::Display for LoadError {
                  `SceneOptions::contacts`"
             ),
             Self::Mismatch => write!(out, "these loads belong to a scene of another shape"),
+            Self::NeedsState => write!(
+                out,
+                "the compliance of large displacements depends on the state: ask `Scene::compliance_at`"
+            ),
+            Self::Substeps { substeps } => write!(
+                out,
+                "a step of this scene has {substeps} sub-steps, and the compliance of the strain structure is \
+                 that of one: bind it with one sub-step and a shorter step"
+            ),
             Self::NoInstance { index, count } => {
                 write!(out, "there is no instance {index}; the batch has {count}")
             }
@@ -361,6 +404,14 @@ impl fmt::Display for OutputError {
                 write!(out, "an output of {found} numbers was lent, {needed} are written")
             }
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
+            Self::NotWithStrain => write!(
+                out,
+                "the strain structure does not give this: stress, strain, reactions and the fused map belong to \
+                 small displacements"
+            ),
+            Self::NoTraining => {
+                write!(out, "the file has no training box of the strain structure (sections 64 and 65)")
+            }
             Self::ForcesForgotten => write!(
                 out,
                 "the scene does not remember the forces of its last step, which reactions are made of: bind it \

@@ -37,8 +37,12 @@ impl<T: Scalar> Scene<'_, T> {
     /// ```
     ///
     /// # Errors
+    /// [`OutputError::NotWithStrain`] for the strain structure, whose step is not a map;
     /// [`OutputError::Length`] if `out` does not have `9r²` numbers, or `4r²` for the exact structure.
     pub fn increment_into(&self, out: &mut [f64]) -> Result<(), OutputError> {
+        if self.shape.structure() == Structure::Strain {
+            return Err(OutputError::NotWithStrain);
+        }
         let n = self.shape.n_parts() * self.shape.r;
         let (found, needed) = (out.len(), n * n);
         if found != needed {
@@ -60,6 +64,7 @@ impl<T: Scalar> Scene<'_, T> {
             Structure::Diagonal => place_in_modes::<3>(i % r, i / r, j / r),
             Structure::Exact => place_in_modes::<2>(i % r, i / r, j / r),
             Structure::Block => place_in_tiles(i, j, 3 * r),
+            Structure::Strain => return Ok(0.0),
         };
         let short = Short { found: self.map.len(), needed: at.saturating_add(1) };
         self.map.get(at).map(|d| d.to_f64()).ok_or(short)

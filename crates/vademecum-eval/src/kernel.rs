@@ -115,9 +115,9 @@ pub(crate) fn add_dense<T: Scalar>(tiles: &[[T; TILE]], x: &[T], out: &mut [T]) 
 }
 
 #[inline(always)]
-fn columns_times<T: Scalar>(tile: &[[T; TILE]], x: &[T], mut sum: [T; TILE]) -> [T; TILE] {
+pub(crate) fn columns_times<T: Scalar, const N: usize>(tile: &[[T; N]], x: &[T], mut sum: [T; N]) -> [T; N] {
     for (column, &x) in tile.iter().zip(x) {
-        for k in 0..TILE {
+        for k in 0..N {
             sum[k] += column[k] * x;
         }
     }
@@ -142,7 +142,7 @@ fn parts<T, const N: usize>(all: &[T], stride: usize) -> Result<[&[[T; LANES]]; 
 
 /// Sum of all, in halves: one after the other they would wait for each other, longer than the step takes.
 #[inline(always)]
-fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {
+pub(crate) fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {
     let (mut sums, mut count) = (*sums, N);
     while count > 1 {
         let kept = count.div_ceil(2);

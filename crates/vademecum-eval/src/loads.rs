@@ -309,7 +309,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         kind: SectionKind,
     ) -> Result<Numbers<'n>, LoadError> {
         match self.shape.structure() {
-            Structure::Diagonal | Structure::Exact => Ok(Numbers::F64(&[])),
+            Structure::Diagonal | Structure::Exact | Structure::Strain => Ok(Numbers::F64(&[])),
             Structure::Block => numbers.ok_or(LoadError::Missing { kind }),
         }
     }
@@ -350,7 +350,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
             row.iter_mut().for_each(|g| *g = *g * amplitude);
             let map = maps.take(self.shape.load_map_len())?;
             match self.shape.structure() {
-                Structure::Diagonal | Structure::Exact => {
+                Structure::Diagonal | Structure::Exact | Structure::Strain => {
                     for (out, map) in self.increment.chunks_exact_mut(stride).zip(map.chunks_exact(stride)) {
                         out.iter_mut().zip(map).zip(row.iter()).for_each(|((out, &map), &g)| *out += map * g);
                     }

@@ -14,12 +14,14 @@ pub enum Structure {
     /// One 2×2 block per mode, which moves it exactly under loads that are linear over the step: `4r`
     /// multiply-adds ([`vademecum_format::exact`]).
     Exact,
+    /// Large displacements: a strain that is quadratic in the coordinates, and one small solve a sub-step.
+    Strain,
 }
 
 /// Which structure a scene shall take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StructureChoice {
-    /// The exact one if the file was built for it. Otherwise the cheapest whose certificate keeps the
+    /// The strain one if the file has it, else the exact one if the file was built for it. Otherwise the cheapest whose certificate keeps the
     /// tolerance, or else the one with the smaller certified error. The block one if a region's scale is not
     /// 1; a scene that will be set to such scales later asks for the block one from the start.
     #[default]
@@ -30,6 +32,8 @@ pub enum StructureChoice {
     Block,
     /// The exact one, which every file with the diagonal structure can take.
     Exact,
+    /// The strain one.
+    Strain,
 }
 
 /// What a scene is bound to; [`SceneOptions::default`] is the file as it was built.
@@ -69,6 +73,13 @@ pub struct SceneOptions {
     /// With a residual or with reactions: for so many contacts with nodes of their own there is room.
     /// Contacts on the same nodes share it.
     pub contacts: usize,
+    /// Sub-steps of a step of the strain structure, 1 to 1024; those the file was built with if `None`. The
+    /// other structures have none.
+    pub substeps: Option<usize>,
+    /// `c`: numerical viscosity of strain rows, which takes from a small motion of frequency `ω` the energy
+    /// that `c (ω k/2)⁴` damping ratios a sub-step of `k` would. 0 keeps the energy exactly. Only of the
+    /// strain structure.
+    pub viscosity: f64,
 }
 
 impl Default for SceneOptions {
@@ -87,6 +98,8 @@ impl Default for SceneOptions {
             terms: None,
             residual: true,
             contacts: 16,
+            substeps: None,
+            viscosity: 1.0 / 18.0,
         }
     }
 }

@@ -80,6 +80,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`OutputError::ForcesForgotten`]: a scene without room for contacts.
     pub fn reaction(&self, state: &State<'_, T>, index: usize) -> Result<Reaction, OutputError> {
         self.check(state)?;
+        if self.shape.structure() == Structure::Strain {
+            return Err(OutputError::NotWithStrain);
+        }
         self.check_support(index)?;
         if self.shape.statics[0] == 0 && self.sections.supports.n_load_nodes > 0 {
             return Err(OutputError::ForcesForgotten);

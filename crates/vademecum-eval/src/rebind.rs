@@ -8,7 +8,7 @@ use crate::bind::{Asked, fuse, lay_out};
 use crate::error::BindError;
 use crate::options::{SceneOptions, Structure, StructureChoice};
 use crate::scalar::Scalar;
-use crate::scene::Scene;
+use crate::scene::{Scene, strain_step};
 use crate::shape;
 use crate::state::State;
 
@@ -72,13 +72,15 @@ impl<T: Scalar> Scene<'_, T> {
             (StructureChoice::Auto, _)
             | (StructureChoice::Diagonal, Structure::Diagonal)
             | (StructureChoice::Block, Structure::Block)
-            | (StructureChoice::Exact, Structure::Exact) => {}
+            | (StructureChoice::Exact, Structure::Exact)
+            | (StructureChoice::Strain, Structure::Strain) => {}
             _ => return Err(BindError::OtherStructure),
         }
         match self.shape.structure() {
             Structure::Diagonal | Structure::Exact if options.moves_a_region() => {
                 return Err(BindError::NotDiagonal);
             }
+            Structure::Strain if options.moves_a_region() => return Err(BindError::WholeBody),
             Structure::Block => {
                 let (asked, found) = (shape::terms(&self.metadata, options)?, self.shape.n_terms);
                 if asked != found {
@@ -91,9 +93,11 @@ impl<T: Scalar> Scene<'_, T> {
         let work = work.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
         let asked = Asked::new(&self.metadata, options);
         let fused = fuse::<T>(&self.metadata, &self.sections, &asked, self.shape, work)?;
+        let strain = strain_step::<T>(&self.sections.strain, self.shape, &asked.step, options)?;
         lay_out(&fused, self.shape, self.map, self.load_maps, self.weights)?;
         self.options = *options;
-        self.parameters = asked.step;
+        (self.parameters, self.strain) = (asked.step, strain);
+        self.lay_out_strain()?;
         self.rest_below = options.rest_threshold();
         self.generation = self.generation.wrapping_add(1);
         Ok(())

@@ -10,8 +10,10 @@
 //! without a threshold it moved for ever at some hundred times the floor.
 
 use crate::equation::{Equation, larger};
+use crate::options::Structure;
 use crate::scalar::Scalar;
 use crate::scene::Scene;
+use crate::strain_map::bounds;
 
 impl<T: Scalar> Scene<'_, T> {
     /// The largest energy \[J\] that a body of this scene can have when it is put at rest; every later
@@ -19,6 +21,13 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`SceneOptions::rest_below`](crate::SceneOptions::rest_below). `O(r)`.
     #[must_use]
     pub fn energy_at_rest(&self) -> f64 {
+        if self.shape.structure() == Structure::Strain {
+            // |z| ≤ |L| |q| + |Q| |q|².
+            let ([linear, quadratic], at) = (bounds(&self.sections.strain), self.rest_below.to_f64());
+            let (strain, rate) = (linear * at + quadratic * at * at, at / self.parameters.time_step);
+            return 0.5
+                * (self.parameters.stiffness * strain * strain + self.parameters.density * rate * rate);
+        }
         energy(self.rest_below, &self.equation(), self.shape.r)
     }
 }

@@ -7,12 +7,13 @@
 
 use crate::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::error::BindError;
-use crate::lend::Lender;
+use crate::lend::{Lender, Short};
 use crate::options::{SceneOptions, Sizes, Structure};
 use crate::scalar::Scalar;
 use crate::shape::{Shape, shape};
+use crate::strain_map::{StrainSections, StrainStep, lay_out_force, lay_out_strain};
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
-use vademecum_format::{File, Metadata};
+use vademecum_format::{File, Metadata, SectionKind};
 
 /// An opened file bound to parameters, ready to step. States and loads are apart.
 #[derive(Debug)]
@@ -25,6 +26,8 @@ pub struct Scene<'m, T> {
     /// Counts how often the parameters changed; loads remember theirs.
     pub(crate) generation: u64,
     pub(crate) rest_below: T,
+    /// The step of the strain structure.
+    pub(crate) strain: StrainStep,
     pub(crate) map: &'m mut [T],
     pub(crate) load_maps: &'m mut [T],
     pub(crate) weights: &'m mut [T],
@@ -86,7 +89,13 @@ impl<'m, T: Scalar> Scene<'m, T> {
     ) -> Result<Self, BindError> {
         let shape = shape::<T>(file, options)?;
         let mut sections = sections(file, shape.structure())?;
-        if !options.residual || shape.structure() == Structure::Block {
+        if shape.structure() == Structure::Strain {
+            let moving = [SectionKind::RigidBody, SectionKind::BaseFrame];
+            if let Some(kind) = moving.into_iter().find(|&kind| file.section(kind).is_some()) {
+                return Err(BindError::NotWithStrain { kind });
+            }
+        }
+        if !options.residual || matches!(shape.structure(), Structure::Block | Structure::Strain) {
             // Forces are remembered for reactions, too.
             (sections.residual, sections.factor) = Default::default();
         }
@@ -147,12 +156,14 @@ impl<'m, T: Scalar> Scene<'m, T> {
         let memory = memory.get_mut(..sizes.scene).ok_or(short(lent, sizes.scene))?;
         let work = work.get_mut(..sizes.work).ok_or(short(lent_work, sizes.work))?;
         let fused = fuse::<T>(&metadata, &sections, &asked, shape, work)?;
+        let strain = strain_step::<T>(&sections.strain, shape, &asked.step, options)?;
         memory.fill(T::ZERO);
         let mut memory = Lender::new(memory);
         let (map, load_maps) = (memory.take(shape.map_len())?, memory.take(shape.load_maps_len())?);
         let weights = memory.take(shape.weights_len())?;
         lay_out(&fused, shape, map, load_maps, weights)?;
-        Ok(Self {
+        let mut scene = Self {
+            strain,
             shape,
             metadata,
             options: *options,
@@ -163,7 +174,18 @@ impl<'m, T: Scalar> Scene<'m, T> {
             map,
             load_maps,
             weights,
-        })
+        };
+        scene.lay_out_strain()?;
+        Ok(scene)
+    }
+
+    /// Writes the numbers of the strain structure where a step reads them.
+    pub(crate) fn lay_out_strain(&mut self) -> Result<(), Short> {
+        if self.shape.structure() == Structure::Strain {
+            lay_out_strain(&self.sections.strain, self.shape.strain, &self.strain, Some(&mut *self.map))?;
+            lay_out_force(&self.strain, self.parameters.density, self.shape.stride(), self.load_maps);
+        }
+        Ok(())
     }
 
     /// The memory that this scene asked for.
@@ -179,7 +201,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
     }
 
     /// Numbers of a state that [`State::save_into`](crate::State::save_into) writes: `3r`, or `2r` of the
-    /// exact structure.
+    /// exact and of the strain structure.
     #[must_use]
     pub const fn state_numbers(&self) -> usize {
         self.shape.n_parts() * self.shape.r
@@ -212,7 +234,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
     /// The scheme whose stages the scene fused.
     pub(crate) const fn scheme(&self) -> &SchemeTable {
         match self.shape.structure() {
-            Structure::Exact => &SchemeTable::EXACT,
+            Structure::Exact | Structure::Strain => &SchemeTable::EXACT,
             Structure::Diagonal | Structure::Block => &self.metadata.scheme,
         }
     }
@@ -222,5 +244,18 @@ impl<'m, T: Scalar> Scene<'m, T> {
     #[must_use]
     pub fn instants(&self) -> [f64; 1 + MAX_STAGES] {
         self.scheme().instants()
+    }
+}
+
+/// The step of the strain structure, checked; nothing for the others.
+pub(crate) fn strain_step<T: Scalar>(
+    sections: &StrainSections<'_>,
+    shape: Shape,
+    asked: &StepParameters,
+    options: &SceneOptions,
+) -> Result<StrainStep, BindError> {
+    match shape.structure() {
+        Structure::Strain => StrainStep::checked::<T>(sections, shape.strain, asked, options),
+        Structure::Diagonal | Structure::Block | Structure::Exact => Ok(StrainStep::default()),
     }
 }

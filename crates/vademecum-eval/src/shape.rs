@@ -7,9 +7,11 @@ use crate::kernel::{LANES, TILE};
 use crate::options::{SceneOptions, Sizes, Structure, StructureChoice};
 use crate::residual::room;
 use crate::scalar::Scalar;
+use crate::strain_kernel::StrainShape;
+use crate::strain_map::strain_shape;
 use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
 use vademecum_format::scheme::fuse_work_len;
-use vademecum_format::{AxisRole, File, Metadata, StructureCertificate};
+use vademecum_format::{AxisRole, File, Metadata, SectionKind, StructureCertificate};
 
 /// The lengths a scene, its states and its loads agree on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +27,8 @@ pub(crate) struct Shape {
     pub n_points: usize,
     /// Nodes and patterns whose forces are remembered for the static residual and for reactions.
     pub statics: [usize; 2],
+    /// Of the strain structure.
+    pub strain: StrainShape,
 }
 
 impl Shape {
@@ -38,7 +42,7 @@ impl Shape {
     pub const fn n_parts(&self) -> usize {
         match self.structure() {
             Structure::Diagonal | Structure::Block => 3,
-            Structure::Exact => 2,
+            Structure::Exact | Structure::Strain => 2,
         }
     }
 
@@ -46,14 +50,14 @@ impl Shape {
     pub const fn stride(&self) -> usize {
         match self.structure() {
             Structure::Diagonal | Structure::Exact => self.r.next_multiple_of(LANES),
-            Structure::Block => self.r,
+            Structure::Block | Structure::Strain => self.r,
         }
     }
 
     /// Length of one state, padded for the kernel.
     pub const fn padded(&self) -> usize {
         match self.structure() {
-            Structure::Diagonal | Structure::Exact => self.n_parts() * self.stride(),
+            Structure::Diagonal | Structure::Exact | Structure::Strain => self.n_parts() * self.stride(),
             Structure::Block => (3 * self.r).next_multiple_of(TILE),
         }
     }
@@ -65,7 +69,15 @@ impl Shape {
 
     /// A state: old and new.
     pub const fn state_len(&self) -> usize {
-        2 * self.padded() + self.statics_len()
+        2 * self.padded() + self.statics_len() + self.scratch_len()
+    }
+
+    /// Length of the memory that a step works in, beside a state.
+    pub const fn scratch_len(&self) -> usize {
+        match self.structure() {
+            Structure::Diagonal | Structure::Block | Structure::Exact => 0,
+            Structure::Strain => self.strain.scratch_len(),
+        }
     }
 
     /// Length of loads.
@@ -83,13 +95,14 @@ impl Shape {
         match self.structure() {
             Structure::Diagonal | Structure::Exact => self.n_parts() * self.padded(),
             Structure::Block => self.padded() * 3 * self.r,
+            Structure::Strain => self.strain.map_len(),
         }
     }
 
     /// Length of one stage's load map.
     pub const fn load_map_len(&self) -> usize {
         match self.structure() {
-            Structure::Diagonal | Structure::Exact => self.padded(),
+            Structure::Diagonal | Structure::Exact | Structure::Strain => self.padded(),
             Structure::Block => self.padded() * self.r,
         }
     }
@@ -110,6 +123,7 @@ impl Shape {
         match self.structure() {
             Structure::Diagonal => (9 + 3 * n) * r,
             Structure::Exact => (4 + 2 * n) * r,
+            Structure::Strain => 0,
             Structure::Block => {
                 (n + 9 + 3 * n) * r * r + self.weights_len() + Axes::WORK * self.n_points + fuse_work_len(r)
             }
@@ -130,18 +144,30 @@ impl Shape {
 pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
     check(options)?;
     let metadata = file.metadata();
-    let structure = choose(metadata, options)?;
+    let strain = file.section(SectionKind::StrainSizes).is_some();
+    let structure = choose(metadata, strain, options)?;
     let (n_terms, n_points) = match structure {
         Structure::Block => (terms(metadata, options)?, metadata.n_axis_points() as usize),
-        Structure::Diagonal | Structure::Exact => (0, 0),
+        Structure::Diagonal | Structure::Exact | Structure::Strain => (0, 0),
     };
     let n_stages = match structure {
-        Structure::Exact => 2,
+        Structure::Exact | Structure::Strain => 2,
         Structure::Diagonal | Structure::Block => metadata.scheme.active().len(),
     };
     let residual = options.residual && structure != Structure::Block;
-    let statics = room::<T>(file, options.contacts, residual);
-    Ok(Shape { chosen: structure, r: metadata.n_modes as usize, n_stages, n_terms, n_points, statics })
+    let (statics, strain) = match structure {
+        Structure::Strain => ([0; 2], strain_shape(file)?),
+        _ => (room::<T>(file, options.contacts, residual), StrainShape::default()),
+    };
+    Ok(Shape {
+        chosen: structure,
+        r: metadata.n_modes as usize,
+        n_stages,
+        n_terms,
+        n_points,
+        statics,
+        strain,
+    })
 }
 
 /// The terms a block scene of these options adds up: the first of the file's.
@@ -166,25 +192,28 @@ pub(crate) fn check(options: &SceneOptions) -> Result<(), BindError> {
     Ok(())
 }
 
-fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, BindError> {
+fn choose(metadata: &Metadata<'_>, strain: bool, options: &SceneOptions) -> Result<Structure, BindError> {
     let exact = metadata.diagonal.then_some(Structure::Exact);
     let block = metadata.block.then_some(Structure::Block);
     let diagonal = if metadata.scheme.is_exact() { None } else { exact.and(Some(Structure::Diagonal)) };
-    if exact.or(block).is_none() {
+    let strain = strain.then_some(Structure::Strain);
+    if exact.or(block).or(strain).is_none() {
         // A file without either opens only if it has the chapter's.
         return Err(BindError::OnlyChapter);
     }
     if !cfg!(feature = "full") {
         let asked = match options.structure {
-            StructureChoice::Auto => metadata.scheme.is_exact(),
+            StructureChoice::Auto => metadata.scheme.is_exact() && strain.is_none(),
             StructureChoice::Exact => true,
-            StructureChoice::Diagonal | StructureChoice::Block => false,
+            StructureChoice::Diagonal | StructureChoice::Block | StructureChoice::Strain => false,
         };
         return exact.filter(|_| asked && !options.moves_a_region()).ok_or(BindError::LeftOut);
     }
     if options.moves_a_region() {
         return match options.structure {
             StructureChoice::Diagonal | StructureChoice::Exact => Err(BindError::NotDiagonal),
+            StructureChoice::Strain => Err(BindError::WholeBody),
+            StructureChoice::Auto if strain.is_some() => Err(BindError::WholeBody),
             _ => block.ok_or(BindError::NotDiagonal),
         };
     }
@@ -192,6 +221,8 @@ fn choose(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<Structure, 
         StructureChoice::Diagonal => diagonal,
         StructureChoice::Block => block,
         StructureChoice::Exact => exact,
+        StructureChoice::Strain => strain,
+        StructureChoice::Auto if strain.is_some() => strain,
         StructureChoice::Auto if metadata.scheme.is_exact() => exact,
         StructureChoice::Auto if diagonal.is_some() && block.is_some() => {
             let [a, b] = [&metadata.certificate.diagonal, &metadata.certificate.block];

@@ -16,6 +16,8 @@ pub struct State<'m, T> {
     pub(crate) y: Coordinates<'m, T>,
     /// Forces of the last step, for what the modes leave out.
     pub(crate) statics: Statics<'m, T>,
+    /// What a step of the strain structure works in.
+    pub(crate) scratch: &'m mut [T],
 }
 
 impl<'m, T: Scalar> State<'m, T> {
@@ -44,7 +46,9 @@ impl<'m, T: Scalar> State<'m, T> {
         let mut memory = Lender::new(memory);
         let y = Coordinates::new(shape.parts(), scene.parameters.time_step, &mut memory)?;
         let statics = Statics::new(shape.statics, &mut memory)?;
-        Ok(Self { shape, y, statics })
+        let scratch = memory.take(shape.scratch_len())?;
+        scratch.fill(T::ZERO);
+        Ok(Self { shape, y, statics, scratch })
     }
 
     /// Puts the body at rest, as [`State::new`] does: the next step is again a first one.

@@ -70,11 +70,15 @@ impl<T: Scalar> Scene<'_, T> {
 
     #[inline(always)]
     fn advance(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
+        if self.shape.structure() == Structure::Strain {
+            return self.march_strain(state, loads, None);
+        }
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure() {
             Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
             Structure::Exact => step_exact(blocks(self.map), old, load, new)?,
             Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
+            Structure::Strain => return Err(StepError::Mismatch),
         };
         let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
         state.statics.copy(&loads.statics);

@@ -11,6 +11,7 @@
 
 use crate::error::OutputError;
 use crate::principal::principal;
+use crate::options::Structure;
 use crate::rows::{Field, factors};
 use crate::scalar::Scalar;
 use crate::scene::Scene;
@@ -87,6 +88,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`OutputError`].
     pub fn stress(&self, state: &State<'_, T>, index: usize) -> Result<Tensor, OutputError> {
         self.check(state)?;
+        if self.shape.structure() == Structure::Strain {
+            return Err(OutputError::NotWithStrain);
+        }
         let rows = &self.sections.stress;
         let mut stress = rows.moving(index, factors(&state.y, Field::Displacement))?;
         let region = rows.point(index).map_or(MAX_REGIONS, |point| point.region as usize);

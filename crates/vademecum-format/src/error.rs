@@ -292,6 +292,8 @@ pub enum Quantity {
     Coupled,
     /// Rows of the strain structure.
     StrainRows,
+    /// Sub-steps of a step of the strain structure.
+    Substeps,
 }
 
 impl fmt::Display for FormatError {
@@ -477,6 +479,7 @@ impl Quantity {
             Self::Interacting => "coordinates that interact",
             Self::Coupled => "coordinates that couple with those that interact",
             Self::StrainRows => "strain rows",
+            Self::Substeps => "sub-steps of a step",
         }
     }
 }

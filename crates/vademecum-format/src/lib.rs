@@ -97,7 +97,7 @@ pub use parameter::{Parameter, ParameterRole};
 pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
 pub use section::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, Codec, Element, Numbers, Section, SectionKind};
-pub use strain::{MAX_STRAIN_ROWS, StrainSizes};
+pub use strain::{MAX_STRAIN_ROWS, MAX_SUBSTEPS, StrainSizes};
 #[cfg(feature = "zstd")]
 pub use unpack::{Decoder, unpack_into, unpacked_len};
 #[cfg(feature = "full")]

@@ -167,8 +167,8 @@ pub enum SectionKind {
     /// yz, zz), and the first of the six patterns of its angular velocity; then force \[N\] and moment about
     /// the centre \[N m\] of each pattern; `f64 (11 + 6 n_patterns)`.
     RigidBody = 59,
-    /// The strain structure: `n` coordinates that interact, `n₁` that couple with them, `m` strain rows;
-    /// `u32 (3)`. Since version 1.6, as all below.
+    /// The strain structure: `n` coordinates that interact, `n₁` that couple with them, `m` strain rows,
+    /// and the sub-steps of a step as built; `u32 (4)`. Since version 1.6, as all below.
     StrainSizes = 60,
     /// Linear part `L` of the first `r` strain rows \[J^½/(m kg^½)\] over the first `n + n₁` coordinates;
     /// `f64 (r, n + n₁)`.
@@ -346,7 +346,8 @@ impl SectionKind {
             Self::StressResidual | Self::ReactionLoads => [None, Some(u64::from(m.n_load_nodes)), Some(18)],
             Self::PatternStress | Self::PatternReaction => [Some(u64::from(m.n_patterns)), None, Some(6)],
             Self::SupportPoints => [None, Some(3), Some(1)],
-            Self::BaseFrame | Self::StrainSizes => one(3),
+            Self::BaseFrame => one(3),
+            Self::StrainSizes => one(4),
             Self::StrainLinear => [Some(r), None, Some(1)],
             Self::StrainTail => [None, Some(1), Some(1)],
             Self::StrainQuadratic => [None, None, Some(1)],

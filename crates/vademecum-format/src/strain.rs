@@ -12,6 +12,9 @@ use crate::section::{Codec, SectionKind};
 /// Most strain rows of a file.
 pub const MAX_STRAIN_ROWS: u32 = 65_536;
 
+/// Most sub-steps of a step.
+pub const MAX_SUBSTEPS: u32 = 1024;
+
 /// How many coordinates and rows the strain structure has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StrainSizes {
@@ -23,6 +26,8 @@ pub struct StrainSizes {
     pub rows: usize,
     /// `r`: coordinates.
     pub coordinates: usize,
+    /// Sub-steps of a step, as built.
+    pub substeps: usize,
 }
 
 impl StrainSizes {
@@ -58,25 +63,27 @@ impl StrainSizes {
     /// Refusals 13 and 28.
     pub fn read(file: &File<'_>) -> Result<Option<Self>, FormatError> {
         let Some(section) = file.section(SectionKind::StrainSizes) else { return Ok(None) };
-        let mut numbers = [0; 3];
+        let mut numbers = [0; 4];
         numbers.iter_mut().zip(section.u32s()?).for_each(|(out, &bytes)| *out = u32::from_le_bytes(bytes));
         Self::new(numbers, file.metadata()).map(Some)
     }
 
-    fn new([n, coupled, rows]: [u32; 3], metadata: &Metadata<'_>) -> Result<Self, FormatError> {
+    fn new([n, coupled, rows, substeps]: [u32; 4], metadata: &Metadata<'_>) -> Result<Self, FormatError> {
         let r = metadata.n_modes;
         let counts = [
             (Quantity::Interacting, n, 1, r),
             (Quantity::Coupled, coupled, 0, r.saturating_sub(n)),
             (Quantity::StrainRows, rows, r, MAX_STRAIN_ROWS),
+            (Quantity::Substeps, substeps, 1, MAX_SUBSTEPS),
         ];
         for (what, found, lower, upper) in counts {
             if found < lower || found > upper {
                 return Err(FormatError::Count { what, found, lower, upper });
             }
         }
-        let [interacting, coupled, rows, coordinates] = [n, coupled, rows, r].map(|n| n as usize);
-        Ok(Self { interacting, coupled, rows, coordinates })
+        let [interacting, coupled, rows, coordinates, substeps] =
+            [n, coupled, rows, r, substeps].map(|n| n as usize);
+        Ok(Self { interacting, coupled, rows, coordinates, substeps })
     }
 
     /// Refusals 13, 25 and 26 of a file; left for later where the sizes are compressed.

@@ -147,7 +147,7 @@ impl<T: Number> Body for Simulation<T> {
         let n = 3 * contacts.len();
         let (mut w, mut work) =
             (vec![0.0; n * n], vec![T::ZERO; self.scene().compliance_work(contacts.len())]);
-        self.scene().compliance(contacts, &mut w, &mut work)?;
+        self.scene().compliance_at(self.state(), contacts, &mut w, &mut work)?;
         Ok(w)
     }
 

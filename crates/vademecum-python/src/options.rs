@@ -39,9 +39,10 @@ pub fn structure(name: &str) -> PyResult<StructureChoice> {
         "diagonal" => StructureChoice::Diagonal,
         "block" => StructureChoice::Block,
         "exact" => StructureChoice::Exact,
+        "strain" => StructureChoice::Strain,
         _ => {
             return Err(Refusal::usage(format!(
-                "structure is `{name}`; expected `auto`, `diagonal`, `block` or `exact`"
+                "structure is `{name}`; expected `auto`, `diagonal`, `block`, `exact` or `strain`"
             ))
             .into());
         }

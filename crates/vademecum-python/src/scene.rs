@@ -146,6 +146,7 @@ impl PyScene {
             Structure::Diagonal => "diagonal",
             Structure::Block => "block",
             Structure::Exact => "exact",
+            Structure::Strain => "strain",
         })
     }
 

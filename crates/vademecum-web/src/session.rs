@@ -147,6 +147,7 @@ impl<T: Scalar> Player for Session<'_, T> {
             vademecum_eval::Structure::Diagonal => 1,
             vademecum_eval::Structure::Block => 2,
             vademecum_eval::Structure::Exact => 4,
+            vademecum_eval::Structure::Strain => 5,
         }
     }
 

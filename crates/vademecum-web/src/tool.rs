@@ -216,7 +216,7 @@ impl Tool {
         let (mut w, mut free) = (room(), [[0.0; 3]; MOST]);
         let w = w.get_mut(..9 * n * n).unwrap_or_default();
         let free = free.get_mut(..n).unwrap_or_default();
-        scene.compliance(contacts, w, work)?;
+        scene.compliance_at(state, contacts, w, work)?;
         scene.free_motion(state, held, contacts, free, work)?;
 
         let mut places = [Place::default(); MOST];

@@ -399,7 +399,7 @@ impl Trajectory<'_> {
         let time_step = scene.parameters().time_step;
         let (when, time) = (&self.load.timed.when, |c: f64| (step as f64 + c) * time_step);
         let mut factors = scene.instants().map(|c| when.factor(time(c)));
-        if scene.structure() == Structure::Exact {
+        if matches!(scene.structure(), Structure::Exact | Structure::Strain) {
             // What the load is within the step, up to the step's very end.
             (factors[0], factors[1]) = (when.just_after(time(0.0)), when.just_before(time(1.0)));
         }

@@ -29,6 +29,8 @@ pub struct StrainMap<'a> {
     /// [`vademecum_format::StrainSizes::pair_list`]: `a ≤ b < n`, then `a < n ≤ b < n + n₁`. The number is the factor of the
     /// product `q_a q_b`, so a product of two different coordinates has both halves of a symmetric matrix.
     pub quadratic: MatRef<'a, f64>,
+    /// Sub-steps of a step for which the file is certified, at least 1.
+    pub substeps: usize,
     /// Where the training was; without it nobody can say that a state leaves it.
     pub training: Option<TrainingBox<'a>>,
 }
@@ -48,13 +50,13 @@ pub struct TrainingBox<'a> {
 /// Sections 60 to 65. Lengths are those that [`StrainMap`] says; the format refuses others.
 #[must_use]
 pub fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> {
-    let sizes = [map.interacting, map.coupled, map.quadratic.nrows()].map(|n| n as u32);
+    let sizes = [map.interacting, map.coupled, map.quadratic.nrows(), map.substeps].map(|n| n as u32);
     let rows = |a: MatRef<'_, f64>| -> Vec<f64> {
         (0..a.nrows()).flat_map(|i| (0..a.ncols()).map(move |j| a[(i, j)])).collect()
     };
     let (linear, quadratic) = (map.linear, map.quadratic);
     let mut drafts = vec![
-        Draft::u32s(S::StrainSizes, [3, 1, 1], sizes),
+        Draft::u32s(S::StrainSizes, [4, 1, 1], sizes),
         Draft::f64s(S::StrainLinear, [linear.nrows(), linear.ncols(), 1], rows(linear)),
     ];
     if !map.tail.is_empty() {

@@ -16,6 +16,7 @@ pub(crate) fn structure_name(structure: Structure) -> &'static str {
         Structure::Diagonal => "diagonal",
         Structure::Block => "block",
         Structure::Exact => "exact",
+        Structure::Strain => "strain",
     }
 }
 

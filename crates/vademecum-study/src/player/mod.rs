@@ -193,7 +193,8 @@ pub struct PlayOptions {
 impl PlayOptions {
     /// Whether the chapter's scene is meant: it is asked for, or nothing is and the file has no other.
     pub fn takes_chapter(&self, file: &File<'_>) -> bool {
-        let only = !file.metadata().diagonal && !file.metadata().block;
+        let strain = file.section(SectionKind::StrainSizes).is_some();
+        let only = !file.metadata().diagonal && !file.metadata().block && !strain;
         self.chapter || (only && self.scene.structure == StructureChoice::Auto)
     }
 }
