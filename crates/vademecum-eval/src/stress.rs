@@ -10,8 +10,8 @@
 //! grows.
 
 use crate::error::OutputError;
-use crate::principal::principal;
 use crate::options::Structure;
+use crate::principal::principal;
 use crate::rows::{Field, factors};
 use crate::scalar::Scalar;
 use crate::scene::Scene;

@@ -7,6 +7,7 @@ mod prior;
 mod relax;
 mod states;
 mod step;
+mod trial;
 
 pub use basis::with_followers;
 pub use learn::{LargeOptions, LearnError, Learnt, learn};
@@ -15,3 +16,4 @@ pub use prior::{Prior, columns};
 pub use relax::relax;
 pub use states::{States, draw, relaxed};
 pub use step::{Motion, ROW_VISCOSITY};
+pub use trial::{FullOrder, Push, Pushes, Seen};

@@ -1,0 +1,140 @@
+//! The certificate of large displacements: pushes at full order beside the bytes that ship.
+
+use faer::Mat;
+use vademecum_eval::{Contact, Loads, Scene, SceneOptions, State};
+use vademecum_format::File;
+use vademecum_format::scheme::MAX_STAGES;
+
+use super::error::CertificateError;
+use super::verdict::StructureMeasured;
+use crate::dynamics::TrajectoryError;
+use crate::export::NodeOrder;
+use crate::large::{Push, Seen};
+use crate::prepared::Body;
+
+/// What was measured of one push.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct LargeRun {
+    /// Whether the push comes and goes; else it is held and let go at once.
+    pub pulse: bool,
+    /// How far the surface moves at most \[m\], at full order.
+    pub displacement: f64,
+    /// Error of the file: relative, over all dofs and steps, in the mass norm.
+    pub error: f64,
+    /// What no motion in its basis can be below.
+    pub floor: f64,
+    /// The same error of the linear model with the same coordinates.
+    pub linear_error: f64,
+    /// Largest violation of the energy's identity in any step, over the largest energy.
+    pub energy_identity: f64,
+}
+
+/// What was measured of a file of large displacements, as reports show it.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct LargeReport {
+    /// How the strain map was found, in words.
+    pub strain_map: String,
+    /// Strain rows.
+    pub rows: usize,
+    /// Sub-steps of a step.
+    pub substeps: usize,
+    /// Largest error on the held-out pushes that chose the map, and those of the maps beside it.
+    pub candidates: Vec<(String, f64)>,
+    /// Pushes that no choice has seen.
+    pub runs: Vec<LargeRun>,
+}
+
+impl LargeReport {
+    /// The runs as the metadata of a file keep them.
+    pub fn measured(&self, steps: usize) -> StructureMeasured {
+        let run = |run: &LargeRun| TrajectoryError { error: run.error, floor: run.floor };
+        StructureMeasured::of_runs(self.runs.iter().map(run).collect(), steps)
+    }
+}
+
+/// Steps a push through a file: coordinates after each step, one a column, and the largest violation of the
+/// energy's identity over the largest energy.
+///
+/// # Errors
+/// [`CertificateError`]: a file the evaluator refuses.
+pub fn follow_push(
+    bytes: &[u8],
+    options: &SceneOptions,
+    order: &NodeOrder,
+    push: &Push,
+    steps: usize,
+) -> Result<(Mat<f64>, f64), CertificateError> {
+    let file = File::parse(bytes)?;
+    let sizes = Scene::<f64>::sizes(&file, options)?;
+    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    let (mut of_state, mut of_loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
+    let scene = Scene::bind(&file, options, &mut memory, &mut work)?;
+    let (mut state, mut loads) = (State::new(&scene, &mut of_state)?, Loads::new(&scene, &mut of_loads)?);
+    let dt = scene.parameters().time_step;
+    let metered = scene.structure() == vademecum_eval::Structure::Strain;
+    let mut found = Mat::zeros(scene.n_modes(), steps);
+    let (mut worst, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
+    for step in 0..steps {
+        // Just after the start of the step and just before its end: a push begins and ends on whole steps.
+        let inside = |part: f64| push.within((step as f64 + part) * dt, (step as f64 + 0.5) * dt);
+        let mut factors = [0.0; 1 + MAX_STAGES];
+        (factors[0], factors[1]) = (inside(0.0), inside(1.0));
+        loads.clear();
+        if factors.iter().any(|&f| f != 0.0) {
+            for &(node, force) in &push.nodes {
+                let at = order.file_node[node as usize];
+                let contact = Contact { nodes: [at; 3], weights: [1.0, 0.0, 0.0], force };
+                loads.add_contact_staged(&scene, &contact, &factors)?;
+            }
+        }
+        if metered {
+            let (_, account) = scene.step_metered(&mut state, &loads)?;
+            worst = worst.max(account.violation().abs());
+            largest = largest.max(account.after);
+        } else {
+            scene.step(&mut state, &loads)?;
+        }
+        found.col_as_slice_mut(step).copy_from_slice(state.zeta());
+    }
+    Ok((found, worst / largest))
+}
+
+/// How far the surface moves at most \[m\].
+pub(crate) fn largest_displacement(body: &Body, reference: &[Vec<f64>]) -> f64 {
+    let mut full = vec![0.0; body.model.dofs().n_dof()];
+    let mut most = 0.0_f64;
+    for u in reference {
+        body.model.dofs().expand_into(u, &mut full);
+        for &node in &body.load_nodes {
+            let square: f64 = full[3 * node as usize..][..3].iter().map(|x| x * x).sum();
+            most = most.max(square);
+        }
+    }
+    most.sqrt()
+}
+
+/// One push measured: through the file as it is, and through the linear structure of the same file.
+///
+/// # Errors
+/// [`CertificateError`].
+pub(crate) fn certify_push(
+    bytes: &[u8],
+    order: &NodeOrder,
+    body: &Body,
+    push: &Push,
+    (reference, seen): (&[Vec<f64>], &Seen),
+) -> Result<LargeRun, CertificateError> {
+    let steps = reference.len();
+    let (found, energy_identity) = follow_push(bytes, &SceneOptions::default(), order, push, steps)?;
+    let linear = SceneOptions { structure: vademecum_eval::StructureChoice::Exact, ..SceneOptions::default() };
+    let (straight, _) = follow_push(bytes, &linear, order, push, steps)?;
+    let TrajectoryError { error, floor } = seen.error(&found);
+    Ok(LargeRun {
+        pulse: push.pulse,
+        displacement: largest_displacement(body, reference),
+        error,
+        floor,
+        linear_error: seen.error(&straight).error,
+        energy_identity,
+    })
+}

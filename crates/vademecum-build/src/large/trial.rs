@@ -1,0 +1,228 @@
+//! Pushes at full order, and how well a strain map follows them.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use super::learn::{Learnt, at_load_nodes};
+use super::step::{Motion, ROW_VISCOSITY};
+use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, Newton, march_large};
+use crate::dynamics::{Modes, Rayleigh, TrajectoryError};
+use crate::fem::{GreenStrain, Symbolic};
+use crate::linalg::{Random, project, unit};
+use crate::prepared::Body;
+use crate::progress::Listener;
+
+/// Steps of the reference in a step of the file.
+const FINE: usize = 4;
+/// How wide a push is, as a part of the longest edge of the box around the body.
+const WIDTH: f64 = 0.1;
+/// Widths beyond which a push is not felt.
+const REACH: f64 = 3.0;
+
+/// A push by something blunt: a force spread over the loadable nodes around one of them.
+#[derive(Clone, Debug)]
+pub struct Push {
+    /// Loadable nodes and their forces \[N\] at the height of the push.
+    pub nodes: Vec<(u32, [f64; 3])>,
+    /// The same over the free dofs.
+    pub force: Vec<f64>,
+    /// How long it lasts \[s\].
+    pub length: f64,
+    /// Whether it comes and goes as a squared sine; else it is held, and let go at once.
+    pub pulse: bool,
+}
+
+impl Push {
+    /// Its share of the height at a time \[s\]; where it jumps the mean of both sides.
+    pub fn at(&self, time: f64) -> f64 {
+        let near = 1e-6 * self.length;
+        0.5 * (self.within(time, time - near) + self.within(time, time + near))
+    }
+
+    /// Its share at a time that belongs to the same side of a jump as another one.
+    pub fn within(&self, time: f64, beside: f64) -> f64 {
+        let acts = (0.0..=self.length).contains(&beside);
+        match (acts, self.pulse) {
+            (false, _) => 0.0,
+            (true, true) => (std::f64::consts::PI * time / self.length).sin().powi(2),
+            (true, false) => 1.0,
+        }
+    }
+}
+
+/// What every push of a body is drawn from.
+pub struct Pushes<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// A few of its natural modes.
+    pub modes: &'a Modes,
+    /// Largest displacement \[m\].
+    pub displacement: f64,
+    /// Step of the file \[s\].
+    pub time_step: f64,
+}
+
+impl Pushes<'_> {
+    /// `count` pushes at random places, pulses and held ones in turn, so strong that the linear answer to
+    /// them at rest moves the surface by 0.3 to 0.7 of the largest displacement.
+    pub fn draw(&self, count: usize, seed: u64) -> Vec<Push> {
+        let Self { body, modes, displacement, time_step } = *self;
+        let (mesh, nodes) = (body.model.mesh(), &body.load_nodes);
+        let moving = at_load_nodes(body, modes.vectors.as_ref());
+        let period = std::f64::consts::TAU / modes.eigenvalues[0].sqrt();
+        let edge = (0..3).map(|c| {
+            let of = |pick: fn(f64, f64) -> f64| mesh.nodes.iter().map(|x| x[c]).reduce(pick).unwrap_or(0.0);
+            of(f64::max) - of(f64::min)
+        });
+        let width = WIDTH * edge.fold(0.0, f64::max);
+        let mut random = Random::new(seed);
+        let mut draw = |k: usize| loop {
+            let centre = mesh.nodes[nodes[random.below(nodes.len())] as usize];
+            let along = unit(std::array::from_fn(|_| random.uniform() - 0.5));
+            let (size, share) = (0.3 + 0.4 * random.uniform(), random.uniform());
+            let mut push = vec![];
+            for &node in nodes {
+                let x = mesh.nodes[node as usize];
+                let square: f64 = (0..3).map(|c| (x[c] - centre[c]).powi(2)).sum::<f64>() / (width * width);
+                if square < REACH * REACH {
+                    push.push((node, along.map(|d| d * (-square).exp())));
+                }
+            }
+            let force = over_dofs(body, &push);
+            let shares = project(modes.vectors.as_ref(), &force);
+            let answer: Vec<f64> = shares.iter().zip(&modes.eigenvalues).map(|(f, l)| f / l).collect();
+            let moved = |i: usize| (0..answer.len()).map(|j| moving[(i, j)] * answer[j]).sum::<f64>();
+            let most = (0..nodes.len())
+                .map(|p| (0..3).map(|c| moved(3 * p + c).powi(2)).sum::<f64>().sqrt())
+                .fold(0.0, f64::max);
+            // A push at held nodes moves nothing.
+            if most > 0.0 {
+                let scale = size * displacement / most;
+                let pulse = k % 2 == 0;
+                let length = period * if pulse { 0.5 + 0.5 * share } else { 0.3 + 0.4 * share };
+                return Push {
+                    nodes: push.into_iter().map(|(node, f)| (node, f.map(|f| scale * f))).collect(),
+                    force: force.into_iter().map(|f| scale * f).collect(),
+                    length: (length / time_step).round().max(1.0) * time_step,
+                    pulse,
+                };
+            }
+        };
+        (0..count).map(&mut draw).collect()
+    }
+}
+
+fn over_dofs(body: &Body, push: &[(u32, [f64; 3])]) -> Vec<f64> {
+    let mut full = vec![0.0; body.n_dof()];
+    for &(node, force) in push {
+        body.model.add_point_force(&[node; 3], &[1.0, 0.0, 0.0], force, &mut full);
+    }
+    full
+}
+
+/// What marches a body at full order.
+pub struct FullOrder<'a> {
+    /// The strain.
+    pub strain: &'a GreenStrain<'a>,
+    /// Structure of the factor.
+    pub symbolic: &'a Symbolic,
+    /// Rayleigh damping; the part of the stiffness damps the rate of strain.
+    pub damping: Rayleigh,
+    /// Step of the file \[s\].
+    pub time_step: f64,
+}
+
+impl FullOrder<'_> {
+    /// Displacements after each of `steps` steps of the file, marched by Bathe's method with a quarter of
+    /// the step; one list for each push.
+    ///
+    /// # Errors
+    /// [`LargeError`].
+    pub fn march(
+        &self,
+        pushes: &[Push],
+        steps: usize,
+        listener: &dyn Listener,
+    ) -> Result<Vec<Vec<Vec<f64>>>, LargeError> {
+        let Self { strain, symbolic, damping, time_step } = *self;
+        let n = strain.n_dof();
+        let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };
+        let scheme = LargeScheme::bathe();
+        let step = time_step / FINE as f64;
+        let march = LargeMarch::new(strain, symbolic, scheme, step, damping, Newton::default())?;
+        let of = |push: &Push| {
+            let rest = vec![0.0; n];
+            let mut kept = Vec::with_capacity(steps);
+            let mut force = |time: f64, out: &mut [f64]| {
+                // Before time 0 there is nothing whose mean could be taken.
+                let share = if time > 0.0 { push.at(time) } else { push.within(0.0, 0.5 * step) };
+                out.iter_mut().zip(&push.force).for_each(|(out, f)| *out += share * f);
+            };
+            march_large(&march, [&rest, &rest], &mut force, FINE * steps, listener, |state| {
+                if state.steps > 0 && state.steps % FINE == 0 {
+                    kept.push(state.displacement.clone());
+                }
+            })?;
+            Ok(kept)
+        };
+        pushes.par_iter().map(of).collect()
+    }
+}
+
+/// The reference of a push as a basis sees it.
+pub struct Seen {
+    /// Coordinates after each step, one a column.
+    pub coordinates: Mat<f64>,
+    /// Square of the mass norm of what the basis does not hold, summed over the steps.
+    pub beside: f64,
+    /// The same of everything.
+    pub whole: f64,
+}
+
+impl Seen {
+    /// Error of a motion against what the basis sees of a reference: relative, over all dofs and steps, in the
+    /// mass norm; and what no motion in this basis can be below.
+    pub fn error(&self, found: &Mat<f64>) -> TrajectoryError {
+        let off = (&self.coordinates - found).squared_norm_l2();
+        let root = |x: f64| (x / self.whole).sqrt();
+        TrajectoryError { error: root(off + self.beside), floor: root(self.beside) }
+    }
+}
+
+impl Learnt {
+    /// A reference in the coordinates of the basis.
+    pub fn see(&self, body: &Body, reference: &[Vec<f64>]) -> Seen {
+        let n = self.vectors.nrows();
+        let u = Mat::from_fn(n, reference.len(), |i, s| reference[s][i]);
+        let mut momenta = Mat::zeros(n, reference.len());
+        body.model.pencil().mass().mul_into(u.as_ref(), momenta.as_mut());
+        let coordinates = self.vectors.transpose() * &momenta;
+        let dot =
+            |s: usize| u.col_as_slice(s).iter().zip(momenta.col_as_slice(s)).map(|(a, b)| a * b).sum::<f64>();
+        let whole: f64 = (0..reference.len()).map(dot).sum();
+        Seen { beside: (whole - coordinates.squared_norm_l2()).max(0.0), coordinates, whole }
+    }
+
+    /// The motion under a push, with so many sub-steps.
+    pub fn follow(
+        &self,
+        push: &Push,
+        steps: usize,
+        time_step: f64,
+        substeps: usize,
+        damping: Rayleigh,
+    ) -> Mat<f64> {
+        let k = time_step / substeps as f64;
+        let force = self.project(&push.force);
+        let mut motion = Motion::new(&self.map, k, damping, ROW_VISCOSITY);
+        let mut found = Mat::zeros(force.len(), steps);
+        for step in 0..steps {
+            for sub in 0..substeps {
+                let share = push.at((step * substeps + sub) as f64 * k);
+                motion.step(&force.iter().map(|f| share * f).collect::<Vec<_>>());
+            }
+            found.col_as_slice_mut(step).copy_from_slice(&motion.q);
+        }
+        found
+    }
+}

@@ -1,0 +1,111 @@
+//! The road of large displacements: states, strain maps, a choice by held-out pushes, a certificate by others.
+
+use faer::Mat;
+use vademecum_format::{Certificate, File};
+
+use super::vademecum::{Extra, Measured};
+use super::{BuildError, Built, Stages};
+use crate::basis::modes_basis;
+use crate::certificate::{LargeReport, StructureMeasured, certify_push};
+use crate::dynamics::lowest_modes;
+use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
+use crate::fem::GreenStrain;
+use crate::input::Problem;
+use crate::large::{FullOrder, LargeOptions, Learnt, Push, Pushes, learn};
+use crate::linalg::NoConvergence;
+use crate::prepared::Body;
+use crate::progress::Stopwatch;
+
+/// Coordinates where the problem does not say.
+const COORDINATES: usize = 32;
+/// States to learn from, for each coordinate.
+const STATES: usize = 8;
+/// Sub-steps of a step.
+const SUBSTEPS: usize = 4;
+/// Largest displacement where the problem does not say, as a part of the longest edge around the body.
+const DISPLACEMENT: f64 = 0.2;
+/// Modes that tell how strong a push is.
+const PUSH_MODES: usize = 8;
+/// Pushes that choose, and first periods of each.
+const CHOOSING: (usize, f64) = (2, 2.0);
+/// Pushes of the certificate, and first periods of each.
+const CERTIFYING: (usize, f64) = (2, 5.0);
+/// Where the pushes are drawn; no push of one draw is one of the other.
+const SEEDS: [u64; 2] = [0xC400_5E01, 0xCE47_1F02];
+
+impl Stages<'_> {
+    /// One file of large displacements.
+    pub(super) fn large(&self, problem: &Problem, watch: &mut Stopwatch<'_>) -> Result<Built, BuildError> {
+        let Self { prepared, kept, first_period, order, .. } = *self;
+        let (body, symbolic, listener) = (&prepared.body, &prepared.symbolic, kept.listener);
+        let options = large_options(problem, body);
+        let time_step = prepared.step.time_step;
+        let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, listener))?;
+        let strain = GreenStrain::new(&body.model)?;
+        let pencil = body.model.pencil();
+        let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
+        let drawn = Pushes { body, modes: &modes, displacement: options.displacement, time_step };
+        let full = FullOrder { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step };
+        let steps = |periods: f64| (periods * first_period / time_step).ceil() as usize;
+        let [(choosing, choosing_steps), (certifying, certifying_steps)] =
+            [CHOOSING, CERTIFYING].map(|(count, periods)| (count, steps(periods)));
+
+        let pushes = drawn.draw(choosing, SEEDS[0]);
+        let march = || full.march(&pushes, choosing_steps, listener);
+        let references = watch.stage("held-out pushes at full order", march)?;
+        let follow = |map: &Learnt| {
+            let error = |(push, reference): (&Push, &Vec<Vec<f64>>)| {
+                let found = map.follow(push, choosing_steps, time_step, SUBSTEPS, prepared.rayleigh());
+                map.see(body, reference).error(&found).error
+            };
+            pushes.iter().zip(&references).map(error).fold(0.0, f64::max)
+        };
+        let errors: Vec<f64> = watch.stage("choice of the strain map", || maps.iter().map(follow).collect());
+        let candidates: Vec<_> = maps.iter().map(|map| map.name.clone()).zip(errors).collect();
+        for (name, error) in &candidates {
+            listener.note(&format!("{name}: error {error:.2e} on the worst held-out push"));
+        }
+        let best = (0..maps.len()).min_by(|&a, &b| candidates[a].1.total_cmp(&candidates[b].1));
+        let map = maps.into_iter().nth(best.unwrap_or(0)).expect("there are strain maps");
+
+        let basis = modes_basis(map.vectors.clone(), map.eigenvalues.clone());
+        let pushes = drawn.draw(certifying, SEEDS[1]);
+        let march = || full.march(&pushes, certifying_steps, listener);
+        let references = watch.stage("pushes of the certificate at full order", march)?;
+        let sections = sections(&map, &basis.vectors, problem)?;
+        let measured = StructureMeasured::default();
+        let bytes = self.large_file(problem, &basis, &sections, measured)?;
+        let certify = || {
+            let run = |(push, reference): (&Push, &Vec<Vec<f64>>)| {
+                let seen = map.see(body, reference);
+                Ok(certify_push(&bytes, order, body, push, (reference, &seen))?)
+            };
+            pushes.iter().zip(&references).map(run).collect::<Result<Vec<_>, BuildError>>()
+        };
+        let runs = watch.stage("certificate", certify)?;
+        let (strain_map, rows) = (map.name.clone(), map.map.quadratic.nrows());
+        let report = LargeReport { strain_map, rows, substeps: SUBSTEPS, candidates, runs };
+        let measured = report.measured(certifying_steps);
+        let bytes = watch.stage("encode", || self.large_file(problem, &basis, &sections, measured.clone()))?;
+        let built = self.large_certified(measured);
+        let mut report_of = self.report(problem, &basis, &built, 0, watch.timings(), bytes.len());
+        report_of.large = Some(report);
+        Ok(Built { bytes, report: report_of })
+    }
+}
+
+fn large_options(problem: &Problem, body: &Body) -> LargeOptions {
+    let large = problem.large.clone().unwrap_or_default();
+    let nodes = &body.model.mesh().nodes;
+    let edge = (0..3).map(|c| {
+        let of = |pick: fn(f64, f64) -> f64| nodes.iter().map(|x| x[c]).reduce(pick).unwrap_or(0.0);
+        of(f64::max) - of(f64::min)
+    });
+    let coordinates = problem.basis.modes.unwrap_or(COORDINATES).min(body.n_dof());
+    LargeOptions {
+        displacement: large.displacement.unwrap_or_else(|| DISPLACEMENT * edge.fold(0.0, f64::max)),
+        coordinates,
+        rows: large.rows.unwrap_or(coordinates),
+        states: large.states.unwrap_or(STATES * coordinates),
+    }
+}
