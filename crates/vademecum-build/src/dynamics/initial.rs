@@ -54,7 +54,7 @@ impl FullOrder<'_> {
 }
 
 /// `x ← M⁻¹ b` by conjugate gradients scaled with the diagonal; `None` if `M` is not positive definite.
-fn solve_mass(pencil: &Pencil, b: &[f64], x: &mut [f64]) -> Option<()> {
+pub(super) fn solve_mass(pencil: &Pencil, b: &[f64], x: &mut [f64]) -> Option<()> {
     let n = b.len();
     let mass = pencil.mass();
     let diagonal: Vec<f64> = (0..n).map(|i| mass.diagonal(i)).collect();

@@ -7,6 +7,7 @@ mod history;
 mod initial;
 mod interval;
 pub(crate) mod krylov;
+pub mod large;
 mod march;
 mod mode_table;
 mod modes;

@@ -22,7 +22,8 @@ use rayon::prelude::*;
 
 use super::assembly::{NodeGraph, blocks_over_free_dofs, element_nodes, incident_elements};
 use super::element::{
-    ElementError, ElementKernel, MAX_NODES, Point, jacobian, rule_degree_5, rule_degree_6, tabulate_point,
+    ElementError, ElementKernel, MAX_NODES, Point, cross, jacobian, rule_degree_5, rule_degree_6,
+    tabulate_point,
 };
 use super::model::Model;
 use super::sparse::SymmetricMatrix;
@@ -306,6 +307,24 @@ impl<'m> GreenStrain<'m> {
         }
         let pattern = self.model.pencil().stiffness().pattern();
         blocks_over_free_dofs(&self.graph, self.model.dofs(), pattern, &sums)
+    }
+
+    /// The least `det ∂x/∂X` over the points of integration: 1 at rest, and 0 or less where an element is
+    /// turned inside out, which the energy of St. Venant–Kirchhoff does not prevent.
+    pub fn least_volume_ratio(&self, u: &[f64]) -> f64 {
+        let u = self.expand(u);
+        let of_chunk = |chunk: usize| {
+            let mut least = f64::INFINITY;
+            for element in self.elements_of(chunk) {
+                let nodal = self.nodal(&u, element);
+                for point in self.points(element) {
+                    let [a, b, c] = deformation(&point.gradient(&nodal));
+                    least = least.min(dot(&a, &cross(b, c)));
+                }
+            }
+            least
+        };
+        (0..self.n_chunks()).into_par_iter().map(of_chunk).reduce(|| f64::INFINITY, f64::min)
     }
 
     fn n_chunks(&self) -> usize {

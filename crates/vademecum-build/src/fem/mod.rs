@@ -17,6 +17,8 @@ mod sparse;
 mod stress;
 mod supernodes;
 
+#[cfg(test)]
+pub(crate) use element::cross;
 pub use element::{ElementError, Material};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use green::{GreenError, GreenStrain};

@@ -1,0 +1,66 @@
+//! How a march at large displacements is stepped and damped.
+
+use vademecum_format::scheme::SchemeTable;
+
+use super::error::LargeError;
+use crate::dynamics::schemes::{SchemeError, SchemeKind, newmark};
+
+/// A time scheme for large displacements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LargeScheme {
+    /// The stages of a table, each in balance at its own instant: Bathe's method, ρ∞-Bathe, Newmark.
+    Table(SchemeTable),
+    /// The midpoint rule with the mean of the stresses of both ends (Simo and Tarnow 1992; the discrete
+    /// gradient of Gonzalez 2000): without loads and damping, energy and momenta stay to rounding.
+    EnergyMomentum,
+}
+
+impl LargeScheme {
+    /// Bathe's method.
+    pub fn bathe() -> LargeScheme {
+        LargeScheme::Table(crate::dynamics::schemes::bathe())
+    }
+
+    /// The trapezoidal rule. It keeps no energy at large displacements, and may blow up in long marches.
+    pub fn trapezoidal() -> LargeScheme {
+        LargeScheme::Table(newmark(0.25, 0.5).expect("stable constants"))
+    }
+
+    /// The scheme of a problem.
+    ///
+    /// # Errors
+    /// [`SchemeError`]: a parameter outside its range. Whether it suits large displacements is found when the
+    /// march is set up.
+    pub fn of(kind: SchemeKind) -> Result<LargeScheme, SchemeError> {
+        Ok(LargeScheme::Table(kind.table()?))
+    }
+
+    /// Refuses tables that do not balance the forces at the instants of their stages.
+    pub(super) fn check(&self) -> Result<(), LargeError> {
+        let LargeScheme::Table(table) = self else { return Ok(()) };
+        let own = table.active().iter().all(|stage| {
+            stage.stiffness == 1.0 && stage.stiffness_history.iter().all(|&weight| weight == 0.0)
+        });
+        if own && !table.is_exact() { Ok(()) } else { Err(LargeError::Scheme) }
+    }
+}
+
+/// Damping at large displacements. Each part dissipates, whatever the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LargeDamping {
+    /// `α`, the weight of the mass \[1/s\]: slows rigid motion too.
+    pub mass: f64,
+    /// `β` of the stiffness at rest \[s\]: Rayleigh's, as in the linear march. It takes a rotation for a
+    /// strain, so it is for comparison with linear models.
+    pub stiffness: f64,
+    /// `β` of the strain rate \[s\] (Kelvin–Voigt): stress `z + β ż`. Small motions see Rayleigh's `β K`, and
+    /// a rotation is not damped.
+    pub strain_rate: f64,
+}
+
+impl LargeDamping {
+    pub(super) fn check(&self) -> Result<(), LargeError> {
+        let sound = [self.mass, self.stiffness, self.strain_rate].iter().all(|x| *x >= 0.0 && x.is_finite());
+        if sound { Ok(()) } else { Err(LargeError::Damping(*self)) }
+    }
+}
