@@ -2,6 +2,7 @@
 //! certificate → bytes.
 
 mod error;
+mod large;
 mod plan;
 mod vademecum;
 
@@ -101,6 +102,8 @@ struct Stages<'a> {
     stress: &'a [Draft],
     /// The reactions of the supports as the file keeps them; empty where it does not.
     reactions: &'a [Draft],
+    /// The strain map of large displacements; empty where the file is linear.
+    strain: &'a [Draft],
 }
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -137,6 +140,7 @@ pub fn build(
         factor: &[],
         stress: &[],
         reactions: &[],
+        strain: &[],
     };
 
     let mut missed = None;
@@ -217,6 +221,9 @@ impl<'a> Stages<'a> {
         let allowed = (self.options.long, self.options.memory());
         let plan = plan::checked(problem, allowed, (prepared, full, runs), self.unseen.steps)?;
         kept.listener.note(&format!("ahead: {}", plan::in_words(&plan)));
+        if problem.is_large() {
+            return self.large(problem, watch);
+        }
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let residual = self.static_residual(problem, &basis, watch)?;

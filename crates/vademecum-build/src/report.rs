@@ -2,7 +2,7 @@
 
 use vademecum_format::policy::STABLE_RADIUS;
 
-use crate::certificate::{BOUNDED, StructureReport};
+use crate::certificate::{BOUNDED, LargeReport, StructureReport};
 use crate::chapter::ChapterReport;
 use crate::dynamics::{ModeRow, Work};
 use crate::parametric::SeparationRecord;
@@ -40,6 +40,9 @@ pub struct BuildReport {
     pub file_bytes: usize,
     /// What was announced before: full-order steps, estimated seconds, memory.
     pub plan: BuildPlan,
+    /// Of large displacements; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub large: Option<LargeReport>,
 }
 
 /// What a build is about to take.

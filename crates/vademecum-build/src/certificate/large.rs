@@ -126,7 +126,8 @@ pub(crate) fn certify_push(
 ) -> Result<LargeRun, CertificateError> {
     let steps = reference.len();
     let (found, energy_identity) = follow_push(bytes, &SceneOptions::default(), order, push, steps)?;
-    let linear = SceneOptions { structure: vademecum_eval::StructureChoice::Exact, ..SceneOptions::default() };
+    let linear =
+        SceneOptions { structure: vademecum_eval::StructureChoice::Exact, ..SceneOptions::default() };
     let (straight, _) = follow_push(bytes, &linear, order, push, steps)?;
     let TrajectoryError { error, floor } = seen.error(&found);
     Ok(LargeRun {

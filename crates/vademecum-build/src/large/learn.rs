@@ -6,11 +6,12 @@ use super::basis::with_followers;
 use super::map::{Pairs, StrainMap};
 use super::prior::{Prior, columns};
 use super::states::{States, draw, relaxed};
+use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};
 use crate::fem::{FactorError, GreenError, GreenStrain, Symbolic};
 use crate::linalg::{NoConvergence, project};
 use crate::prepared::Body;
-use crate::progress::{Cancelled, Listener};
+use crate::progress::Listener;
 
 /// Where the states are drawn.
 const SEED: u64 = 0x1A26_E001;
@@ -60,9 +61,9 @@ pub enum LearnError {
         /// Largest displacement \[m\].
         displacement: f64,
     },
-    /// On request.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+    /// A search that cannot begin, or was stopped.
+    #[error("shapes of least energy")]
+    Shapes(#[from] LargeError),
 }
 
 /// A basis and the strain map over it.
@@ -106,8 +107,7 @@ pub fn learn(
         let (modes, momenta) = (part(&modes), part(&momenta));
         let drawn =
             draw(moving.subcols(0, kept), &eigenvalues[..kept], options.displacement, options.states, SEED);
-        let states = relaxed(&strain, symbolic, (modes.as_ref(), momenta.as_ref()), drawn.as_ref());
-        listener.checkpoint(found.len() + 1, 6)?;
+        let states = relaxed(&strain, symbolic, modes.as_ref(), drawn.as_ref(), listener)?;
         if 4 * states.len() < 3 * options.states {
             let (asked, displacement) = (options.states, options.displacement);
             return Err(LearnError::FewStates { found: states.len(), asked, displacement });
@@ -139,7 +139,6 @@ pub fn learn(
                 });
             }
         }
-        listener.checkpoint(found.len(), 6)?;
     }
     Ok(found)
 }

@@ -6,12 +6,15 @@
 //! then let go everywhere but in these coordinates: least energy under `VᵀM u = q`. So no motion has to be
 //! marched, and what follows the coordinates without mass of its own is where it belongs.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::relax::relax;
+use crate::dynamics::large::{LargeError, Newton, Relaxation};
 use crate::fem::{GreenStrain, Symbolic};
 use crate::linalg::{Random, transposed_product, unit};
+use crate::progress::Listener;
 
 /// States of the full order beside their coordinates.
 #[derive(Clone, Debug)]
@@ -57,25 +60,30 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
 }
 
 /// The states of least energy at coordinates of natural modes (one a column), as displacements over the free
-/// dofs. Where the search fails, the coordinates are halved, at most three times; a state that cannot be found
-/// at all is left out.
+/// dofs. A state that the search does not find from rest is left out.
+///
+/// # Errors
+/// [`LargeError`]: a body without supports, memory.
 pub fn relaxed(
     strain: &GreenStrain<'_>,
     symbolic: &Symbolic,
-    (modes, momenta): (MatRef<'_, f64>, MatRef<'_, f64>),
+    modes: MatRef<'_, f64>,
     drawn: MatRef<'_, f64>,
-) -> Vec<Vec<f64>> {
-    const HALVINGS: i32 = 3;
+    listener: &dyn Listener,
+) -> Result<Vec<Vec<f64>>, LargeError> {
+    let done = AtomicUsize::new(0);
     let of = |s: usize| {
-        (0..=HALVINGS).find_map(|h| {
-            let share = 0.5_f64.powi(h);
-            let start = (0..modes.nrows())
-                .map(|i| (0..modes.ncols()).map(|k| share * modes[(i, k)] * drawn[(k, s)]).sum())
-                .collect();
-            relax(strain, symbolic, momenta, start)
-        })
+        let q: Vec<f64> = (0..drawn.nrows()).map(|k| drawn[(k, s)]).collect();
+        let found = Relaxation::new(strain, symbolic, modes, Newton::default())?.relax(&q);
+        listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), drawn.ncols())?;
+        match found {
+            Ok(found) => Ok(Some(found.displacement)),
+            Err(LargeError::NoShape { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
     };
-    (0..drawn.ncols()).into_par_iter().filter_map(of).collect()
+    let found: Result<Vec<_>, LargeError> = (0..drawn.ncols()).into_par_iter().map(of).collect();
+    Ok(found?.into_iter().flatten().collect())
 }
 
 impl States {

@@ -5,8 +5,10 @@ use vademecum_format::FormatError;
 use crate::basis::BasisError;
 use crate::certificate::CertificateError;
 use crate::chapter::ChapterError;
+use crate::dynamics::large::LargeError;
 use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
-use crate::fem::{ElementError, FactorError};
+use crate::fem::{ElementError, FactorError, GreenError};
+use crate::large::LearnError;
 use crate::limits::TooMuchMemory;
 use crate::parametric::ParametricError;
 use crate::prepared::{PrepareError, TimeStepError};
@@ -92,6 +94,15 @@ pub enum BuildError {
         /// Ratio of the second.
         second: f64,
     },
+    /// No strain map.
+    #[error(transparent)]
+    Learn(#[from] LearnError),
+    /// No strain field.
+    #[error(transparent)]
+    Strain(#[from] GreenError),
+    /// No motion at full order to compare with.
+    #[error("a push at full order, beside which large displacements are certified")]
+    Large(#[from] LargeError),
     /// The file cannot hold what was built.
     #[error("the file cannot hold what was built")]
     Format(#[from] FormatError),

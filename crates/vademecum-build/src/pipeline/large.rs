@@ -1,18 +1,16 @@
 //! The road of large displacements: states, strain maps, a choice by held-out pushes, a certificate by others.
 
 use faer::Mat;
-use vademecum_format::{Certificate, File};
 
-use super::vademecum::{Extra, Measured};
+use super::vademecum::Certified;
 use super::{BuildError, Built, Stages};
-use crate::basis::modes_basis;
+use crate::basis::Basis;
 use crate::certificate::{LargeReport, StructureMeasured, certify_push};
-use crate::dynamics::lowest_modes;
+use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
 use crate::large::{FullOrder, LargeOptions, Learnt, Push, Pushes, learn};
-use crate::linalg::NoConvergence;
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 
@@ -68,13 +66,13 @@ impl Stages<'_> {
         let best = (0..maps.len()).min_by(|&a, &b| candidates[a].1.total_cmp(&candidates[b].1));
         let map = maps.into_iter().nth(best.unwrap_or(0)).expect("there are strain maps");
 
-        let basis = modes_basis(map.vectors.clone(), map.eigenvalues.clone());
+        let basis = basis_of(&map);
+        let strain_rows = sections(&map, problem);
+        let sized = Stages { strain: &strain_rows, ..*self };
         let pushes = drawn.draw(certifying, SEEDS[1]);
         let march = || full.march(&pushes, certifying_steps, listener);
         let references = watch.stage("pushes of the certificate at full order", march)?;
-        let sections = sections(&map, &basis.vectors, problem)?;
-        let measured = StructureMeasured::default();
-        let bytes = self.large_file(problem, &basis, &sections, measured)?;
+        let bytes = sized.file(problem, &basis, &Certified::large(StructureMeasured::default()))?;
         let certify = || {
             let run = |(push, reference): (&Push, &Vec<Vec<f64>>)| {
                 let seen = map.see(body, reference);
@@ -85,13 +83,60 @@ impl Stages<'_> {
         let runs = watch.stage("certificate", certify)?;
         let (strain_map, rows) = (map.name.clone(), map.map.quadratic.nrows());
         let report = LargeReport { strain_map, rows, substeps: SUBSTEPS, candidates, runs };
-        let measured = report.measured(certifying_steps);
-        let bytes = watch.stage("encode", || self.large_file(problem, &basis, &sections, measured.clone()))?;
-        let built = self.large_certified(measured);
-        let mut report_of = self.report(problem, &basis, &built, 0, watch.timings(), bytes.len());
-        report_of.large = Some(report);
-        Ok(Built { bytes, report: report_of })
+        let certified = Certified::large(report.measured(certifying_steps));
+        let bytes = watch.stage("encode", || sized.file(problem, &basis, &certified))?;
+        let mut told = sized.report(problem, &basis, &certified, 0, watch.timings(), bytes.len());
+        told.large = Some(report);
+        Ok(Built { bytes, report: told })
     }
+}
+
+/// The basis as files have it. Its signs are those of the strain map.
+fn basis_of(map: &Learnt) -> Basis {
+    let (r, values) = (map.eigenvalues.len(), &map.eigenvalues);
+    Basis {
+        vectors: map.vectors.clone(),
+        stiffness: Mat::from_fn(r, r, |i, j| if i == j { values[i] } else { 0.0 }),
+        eigenvalues: Some(values.clone()),
+        energy: vec![],
+        singular_values: vec![],
+    }
+}
+
+/// The strain map, and where its training was.
+fn sections(map: &Learnt, problem: &Problem) -> Vec<Draft> {
+    let (r, states) = (map.eigenvalues.len(), map.states.as_ref());
+    let linear = Mat::from_fn(r, r, |i, j| if i == j { map.map.frequencies[i] } else { 0.0 });
+    let count = states.ncols() as f64;
+    let mean = Mat::from_fn(r, r, |i, j| {
+        (0..states.ncols()).map(|s| states[(i, s)] * states[(j, s)]).sum::<f64>() / count
+    });
+    let distance = inverse_root(&mean);
+    let far = |s: usize| (&distance * states.col(s)).norm_l2();
+    let largest_distance = (0..states.ncols()).map(far).fold(0.0, f64::max);
+    // A body let go has as much again as it is held with, at most.
+    let largest_energy = 2.0 * map.energies.iter().copied().fold(0.0, f64::max);
+    let training = TrainingBox { distance: distance.as_ref(), largest_distance, largest_energy };
+    let whole = StrainMap {
+        interacting: map.map.pairs.interacting,
+        coupled: map.map.pairs.coupled,
+        linear: linear.as_ref(),
+        tail: &[],
+        quadratic: map.map.quadratic.as_ref(),
+        substeps: SUBSTEPS,
+        training: Some(training),
+    };
+    strain_sections(&whole, problem.output.precision)
+}
+
+/// `W` with `WᵀW` the inverse of a covariance; directions it hardly has count as if they had a millionth of
+/// the largest.
+fn inverse_root(covariance: &Mat<f64>) -> Mat<f64> {
+    const LEAST: f64 = 1e-12;
+    let n = covariance.nrows();
+    let (values, vectors) = symmetric_eigen(covariance.as_ref()).expect("a covariance is finite");
+    let largest = values.last().copied().unwrap_or(1.0);
+    Mat::from_fn(n, n, |i, j| vectors[(j, i)] / values[i].max(LEAST * largest).sqrt())
 }
 
 fn large_options(problem: &Problem, body: &Body) -> LargeOptions {

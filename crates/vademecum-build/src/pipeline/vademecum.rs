@@ -84,6 +84,14 @@ pub(super) struct Certified {
     separation: Option<SeparationRecord>,
 }
 
+impl Certified {
+    /// Of large displacements, whose strain map is in sections of its own.
+    pub(super) fn large(measured: StructureMeasured) -> Self {
+        let measured = Measured { diagonal: measured, block: StructureMeasured::default() };
+        Self { vademecum: Vademecum::Exact, measured, separation: None }
+    }
+}
+
 impl Stages<'_> {
     /// What the basis leaves out of static answers, where the file has the diagonal structure.
     pub(super) fn static_residual(
@@ -481,7 +489,8 @@ impl Stages<'_> {
         others.push(Draft::f64s(SectionKind::StructureFigures, [3, FIGURES, 1], figures.numbers()));
         let residual = self.residual.map(|residual| residual_sections(residual, problem.output.precision));
         others.extend(residual.into_iter().flatten());
-        others.extend(self.factor.iter().chain(self.stress).chain(self.reactions).cloned());
+        let apart = self.factor.iter().chain(self.stress).chain(self.reactions).chain(self.strain);
+        others.extend(apart.cloned());
         let parts = Parts {
             problem,
             body: &prepared.body,
@@ -540,6 +549,7 @@ impl Stages<'_> {
             timings,
             file_bytes,
             plan: BuildPlan::default(),
+            large: None,
         }
     }
 }

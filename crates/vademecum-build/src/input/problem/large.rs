@@ -25,16 +25,14 @@ pub struct LargeEntry {
     /// Largest displacement of the surface that the file is for \[m\]; absent: a fifth of the longest edge of
     /// the box around the body.
     pub displacement: Option<f64>,
-    /// Coordinates that interact; absent: 24, or as many as the basis has.
-    pub interacting: Option<usize>,
-    /// Strain rows beside one for each coordinate; absent: twice the coordinates that interact.
+    /// Strain rows beside one for each coordinate; absent: as many again.
     pub rows: Option<usize>,
-    /// States that the strains are learnt from; absent: 16 for each coordinate that interacts.
+    /// States that the strains are learnt from; absent: 8 for each coordinate.
     pub states: Option<usize>,
 }
 
-/// Most coordinates that interact: their products grow with the square, the work of a step with the cube.
-const MOST_INTERACTING: usize = 64;
+/// Most coordinates: all interact, so their products grow with the square, the work of a step with the cube.
+const MOST_COORDINATES: usize = 64;
 
 impl Problem {
     /// Whether large displacements are asked for.
@@ -73,13 +71,13 @@ impl Problem {
         };
         let expected = "\"linear\", or a body of elements on supports without what belongs to linear motion";
         self.require(found.is_empty(), "model", Words(found), expected)?;
+        let modes = self.basis.modes.unwrap_or(1);
+        let expected = "at most 64 coordinates beside `model = \"large-displacement\"`: all of them interact";
+        self.require(modes <= MOST_COORDINATES, "basis.modes", modes, expected)?;
         let Some(large) = &self.large else { return Ok(()) };
         let length = large.displacement;
         let expected = "a positive length in metres";
         self.require(length.is_none_or(positive), "large.displacement", length.unwrap_or(0.0), expected)?;
-        let n = large.interacting.unwrap_or(1);
-        let usable = (1..=MOST_INTERACTING).contains(&n);
-        self.require(usable, "large.interacting", n, "1 to 64 coordinates")?;
         let rows = large.rows.unwrap_or(0);
         self.require(rows <= 4096, "large.rows", rows, "0 to 4096 rows")?;
         let states = large.states.unwrap_or(1);
