@@ -1,6 +1,6 @@
 //! Published benchmarks, and CalculiX on the same meshes: the record of `docs/benchmarks/engineering.md`.
 
-use vademecum_tests::witness::{Apart, Found, Witness, calculix, compare, measure, witness, witnesses};
+use vademecum_tests::witness::{Apart, Found, Witness, bend, calculix, compare, measure, witness, witnesses};
 
 fn found(witness: &Witness, ask: bool) -> Found {
     let folder = tempfile::tempdir().expect("a folder");
@@ -95,6 +95,22 @@ fn two_beams_have_the_matrices_of_calculix() {
             let found = found(&witness(name), true);
             holds(name, compare(&found, found.calculix.as_ref().expect("an answer")));
         }
+    }
+}
+
+#[test]
+fn a_beam_bends_far_as_calculix_bends_it() {
+    if !calculix::is_there() {
+        return;
+    }
+    // Of linear elements both integrals are exact, and CalculiX prints seven digits. Four points in a
+    // quadratic element are not exact.
+    for (quadratic, within) in [(false, 1e-6), (true, 1e-3)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let bent = bend(quadratic, folder.path());
+        println!("quadratic {quadratic}: {bent:?}");
+        assert!(bent.largest > 0.4 && bent.linear > 0.2, "{bent:?}");
+        assert!(bent.apart < within, "{bent:?}");
     }
 }
 

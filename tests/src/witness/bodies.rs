@@ -291,10 +291,10 @@ fn taper() -> Mesh {
     })
 }
 
-fn beam() -> Mesh {
+pub(super) fn beam() -> Mesh {
     block([1.0, 0.08, 0.1], [16, 2, 2], Order::Quadratic)
 }
 
-fn linear_beam() -> Mesh {
+pub(super) fn linear_beam() -> Mesh {
     block([1.0, 0.08, 0.1], [20, 3, 4], Order::Linear)
 }

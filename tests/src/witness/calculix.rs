@@ -172,7 +172,7 @@ fn stress(fields: &str, mesh: &Mesh) -> Vec<[f64; 6]> {
 }
 
 /// Reads the tables of a `.dat` file.
-fn parse(printed: &str, mesh: &Mesh) -> Answer {
+pub(super) fn parse(printed: &str, mesh: &Mesh) -> Answer {
     let mut answer = Answer::default();
     let mut table = "";
     for line in printed.lines() {

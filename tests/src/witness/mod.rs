@@ -7,10 +7,12 @@
 mod bodies;
 pub mod calculix;
 mod deck;
+mod large;
 mod mass;
 mod record;
 mod thermal;
 
 pub use bodies::{Mode, StressAt, Witness, witness, witnesses};
+pub use large::{Bent, bend};
 pub use record::{Apart, Found, compare, markdown, measure};
 pub use thermal::Thermal;

@@ -322,7 +322,10 @@ impl<'a> LargeMarch<'a> {
             last: Last::default(),
         };
         let mut increment = way;
-        let solved = self.newton.solve(&mut balance, self.symbolic, &mut factors[0], &mut increment, true);
+        // The tangent is not the derivative, so a new factor is no better than one of a few corrections ago.
+        let keep = if self.newton.keep > 0.0 { self.newton.keep.max(0.3) } else { 0.0 };
+        let newton = Newton { keep, ..self.newton };
+        let solved = newton.solve(&mut balance, self.symbolic, &mut factors[0], &mut increment, true);
         let course = match solved {
             Ok(course) => course,
             Err(stopped) => return Ok(Err(stopped)),

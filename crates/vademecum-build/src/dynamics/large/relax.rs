@@ -14,7 +14,7 @@ use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef, Side};
 
 use super::error::{LargeError, check_length};
-use super::newton::Newton;
+use super::newton::{DIVERGED, Newton, ROUNDING};
 use super::vectors::{add, dot, sum};
 use crate::fem::{Factor, FactorError, GreenStrain, Solve, Symbolic};
 use crate::linalg::transposed_product;
@@ -164,8 +164,7 @@ impl<'a> Relaxation<'a> {
             let work = dot(&forces, &self.project(&p)) - dot(&p, &f);
             let reference = *first.get_or_insert(work) + 0.5 * dot(&z, &z);
             let size = if work <= 0.0 { 0.0 } else { (work / reference).sqrt() };
-            // Written so that a NaN ends here too.
-            if !(size < 1e6) {
+            if size.is_nan() || size > DIVERGED {
                 return Err(stopped(size, iteration));
             }
             if mixed {
@@ -178,7 +177,7 @@ impl<'a> Relaxation<'a> {
             if !mixed {
                 stress.copy_from_slice(&z);
             }
-            if whole && (size <= self.newton.tolerance || size < 1e-9 && size >= 0.5 * previous) {
+            if whole && (size <= self.newton.tolerance || size < ROUNDING && size >= 0.5 * previous) {
                 self.displacement = u;
                 self.coordinates = q.to_vec();
                 return Ok(forces);

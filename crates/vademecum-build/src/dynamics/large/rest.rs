@@ -19,7 +19,8 @@ pub struct RestOptions {
 
 impl Default for RestOptions {
     fn default() -> Self {
-        Self { parts: 1, halvings: 10, newton: Newton::default() }
+        // Load steps are long: an old factor costs more corrections than it saves.
+        Self { parts: 1, halvings: 10, newton: Newton { keep: 0.0, ..Newton::default() } }
     }
 }
 

@@ -7,6 +7,8 @@ use crate::dynamics::schemes::{SchemeError, SchemeKind, newmark};
 
 /// A time scheme for large displacements.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// One value for a march, and easy to copy.
+#[allow(clippy::large_enum_variant)]
 pub enum LargeScheme {
     /// The stages of a table, each in balance at its own instant: Bathe's method, ρ∞-Bathe, Newmark.
     Table(SchemeTable),
