@@ -20,6 +20,7 @@ MAPS = {
                       "PatternResidual", "PatternProbeResidual"],
     "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
     "stress.vdm": ["StressBasis", "StressResidual", "PatternStress", "ElasticConstants"],
+    "bent.vdm": ["StrainLinear", "StrainTail", "StrainQuadratic", "PatternBasis"],
     "canonical.vdm": ["CanonicalTerms", "CanonicalFactors", "ReducedStiffness"],
 }
 

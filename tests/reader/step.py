@@ -402,6 +402,76 @@ class Exact(Scene):
         return y + np.einsum("ijk,jk->ik", self.d, y) + added
 
 
+class Strain(Scene):
+    """The strain structure. The state is `(ζ, Δt ζ̇)`, a load `BᵀF`; the matrices are dense here."""
+
+    def __init__(self, file, settings=None, scales=None):
+        scales = dict(scales or {})
+        self.viscosity = scales.pop("viscosity", 1 / 18)
+        n, n1, self.m, substeps = (int(x) for x in file.section("StrainSizes").ravel())
+        self.substeps = scales.pop("substeps", substeps)
+        super().__init__(file, settings, scales)
+        self.instants, v, r = [0.0, 1.0], self.v, self.r
+        lead = n + n1
+        need(1 <= n and lead <= r <= self.m, "Count")
+        linear = np.zeros((self.m, r))
+        linear[:r, :lead] = file.section("StrainLinear").reshape(r, lead)
+        sigma = np.linalg.norm(linear, axis=1)
+        for place in range(lead, r):
+            omega = file.section("StrainTail").ravel()[place - lead]
+            linear[place, place] = sigma[place] = omega
+        pairs = [(a, b) for a in range(n) for b in range(a, n)]
+        pairs += [(a, b) for a in range(n) for b in range(n, lead)]
+        quadratic = np.zeros((self.m, r, r))
+        for column, (a, b) in zip(file.section("StrainQuadratic").reshape(self.m, len(pairs)).T, pairs):
+            quadratic[:, a, b] += 0.5 * column
+            quadratic[:, b, a] += 0.5 * column
+        self.k = v.dt / self.substeps
+        scale = math.sqrt(v.stiffness / v.density)
+        self.linear, self.quadratic = scale * linear, scale * quadratic
+        squares = (0.5 * self.k * scale * sigma) ** 2
+        self.weight = 1 + 2 * v.beta / self.k + self.viscosity * squares
+
+    def reduced_matrices(self):
+        pass
+
+    def load_of_contact(self, nodes, weights, force):
+        return self.contact(nodes, weights, force)
+
+    def load_of_pattern(self, index):
+        return self.pattern(index)
+
+    def start(self, zeta, velocity, force):
+        return np.array([zeta, self.v.dt * velocity])
+
+    def strain(self, q, p):
+        """`z(q, p)`, which is the strain where both are the same."""
+        return self.linear @ (q + p) / 2 + self.quadratic @ p @ q
+
+    def sub_step(self, mean, p, force):
+        late, early = mean + p / 2, mean - p / 2
+        z, g = self.strain(late, early), self.linear + 2 * self.quadratic @ late
+        push = self.k**2 / 2 * (force / self.v.density - g.T @ z)
+        matrix = (1 + self.k * self.v.alpha / 2) * np.eye(self.r)
+        matrix = matrix + self.k**2 / 4 * g.T @ (self.weight[:, None] * g)
+        d = np.linalg.solve(matrix, p + push)
+        return mean + d, 2 * d - p
+
+    def step(self, y, loads):
+        """One step. `loads` holds pairs of a reduced load and its amplitudes at start and end."""
+        mean, p = y[0], y[1] / self.substeps
+        for part in range(self.substeps):
+            share = (part + 0.5) / self.substeps
+            force = sum(((a[0] + share * (a[1] - a[0])) * load for load, a in loads), np.zeros(self.r))
+            mean, p = self.sub_step(mean, p, force)
+        return np.array([mean, p * self.substeps])
+
+    def energy(self, y, pushes=()):
+        p = y[1] / self.substeps
+        z, velocity = self.strain(y[0] + p / 2, y[0] - p / 2), p / self.k
+        return 0.5 * self.v.density * (velocity @ velocity + z @ z)
+
+
 class Block(Linear):
     def __init__(self, file, settings=None, scales=None):
         super().__init__(file, settings, scales)
@@ -512,5 +582,7 @@ class Canonical(Scene):
         return self.finish[:, : len(z)] @ np.array(z)
 
 
-STRUCTURES = {"diagonal": Diagonal, "exact": Exact, "block": Block, "canonical": Canonical}
-__all__ = ["Block", "Canonical", "Diagonal", "Exact", "Refused", "STRUCTURES"]
+STRUCTURES = {
+    "diagonal": Diagonal, "exact": Exact, "block": Block, "canonical": Canonical, "strain": Strain
+}
+__all__ = ["Block", "Canonical", "Diagonal", "Exact", "Refused", "STRUCTURES", "Strain"]

@@ -328,6 +328,10 @@ fn settings(metadata: &Metadata<'_>, structure: Structure) -> Vec<(Value, SceneO
             json!({ "dt": options.time_step, "stiffness": 1.3, "density": 0.8, "alpha": 0.9, "beta": 3e-6 });
         found.push((json!({ "scales": scales }), options));
     }
+    if structure == Structure::Strain {
+        let options = SceneOptions { substeps: Some(3), viscosity: 0.25, ..SceneOptions::default() };
+        found.push((json!({ "scales": { "substeps": 3, "viscosity": 0.25 } }), options));
+    }
     found
 }
 
@@ -389,6 +393,7 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
         (StructureChoice::Diagonal, Structure::Diagonal, "diagonal", metadata.diagonal && stages),
         (StructureChoice::Exact, Structure::Exact, "exact", metadata.diagonal),
         (StructureChoice::Block, Structure::Block, "block", metadata.block),
+        (StructureChoice::Strain, Structure::Strain, "strain", has(SectionKind::StrainSizes)),
     ];
     for (choice, structure, word, _) in present.into_iter().filter(|s| s.3) {
         let mut bound = vec![];
@@ -402,14 +407,16 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
                 None => bound.push((setting, options)),
             }
         }
+        // Large enough for the quadratic part of the strain.
+        let size = if structure == Structure::Strain { 0.1 } else { 1e-6 };
         // Every setting from beginning to end, and each with the next one in the second half.
         for (index, (setting, options)) in bound.iter().enumerate() {
-            for start in starts(&metadata, 1e-6) {
+            for start in starts(&metadata, size) {
                 let (rows, instants) = march_scene(&file, &march, options, None, &start);
                 write(word, &json!([setting]), &start, instants, rows);
             }
             let (next, then) = &bound[(index + 1) % bound.len()];
-            let start = &starts(&metadata, 1e-6)[1];
+            let start = &starts(&metadata, size)[1];
             let (rows, instants) = march_scene(&file, &march, options, Some(*then), start);
             write(word, &json!([setting, next]), start, instants, rows);
         }

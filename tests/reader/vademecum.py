@@ -22,7 +22,8 @@ CanonicalTerms CanonicalPositions CanonicalDirection CanonicalCertificate Losses
 DampingRatios ContactResidual ResidualPairs PairResidual ProbeResidual PatternResidual PatternProbeResidual
 StaticBound BoundMap FactorOrder FactorGroups FactorRows FactorValues PatternAnswer
 StressPoints StressBasis StressResidual PatternStress ElasticConstants ProbeUnits
-SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody""".split()
+SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody
+StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits""".split()
 KINDS = dict(enumerate(NAMES, start=1))
 
 
@@ -210,8 +211,10 @@ class File:
         self.meta = read_metadata(data[start : start + length])
         if not self.meta["scheme"]["stages"]:
             canonical = "CanonicalParts" in self.entries
-            need(self.meta["diagonal"] and not self.meta["block"] and not canonical, "Scheme")
+            stepped = self.meta["diagonal"] or "StrainSizes" in self.entries
+            need(stepped and not self.meta["block"] and not canonical, "Scheme")
             need(self.minor >= 3, "Scheme")
+        need("StrainSizes" not in self.entries or not self.meta["scheme"]["stages"], "Scheme")
         self.check_places(start + length)
 
     def read_header(self):

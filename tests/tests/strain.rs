@@ -429,10 +429,12 @@ fn what_the_structure_cannot_do_is_refused_by_name() {
         let (mut memory, mut work) = (vec![0.0; lent.memory], vec![0.0; lent.work]);
         let refused = Modal::bind(scene, 1.0, &mut memory, &mut work).err();
         assert_eq!(refused, Some(BindError::OtherStructure));
-        // A load beyond all numbers changes nothing.
+        // A load beyond all numbers moves the body too far for their squares; that step changes nothing.
         loads.add_pattern(scene, 0, 1e300).expect("a pattern");
+        assert_eq!(scene.step(state, loads), Ok(Status::Moving));
+        let far = state.zeta().to_vec();
         assert_eq!(scene.step(state, loads), Err(StepError::NotFinite));
-        assert_eq!(state.zeta(), [0.0; 20]);
+        assert_eq!(state.zeta(), far);
     });
 }
 
@@ -454,4 +456,22 @@ fn malformed_sizes_and_shapes_are_refused() {
         let named = matches!(refused, FormatError::Count { .. } | FormatError::Shape { .. });
         assert!(named, "{number}, {value}: {refused}");
     }
+}
+
+#[test]
+fn the_check_of_a_file_finds_maps_that_no_body_has() {
+    let sound = Strained::random([3, 2, 7, 12], 1);
+    let fault = |map: &Strained| check(&map.file(&STEP)).expect_err("unsound").to_string();
+    let mut changed = sound.clone();
+    changed.linear[5..10].fill(0.0);
+    assert!(fault(&changed).contains("row 1 has no linear part"), "{}", fault(&changed));
+    let mut changed = sound.clone();
+    changed.tail[1] = -4.0;
+    assert!(fault(&changed).contains("frequency 1 is -4"), "{}", fault(&changed));
+    let mut changed = sound.clone();
+    changed.limits[1] = 0.0;
+    assert!(fault(&changed).contains("limit 1 is 0"), "{}", fault(&changed));
+    let mut changed = sound;
+    changed.quadratic[3] = f64::INFINITY;
+    assert!(fault(&changed).contains("StrainQuadratic"), "{}", fault(&changed));
 }

@@ -161,39 +161,57 @@ pub(crate) fn rows<T: Scalar>(
     scratch: &mut Scratch<'_, T>,
 ) -> Result<(), Short> {
     match map.shape.width() {
-        24 => rows_of::<T, 24, 3>(map, mean, scratch),
-        16 => rows_of::<T, 16, 2>(map, mean, scratch),
-        _ => rows_of::<T, 8, 1>(map, mean, scratch),
+        24 => products::<T, 24>(map, scratch)?,
+        16 => products::<T, 16>(map, scratch)?,
+        _ => products::<T, PANEL>(map, scratch)?,
     }
+    push(map, mean, scratch)
 }
 
-/// [`rows`] for a width `W` of `P` panels.
+/// `Q̂ q` of every row into the panels.
 #[inline(always)]
-fn rows_of<T: Scalar, const W: usize, const P: usize>(
+fn products<T: Scalar, const W: usize>(
     map: &StrainMap<'_, T>,
-    mean: &[T],
     scratch: &mut Scratch<'_, T>,
 ) -> Result<(), Short> {
+    let (shape, at) = (map.shape, &*scratch.place[0]);
+    let mut quadratic = Lender::new(map.quadratic);
+    for k in 0..shape.rows {
+        let mut panels = scratch.rows.iter_mut().skip(k).step_by(shape.rows);
+        for start in (0..shape.padded()).step_by(W) {
+            let block = quadratic.take(shape.columns(start) * W)?.as_chunks::<W>().0;
+            let products = columns_times(block, at, [T::ZERO; W]);
+            for products in products.as_chunks::<PANEL>().0 {
+                if let Some(out) = panels.next() {
+                    *out = *products;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// `ĝ`, and what every row pushes with.
+#[inline(always)]
+fn push<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], scratch: &mut Scratch<'_, T>) -> Result<(), Short> {
     let shape = map.shape;
     let n = shape.padded();
-    let [at, before, here] = &scratch.place;
-    let (before, here) = (before.as_chunks::<W>().0, here.as_chunks::<W>().0);
-    let (mut linear, mut quadratic) = (Lender::new(map.linear), Lender::new(map.quadratic));
+    let [_, before, here] = &scratch.place;
+    let (before, here) = (before.as_chunks::<PANEL>().0, here.as_chunks::<PANEL>().0);
+    let mut linear = Lender::new(map.linear);
     let mut tail = map.tail.iter().zip(mean).zip(&mut *scratch.tail);
     for (k, &[force, _]) in map.rows.iter().enumerate() {
         let mut sums = [T::ZERO; PANEL];
-        let linear = linear.take(n)?.as_chunks::<W>().0;
-        for (tile, ((linear, before), here)) in linear.iter().zip(before).zip(here).enumerate() {
-            let columns = shape.columns(tile * W);
-            let block = quadratic.take(columns * W)?.as_chunks::<W>().0;
-            let products = columns_times(block, at, [T::ZERO; W]);
-            let mut g = [T::ZERO; W];
-            for i in 0..W {
-                g[i] = linear[i] + products[i];
-                sums[i % PANEL] += products[i] * before[i] + linear[i] * here[i];
+        let panels = scratch.rows.iter_mut().skip(k).step_by(shape.rows);
+        let places = linear.take(n)?.as_chunks::<PANEL>().0.iter().zip(before).zip(here);
+        for (out, ((linear, before), here)) in panels.zip(places) {
+            // Apart from what they come from, so that they are vectors.
+            let (mut g, mut sum) = (*out, sums);
+            for i in 0..PANEL {
+                sum[i] += g[i] * before[i] + linear[i] * here[i];
+                g[i] += linear[i];
             }
-            let panels = scratch.rows.iter_mut().skip(tile * P * shape.rows + k).step_by(shape.rows.max(1));
-            panels.zip(g.as_chunks::<PANEL>().0).for_each(|(out, &g)| *out = g);
+            (*out, sums) = (g, sum);
         }
         let mut z = total(&sums);
         let mut push = force * z;
@@ -204,14 +222,21 @@ fn rows_of<T: Scalar, const W: usize, const P: usize>(
             *right = *right - pull * z;
             push = force * z + share * *right;
         }
-        let panels = scratch.rows.iter().skip(k).step_by(shape.rows.max(1));
+        let panels = scratch.rows.iter().skip(k).step_by(shape.rows);
         for (out, g) in scratch.leading.as_chunks_mut::<PANEL>().0.iter_mut().zip(panels) {
-            for i in 0..PANEL {
-                out[i] = out[i] - push * g[i];
-            }
+            *out = less(*out, push, g);
         }
     }
     Ok(())
+}
+
+/// `x − share y`.
+#[inline(always)]
+fn less<T: Scalar>(mut x: [T; PANEL], share: T, y: &[T; PANEL]) -> [T; PANEL] {
+    for i in 0..PANEL {
+        x[i] = x[i] - share * y[i];
+    }
+    x
 }
 
 /// The matrix of the step: the mass, and the Gram matrix of the rows; its upper half.
@@ -286,9 +311,7 @@ pub(crate) fn factor<T: Scalar>(matrix: &mut [T], inverse: &mut [T]) {
             let start = i / PANEL;
             let from = line.as_chunks::<PANEL>().0.iter().skip(start);
             for (out, from) in other.as_chunks_mut::<PANEL>().0.iter_mut().skip(start).zip(from) {
-                for i in 0..PANEL {
-                    out[i] = out[i] - share * from[i];
-                }
+                *out = less(*out, share, from);
             }
         }
         below = rest;
@@ -301,18 +324,31 @@ pub(crate) fn solve<T: Scalar>(matrix: &[T], inverse: &[T], x: &mut [T]) {
     let n = inverse.len().max(1);
     for (j, (line, &inverse)) in matrix.chunks_exact(n).zip(inverse).enumerate() {
         let Some(known) = x.get(j).map(|&x| x * inverse) else { return };
-        let below = x.iter_mut().zip(line).skip(j + 1);
-        below.for_each(|(x, &entry)| *x = *x - entry * known);
+        let start = j / PANEL;
+        let parts = x.as_chunks_mut::<PANEL>().0.iter_mut().zip(line.as_chunks::<PANEL>().0);
+        for (panel, (x, line)) in parts.enumerate().skip(start) {
+            let mut own = *line;
+            if panel == start {
+                // What is known already stays.
+                (0..=j % PANEL).for_each(|i| own[i] = T::ZERO);
+            }
+            *x = less(*x, known, &own);
+        }
     }
     for (j, (line, &inverse)) in matrix.chunks_exact(n).zip(inverse).enumerate().rev() {
         // Entries before the diagonal are not those of the factor; what is known of `x` begins behind it.
         let (mut sums, start) = ([T::ZERO; PANEL], j / PANEL);
         let known = x.as_chunks::<PANEL>().0.iter().zip(line.as_chunks::<PANEL>().0).enumerate();
         for (panel, (x, line)) in known.skip(start) {
-            for i in 0..PANEL {
-                let behind = panel * PANEL + i > j;
-                sums[i] += if behind { x[i] * line[i] } else { T::ZERO };
+            let mut own = *line;
+            if panel == start {
+                (0..=j % PANEL).for_each(|i| own[i] = T::ZERO);
             }
+            let mut sum = sums;
+            for i in 0..PANEL {
+                sum[i] += x[i] * own[i];
+            }
+            sums = sum;
         }
         if let Some(x) = x.get_mut(j) {
             *x = (*x - total(&sums)) * inverse;
@@ -481,9 +517,7 @@ pub(crate) fn answer<T: Scalar>(map: &StrainMap<'_, T>, right: &[T], scratch: &m
     for (l, (&[_, _, share, _], &right)) in map.tail.iter().zip(&*scratch.tail).enumerate() {
         let panels = scratch.rows.iter().skip(shape.leading + l).step_by(shape.rows.max(1));
         for (out, g) in scratch.solution.as_chunks_mut::<PANEL>().0.iter_mut().zip(panels) {
-            for i in 0..PANEL {
-                out[i] = out[i] - share * right * g[i];
-            }
+            *out = less(*out, share * right, g);
         }
     }
     solve(scratch.matrix, scratch.inverse, scratch.solution);

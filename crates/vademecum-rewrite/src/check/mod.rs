@@ -12,6 +12,7 @@ mod reactions;
 mod residual;
 mod rigid;
 mod step;
+mod strain;
 mod stress;
 mod symmetric;
 
@@ -92,6 +93,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
     residual::check(&raw)?;
     factor::check(&raw)?;
     rigid::check(&raw)?;
+    strain::check(&raw)?;
     stress::check(&raw)?;
     reactions::check(&raw)?;
     names::check_base(&raw)?;
