@@ -114,6 +114,9 @@ fn bad_problems() -> Vec<(usize, String)> {
         let more: Vec<String> = more.map(|(key, value)| format!("{key} = {value}")).collect();
         format!("[[output.gauge]]\n{keys}\n{}\n", more.join("\n"))
     };
+    let large = |before: &str, after: &str| {
+        format!("model = \"large-displacement\"\n{before}\n[[support]]\non = {{ group = \"a\" }}\n{after}\n")
+    };
     let based = |before: &str, after: &str| {
         format!("{before}\n[base]\nmoves = true\n[[support]]\non = {{ group = \"a\" }}\n{after}")
     };
@@ -161,6 +164,18 @@ fn bad_problems() -> Vec<(usize, String)> {
         (78, matrices("[output]\nstress = \"body\"")),
         (79, text("[output]\nstress_residual = true")),
         (79, text("[output]\nstress = \"body\"\nresidual = false\nstress_residual = true")),
+        (80, text("model = \"large-displacement\"")),
+        (80, large("", "[time]\nscheme = { name = \"bathe\" }")),
+        (80, large("", "[basis]\nkind = \"modes\"")),
+        (80, large("", "[damping]\nratio = 0.02")),
+        (80, large("", "[output]\nreactions = true")),
+        (80, large("", "[output]\nresidual = true")),
+        (81, text("[large]\nstates = 4")),
+        (82, large("", "[large]\ndisplacement = -1.0")),
+        (82, large("", "[large]\ndisplacement = 1e31")),
+        (83, large("", "[large]\nrows = 5000")),
+        (84, large("", "[large]\nstates = 0")),
+        (85, large("", "[basis]\nmodes = 65")),
         (71, text("[base]\nmoves = true")),
         (71, matrices("[base]\nmoves = true")),
         (71, based("", "[[parameter]]\nname = \"a\"\nkind = \"density\"\nrange = [0.5, 2.0]")),

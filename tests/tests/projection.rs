@@ -274,6 +274,7 @@ fn the_certificate_refuses_the_counterexample_and_other_schemes_take_it() {
             diagonal: None,
             block,
             chapter: None,
+            large: false,
             floor_ratio: 1.1,
             absolute: 1e-6,
             error: 5e-2,

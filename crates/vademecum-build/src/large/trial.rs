@@ -19,6 +19,12 @@ const WIDTH: f64 = 0.1;
 /// Widths beyond which a push is not felt.
 const REACH: f64 = 3.0;
 
+/// How much further than at rest a linear body moves under a pulse of about its period, and under a push that
+/// begins at once.
+const PULSE: f64 = 1.6;
+/// See [`PULSE`].
+const HELD: f64 = 2.0;
+
 /// A push by something blunt: a force spread over the loadable nodes around one of them.
 #[derive(Clone, Debug)]
 pub struct Push {
@@ -63,8 +69,8 @@ pub struct Pushes<'a> {
 }
 
 impl Pushes<'_> {
-    /// `count` pushes at random places, pulses and held ones in turn, so strong that the linear answer to
-    /// them at rest moves the surface by 0.3 to 0.7 of the largest displacement.
+    /// `count` pushes at random places, pulses and held ones in turn, so strong that the linear motion under
+    /// them reaches about 0.4 to 0.8 of the largest displacement.
     pub fn draw(&self, count: usize, seed: u64) -> Vec<Push> {
         let Self { body, modes, displacement, time_step } = *self;
         let (mesh, nodes) = (body.model.mesh(), &body.load_nodes);
@@ -79,7 +85,7 @@ impl Pushes<'_> {
         let mut draw = |k: usize| loop {
             let centre = mesh.nodes[nodes[random.below(nodes.len())] as usize];
             let along = unit(std::array::from_fn(|_| random.uniform() - 0.5));
-            let (size, share) = (0.3 + 0.4 * random.uniform(), random.uniform());
+            let (size, share) = (0.4 + 0.4 * random.uniform(), random.uniform());
             let mut push = vec![];
             for &node in nodes {
                 let x = mesh.nodes[node as usize];
@@ -97,8 +103,8 @@ impl Pushes<'_> {
                 .fold(0.0, f64::max);
             // A push at held nodes moves nothing.
             if most > 0.0 {
-                let scale = size * displacement / most;
                 let pulse = k % 2 == 0;
+                let scale = size * displacement / (most * if pulse { PULSE } else { HELD });
                 let length = period * if pulse { 0.5 + 0.5 * share } else { 0.3 + 0.4 * share };
                 return Push {
                     nodes: push.into_iter().map(|(node, f)| (node, f.map(|f| scale * f))).collect(),

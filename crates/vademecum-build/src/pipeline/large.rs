@@ -1,5 +1,7 @@
 //! The road of large displacements: states, strain maps, a choice by held-out pushes, a certificate by others.
 
+use std::time::Instant;
+
 use faer::Mat;
 
 use super::vademecum::Certified;
@@ -71,7 +73,10 @@ impl Stages<'_> {
         let sized = Stages { strain: &strain_rows, ..*self };
         let pushes = drawn.draw(certifying, SEEDS[1]);
         let march = || full.march(&pushes, certifying_steps, listener);
+        let start = Instant::now();
         let references = watch.stage("pushes of the certificate at full order", march)?;
+        let steps = (certifying * certifying_steps) as f64;
+        let full_order_seconds_per_step = start.elapsed().as_secs_f64() / steps;
         let bytes = sized.file(problem, &basis, &Certified::large(StructureMeasured::default()))?;
         let certify = || {
             let run = |(push, reference): (&Push, &Vec<Vec<f64>>)| {
@@ -82,7 +87,14 @@ impl Stages<'_> {
         };
         let runs = watch.stage("certificate", certify)?;
         let (strain_map, rows) = (map.name.clone(), map.map.quadratic.nrows());
-        let report = LargeReport { strain_map, rows, substeps: SUBSTEPS, candidates, runs };
+        let report = LargeReport {
+            strain_map,
+            rows,
+            substeps: SUBSTEPS,
+            candidates,
+            full_order_seconds_per_step,
+            runs,
+        };
         let certified = Certified::large(report.measured(certifying_steps));
         let bytes = watch.stage("encode", || sized.file(problem, &basis, &certified))?;
         let mut told = sized.report(problem, &basis, &certified, 0, watch.timings(), bytes.len());

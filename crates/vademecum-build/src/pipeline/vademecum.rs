@@ -37,6 +37,8 @@ enum Vademecum {
     Fixed(Vec<StageResponse>),
     /// Modes that are moved exactly: the basis is all there is.
     Exact,
+    /// Large displacements: the strain map is in sections of its own.
+    Large,
     /// Stage responses over the box of the live parameters.
     Parametric(Box<Parametric>),
     /// Stage maps in the chapter's representation, and what was measured of them.
@@ -56,7 +58,7 @@ impl Vademecum {
     fn step(&self) -> Step<'_> {
         match self {
             Self::Fixed(responses) => Step::Fixed(responses),
-            Self::Exact => Step::Exact,
+            Self::Exact | Self::Large => Step::Exact,
             Self::Parametric(parametric) => Step::Parametric(parametric),
             Self::Chapter(map, certificate) => Step::Chapter(map, certificate),
         }
@@ -88,7 +90,7 @@ impl Certified {
     /// Of large displacements, whose strain map is in sections of its own.
     pub(super) fn large(measured: StructureMeasured) -> Self {
         let measured = Measured { diagonal: measured, block: StructureMeasured::default() };
-        Self { vademecum: Vademecum::Exact, measured, separation: None }
+        Self { vademecum: Vademecum::Large, measured, separation: None }
     }
 }
 
@@ -581,7 +583,7 @@ fn certificate_report(problem: &Problem, basis: &Basis, built: &Certified) -> Ce
         _ => {
             let diagonal = basis.eigenvalues.is_some();
             let diagonal = diagonal.then(|| StructureReport::measured(&built.measured.diagonal));
-            let block = !matches!(built.vademecum, Vademecum::Exact);
+            let block = !matches!(built.vademecum, Vademecum::Exact | Vademecum::Large);
             (diagonal, block.then(|| StructureReport::measured(&built.measured.block)), None)
         }
     };
@@ -589,6 +591,7 @@ fn certificate_report(problem: &Problem, basis: &Basis, built: &Certified) -> Ce
         diagonal,
         block,
         chapter,
+        large: matches!(built.vademecum, Vademecum::Large),
         floor_ratio: problem.tolerance.floor_ratio,
         absolute: problem.tolerance.absolute,
         error: problem.tolerance.error,

@@ -1,5 +1,7 @@
 //! `vademecum demo`: the whole road, once, from nothing but the program itself.
 
+mod large;
+
 use std::path::PathBuf;
 
 use serde::Serialize;
@@ -28,12 +30,16 @@ const MANY: usize = 1_000_000;
 /// Builds a cantilever, writes its file, steps it a million times and compares it with the full-order
 /// solution.
 #[derive(clap::Args)]
-#[command(after_help = "Example:
-  vademecum demo -o demo")]
+#[command(after_help = "Examples:
+  vademecum demo -o demo
+  vademecum demo --large -o bent")]
 pub struct Demo {
     /// Folder for the file, the pictures and demo.json; made if missing.
     #[arg(short, long, default_value = "demo")]
     output: PathBuf,
+    /// A soft beam that bends by more than a right angle instead: large displacements.
+    #[arg(long)]
+    large: bool,
     /// Print what `demo.json` holds.
     #[arg(long)]
     json: bool,
@@ -61,6 +67,9 @@ struct DemoReport<'a> {
 impl Demo {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.outputs, &[], None);
+        if self.large {
+            return large::run(&self.output, self.json, &outputs, console);
+        }
         outputs.check_in(&self.output, &FILES)?;
         outputs.make_folder(&self.output)?;
         let own = [("problem.toml", PROBLEM), ("scenario.toml", SCENARIO)];

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{Words, positive};
 use super::{Problem, ProblemError, Representation};
+use crate::limits::MAGNITUDE;
 
 /// Law of the body's motion.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
@@ -76,8 +77,9 @@ impl Problem {
         self.require(modes <= MOST_COORDINATES, "basis.modes", modes, expected)?;
         let Some(large) = &self.large else { return Ok(()) };
         let length = large.displacement;
-        let expected = "a positive length in metres";
-        self.require(length.is_none_or(positive), "large.displacement", length.unwrap_or(0.0), expected)?;
+        let usable = length.is_none_or(|x| positive(x) && (MAGNITUDE.0..=MAGNITUDE.1).contains(&x));
+        let expected = "a positive length in metres between 1e-30 and 1e30";
+        self.require(usable, "large.displacement", length.unwrap_or(0.0), expected)?;
         let rows = large.rows.unwrap_or(0);
         self.require(rows <= 4096, "large.rows", rows, "0 to 4096 rows")?;
         let states = large.states.unwrap_or(1);
