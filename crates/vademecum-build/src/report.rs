@@ -295,6 +295,7 @@ mod tests {
             timings: vec![],
             file_bytes: 0,
             plan: BuildPlan::default(),
+            large: None,
         }
     }
 

@@ -334,6 +334,7 @@ impl From<StudyError> for Failure {
             | StudyError::TooFast { .. }
             | StudyError::TooManyPlaces { .. }
             | StudyError::NoModalMarch
+            | StudyError::LargeDisplacements
             | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::Refused { .. } => Self::new(Cause::File, error),
             error @ StudyError::NothingToPush => {

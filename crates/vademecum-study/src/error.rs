@@ -45,6 +45,13 @@ pub enum StudyError {
     /// A vademecum file cannot be used for what is asked.
     #[error(transparent)]
     File(#[from] FileError),
+    /// Large displacements, where a linear motion is compared with.
+    #[error(
+        "`model = \"large-displacement\"`: what is compared here is the linear motion, and such a body does not move \
+         so; its own build marches pushes at full order beside the file (`vademecum build --json`, `large.runs`); \
+         with `--structure exact` the linear structure of the file is compared"
+    )]
+    LargeDisplacements,
     /// The scenario has a load pattern that the file does not have.
     #[error("the file has no load pattern `{name}`; it has {known}")]
     NoPattern {

@@ -145,6 +145,9 @@ pub fn verify(
     if metadata.mesh_hash != body.mesh_hash {
         return Err(FileError::ForeignMesh { problem: problem.path.clone() }.into());
     }
+    if problem.is_large() && options.scene.structure != StructureChoice::Exact {
+        return Err(StudyError::LargeDisplacements);
+    }
     let file_nodes = file_nodes(file, body)?;
     let setting = setting(&options.scene, metadata, &prepared.space);
     let time_step = setting.step.time_step;

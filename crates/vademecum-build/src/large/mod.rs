@@ -15,3 +15,6 @@ pub use prior::{Prior, columns};
 pub use states::{States, draw, relaxed};
 pub use step::{Motion, ROW_VISCOSITY};
 pub use trial::{FullOrder, Push, Pushes, Seen};
+
+#[cfg(test)]
+mod tests;

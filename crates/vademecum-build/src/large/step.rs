@@ -83,4 +83,20 @@ impl<'a> Motion<'a> {
             self.q[j] += self.p[j];
         }
     }
+
+    /// The energy that the scheme keeps: that of the last sub-step's velocity, and of the strain polarised
+    /// between its ends \[J\].
+    pub fn energy(&self) -> f64 {
+        let before: Vec<f64> = self.q.iter().zip(&self.p).map(|(q, p)| q - p).collect();
+        let kinetic: f64 = self.p.iter().map(|p| (p / self.k).powi(2)).sum();
+        let middle: Vec<f64> = self.q.iter().zip(&before).map(|(a, b)| 0.5 * (a + b)).collect();
+        let elastic = |row: usize| {
+            let of = |(j, (a, b)): (usize, (usize, usize))| {
+                0.5 * self.map.quadratic[(row, j)] * (self.q[a] * before[b] + self.q[b] * before[a])
+            };
+            let linear = self.map.frequencies.get(row).map_or(0.0, |w| w * middle[row]);
+            (linear + self.map.pairs.iter().enumerate().map(of).sum::<f64>()).powi(2)
+        };
+        0.5 * (kinetic + (0..self.map.quadratic.nrows()).map(elastic).sum::<f64>())
+    }
 }

@@ -92,6 +92,9 @@ impl Study {
         if !problem.damping.modal_ratios().is_empty() {
             return Err(StudyError::NoModalMarch);
         }
+        if problem.is_large() {
+            return Err(StudyError::LargeDisplacements);
+        }
         let mut problem = problem.clone();
         if !problem.parameters.is_empty() {
             listener.note(

@@ -1,0 +1,165 @@
+//! Strain maps of a small beam.
+
+use faer::Mat;
+
+use super::{LargeOptions, Learnt, Motion, Pairs, Prior, States, columns, learn};
+use crate::dynamics::{Rayleigh, lowest_modes};
+use crate::fem::GreenStrain;
+use crate::input::Problem;
+use crate::linalg::Random;
+use crate::prepared::{Prepared, prepare};
+use crate::progress::{Silent, Stopwatch};
+
+fn beam() -> Prepared {
+    let text = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.12], divisions = [6, 1, 1] }\n\
+                [[material]]\nyoung = 1e6\npoisson = 0.3\ndensity = 1000.0\n\
+                [[support]]\non = { group = \"x_min\" }\n[time]\nstep = 1e-2\n";
+    let problem = Problem::parse(text, "beam.toml", Default::default()).expect("a problem");
+    prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("a model")
+}
+
+const OPTIONS: LargeOptions = LargeOptions { displacement: 0.3, coordinates: 12, rows: 12, states: 40 };
+
+fn learnt(prepared: &Prepared, options: &LargeOptions) -> Vec<Learnt> {
+    learn(&prepared.body, &prepared.symbolic, options, &Silent).expect("strain maps")
+}
+
+#[test]
+fn all_rows_of_galerkin_have_the_energy_of_the_body() {
+    let prepared = beam();
+    let maps = learnt(&prepared, &LargeOptions { rows: 4096, ..OPTIONS });
+    let strain = GreenStrain::new(&prepared.body.model).expect("a strain");
+    let mut random = Random::new(3);
+    let galerkin: Vec<_> = maps.iter().filter(|map| map.name.ends_with("Galerkin")).collect();
+    assert_eq!(galerkin.len(), 2);
+    for map in galerkin {
+        let r = map.eigenvalues.len();
+        let q: Vec<f64> = map.eigenvalues.iter().map(|l| (random.uniform() - 0.5) / l.sqrt()).collect();
+        let u: Vec<f64> =
+            (0..map.vectors.nrows()).map(|i| (0..r).map(|k| map.vectors[(i, k)] * q[k]).sum()).collect();
+        let (found, exact) = (map.map.energy(&q), strain.energy(&u));
+        // The rows come from Gram matrices, which halve the digits.
+        assert!((found - exact).abs() < 1e-7 * exact, "{found:e} {exact:e}");
+    }
+}
+
+#[test]
+fn a_basis_is_orthonormal_in_the_mass_and_its_stiffness_is_diagonal() {
+    let prepared = beam();
+    let pencil = prepared.body.model.pencil();
+    for map in learnt(&prepared, &OPTIONS) {
+        let v = &map.vectors;
+        let mut image = Mat::zeros(v.nrows(), v.ncols());
+        let r = map.eigenvalues.len();
+        assert_eq!(r, OPTIONS.coordinates);
+        pencil.mass().mul_into(v.as_ref(), image.as_mut());
+        let mass = v.transpose() * &image;
+        pencil.stiffness().mul_into(v.as_ref(), image.as_mut());
+        let stiffness = v.transpose() * &image;
+        for i in 0..r {
+            for j in 0..r {
+                let unit = f64::from(u8::from(i == j));
+                assert!((mass[(i, j)] - unit).abs() < 1e-9, "{} {i} {j}", map.name);
+                let size = (map.eigenvalues[i] * map.eigenvalues[j]).sqrt();
+                assert!((stiffness[(i, j)] / size - unit).abs() < 1e-8, "{} {i} {j}", map.name);
+            }
+        }
+        assert!(map.eigenvalues.is_sorted());
+    }
+}
+
+#[test]
+fn relaxing_what_the_basis_cannot_show_leaves_its_own_rows_and_lowers_the_energy() {
+    let prepared = beam();
+    let pencil = prepared.body.model.pencil();
+    let strain = GreenStrain::new(&prepared.body.model).expect("a strain");
+    let modes = lowest_modes(pencil, &prepared.symbolic, 6).expect("modes");
+    let factor = prepared.symbolic.factor_of(pencil.stiffness()).expect("a factor");
+    let pairs = Pairs { interacting: 4, coupled: 2 };
+    let q = Mat::from_fn(6, 9, |i, s| 1e-3 * ((1 + i * 5 + s * 3) % 7) as f64);
+    let [plain, relaxed] = [Prior::Galerkin, Prior::Condensed].map(|prior| {
+        let basis = (modes.vectors.as_ref(), modes.eigenvalues.as_slice());
+        let found = columns(&strain, basis, pairs, prior, (&prepared.symbolic, &factor));
+        found.rows(q.as_ref(), pairs.count()).expect("rows")
+    });
+    let size = plain.quadratic.subrows(0, 6).norm_max();
+    for k in 0..6 {
+        for j in 0..pairs.count() {
+            let off = (plain.quadratic[(k, j)] - relaxed.quadratic[(k, j)]).abs();
+            assert!(off < 1e-7 * size, "{k} {j} {off:e} {size:e}");
+        }
+    }
+    for s in 0..9 {
+        let q: Vec<f64> = (0..6).map(|i| 100.0 * q[(i, s)]).collect();
+        assert!(relaxed.energy(&q) < plain.energy(&q));
+        // And never below what the body has when it is let go: nothing is.
+        assert!(relaxed.energy(&q) > 0.0);
+    }
+}
+
+#[test]
+fn a_regression_meets_the_states_better_than_what_it_began_with() {
+    let prepared = beam();
+    let maps = learnt(&prepared, &OPTIONS);
+    let strain = GreenStrain::new(&prepared.body.model).expect("a strain");
+    let pencil = prepared.body.model.pencil();
+    let factor = prepared.symbolic.factor_of(pencil.stiffness()).expect("a factor");
+    let map = &maps[0];
+    let mut momenta = Mat::zeros(map.vectors.nrows(), map.vectors.ncols());
+    pencil.mass().mul_into(map.vectors.as_ref(), momenta.as_mut());
+    let shapes: Vec<Vec<f64>> = (0..map.states.ncols())
+        .map(|s| {
+            let of = |i: usize| (0..12).map(|k| map.vectors[(i, k)] * map.states[(k, s)]).sum();
+            (0..map.vectors.nrows()).map(of).collect()
+        })
+        .collect();
+    let states = States::new(&strain, momenta.as_ref(), &shapes);
+    let pairs = Pairs { interacting: 12, coupled: 0 };
+    let basis = (map.vectors.as_ref(), map.eigenvalues.as_slice());
+    let mut found = columns(&strain, basis, pairs, Prior::Condensed, (&prepared.symbolic, &factor));
+    let off = |found: &super::Columns| -> f64 {
+        let map = found.rows(states.coordinates.as_ref(), pairs.count()).expect("rows");
+        let each = states.energies.iter().enumerate();
+        each.map(|(s, e)| (map.energy(states.coordinates.col_as_slice(s)) / e - 1.0).powi(2)).sum()
+    };
+    let before = off(&found);
+    found.fit(&states, 1.0).expect("a regression");
+    let after = off(&found);
+    assert!(after < 0.5 * before, "{before:e} {after:e}");
+}
+
+#[test]
+fn a_small_motion_is_that_of_an_oscillator_and_a_large_one_keeps_its_energy() {
+    let prepared = beam();
+    let map = &learnt(&prepared, &OPTIONS)[0].map;
+    let none = Rayleigh { alpha: 0.0, beta: 0.0 };
+    let period = std::f64::consts::TAU / map.frequencies[0];
+    let k = period / 400.0;
+    let mut force = vec![0.0; map.frequencies.len()];
+    force[0] = 1e-6;
+    let mut motion = Motion::new(map, k, none, 0.0);
+    let mut most = 0.0_f64;
+    for step in 0..400 {
+        let share = if step == 0 { 0.5 } else { 1.0 };
+        let pushed: Vec<f64> = force.iter().map(|f| share * f).collect();
+        motion.step(&pushed);
+        most = most.max(motion.q[0]);
+    }
+    let exact = 2.0 * force[0] / map.frequencies[0].powi(2);
+    assert!((most / exact - 1.0).abs() < 1e-3, "{most:e} {exact:e}");
+
+    // Pushed so far that the second half of the energy is in products, then left alone.
+    force[0] = 0.2 * map.frequencies[0].powi(2);
+    let mut motion = Motion::new(map, 4.0 * k, none, 0.0);
+    for _ in 0..50 {
+        motion.step(&force);
+    }
+    let rest = vec![0.0; force.len()];
+    motion.step(&rest);
+    let before = motion.energy();
+    for _ in 0..5000 {
+        motion.step(&rest);
+        assert!((motion.energy() / before - 1.0).abs() < 1e-10);
+    }
+    assert!(motion.q.iter().all(|q| q.is_finite()));
+}

@@ -1,0 +1,80 @@
+//! Files of large displacements, from the problem to the bytes.
+
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::prepared::prepare;
+use vademecum_build::progress::{Silent, Stopwatch};
+use vademecum_eval::{Field, SceneOptions, Simulation};
+use vademecum_format::File;
+use vademecum_study::StudyError;
+use vademecum_study::player::PlayOptions;
+use vademecum_study::scenario::Scenario;
+use vademecum_study::verify::verify;
+use vademecum_tests::program::repository;
+
+/// The block of the page that asks for large displacements.
+fn asked() -> String {
+    let page = std::fs::read_to_string(repository().join("docs/large-displacements.md")).expect("the page");
+    let block = page.split("```toml").nth(1).and_then(|rest| rest.split("```").next());
+    block.expect("a block of TOML").to_string()
+}
+
+fn beam() -> Problem {
+    let asked = asked();
+    let (model, large) = asked.split_once("[large]").expect("a table of options");
+    let text = format!(
+        "{model}\n[mesh]\nblock = {{ lengths = [1.0, 0.08, 0.1], divisions = [12, 2, 2], order = \"linear\" }}\n\
+         [[material]]\nyoung = 1e7\npoisson = 0.3\ndensity = 1000.0\n[[support]]\non = {{ group = \"x_min\" }}\n\
+         [load]\n[[load.pattern]]\nname = \"gravity\"\nacceleration = [0.0, 0.0, -9.81]\n\
+         [damping]\nalpha = 0.2\nbeta = 1e-4\n[basis]\nmodes = 24\n[tolerance]\nerror = 0.2\n\
+         [[output.probe]]\nname = \"tip\"\npoint = [1.0, 0.04, 0.1]\ndirection = [0, 0, 1]\n[large]{large}"
+    );
+    Problem::parse(&text, "beam.toml", repository()).expect("a problem")
+}
+
+#[test]
+fn a_beam_that_bends_far_is_followed_where_a_linear_one_is_lost() {
+    let problem = beam();
+    let built = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
+    let large = built.report.large.as_ref().expect("measured pushes");
+    assert_eq!((large.runs.len(), large.candidates.len(), large.rows), (2, 6, 48));
+    assert!(large.runs[0].pulse && !large.runs[1].pulse);
+    for run in &large.runs {
+        assert!(run.floor <= run.error && run.floor < 0.02, "{run:?}");
+        assert!(run.error < 0.33 * run.linear_error, "{run:?}");
+        assert!(run.linear_error > 0.05 && run.displacement > 0.1, "{run:?}");
+        assert!(run.energy_identity < 1e-10, "{run:?}");
+    }
+    let certificate = built.report.certificate.diagonal.as_ref().expect("figures");
+    let worst = large.runs.iter().map(|run| run.error).fold(0.0, f64::max);
+    assert_eq!(certificate.trajectory_error, worst);
+
+    // Under three times its weight the tip hangs, and its way down is shorter than a linear body's.
+    let mut way = [0.0; 2];
+    let file: &'static [u8] = Box::leak(built.bytes.clone().into_boxed_slice());
+    let linear =
+        SceneOptions { structure: vademecum_eval::StructureChoice::Exact, ..SceneOptions::default() };
+    for (way, options) in way.iter_mut().zip([SceneOptions::default(), linear]) {
+        let mut body = Simulation::<f64>::new(file, &options).expect("a body");
+        let (mut largest, mut time) = (0.0_f64, 0.0);
+        while time < 2.0 {
+            body.push_pattern(0, 3.0).expect("gravity");
+            body.step(1).expect("a step");
+            largest = largest.min(body.probe(0, Field::Displacement).expect("the tip"));
+            time += File::parse(file).expect("a file").metadata().time_step;
+        }
+        *way = largest;
+    }
+    assert!(way[1] < -0.8 && way[0] > -0.95 * way[1].abs() && way[0] < -0.4, "{way:?}");
+
+    // The same problem, the same bytes.
+    let again = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
+    assert!(again.bytes == built.bytes);
+
+    let file = File::parse(&built.bytes).expect("a file");
+    let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("a model");
+    let scenario = "duration = 0.1\n[[contact]]\npoint = [0.9, 0.04, 0.1]\nforce = [0.0, 0.0, 1.0]\n";
+    let scenario = Scenario::parse(scenario, "push.toml").expect("a scenario");
+    let refused = verify(&file, &PlayOptions::default(), &problem, &prepared, &scenario, &Silent);
+    assert!(matches!(refused, Err(StudyError::LargeDisplacements)));
+}
