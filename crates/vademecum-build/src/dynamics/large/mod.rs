@@ -29,7 +29,7 @@
 //! let mut load = |s: f64, f: &mut [f64]| f.iter_mut().zip(&weight).for_each(|(f, w)| *f = 20.0 * s * w);
 //! let hanging = rest(&strain, &symbolic, &still, &mut load, &RestOptions::default())?;
 //! let lowest = hanging.displacement.iter().fold(0.0_f64, |low, u| low.min(*u));
-//! assert!((-0.85..-0.75).contains(&lowest), "the tip hangs down: {lowest}");
+//! assert!((-0.95..-0.85).contains(&lowest), "the tip hangs down: {lowest}");
 //!
 //! // Let go of the load, it swings back; damping takes energy.
 //! let damping = LargeDamping { strain_rate: 1e-3, ..LargeDamping::default() };
