@@ -1,7 +1,7 @@
 //! Motion at large displacements: a St. Venant–Kirchhoff solid at full order, by Newton's method.
 //!
 //! The elastic force is the gradient of the energy `V(u) = ½ |z(u)|²` of [`GreenStrain`](crate::fem). Three
-//! questions are answered with it: where a body rests under a load ([`rest`]), how it moves
+//! questions are answered with it: where a body rests under a load ([`rest()`]), how it moves
 //! ([`LargeMarch`], [`march_large`]), and how it relaxes where some of its coordinates are prescribed
 //! ([`Relaxation`]).
 //!
