@@ -2,8 +2,8 @@
 //!
 //! CalculiX reads `*ELASTIC` as the linear relation between Green–Lagrange strain and the second
 //! Piola–Kirchhoff stress, which is the law of St. Venant and Kirchhoff. It integrates a linear tetrahedron
-//! with one point, which is exact, and a quadratic one with four, which are not enough for the energy at large
-//! displacements.
+//! with one point, which is exact, and a quadratic one with four, which are not enough for the energy at
+//! large displacements.
 
 use std::fmt::Write as _;
 use std::path::Path;

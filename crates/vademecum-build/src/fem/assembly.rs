@@ -82,8 +82,8 @@ impl NodeGraph {
     }
 }
 
-/// Values on the pattern of the free dofs from one 3 × 3 block for each pair of neighbours, where the block of
-/// `(b, a)` is that of `(a, b)` transposed, to the bit.
+/// Values on the pattern of the free dofs from one 3 × 3 block for each pair of neighbours, where the block
+/// of `(b, a)` is that of `(a, b)` transposed, to the bit.
 pub(super) fn blocks_over_free_dofs(
     graph: &NodeGraph,
     dofs: &DofMap,

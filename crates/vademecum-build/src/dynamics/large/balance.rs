@@ -1,5 +1,5 @@
-//! The equations that Newton's method solves: a stage of a time scheme (or rest, a stage without inertia), and
-//! a step of the energy-momentum scheme.
+//! The equations that Newton's method solves: a stage of a time scheme (or rest, a stage without inertia),
+//! and a step of the energy-momentum scheme.
 
 use super::vectors::{add, dot, sum, times};
 use crate::fem::{GreenStrain, SymmetricMatrix};

@@ -1,8 +1,9 @@
-//! The march: each stage of a scheme is a balance that Newton's method finds, and a step that fails is halved.
+//! The march: each stage of a scheme is a balance that Newton's method finds, and a step that fails is
+//! halved.
 //!
-//! Velocities and accelerations follow from displacements by the forms of the scheme's table. Where the strain
-//! rate is damped, strain follows the same forms: `ż` is to `z` what `u̇` is to `u`, so that a rotation has no
-//! strain rate whatever the step, and each stage stays the gradient of a potential.
+//! Velocities and accelerations follow from displacements by the forms of the scheme's table. Where the
+//! strain rate is damped, strain follows the same forms: `ż` is to `z` what `u̇` is to `u`, so that a
+//! rotation has no strain rate whatever the step, and each stage stays the gradient of a potential.
 
 use vademecum_format::scheme::{HISTORY, SchemeTable, Stage as TableStage};
 
@@ -75,8 +76,12 @@ impl<'a> LargeMarch<'a> {
         if !(time_step > 0.0 && time_step.is_finite()) {
             return Err(LargeError::TimeStep(time_step));
         }
-        damping.check()?;
-        scheme.check()?;
+        if !damping.is_sound() {
+            return Err(LargeError::Damping(damping));
+        }
+        if !scheme.is_suitable() {
+            return Err(LargeError::Scheme);
+        }
         Ok(LargeMarch { strain, symbolic, scheme, time_step, damping, newton })
     }
 

@@ -1,7 +1,7 @@
 //! Motion at large displacements: a St. Venant–Kirchhoff solid at full order, by Newton's method.
 //!
 //! The elastic force is the gradient of the energy `V(u) = ½ |z(u)|²` of [`GreenStrain`](crate::fem). Three
-//! questions are answered with it: where a body rests under a load ([`rest`]), how it moves
+//! questions are answered with it: where a body rests under a load ([`rest()`]), how it moves
 //! ([`LargeMarch`], [`march_large`]), and how it relaxes where some of its coordinates are prescribed
 //! ([`Relaxation`]).
 //!
@@ -29,7 +29,7 @@
 //! let mut load = |s: f64, f: &mut [f64]| f.iter_mut().zip(&weight).for_each(|(f, w)| *f = 20.0 * s * w);
 //! let hanging = rest(&strain, &symbolic, &still, &mut load, &RestOptions::default())?;
 //! let lowest = hanging.displacement.iter().fold(0.0_f64, |low, u| low.min(*u));
-//! assert!((-0.85..-0.75).contains(&lowest), "the tip hangs down: {lowest}");
+//! assert!((-0.95..-0.85).contains(&lowest), "the tip hangs down: {lowest}");
 //!
 //! // Let go of the load, it swings back; damping takes energy.
 //! let damping = LargeDamping { strain_rate: 1e-3, ..LargeDamping::default() };

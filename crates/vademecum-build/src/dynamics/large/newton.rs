@@ -3,16 +3,16 @@
 //! A correction is `p = −K⁻¹ r`; its energy `−p·r` says how far the point is from balance, whatever the units
 //! and however slender the body.
 //!
-//! The first form takes the stress of the tangent for an unknown of its own (Magisano, Leonetti and Garcea
-//! 2017): `K = c GᵀG + 2 E₂(·,·)ᵀ σ`, with `σ` the stress that the last correction would have given, were
-//! strain linear along it. A correction that turns a slender body stretches it too; the stress of that stretch
-//! is large and wrong, and the linear one is not. Corrections are made whole.
+//! The first form takes the stress of the tangent for an unknown of its own (Magisano, Leonetti and
+//! Garcea 2017): `K = c GᵀG + 2 E₂(·,·)ᵀ σ`, with `σ` the stress that the last correction would have given,
+//! were strain linear along it. A correction that turns a slender body stretches it too; the stress of that
+//! stretch is large and wrong, and the linear one is not. Corrections are made whole.
 //!
 //! The second form, where the first one fails, has the true stress and a line search: the step along `p` is
 //! cut where the slope `p·r` changes its sign, until the slope is half of what it was.
 //!
-//! Where a tangent is not positive definite, the first form stops; the second one leaves compression out of it,
-//! so that `p` still goes downhill.
+//! Where a tangent is not positive definite, the first form stops; the second one leaves compression out of
+//! it, so that `p` still goes downhill.
 
 use faer::MatMut;
 

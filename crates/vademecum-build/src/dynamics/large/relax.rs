@@ -7,8 +7,8 @@
 //! [ Wᵀ    0 ] [ λ ] = [ q − Wᵀ u   ]
 //! ```
 //!
-//! One factorisation of the tangent and a solve for `W` at each correction, in the two forms of Newton's method
-//! that `newton.rs` explains. The first correction meets the constraint, and the others stay on it.
+//! One factorisation of the tangent and a solve for `W` at each correction, in the two forms of Newton's
+//! method that `newton.rs` explains. The first correction meets the constraint, and the others stay on it.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef, Side};
@@ -126,8 +126,8 @@ impl<'a> Relaxation<'a> {
         transposed_product(self.momenta.as_ref(), column).col_as_slice(0).to_vec()
     }
 
-    /// From the last shape to the one at `q`; the last shape stays where it fails. `mixed` is the first form of
-    /// Newton's method, with a stress of its own in the tangent; else the second, with a line search.
+    /// From the last shape to the one at `q`; the last shape stays where it fails. `mixed` is the first form
+    /// of Newton's method, with a stress of its own in the tangent; else the second, with a line search.
     fn go(&mut self, q: &[f64], mixed: bool) -> Result<Vec<f64>, Failure> {
         let (n, r) = (self.displacement.len(), q.len());
         let mut memory = Solve::new(self.symbolic, r + 1, false);
@@ -204,8 +204,8 @@ impl<'a> Relaxation<'a> {
         length == 1.0
     }
 
-    /// The factor of the tangent. Where it is not positive definite, nothing in the mixed form, else the factor
-    /// of one without compression.
+    /// The factor of the tangent. Where it is not positive definite, nothing in the mixed form, else the
+    /// factor of one without compression.
     fn factorise(&mut self, u: &[f64], stress: &[f64], mixed: bool) -> Result<Option<Factor>, Failure> {
         self.factorisations += 1;
         let tangent = |pulled| self.strain.weighted_tangent(u, 1.0, stress, pulled);

@@ -40,7 +40,8 @@ pub struct Rest {
 /// The rest of a held body at the end of a load path: `load(s, f)` writes the load \[N\] at the part
 /// `s ∈ [0, 1]` of the path, and `start` is a rest at `s = 0`.
 ///
-/// Where a load step finds no balance it is halved, and the shortest ones are tried with a line search. A factorisation for each correction.
+/// Where a load step finds no balance it is halved, and the shortest ones are tried with a line search. A
+/// factorisation for each correction.
 ///
 /// # Errors
 /// [`LargeError`]: a body without supports, a load that is no number, no rest.

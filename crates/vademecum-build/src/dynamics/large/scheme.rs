@@ -2,7 +2,6 @@
 
 use vademecum_format::scheme::SchemeTable;
 
-use super::error::LargeError;
 use crate::dynamics::schemes::{SchemeError, SchemeKind, newmark};
 
 /// A time scheme for large displacements.
@@ -37,13 +36,13 @@ impl LargeScheme {
         Ok(LargeScheme::Table(kind.table()?))
     }
 
-    /// Refuses tables that do not balance the forces at the instants of their stages.
-    pub(super) fn check(&self) -> Result<(), LargeError> {
-        let LargeScheme::Table(table) = self else { return Ok(()) };
+    /// Whether each stage balances the forces at its own instant.
+    pub fn is_suitable(&self) -> bool {
+        let LargeScheme::Table(table) = self else { return true };
         let own = table.active().iter().all(|stage| {
             stage.stiffness == 1.0 && stage.stiffness_history.iter().all(|&weight| weight == 0.0)
         });
-        if own && !table.is_exact() { Ok(()) } else { Err(LargeError::Scheme) }
+        own && !table.is_exact()
     }
 }
 
@@ -61,8 +60,8 @@ pub struct LargeDamping {
 }
 
 impl LargeDamping {
-    pub(super) fn check(&self) -> Result<(), LargeError> {
-        let sound = [self.mass, self.stiffness, self.strain_rate].iter().all(|x| *x >= 0.0 && x.is_finite());
-        if sound { Ok(()) } else { Err(LargeError::Damping(*self)) }
+    /// Whether no part is negative or infinite.
+    pub fn is_sound(&self) -> bool {
+        [self.mass, self.stiffness, self.strain_rate].iter().all(|x| *x >= 0.0 && x.is_finite())
     }
 }
