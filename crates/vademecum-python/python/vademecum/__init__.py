@@ -44,15 +44,15 @@ from ._data import (
     read,
 )
 from ._errors import Error, FileError, InputError, MachineError, MeshError, Note, NumericsError, ToleranceMissed
-from ._native import Batch, Scene, SurfacePoint
+from ._native import Batch, Flight, Motion, Scene, SurfacePoint
 
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "FreeBody", "Info", "InputError", "MachineError",
-    "MeshError", "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Played", "Scene",
-    "Section", "Soundness", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Vademecum", "Verification", "build",
-    "from_bytes", "modes", "open", "run", "verify",
+    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "Flight", "FreeBody", "Info", "InputError",
+    "MachineError", "MeshError", "Motion", "NaturalModes", "Note", "NumericsError", "Page", "Parameter",
+    "ParameterValue", "Played", "Scene", "Section", "Soundness", "Structure", "Support", "SurfacePoint",
+    "ToleranceMissed", "Vademecum", "Verification", "build", "from_bytes", "modes", "open", "run", "verify",
 ]
 
 PathLike = Union[str, "os.PathLike[str]"]
