@@ -747,6 +747,16 @@ enum VdmStatus vdm_batch_set(struct VdmBatch *batch, struct VdmBody *body, size_
 enum VdmStatus vdm_batch_get(struct VdmBatch *batch, struct VdmBody *body, size_t instance);
 
 /*
+ [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress and
+ displacement show what the modes leave out of the answer to them, and reactions can be read, which are
+ refused after [`vdm_batch_get`].
+
+ # Safety
+ As for [`vdm_batch_load`].
+ */
+enum VdmStatus vdm_batch_get_under(struct VdmBatch *batch, struct VdmBody *body, size_t instance);
+
+/*
  Steps all instances `steps` times; `found` tells how many move, rest and were refused in the last step. An
  instance that was refused keeps its state; the answer is then `VDM_STEP`, and the others have moved.
 

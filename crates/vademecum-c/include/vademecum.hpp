@@ -421,6 +421,9 @@ public:
     // Loads an instance with the loads of the body, in place of what it had.
     void load(std::size_t instance) { body_->check(vdm_batch_load(handle_, body_->handle_, instance)); }
     void clear() { body_->check(vdm_batch_clear(handle_)); }
+    // Gives the body the state of an instance, whose last step was one under the loads that the body has now: so reactions
+    // can be read.
+    void get_under(std::size_t instance) { body_->check(vdm_batch_get_under(handle_, body_->handle_, instance)); }
     // Gives an instance the state of the body, or the body the state of an instance.
     void set(std::size_t instance) { body_->check(vdm_batch_set(handle_, body_->handle_, instance)); }
     void get(std::size_t instance) { body_->check(vdm_batch_get(handle_, body_->handle_, instance)); }

@@ -359,6 +359,13 @@ static void batch(struct VdmOptions options) {
     CHECK(vdm_batch_get(many, body, 20) == VDM_OK && vdm_save(body, one, b.needs.state) == VDM_OK);
     CHECK(vdm_save(twin.body, other, b.needs.state) == VDM_OK);
     CHECK(same(one, other, b.needs.state * sizeof(double)));
+    if (vdm_find(body, VDM_SUPPORTS, "left") == 0) {
+        double alone[6], here[6];
+        CHECK(vdm_reaction(body, 0, here) == VDM_OUTPUT && strstr(vdm_message(body), "not remembered"));
+        CHECK(vdm_batch_get_under(many, body, 20) == VDM_OK && vdm_reaction(body, 0, here) == VDM_OK);
+        CHECK(vdm_reaction(twin.body, 0, alone) == VDM_OK && same(alone, here, sizeof here) && here[2] != 0);
+    }
+    CHECK(vdm_batch_get_under(many, body, count) == VDM_STEP && vdm_batch_get_under(many, NULL, 0) == VDM_ARGUMENT);
     CHECK(vdm_batch_get(many, body, count) == VDM_STEP && vdm_batch_set(many, body, 3) == VDM_OK);
     CHECK(vdm_batch_clear(many) == VDM_OK && vdm_batch_carry(many, body) == VDM_OK);
     options.precision = options.precision == VDM_DOUBLE ? VDM_SINGLE : VDM_DOUBLE;

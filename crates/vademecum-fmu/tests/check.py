@@ -99,7 +99,7 @@ def as_the_program_runs():
         signal[name] = numpy.where(numpy.arange(len(rows)) < 100, force, 0.0)
     signal["pattern.gravity"] = 0.5
     shown = {"energy": "energy_J", "probe.tip": "tip", "probe.strip": "strip", "von_mises.root": "root"}
-    parts = [("force", "F"), ("moment", "M")]
+    parts = [("force", "f"), ("moment", "m")]
     shown |= {f"reaction_{kind}.wall.{c}": f"reaction.wall.{letter}{c}" for kind, letter in parts for c in "xyz"}
     found = simulate_fmu(
         archive, stop_time=(len(rows) - 1) * STEP, step_size=STEP, output_interval=STEP, input=signal,

@@ -291,6 +291,23 @@ def test_reactions_hold_the_weight_and_a_base_adds_to_it():
     assert scene.reaction("wall")[2] == pytest.approx(24.0 * 9.81, rel=1e-6)
     with pytest.raises(ValueError, match="did you mean `wall`"):
         scene.reaction("wal")
+    saved = scene.save()
+    scene.restore(saved)
+    with pytest.raises(ValueError, match="not remembered"):
+        scene.reaction("wall")
+
+    # A run and a batch have the same numbers.
+    played = file.run({"duration": 0.1, "pattern": [{"name": "gravity"}]})
+    batch = file.batch(20)
+    for instance in range(20):
+        batch.pattern(instance, "gravity", instance)
+    assert batch.support_names == ["wall"]
+    steps = len(played.time) - 1
+    batch.step(steps)
+    held, ran = batch.reaction("wall"), played.reactions["wall"]
+    assert held.shape == (20, 6) and ran.shape == (steps + 1, 6) and not played.flight
+    assert held[1] == pytest.approx(ran[-1], rel=1e-9, abs=1e-9)
+    assert held[7] == pytest.approx(7 * held[1], rel=1e-9, abs=1e-9)
 
 
 def test_stress_bends_with_the_weight_and_strains_follow_it():
@@ -354,6 +371,9 @@ def test_a_free_body_flies_turns_and_rings():
     flight.clear()
     flight.step()
     assert flight.motion.momentum == kept
+    played = body.run({"duration": 0.1, "free": {"velocity": [0, 0, 3], "gravity": [0, 0, -9.81]}})
+    fallen = centre[2] + 3.0 * played.time - 0.5 * 9.81 * played.time**2
+    assert played.flight["centre z"] == pytest.approx(fallen, abs=1e-12) and not played.reactions
     flight.pattern("gravity")
     flight.step()
     assert flight.motion.momentum[2] == pytest.approx(kept[2] - 9.81 * 12.0 * scene.time_step)

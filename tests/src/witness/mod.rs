@@ -11,6 +11,7 @@ mod mass;
 mod record;
 mod thermal;
 
-pub use bodies::{Mode, StressAt, Witness, witness, witnesses};
+pub use bodies::{Mode, StressAt, Witness, whole_cylinder, witness, witnesses};
+pub use deck::write as write_deck;
 pub use record::{Apart, Found, compare, markdown, measure};
 pub use thermal::Thermal;

@@ -224,6 +224,10 @@ class Batch:
     @property
     def pattern_names(self) -> list[str]: ...
     @property
+    def support_names(self) -> list[str]: ...
+    def reaction(self, name: str, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
+        """Force [N] and moment [N m] that a support exerts on each body under its loads, shape (instances, 6)."""
+    @property
     def parameters(self) -> dict[str, float]: ...
     def set(self, values: _Values = None, /, **parameters: float) -> None:
         """Sets live parameters of all instances while they move."""
@@ -270,7 +274,7 @@ class File:
 def build(problem: _Given, settings: Mapping[str, Any], progress: _Progress) -> tuple[File, str]: ...
 def run(
     file: File, scenario: _Given, options: Optional[dict[str, Any]], long: bool, progress: _Progress
-) -> tuple[list[str], dict[str, NDArray[np.float64]]]: ...
+) -> tuple[list[list[str]], dict[str, NDArray[np.float64]]]: ...
 def verify(
     file: File,
     problem: _Given,
