@@ -291,10 +291,6 @@ def test_reactions_hold_the_weight_and_a_base_adds_to_it():
     assert scene.reaction("wall")[2] == pytest.approx(24.0 * 9.81, rel=1e-6)
     with pytest.raises(ValueError, match="did you mean `wall`"):
         scene.reaction("wal")
-    saved = scene.save()
-    scene.restore(saved)
-    with pytest.raises(ValueError, match="not remembered"):
-        scene.reaction("wall")
 
     # A run and a batch have the same numbers.
     played = file.run({"duration": 0.1, "pattern": [{"name": "gravity"}]})
