@@ -747,8 +747,8 @@ enum VdmStatus vdm_batch_set(struct VdmBatch *batch, struct VdmBody *body, size_
 enum VdmStatus vdm_batch_get(struct VdmBatch *batch, struct VdmBody *body, size_t instance);
 
 /*
- [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress and
- displacement show what the modes leave out of the answer to them, and reactions can be read, which are
+ [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress
+ and displacement show what the modes leave out of the answer to them, and reactions can be read, which are
  refused after [`vdm_batch_get`].
 
  # Safety
@@ -1004,8 +1004,8 @@ enum VdmStatus vdm_flight_add_pattern(struct VdmBody *body, uint32_t pattern, do
 enum VdmStatus vdm_flight_pull(struct VdmBody *body, const double *force);
 
 /*
- One step of both motions, under what was added since the last one, and takes that away. [`vdm_step`](crate::vdm_step), in
- contrast, leaves the rigid motion to whoever moves the body.
+ One step of both motions, under what was added since the last one, and takes that away.
+ [`vdm_step`](crate::vdm_step), in contrast, leaves the rigid motion to whoever moves the body.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).

@@ -239,7 +239,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// # use vademecum_eval::format::File;
     /// # use vademecum_eval::{Batch, Loads, OutputError, Scene, SceneOptions, State};
-    /// # let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/reactions.vdm"));
+    /// # let bytes =
+    /// #     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/reactions.vdm"));
     /// # let (file, options) = (File::parse(bytes)?, SceneOptions::default());
     /// # let sizes = Scene::<f64>::sizes(&file, &options)?;
     /// # let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);

@@ -363,9 +363,9 @@ impl fmt::Display for OutputError {
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
             Self::ForcesForgotten => write!(
                 out,
-                "the forces of the last step, which reactions are made of, are not remembered: bind the scene \
-                 with `SceneOptions::contacts` above 0, and give a state that is restored or taken from a \
-                 batch its loads (`State::restore_under`, `Batch::get_under`)"
+                "the forces of the last step, which reactions are made of, are not remembered: bind the \
+                 scene with `SceneOptions::contacts` above 0, and give a state that is restored or taken \
+                 from a batch its loads (`State::restore_under`, `Batch::get_under`)"
             ),
         }
     }

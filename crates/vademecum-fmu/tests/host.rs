@@ -35,7 +35,7 @@ fn golden(name: &str) -> Vec<u8> {
 /// A node whose stress the file knows.
 fn stress_node(file: &File<'_>) -> Option<u32> {
     let section = file.section(SectionKind::StressPoints)?;
-    Some(section.u32s().ok()?.first().copied().map(u32::from_le_bytes)?)
+    section.u32s().ok()?.first().copied().map(u32::from_le_bytes)
 }
 
 impl Unit {

@@ -20,7 +20,12 @@ pub struct PyMotion(RigidMotion);
 #[pymethods]
 impl PyMotion {
     #[new]
-    #[pyo3(signature = (position, attitude=[1.0, 0.0, 0.0, 0.0], momentum=[0.0; 3], angular_momentum=[0.0; 3]))]
+    #[pyo3(signature = (
+        position,
+        attitude=[1.0, 0.0, 0.0, 0.0],
+        momentum=[0.0; 3],
+        angular_momentum=[0.0; 3],
+    ))]
     fn new(
         position: [f64; 3],
         attitude: [f64; 4],

@@ -94,8 +94,8 @@ impl Shown {
     }
 }
 
-/// A scenario through a file: names of the probes, the supports, and the columns of a flight, then a mapping of
-/// arrays.
+/// A scenario through a file: names of the probes, the supports, and the columns of a flight, then a mapping
+/// of arrays.
 #[pyfunction]
 pub fn run<'py>(
     py: Python<'py>,

@@ -104,8 +104,8 @@ pub unsafe extern "C" fn vdm_batch_get(
     }
 }
 
-/// [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress and
-/// displacement show what the modes leave out of the answer to them, and reactions can be read, which are
+/// [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress
+/// and displacement show what the modes leave out of the answer to them, and reactions can be read, which are
 /// refused after [`vdm_batch_get`].
 ///
 /// # Safety

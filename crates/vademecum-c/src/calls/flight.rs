@@ -122,8 +122,8 @@ pub unsafe extern "C" fn vdm_flight_pull(body: *mut VdmBody, force: *const f64) 
     }
 }
 
-/// One step of both motions, under what was added since the last one, and takes that away. [`vdm_step`](crate::vdm_step), in
-/// contrast, leaves the rigid motion to whoever moves the body.
+/// One step of both motions, under what was added since the last one, and takes that away.
+/// [`vdm_step`](crate::vdm_step), in contrast, leaves the rigid motion to whoever moves the body.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).

@@ -37,8 +37,9 @@ pub enum FmuError {
     },
     /// A place of a stress is nowhere near one that is known.
     #[error(
-        "the place `{name}` is {distance:.3e} away from the nearest node whose stress the file knows, of a body \
-         that is {size:.3e} large; is it in the unit of the file, and in the selection of `[output] stress`?"
+        "the place `{name}` is {distance:.3e} away from the nearest node whose stress the file knows, of a \
+         body that is {size:.3e} large; is it in the unit of the file, and in the selection of \
+         `[output] stress`?"
     )]
     FarStress {
         /// Its name.

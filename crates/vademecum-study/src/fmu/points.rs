@@ -105,7 +105,7 @@ pub(super) fn place_stresses(file: &File<'_>, asked: &[AskedPoint]) -> Result<Ve
         let (distance, node) = known.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
         let name = name.clone();
         // A point that is not finite is nowhere.
-        if !(distance <= size) {
+        if distance.is_nan() || distance > size {
             return Err(FmuError::FarStress { name, distance, size });
         }
         Ok(PlacedStress { name, position: nodes[node], distance, node: node as u32 })
