@@ -58,6 +58,7 @@ pub struct PlacedStress {
     /// How far that is from the point asked for.
     pub distance: f64,
     /// The node.
+    #[serde(skip)]
     pub node: u32,
 }
 
