@@ -15,6 +15,7 @@ pub mod large;
 pub mod largest;
 pub mod long_march;
 pub mod matrices;
+pub mod page;
 pub mod program;
 pub mod random_terms;
 pub mod regions;

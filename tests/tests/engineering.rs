@@ -1,6 +1,12 @@
 //! Published benchmarks, and CalculiX on the same meshes: the record of `docs/benchmarks/engineering.md`.
 
-use vademecum_tests::witness::{Apart, Found, Witness, bend, calculix, compare, measure, witness, witnesses};
+use vademecum_build::input::Problem;
+use vademecum_build::progress::Silent;
+use vademecum_study::modes::natural_modes;
+use vademecum_tests::program::repository;
+use vademecum_tests::witness::{
+    Apart, Found, Witness, bend, calculix, compare, measure, whole_cylinder, witness, witnesses, write_deck,
+};
 
 fn found(witness: &Witness, ask: bool) -> Found {
     let folder = tempfile::tempdir().expect("a folder");
@@ -76,6 +82,33 @@ fn a_thick_square_plate() {
 #[test]
 fn a_free_cylinder() {
     agrees("fv41");
+}
+
+/// The whole cylinder, with the modes that are antisymmetric in the middle of its length.
+#[test]
+fn a_whole_free_cylinder() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_deck(&folder.path().join("fv41.inp"), &whole_cylinder(36, 16));
+    let text = std::fs::read_to_string(repository().join("tests/witnesses/fv41.toml")).expect("a problem");
+    let (text, _) = text.split_once("[[support]]").expect("supports to leave out");
+    let problem = Problem::parse(text, "fv41.toml", folder.path().into()).expect("a problem");
+    let (modes, shapes) = natural_modes(&problem, 64, &Silent).expect("modes");
+    let mesh = shapes.mesh();
+    // Those in which no point moves along the circle.
+    let along = |shape: &[f64]| {
+        let nodes = mesh.nodes.iter().zip(shape.as_chunks::<3>().0);
+        nodes.map(|([x, y, _], u)| (x * u[1] - y * u[0]).abs() / x.hypot(*y)).fold(0.0, f64::max)
+    };
+    let fields = shapes.fields();
+    let found = modes.frequencies_hz.iter().zip(&fields).filter(|(_, shape)| along(shape) < 0.05);
+    let found: Vec<f64> = found.map(|(hertz, _)| *hertz).collect();
+    let highest = modes.frequencies_hz.last();
+    println!("{} dofs, {} modes up to {highest:?} Hz; {found:.3?} Hz", modes.dofs, fields.len());
+    let references = [243.53, 377.41, 394.11, 397.72, 405.28];
+    assert!(found.len() >= references.len(), "{found:?}");
+    for (found, reference) in found.iter().zip(references) {
+        assert!((found / reference - 1.0).abs() < 0.002, "{found} Hz, {reference} Hz");
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ use vademecum_eval::format::{BASE_PATTERNS, File, base_field};
 use vademecum_eval::{BaseMotion, Field, LoadError, SceneOptions};
 use vademecum_rewrite::{Keep, check, strip};
 use vademecum_tests::held_rows::Full;
+use vademecum_tests::page::block;
 use vademecum_tests::program::{repository, vademecum};
 use vademecum_tests::stage::with_scene;
 
@@ -327,12 +328,6 @@ fn what_is_left_out_of_turning_is_as_small_as_the_page_says() {
         let southwell = (1.0 + 1.19 * share * share).sqrt() - 1.0;
         assert!((found / southwell - 1.0).abs() < 0.02, "{found} {southwell}");
     }
-}
-
-/// The first block of a page in a language.
-fn block<'a>(page: &'a str, start: &str) -> &'a str {
-    let (_, rest) = page.split_once(&format!("```{start}")).expect("a block");
-    rest.split("```").next().expect("closed")
 }
 
 #[test]

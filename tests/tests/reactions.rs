@@ -9,6 +9,7 @@ use vademecum_eval::format::{File, SectionInput, SectionKind, encode_into, encod
 use vademecum_eval::{Contact, OutputError, SceneOptions, StructureChoice, Surface};
 use vademecum_rewrite::{Fault, Keep, RewriteError, check, pack, strip, unpack};
 use vademecum_tests::held_rows::{Full, Scaled, add_at};
+use vademecum_tests::page::block;
 use vademecum_tests::program::{repository, vademecum};
 use vademecum_tests::stage::with_scene;
 
@@ -434,12 +435,6 @@ fn strip_keeps_what_is_of_use_and_the_check_finds_what_is_no_reaction() {
         shape[0] = 5;
     });
     assert!(matches!(check(&unnamed), Err(RewriteError::Names { kind: SectionKind::SupportNames, .. })));
-}
-
-/// The first block of a page in a language.
-fn block<'a>(page: &'a str, start: &str) -> &'a str {
-    let (_, rest) = page.split_once(&format!("```{start}")).expect("a block");
-    rest.split("```").next().expect("closed")
 }
 
 #[test]

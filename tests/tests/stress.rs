@@ -12,6 +12,7 @@ use vademecum_build::progress::{Silent, Stopwatch};
 use vademecum_eval::{Contact, Field, Loads, OutputError, Scene, SceneOptions, State, Surface, Tensor};
 use vademecum_format::{Element, File, SectionKind as S};
 use vademecum_rewrite::{Keep, check, pack_within, strip, unpack};
+use vademecum_tests::page::block;
 use vademecum_tests::program::{repository, vademecum};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::rewritten;
@@ -374,12 +375,6 @@ fn the_program_shows_stress_and_compares_it_with_the_full_order() {
     assert_eq!(vademecum(&["build", &at("q.toml"), "-o", &at("q.vdm")]).code, Some(0));
     let run = ["run", &at("q.vdm"), "--scenario", &at("s.toml"), "-o", &at("no")];
     vademecum(&run).fails(3, &["output.stress", "the file has no stress"]);
-}
-
-/// The text between a fence that begins like this and the next one.
-fn block<'a>(page: &'a str, start: &str) -> &'a str {
-    let (_, rest) = page.split_once(&format!("```{start}")).expect("a block");
-    rest.split("```").next().expect("closed")
 }
 
 #[test]

@@ -387,6 +387,51 @@ typedef struct VdmBatchStatus {
   size_t refused;
 } VdmBatchStatus;
 
+/*
+ Mass, centre and moments of inertia of a free body.
+ */
+typedef struct VdmRigidBody {
+  /*
+   In kg.
+   */
+  double mass;
+  /*
+   Its centre in m, in the coordinates of the file.
+   */
+  double centre[3];
+  /*
+   Principal moments of inertia about the centre, in kg m².
+   */
+  double moments[3];
+  /*
+   The principal axes in the coordinates of the file, one a row.
+   */
+  double axes[3][3];
+} VdmRigidBody;
+
+/*
+ The rigid motion of a free body.
+ */
+typedef struct VdmMotion {
+  /*
+   Where the centre is in space, in m.
+   */
+  double position[3];
+  /*
+   How the body is turned: a quaternion of length one, the real part first, that turns directions of the
+   body into those of space.
+   */
+  double attitude[4];
+  /*
+   Momentum in space, in kg m/s.
+   */
+  double momentum[3];
+  /*
+   Angular momentum about the centre, in space, in kg m²/s.
+   */
+  double angular_momentum[3];
+} VdmMotion;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -706,6 +751,16 @@ enum VdmStatus vdm_batch_set(struct VdmBatch *batch, struct VdmBody *body, size_
 enum VdmStatus vdm_batch_get(struct VdmBatch *batch, struct VdmBody *body, size_t instance);
 
 /*
+ [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress
+ and displacement show what the modes leave out of the answer to them, and reactions can be read, which are
+ refused after [`vdm_batch_get`].
+
+ # Safety
+ As for [`vdm_batch_load`].
+ */
+enum VdmStatus vdm_batch_get_under(struct VdmBatch *batch, struct VdmBody *body, size_t instance);
+
+/*
  Steps all instances `steps` times; `found` tells how many move, rest and were refused in the last step. An
  instance that was refused keeps its state; the answer is then `VDM_STEP`, and the others have moved.
 
@@ -879,6 +934,104 @@ enum VdmStatus vdm_strain(struct VdmBody *body, uint32_t point, double *out);
  `stress` is null or points to six numbers.
  */
 double vdm_von_mises(const double *stress);
+
+/*
+ Mass, centre and moments of inertia of a free body, at the density it has now; `VDM_OUTPUT` for a body
+ with supports, as from all calls that begin with `vdm_flight`.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmRigidBody`.
+ */
+enum VdmStatus vdm_flight_mass(struct VdmBody *body, struct VdmRigidBody *out);
+
+/*
+ Puts a free body where the file has it, with a velocity of its centre in m/s and an angular velocity in
+ rad/s. Its elastic motion stays.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `velocity` and `spin` point to three
+ numbers each.
+ */
+enum VdmStatus vdm_flight_throw(struct VdmBody *body, const double *velocity, const double *spin);
+
+/*
+ The rigid motion.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmMotion`.
+ */
+enum VdmStatus vdm_flight_motion(struct VdmBody *body, struct VdmMotion *out);
+
+/*
+ Puts the body elsewhere, or lets it move otherwise. The attitude is brought to length one. What pushes the
+ body stays, and so does its elastic motion.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `motion` points to a `VdmMotion`.
+ */
+enum VdmStatus vdm_flight_set_motion(struct VdmBody *body, const struct VdmMotion *motion);
+
+/*
+ Where the rigid motion will be at the end of the coming step under what pushes it so far.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmMotion`.
+ */
+enum VdmStatus vdm_flight_ahead(struct VdmBody *body, struct VdmMotion *out);
+
+/*
+ Pushes at a place with a force in N, in the directions of space, for the coming [`vdm_flight_step`].
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `force`
+ to three numbers.
+ */
+enum VdmStatus vdm_flight_add_contact(struct VdmBody *body,
+                                      const struct VdmPlace *place,
+                                      const double *force);
+
+/*
+ Adds a load pattern, which turns with the body, times an amplitude, for the coming [`vdm_flight_step`].
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_flight_add_pattern(struct VdmBody *body, uint32_t pattern, double amplitude);
+
+/*
+ Pulls at the centre with a force in N, in the directions of space, for the coming [`vdm_flight_step`]:
+ gravity is the mass times its acceleration.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `force` points to three numbers.
+ */
+enum VdmStatus vdm_flight_pull(struct VdmBody *body, const double *force);
+
+/*
+ One step of both motions, under what was added since the last one, and takes that away.
+ [`vdm_step`](crate::vdm_step), in contrast, leaves the rigid motion to whoever moves the body.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_flight_step(struct VdmBody *body);
+
+/*
+ Where a place is in space, deformed as it is, in m; three numbers.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `out`
+ to three numbers.
+ */
+enum VdmStatus vdm_flight_point(struct VdmBody *body, const struct VdmPlace *place, double *out);
+
+/*
+ Velocity of a place in space, in m/s; three numbers.
+
+ # Safety
+ As for [`vdm_flight_point`].
+ */
+enum VdmStatus vdm_flight_velocity(struct VdmBody *body, const struct VdmPlace *place, double *out);
 
 /*
  The place that is a loadable node; no search.

@@ -29,9 +29,13 @@ private:
 };
 
 using Vector = std::array<double, 3>;
+// A stress or a strain: xx, yy, zz, xy, yz, zx.
+using Tensor = std::array<double, 6>;
 using Place = VdmPlace;
 using Options = VdmOptions;
 using Needs = VdmNeeds;
+using RigidBody = VdmRigidBody;
+using Motion = VdmMotion;
 
 enum class Field : std::int32_t { displacement = VDM_DISPLACEMENT, velocity = VDM_VELOCITY };
 enum class Named : std::int32_t { probe = VDM_PROBES, pattern = VDM_PATTERNS, parameter = VDM_PARAMETERS, support = VDM_SUPPORTS };
@@ -106,6 +110,7 @@ private:
 };
 
 class Batch;
+class Flight;
 
 // A body with one state and its loads. It belongs to one thread at a time; it can be moved, not copied.
 class Body {
@@ -229,6 +234,27 @@ public:
         check(vdm_reaction(handle_, support, value.data()));
         return value;
     }
+    // Stress and strain at the points that the file knows them of, counted from 0.
+    std::uint32_t stress_points() { return vdm_stress_points(handle_); }
+    // Node of the file and region of the mesh.
+    std::array<std::uint32_t, 2> stress_point(std::uint32_t point) {
+        std::array<std::uint32_t, 2> where{};
+        if (vdm_stress_point(handle_, point, where.data()) != VDM_OK)
+            throw Error(VDM_ARGUMENT, "the file has no stress point " + std::to_string(point));
+        return where;
+    }
+    // In Pa.
+    Tensor stress(std::uint32_t point) {
+        Tensor value;
+        check(vdm_stress(handle_, point, value.data()));
+        return value;
+    }
+    Tensor strain(std::uint32_t point) {
+        Tensor value;
+        check(vdm_strain(handle_, point, value.data()));
+        return value;
+    }
+    double von_mises(std::uint32_t point) { return vdm_von_mises(stress(point).data()); }
     double energy() {
         double value = 0;
         check(vdm_energy(handle_, &value));
@@ -314,6 +340,7 @@ public:
 
 private:
     friend class Batch;
+    friend class Flight;
 
     static std::int32_t number(Field field) { return static_cast<std::int32_t>(field); }
 
@@ -334,6 +361,52 @@ private:
     VdmBody *handle_ = nullptr;
 };
 
+// The rigid motion of a body without supports, which must live as long and stays where it is. Forces and positions are
+// those of space; forces act in the coming step.
+class Flight {
+public:
+    // The body where the file has it; refused for a body with supports.
+    explicit Flight(Body &body, const Vector &velocity = {}, const Vector &spin = {}) : body_(&body) {
+        body.check(vdm_flight_throw(body.handle_, velocity.data(), spin.data()));
+    }
+
+    RigidBody mass() { return get<RigidBody>(vdm_flight_mass); }
+    Motion motion() { return get<Motion>(vdm_flight_motion); }
+    Motion ahead() { return get<Motion>(vdm_flight_ahead); }
+    void set_motion(const Motion &motion) { body_->check(vdm_flight_set_motion(body_->handle_, &motion)); }
+
+    void add_contact(const Place &place, const Vector &force) {
+        body_->check(vdm_flight_add_contact(body_->handle_, &place, force.data()));
+    }
+    void add_pattern(std::uint32_t pattern, double amplitude) {
+        body_->check(vdm_flight_add_pattern(body_->handle_, pattern, amplitude));
+    }
+    // At the centre: gravity is the mass times its acceleration.
+    void pull(const Vector &force) { body_->check(vdm_flight_pull(body_->handle_, force.data())); }
+    // One step of both motions; takes the forces away.
+    bool step() { return body_->check(vdm_flight_step(body_->handle_)) != VDM_AT_REST; }
+
+    Vector point(const Place &place) {
+        Vector value;
+        body_->check(vdm_flight_point(body_->handle_, &place, value.data()));
+        return value;
+    }
+    Vector velocity(const Place &place) {
+        Vector value;
+        body_->check(vdm_flight_velocity(body_->handle_, &place, value.data()));
+        return value;
+    }
+
+private:
+    template <typename T> T get(VdmStatus (*call)(VdmBody *, T *)) {
+        T value;
+        body_->check(call(body_->handle_, &value));
+        return value;
+    }
+
+    Body *body_;
+};
+
 // Many instances of a body, which must live as long as they do and stays where it is.
 class Batch {
 public:
@@ -348,6 +421,9 @@ public:
     // Loads an instance with the loads of the body, in place of what it had.
     void load(std::size_t instance) { body_->check(vdm_batch_load(handle_, body_->handle_, instance)); }
     void clear() { body_->check(vdm_batch_clear(handle_)); }
+    // Gives the body the state of an instance, whose last step was one under the loads that the body has now: so reactions
+    // can be read.
+    void get_under(std::size_t instance) { body_->check(vdm_batch_get_under(handle_, body_->handle_, instance)); }
     // Gives an instance the state of the body, or the body the state of an instance.
     void set(std::size_t instance) { body_->check(vdm_batch_set(handle_, body_->handle_, instance)); }
     void get(std::size_t instance) { body_->check(vdm_batch_get(handle_, body_->handle_, instance)); }

@@ -113,6 +113,12 @@ impl Instances {
         answer(&mut body.message, done, VdmStatus::VDM_STEP)
     }
 
+    /// The same, with the loads of the body as those of its last step.
+    pub fn get_under(&mut self, body: &mut Body, instance: usize) -> VdmStatus {
+        let done = both!(self, body, b, m => b.get_under(instance, &mut m.state, &m.loads));
+        answer(&mut body.message, done, VdmStatus::VDM_STEP)
+    }
+
     pub fn carry(&mut self, body: &mut Body) -> VdmStatus {
         let done = both!(self, body, b, m => b.carry(&m.scene));
         answer(&mut body.message, done, VdmStatus::VDM_STEP)

@@ -4,8 +4,8 @@ use core::ptr::NonNull;
 
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    BindError, Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, StaticField, Status,
-    StructureChoice, Surface, SurfacePoint,
+    BindError, Contact, FreeBody, Loads, Modal, RigidMotion, Scalar, Scene, SceneOptions, State, StaticField,
+    Status, StepError, StructureChoice, Surface, SurfacePoint,
 };
 
 use crate::message::Message;
@@ -52,6 +52,8 @@ pub struct Body {
     pub file: File<'static>,
     pub surface: Option<Surface<'static>>,
     pub march: March,
+    /// The rigid motion of a body without supports.
+    pub free: Option<FreeBody>,
     pub message: Message,
 }
 
@@ -246,7 +248,12 @@ impl Body {
             March::Single(Moved::bind(&file, asked, numbers, work, message)?)
         };
         let surface = Surface::new(&file).ok();
-        let body = Self { file, surface, march, message: Message::default() };
+        let free = match &march {
+            March::Single(m) => FreeBody::new(&m.scene, RigidMotion::at_rest),
+            #[cfg(feature = "double")]
+            March::Double(m) => FreeBody::new(&m.scene, RigidMotion::at_rest),
+        };
+        let body = Self { file, surface, march, free, message: Message::default() };
         let place = memory.at.cast::<Self>();
         // SAFETY: aligned to 16 as the body is, and long enough.
         unsafe { place.write(body) };
@@ -293,6 +300,11 @@ impl Body {
                 }
             }
         });
+        self.stepped(found)
+    }
+
+    /// What a step found.
+    pub fn stepped(&mut self, found: Result<Status, StepError>) -> VdmStatus {
         match found {
             Ok(Status::AtRest) => VdmStatus::VDM_AT_REST,
             Ok(_) => VdmStatus::VDM_OK,
@@ -302,6 +314,9 @@ impl Body {
 
     pub fn rest(&mut self) -> VdmStatus {
         moved!(self.march, m => m.state.rest());
+        if let Some(free) = &mut self.free {
+            free.set_motion(RigidMotion::at_rest(free.body()));
+        }
         VdmStatus::VDM_OK
     }
 }

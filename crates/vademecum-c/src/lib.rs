@@ -16,6 +16,7 @@
 mod batch;
 mod body;
 mod calls;
+mod flight;
 mod loads;
 mod message;
 mod names;

@@ -36,7 +36,10 @@ impl Body {
     }
 
     pub fn clear_loads(&mut self) -> VdmStatus {
-        moved!(self.march, m => m.loads.clear());
+        moved!(self.march, m => match &mut self.free {
+            Some(free) => free.clear(&mut m.loads),
+            None => m.loads.clear(),
+        });
         VdmStatus::VDM_OK
     }
 

@@ -13,12 +13,14 @@ impl Body {
     pub fn set_parameter(&mut self, parameter: u32, value: f64, work: &mut [f64]) -> VdmStatus {
         let index = parameter as usize;
         let done = moved!(self.march, m => m.scene.set_parameter(index, value, &mut m.state, work));
+        self.follow();
         self.answer(done, VdmStatus::VDM_BIND)
     }
 
     /// Sets all live parameters at once.
     pub fn set_parameters(&mut self, values: &[f64], work: &mut [f64]) -> VdmStatus {
         let done = moved!(self.march, m => m.set_parameters(values, work));
+        self.follow();
         match done {
             Ok(Some(())) => VdmStatus::VDM_OK,
             Ok(None) => self.message.note(VdmStatus::VDM_ARGUMENT, &"not as many values as live parameters"),

@@ -162,6 +162,35 @@ pub struct VdmPlace {
     pub distance: f64,
 }
 
+/// Mass, centre and moments of inertia of a free body.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VdmRigidBody {
+    /// In kg.
+    pub mass: f64,
+    /// Its centre in m, in the coordinates of the file.
+    pub centre: [f64; 3],
+    /// Principal moments of inertia about the centre, in kg m².
+    pub moments: [f64; 3],
+    /// The principal axes in the coordinates of the file, one a row.
+    pub axes: [[f64; 3]; 3],
+}
+
+/// The rigid motion of a free body.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VdmMotion {
+    /// Where the centre is in space, in m.
+    pub position: [f64; 3],
+    /// How the body is turned: a quaternion of length one, the real part first, that turns directions of the
+    /// body into those of space.
+    pub attitude: [f64; 4],
+    /// Momentum in space, in kg m/s.
+    pub momentum: [f64; 3],
+    /// Angular momentum about the centre, in space, in kg m²/s.
+    pub angular_momentum: [f64; 3],
+}
+
 /// A live parameter.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]

@@ -135,7 +135,7 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
     let exact = [("name = \"bathe\"", "name = \"exact\""), ("[snapshots]\npositions = 4\n", "")];
     let whole = ("[[output.probe]]", "[output]\nstatic_fields = true\n\n[[output.probe]]");
     let whole = beam(folder.path(), &[exact[0], exact[1], whole]);
-    let golden = ["fixed-f64", "exact-f64", "parameters", "reactions", "base", "stress"];
+    let golden = ["fixed-f64", "exact-f64", "parameters", "reactions", "base", "stress", "free"];
     let mut files = golden.map(|name| repository().join(format!("fixtures/golden/{name}.vdm"))).to_vec();
     files.push(whole);
     let source = own("tests/everything.c");
@@ -151,10 +151,13 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
         "batch",
         "body",
         "fields",
+        "flight",
+        "held",
         "loads",
         "modes",
         "operator",
         "parameter",
+        "pattern in flight",
         "patterns",
         "reactions",
         "shape",
@@ -174,6 +177,15 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
             run(valgrind.arg(&program).arg(file));
         }
     }
+}
+
+#[test]
+fn the_header_of_cplusplus_gives_stress_reactions_and_flight() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let options = ["-std=c++17", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+    let program = compiled("c++", &options, &own("tests/capabilities.cpp"), folder.path());
+    let files = ["stress", "reactions", "free"].map(|name| format!("fixtures/golden/{name}.vdm"));
+    run(Command::new(&program).args(files.map(|file| repository().join(file))));
 }
 
 #[test]

@@ -212,7 +212,8 @@ impl<'m, T: Scalar> Batch<'m, T> {
         Ok(put(self.magnitudes, instance, if state.y.at_rest { T::ZERO } else { T::from_f32(1.0) })?)
     }
 
-    /// Writes the state of `instance` to `state`, from which everything can be read. `O(r)`.
+    /// Writes the state of `instance` to `state`, from which everything can be read but reactions: a batch
+    /// does not keep the forces of the last step ([`Batch::get_under`]). `O(r)`.
     ///
     /// # Errors
     /// [`StepError::NoInstance`], [`StepError::Mismatch`], and [`StepError::NotCarried`] for a state of
@@ -225,9 +226,63 @@ impl<'m, T: Scalar> Batch<'m, T> {
                 *out = *self.states.get(at).ok_or(StepError::Mismatch)?;
             }
         }
-        state.statics.clear();
         state.y.unstarted = self.unstarted.get(instance).is_some_and(|&flag| flag != T::ZERO);
         state.y.at_rest = state.y.unstarted || self.status(instance) == Ok(Status::AtRest);
+        // Nothing acted on a body that rests.
+        if state.y.at_rest {
+            state.statics.clear();
+        } else {
+            state.statics.forget();
+        }
+        Ok(())
+    }
+
+    /// [`Batch::get`] for an instance whose last step was one under `loads`: outputs add what the modes leave
+    /// out of the answer to them, and reactions are those of [`Scene::step`], bit for bit.
+    ///
+    /// ```
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # use vademecum_eval::format::File;
+    /// # use vademecum_eval::{Batch, Loads, OutputError, Scene, SceneOptions, State};
+    /// # let bytes =
+    /// #     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/reactions.vdm"));
+    /// # let (file, options) = (File::parse(bytes)?, SceneOptions::default());
+    /// # let sizes = Scene::<f64>::sizes(&file, &options)?;
+    /// # let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
+    /// # let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
+    /// # let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
+    /// # let mut state = State::new(&scene, &mut state_memory)?;
+    /// # let mut loads = Loads::new(&scene, &mut load_memory)?;
+    /// let mut memory = vec![0.0; Batch::len_for(&scene, 20)];
+    /// let mut batch = Batch::new(&scene, 20, &mut memory)?;
+    /// loads.add_pattern(&scene, 0, 1.0)?;
+    /// batch.load(&scene, 7, &loads)?;
+    /// batch.step(&scene)?;
+    /// scene.step(&mut state, &loads)?;
+    /// let alone = scene.reaction(&state, 0)?;
+    /// assert!(alone.total()[2] != 0.0);
+    ///
+    /// batch.get(7, &mut state)?;
+    /// assert_eq!(scene.reaction(&state, 0), Err(OutputError::ForcesForgotten));
+    /// batch.get_under(7, &mut state, &loads)?;
+    /// assert_eq!(scene.reaction(&state, 0)?, alone);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Batch::get`]; [`StepError::Mismatch`] for loads of another shape.
+    pub fn get_under(
+        &self,
+        instance: usize,
+        state: &mut State<'_, T>,
+        loads: &Loads<'_, T>,
+    ) -> Result<(), StepError> {
+        if loads.shape != self.shape {
+            return Err(StepError::Mismatch);
+        }
+        self.get(instance, state)?;
+        state.statics.copy(&loads.statics);
         Ok(())
     }
 

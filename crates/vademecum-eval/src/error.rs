@@ -223,7 +223,7 @@ pub enum OutputError {
     },
     /// The state was made for a scene of another shape.
     Mismatch,
-    /// A reaction of a scene that does not remember the forces of its last step.
+    /// A reaction of a scene, or a state, that does not remember the forces of its last step.
     ForcesForgotten,
     /// The strain structure does not know it: a stress, a reaction, a fused map.
     NotWithStrain,
@@ -414,8 +414,9 @@ impl fmt::Display for OutputError {
             }
             Self::ForcesForgotten => write!(
                 out,
-                "the scene does not remember the forces of its last step, which reactions are made of: bind it \
-                 with `SceneOptions::contacts` above 0"
+                "the forces of the last step, which reactions are made of, are not remembered: bind the \
+                 scene with `SceneOptions::contacts` above 0, and give a state that is restored or taken \
+                 from a batch its loads (`State::restore_under`, `Batch::get_under`)"
             ),
         }
     }

@@ -149,6 +149,12 @@ impl FreeBody {
         Ok(())
     }
 
+    /// Takes away what pushes both motions in the coming step.
+    pub fn clear<T: Scalar>(&mut self, loads: &mut Loads<'_, T>) {
+        (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
+        loads.clear();
+    }
+
     /// Where the rigid motion will be at the end of the coming step under what pushes it so far.
     #[must_use]
     pub fn ahead<T: Scalar>(&self, scene: &Scene<'_, T>) -> RigidMotion {
@@ -197,8 +203,9 @@ impl FreeBody {
         Ok(if still { status } else { Status::Moving })
     }
 
-    /// Takes a live density over.
-    fn follow<T: Scalar>(&mut self, scene: &Scene<'_, T>) {
+    /// Takes a live density that has changed over, as a step does: mass and moments follow it, and the
+    /// velocities stay. A host that sets a motion or asks for it in between calls this first.
+    pub fn follow<T: Scalar>(&mut self, scene: &Scene<'_, T>) {
         let density = scene.parameters.density;
         if density != self.density {
             let scale = density / self.density;

@@ -77,14 +77,16 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`OutputError::OutOfRange`]; [`OutputError::Missing`]: a file without reactions;
-    /// [`OutputError::ForcesForgotten`]: a scene without room for contacts.
+    /// [`OutputError::ForcesForgotten`]: a scene without room for contacts, or a state that was restored, or
+    /// taken from a batch, without the loads of its last step.
     pub fn reaction(&self, state: &State<'_, T>, index: usize) -> Result<Reaction, OutputError> {
         self.check(state)?;
         if self.shape.structure() == Structure::Strain {
             return Err(OutputError::NotWithStrain);
         }
         self.check_support(index)?;
-        if self.shape.statics[0] == 0 && self.sections.supports.n_load_nodes > 0 {
+        let no_room = self.shape.statics[0] == 0 && self.sections.supports.n_load_nodes > 0;
+        if no_room || state.statics.forgotten {
             return Err(OutputError::ForcesForgotten);
         }
         let mut reaction = Reaction::default();

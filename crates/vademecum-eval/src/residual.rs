@@ -175,6 +175,8 @@ pub(crate) struct Statics<'m, T> {
     used: usize,
     patterns: &'m mut [T],
     some_pattern: bool,
+    /// Something may have acted that is not known any more.
+    pub forgotten: bool,
 }
 
 impl<'m, T: Scalar> Statics<'m, T> {
@@ -182,16 +184,23 @@ impl<'m, T: Scalar> Statics<'m, T> {
     pub fn new([nodes, patterns]: [usize; 2], memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
         let (forces, patterns) = (memory.take(4 * nodes)?.as_chunks_mut().0, memory.take(patterns)?);
         patterns.fill(T::ZERO);
-        Ok(Self { forces, used: 0, patterns, some_pattern: false })
+        Ok(Self { forces, used: 0, patterns, some_pattern: false, forgotten: false })
     }
 
     /// Takes everything away.
     pub fn clear(&mut self) {
         self.used = 0;
+        self.forgotten = false;
         if self.some_pattern {
             self.patterns.fill(T::ZERO);
             self.some_pattern = false;
         }
+    }
+
+    /// Nothing is shown of what has acted, and nothing that rests on it is told.
+    pub fn forget(&mut self) {
+        self.clear();
+        self.forgotten = true;
     }
 
     /// Whether nothing acts.
@@ -202,6 +211,7 @@ impl<'m, T: Scalar> Statics<'m, T> {
     /// What acts on another. Every step does this, so it does no more than it must.
     #[inline]
     pub fn copy(&mut self, other: &Statics<'_, T>) {
+        self.forgotten = false;
         if let (Some(to), Some(from)) = (self.forces.get_mut(..other.used), other.forces.get(..other.used)) {
             to.copy_from_slice(from);
             self.used = other.used;

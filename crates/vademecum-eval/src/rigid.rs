@@ -209,6 +209,15 @@ impl RigidMotion {
         self.angular_momentum = add(self.angular_momentum, time, moment);
     }
 
+    /// The same motion with an attitude of length one; `None` if a number is not finite or the attitude is
+    /// zero.
+    #[must_use]
+    pub fn normalised(self) -> Option<Self> {
+        let length = libm::sqrt(self.attitude.iter().map(|x| x * x).sum());
+        let motion = Self { attitude: self.attitude.map(|x| x / length), ..self };
+        motion.is_finite().then_some(motion)
+    }
+
     /// Whether every number is finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {

@@ -121,7 +121,8 @@ impl<'m, T: Scalar> State<'m, T> {
         self.y.save_into(out)
     }
 
-    /// Takes back what [`State::save_into`] wrote at the same `Δt`.
+    /// Takes back what [`State::save_into`] wrote at the same `Δt`. Until the next step outputs leave out
+    /// what the modes leave out, and reactions are refused: the forces of the last step are not part of it.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -145,7 +146,7 @@ impl<'m, T: Scalar> State<'m, T> {
     /// state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.y.restore(saved)?;
-        self.statics.clear();
+        self.statics.forget();
         Ok(())
     }
 

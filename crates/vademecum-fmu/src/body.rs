@@ -7,10 +7,12 @@
 
 use vademecum_eval::format::{File, MAX_PARAMETERS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
-    BindError, Contact, Field, Loads, OutputError, Scene, SceneOptions, State, StructureChoice, SurfacePoint,
+    BindError, Contact, Field, Loads, OutputError, RigidMotion, Scene, SceneOptions, State, StructureChoice,
+    SurfacePoint,
 };
 
 use crate::bytes::{Cursor, Pen};
+use crate::flight::{self, Flight};
 use crate::points::{Point, Points};
 use crate::refusal::Refusal;
 use crate::variables::{Counts, Variable};
@@ -21,10 +23,15 @@ pub struct Body {
     counts: Counts,
     points: Points<'static>,
     names: Names,
+    /// Where the nodes are at rest.
+    file: File<'static>,
+    /// The rigid motion of a body without supports.
+    flight: Option<Flight>,
     scene: Scene<'static, f64>,
     state: State<'static, f64>,
     loads: Loads<'static, f64>,
-    /// Forces on the points, three numbers each, then amplitudes of the patterns.
+    /// Forces on the points, three numbers each, then amplitudes of the patterns, then the force on the
+    /// centre of a free body.
     inputs: &'static mut [f64],
     /// The same of the last step.
     shown: &'static mut [f64],
@@ -35,15 +42,20 @@ pub struct Body {
     stale: bool,
 }
 
-/// The motion of the point that was looked at last: its other components follow, most of the time.
+/// The motion of the point and the reaction of the support that were looked at last: their other components
+/// follow, most of the time.
 #[derive(Debug, Default)]
-pub struct Seen(Option<(u32, Field, [f64; 3])>);
+pub struct Seen {
+    point: Option<(u32, Field, [f64; 3])>,
+    support: Option<(u32, [f64; 6])>,
+}
 
 /// One name a line, as the file has them.
 #[derive(Clone, Copy, Debug)]
 struct Names {
     patterns: &'static str,
     probes: &'static str,
+    supports: &'static str,
 }
 
 /// Numbers that a body wants.
@@ -60,7 +72,7 @@ impl Lengths {
     fn of(file: &File<'_>, options: &SceneOptions, points: usize) -> Result<Self, BindError> {
         let sizes = Scene::<f64>::sizes(file, options)?;
         let metadata = file.metadata();
-        let inputs = points.saturating_mul(3).saturating_add(metadata.n_patterns as usize);
+        let inputs = points.saturating_mul(3).saturating_add(metadata.n_patterns as usize).saturating_add(3);
         let saved = 3 * metadata.n_modes as usize;
         Ok(Self {
             scene: sizes.scene,
@@ -86,8 +98,8 @@ pub fn options(metadata: &Metadata<'_>, points: usize) -> SceneOptions {
         |role| matches!(role, ParameterRole::RegionStiffness { .. } | ParameterRole::RegionDensity { .. });
     let regions = metadata.active_parameters().iter().any(|parameter| of_region(parameter.role));
     let structure = if regions && metadata.block { StructureChoice::Block } else { StructureChoice::Auto };
-    // Room for every point, whether it is loaded or not.
-    SceneOptions { structure, contacts: points, ..SceneOptions::default() }
+    // Room for every point, whether it is loaded or not; without any, reactions would not remember patterns.
+    SceneOptions { structure, contacts: points.max(1), ..SceneOptions::default() }
 }
 
 impl Body {
@@ -128,20 +140,30 @@ impl Body {
         let state = State::new(&scene, state)?;
         let loads = Loads::new(&scene, loads)?;
         let saved = saved.get_mut(..scene.state_numbers()).unwrap_or_default();
-        let metadata = file.metadata();
-        let counts = Counts {
-            points: points.len() as u32,
-            patterns: metadata.n_patterns,
-            probes: metadata.n_probes,
-            parameters: metadata.n_parameters,
-        };
+        let counts = Counts::of(file, points.len() as u32, points.stresses() as u32);
         let names = Names {
             patterns: text(file, SectionKind::PatternNames),
             probes: text(file, SectionKind::ProbeNames),
+            supports: text(file, SectionKind::SupportNames),
         };
         inputs.fill(0.0);
         shown.fill(0.0);
-        Ok(Self { counts, points, names, scene, state, loads, inputs, shown, saved, work, stale: false })
+        let (flight, file, stale) = (Flight::new(&scene), *file, false);
+        Ok(Self {
+            counts,
+            points,
+            names,
+            file,
+            flight,
+            scene,
+            state,
+            loads,
+            inputs,
+            shown,
+            saved,
+            work,
+            stale,
+        })
     }
 
     /// What can be counted.
@@ -173,6 +195,7 @@ impl Body {
         self.loads.clear();
         self.inputs.fill(0.0);
         self.shown.fill(0.0);
+        self.flight = Flight::new(&self.scene);
         self.stale = false;
         Ok(())
     }
@@ -182,6 +205,9 @@ impl Body {
         match variable {
             Variable::Force(point, component) => Some(3 * point as usize + component as usize),
             Variable::Pattern(pattern) => Some(3 * self.points.len() + pattern as usize),
+            Variable::BodyForce(c) => {
+                Some(3 * self.points.len() + self.counts.patterns as usize + c as usize)
+            }
             _ => None,
         }
     }
@@ -195,7 +221,7 @@ impl Body {
         Ok(match variable {
             V::Step => self.time_step(),
             V::Energy => self.scene.energy(&self.state)?,
-            V::Force(..) | V::Pattern(_) => {
+            V::Force(..) | V::Pattern(_) | V::BodyForce(_) => {
                 let place = self.input(variable).and_then(|at| self.inputs.get(at));
                 *place.ok_or(Refusal::NoVariable)?
             }
@@ -208,41 +234,89 @@ impl Body {
             V::Parameter(index) => {
                 parameter(self.scene.options(), self.scene.metadata(), index).ok_or(Refusal::NoVariable)?
             }
+            V::VonMises(index) => self.von_mises(index)?,
+            V::ReactionForce(support, c) => self.reaction(support, c, seen)?,
+            V::ReactionMoment(support, c) => self.reaction(support, c.saturating_add(3), seen)?,
+            V::BodyPosition(_) | V::BodyAttitude(_) | V::BodyVelocity(_) | V::BodySpin(_) => {
+                self.flight.and_then(|flight| flight.value(variable)).ok_or(Refusal::NoVariable)?
+            }
             V::Time => return Err(Refusal::NoVariable),
         })
     }
 
+    /// The equivalent stress of a place; of a node between regions, the largest of its values.
+    fn von_mises(&self, index: u32) -> Result<f64, Refusal> {
+        let place = self.points.stress(index as usize).ok_or(Refusal::NoVariable)?;
+        let mut most = 0.0f64;
+        for point in 0..self.scene.n_stress_points() {
+            if self.scene.stress_point(point).is_some_and(|point| point.node == place.node) {
+                most = most.max(self.scene.stress(&self.state, point)?.von_mises());
+            }
+        }
+        Ok(most)
+    }
+
+    /// A component of a reaction: force, then moment.
+    fn reaction(&self, support: u32, component: u32, seen: &mut Seen) -> Result<f64, Refusal> {
+        let exerted = match seen.support {
+            Some((known, exerted)) if known == support => exerted,
+            _ => self.scene.reaction(&self.state, support as usize)?.total(),
+        };
+        seen.support = Some((support, exerted));
+        exerted.get(component as usize).copied().ok_or(Refusal::NoVariable)
+    }
+
     fn at_point(&self, index: u32, component: u32, field: Field, seen: &mut Seen) -> Result<f64, Refusal> {
-        let moved = match seen.0 {
+        let moved = match seen.point {
             Some((point, of, moved)) if (point, of) == (index, field) => moved,
             _ => {
                 let missing = OutputError::OutOfRange { index: index as usize, count: self.points.len() };
-                let Point { nodes, weights, .. } = self.points.get(index as usize).ok_or(missing)?;
-                let place = SurfacePoint { nodes, weights, position: [0.0; 3], distance: 0.0 };
-                self.scene.point(&self.state, &place, field)?
+                let place = placed(&self.file, &self.points.get(index as usize).ok_or(missing)?);
+                match (&self.flight, field) {
+                    (None, _) => self.scene.point(&self.state, &place, field)?,
+                    // In space, the rigid motion included.
+                    (Some(flight), Field::Displacement) => {
+                        let at = flight.free.point(&self.scene, &self.state, &place)?;
+                        let [x, y, z] = at;
+                        let [a, b, c] = place.position;
+                        [x - a, y - b, z - c]
+                    }
+                    (Some(flight), Field::Velocity) => {
+                        flight.free.velocity(&self.scene, &self.state, &place)?
+                    }
+                }
             }
         };
-        seen.0 = Some((index, field, moved));
+        seen.point = Some((index, field, moved));
         moved.get(component as usize).copied().ok_or(Refusal::NoVariable)
     }
 
-    /// Sets forces, amplitudes and parameters, all of them or, if one is refused, none. `settings` gives each
-    /// variable with its value, the same ones each time it is called.
+    /// Sets forces, amplitudes and parameters, and before the first step where a flight starts: all of them
+    /// or, if one is refused, none. `settings` gives each variable with its value, the same ones each time it
+    /// is called.
     ///
     /// # Errors
     /// [`Refusal`], and the variable it is about.
     pub fn set<I: Iterator<Item = (Variable, f64)>>(
         &mut self,
         settings: impl Fn() -> I,
+        starting: bool,
     ) -> Result<(), (Variable, Refusal)> {
         let mut options = *self.scene.options();
         let mut last = None;
+        let mut flight = self.flight;
+        let mut thrown = None;
         for (variable, value) in settings() {
             if !value.is_finite() {
                 return Err((variable, Refusal::NotFinite { value }));
             }
             match variable {
-                Variable::Force(..) | Variable::Pattern(_) => {}
+                Variable::Force(..) | Variable::Pattern(_) | Variable::BodyForce(_) => {}
+                _ if starting && Flight::is_start(variable) => {
+                    let flight = flight.as_mut().ok_or((variable, Refusal::NoVariable))?;
+                    flight.set(variable, value);
+                    thrown = Some(variable);
+                }
                 Variable::Parameter(index) => {
                     let metadata = self.scene.metadata();
                     if parameter(&options, metadata, index).is_none() {
@@ -255,9 +329,16 @@ impl Body {
                 _ => return Err((variable, Refusal::NotSettable)),
             }
         }
+        if let (Some(variable), Some(flight)) = (thrown, &mut flight) {
+            flight.begin().ok_or((variable, Refusal::Unsupported("an attitude of zero is none")))?;
+        }
         if let Some(variable) = last {
             self.scene.rebind(&options, self.work).map_err(|error| (variable, Refusal::Bind(error)))?;
             self.stale = true;
+        }
+        self.flight = flight;
+        if let Some(flight) = &mut self.flight {
+            flight.free.follow(&self.scene);
         }
         for (variable, value) in settings() {
             if let Some(place) = self.input(variable).and_then(|at| self.inputs.get_mut(at)) {
@@ -274,17 +355,23 @@ impl Body {
     /// # Errors
     /// [`Refusal`]; the body is then where it was.
     pub fn step(&mut self, steps: u64) -> Result<(), Refusal> {
-        if self.stale {
-            load(&mut self.loads, &self.scene, &self.points, self.inputs)?;
+        let before = self.flight;
+        if self.stale && before.is_none() {
+            self.load(false)?;
             self.stale = false;
         }
         self.state.save_into(self.saved)?;
         for taken in 0..steps {
-            if let Err(error) = self.scene.step(&mut self.state, &self.loads) {
+            let done = match self.flight {
+                Some(_) => self.fly(),
+                None => self.scene.step(&mut self.state, &self.loads).map(drop).map_err(Refusal::from),
+            };
+            if let Err(refusal) = done {
+                self.flight = before;
                 if taken > 0 {
                     self.put_back()?;
                 }
-                return Err(error.into());
+                return Err(refusal);
             }
         }
         if steps > 0 {
@@ -293,9 +380,47 @@ impl Body {
         Ok(())
     }
 
+    /// A step of a free body, in the directions of space.
+    fn fly(&mut self) -> Result<(), Refusal> {
+        let Self { flight, scene, loads, points, inputs, state, file, counts, .. } = self;
+        let Some(flight) = flight else { return Err(Refusal::NoVariable) };
+        let mut inputs = inputs.iter().copied();
+        let free = &mut flight.free;
+        free.follow(scene);
+        free.clear(loads);
+        for index in 0..points.len() {
+            let force = next_force(&mut inputs);
+            let Some(point) = points.get(index).filter(|_| force != [0.0; 3]) else { continue };
+            free.push(scene, loads, &placed(file, &point), force)?;
+        }
+        for (pattern, amplitude) in inputs.by_ref().take(counts.patterns as usize).enumerate() {
+            if amplitude != 0.0 {
+                free.push_pattern(scene, loads, pattern, amplitude)?;
+            }
+        }
+        free.pull(next_force(&mut inputs));
+        flight.turned = free.middle(scene);
+        let spin = |motion: &RigidMotion| motion.spin(free.body());
+        flight.spins = [spin(free.motion()), spin(&free.ahead(scene))];
+        free.step(scene, state, loads)?;
+        Ok(())
+    }
+
+    /// Makes the loads of the inputs, or of those of the last step.
+    fn load(&mut self, shown: bool) -> Result<(), Refusal> {
+        let inputs = if shown { &*self.shown } else { &*self.inputs };
+        let acting = Acting {
+            scene: &self.scene,
+            points: &self.points,
+            patterns: self.counts.patterns,
+            flight: self.flight.as_ref(),
+        };
+        acting.load(&mut self.loads, inputs.iter().copied())
+    }
+
     /// Takes the saved state back, with the loads of the step that led to it.
     fn put_back(&mut self) -> Result<(), Refusal> {
-        load(&mut self.loads, &self.scene, &self.points, self.shown)?;
+        self.load(true)?;
         self.stale = true;
         self.state.restore_under(self.saved, &self.loads)?;
         Ok(())
@@ -304,10 +429,11 @@ impl Body {
     /// Bytes that [`Body::save_into`] writes.
     #[must_use]
     pub const fn saved_len(&self) -> usize {
-        8 * (MAX_PARAMETERS + 2 * self.inputs.len() + self.saved.len())
+        let flight = if self.flight.is_some() { flight::NUMBERS } else { 0 };
+        8 * (MAX_PARAMETERS + flight + 2 * self.inputs.len() + self.saved.len())
     }
 
-    /// Writes everything that can change: parameters, inputs, inputs of the last step, state.
+    /// Writes everything that can change: parameters, flight, inputs, inputs of the last step, state.
     ///
     /// # Errors
     /// [`Refusal::Saved`]: no room.
@@ -318,7 +444,9 @@ impl Body {
             *place = value.unwrap_or_default();
         }
         self.state.save_into(self.saved)?;
-        let parts = [&parameters[..], self.inputs, self.shown, self.saved];
+        let flight = self.flight.map(|flight| flight.numbers());
+        let flight = flight.as_ref().map_or(&[][..], |numbers| &numbers[..]);
+        let parts = [&parameters[..], flight, self.inputs, self.shown, self.saved];
         for part in parts {
             pen.numbers(part).ok_or(Refusal::Saved("there is no room for it"))?;
         }
@@ -333,6 +461,12 @@ impl Body {
         const SHORT: Refusal = Refusal::Saved("it is too short");
         let mut parameters = [0.0; MAX_PARAMETERS];
         cursor.numbers(&mut parameters).ok_or(SHORT)?;
+        let mut flight = self.flight;
+        if let Some(flight) = &mut flight {
+            let mut numbers = [0.0; flight::NUMBERS];
+            cursor.numbers(&mut numbers).ok_or(SHORT)?;
+            *flight = flight.restored(&numbers).ok_or(Refusal::Saved("its flight is none"))?;
+        }
         let inputs = cursor.take(8 * self.inputs.len()).ok_or(SHORT)?;
         let shown = cursor.take(8 * self.shown.len()).ok_or(SHORT)?;
         let state = cursor.take(8 * self.saved.len()).ok_or(SHORT)?;
@@ -354,13 +488,23 @@ impl Body {
         self.stale = true;
         let own = self.saved.iter_mut();
         own.zip(numbers(state)).for_each(|(place, number)| *place = number);
+        // The mass that belongs to the parameters, before the momenta that were kept beside them.
+        if let (Some(kept), Some(own)) = (&mut flight, Flight::new(&self.scene)) {
+            let motion = *kept.free.motion();
+            kept.free = own.free;
+            kept.free.set_motion(motion);
+        }
         let loads = &mut self.loads;
-        let done = load_numbers(loads, &self.scene, &self.points, numbers(shown))
+        let (scene, points, patterns) = (&self.scene, &self.points, self.counts.patterns);
+        let acting = Acting { scene, points, patterns, flight: flight.as_ref() };
+        let done = acting
+            .load(loads, numbers(shown))
             .and_then(|()| Ok(self.state.restore_under(self.saved, loads)?));
         if let Err(refusal) = done {
             self.scene.rebind(&before, self.work)?;
             return Err(refusal);
         }
+        self.flight = flight;
         self.inputs.iter_mut().zip(numbers(inputs)).for_each(|(place, number)| *place = number);
         self.shown.iter_mut().zip(numbers(shown)).for_each(|(place, number)| *place = number);
         Ok(())
@@ -380,7 +524,13 @@ impl Body {
                 let parameter = self.scene.metadata().active_parameters().get(index as usize);
                 parameter.map_or("", |parameter| parameter.name)
             }
+            V::VonMises(index) => self.points.stress(index as usize).map_or("", |place| place.name),
+            V::ReactionForce(support, _) | V::ReactionMoment(support, _) => {
+                line(self.names.supports, support)
+            }
             V::Time | V::Step | V::Energy => "",
+            V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => "",
+            V::BodyVelocity(_) | V::BodySpin(_) => "",
         }
     }
 }
@@ -402,35 +552,59 @@ fn text(file: &File<'static>, kind: SectionKind) -> &'static str {
     file.section(kind).and_then(|section| section.text().ok()).unwrap_or_default()
 }
 
-fn load(
-    loads: &mut Loads<'_, f64>,
-    scene: &Scene<'_, f64>,
-    points: &Points<'_>,
-    inputs: &[f64],
-) -> Result<(), Refusal> {
-    load_numbers(loads, scene, points, inputs.iter().copied())
+/// What makes loads of inputs.
+struct Acting<'a> {
+    scene: &'a Scene<'static, f64>,
+    points: &'a Points<'static>,
+    patterns: u32,
+    /// Whose forces are those of space, as the body was turned in its last step.
+    flight: Option<&'a Flight>,
 }
 
-/// Makes the loads of these inputs. A point without force stays out, so that an unloaded body can rest.
-fn load_numbers(
-    loads: &mut Loads<'_, f64>,
-    scene: &Scene<'_, f64>,
-    points: &Points<'_>,
-    mut inputs: impl Iterator<Item = f64>,
-) -> Result<(), Refusal> {
-    loads.clear();
-    for index in 0..points.len() {
-        let mut force = [0.0; 3];
-        for component in &mut force {
-            *component = inputs.next().unwrap_or_default();
+impl Acting<'_> {
+    /// Makes the loads of these inputs. A point without force stays out, so that an unloaded body can rest.
+    fn load(&self, loads: &mut Loads<'_, f64>, mut inputs: impl Iterator<Item = f64>) -> Result<(), Refusal> {
+        loads.clear();
+        for index in 0..self.points.len() {
+            let force = next_force(&mut inputs);
+            let Some(point) = self.points.get(index).filter(|_| force != [0.0; 3]) else { continue };
+            let force = self.flight.map_or(force, |flight| flight.turned.to_body(force));
+            loads.add_contact(self.scene, &Contact { nodes: point.nodes, weights: point.weights, force })?;
         }
-        let Some(point) = points.get(index).filter(|_| force != [0.0; 3]) else { continue };
-        loads.add_contact(scene, &Contact { nodes: point.nodes, weights: point.weights, force })?;
+        for (pattern, amplitude) in inputs.take(self.patterns as usize).enumerate() {
+            if amplitude != 0.0 {
+                loads.add_pattern(self.scene, pattern, amplitude)?;
+            }
+        }
+        if let Some(Flight { spins: [before, after], .. }) = self.flight {
+            loads.add_spin(self.scene, *before, *after)?;
+        }
+        Ok(())
     }
-    for (pattern, amplitude) in inputs.enumerate().filter(|&(_, amplitude)| amplitude != 0.0) {
-        loads.add_pattern(scene, pattern, amplitude)?;
+}
+
+/// Three numbers of the inputs.
+fn next_force(inputs: &mut impl Iterator<Item = f64>) -> [f64; 3] {
+    let mut force = [0.0; 3];
+    for component in &mut force {
+        *component = inputs.next().unwrap_or_default();
     }
-    Ok(())
+    force
+}
+
+/// A named point, and where it is at rest in a file that says so.
+fn placed(file: &File<'static>, point: &Point<'_>) -> SurfacePoint {
+    let &Point { nodes, weights, .. } = point;
+    let mut position = [0.0; 3];
+    let section = file.section(SectionKind::NodeCoordinates);
+    if let Some(coordinates) = section.and_then(|section| section.numbers().ok()) {
+        for (node, weight) in nodes.into_iter().zip(weights) {
+            for (component, sum) in position.iter_mut().enumerate() {
+                *sum += weight * coordinates.get(3 * node as usize + component).unwrap_or(0.0);
+            }
+        }
+    }
+    SurfacePoint { nodes, weights, position, distance: 0.0 }
 }
 
 /// Value of a parameter at these options; `None` for one that an FMU does not offer. The time step is one:

@@ -347,7 +347,7 @@ impl Instance {
             let variables = references.iter().filter_map(|&reference| counts.variable(reference));
             variables.zip(values.iter().copied())
         };
-        self.body.set(settings)?;
+        self.body.set(settings, self.mode != Mode::Step)?;
         Ok(())
     }
 

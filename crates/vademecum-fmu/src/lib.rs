@@ -16,6 +16,7 @@
 mod body;
 mod boundary;
 mod bytes;
+mod flight;
 pub mod fmi2;
 pub mod fmi3;
 pub mod instance;

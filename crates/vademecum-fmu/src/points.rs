@@ -1,10 +1,13 @@
 //! `points.bin`: the named points of an FMU, located once at export, so that the instance searches nothing.
 //!
 //! ```text
-//! 8 bytes   "VDMFMU01"
+//! 8 bytes   "VDMFMU02"
 //! 8 bytes   number of points (u64)
 //! then for each point 104 bytes:
 //!   3 × 4   nodes (u32)          3 × 8   weights (f64)
+//!   4       length of the name (u32)      64   name in UTF-8, the rest zeros
+//! then for each place whose stress is told 72 bytes, up to the end:
+//!   4       node (u32)
 //!   4       length of the name (u32)      64   name in UTF-8, the rest zeros
 //! ```
 //!
@@ -13,13 +16,15 @@
 use crate::bytes::Cursor;
 
 /// First bytes of the table.
-pub const MAGIC: [u8; 8] = *b"VDMFMU01";
+pub const MAGIC: [u8; 8] = *b"VDMFMU02";
 /// Most bytes of a name.
 pub const LONGEST_NAME: usize = 64;
 /// Most points of an FMU.
 pub const MOST: usize = 4096;
 /// Bytes of one point.
 const RECORD: usize = 104;
+/// Bytes of one place of a stress.
+const STRESS_RECORD: usize = 72;
 
 /// A named point of the loadable surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,10 +37,20 @@ pub struct Point<'a> {
     pub weights: [f64; 3],
 }
 
+/// A named place whose stress is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StressPlace<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its node, in file order.
+    pub node: u32,
+}
+
 /// The table.
 #[derive(Clone, Copy, Debug)]
 pub struct Points<'a> {
     records: &'a [[u8; RECORD]],
+    stresses: &'a [[u8; STRESS_RECORD]],
 }
 
 impl<'a> Points<'a> {
@@ -45,9 +60,12 @@ impl<'a> Points<'a> {
     pub fn parse(bytes: &'a [u8], n_load_nodes: u32) -> Option<Self> {
         let rest = bytes.strip_prefix(&MAGIC)?;
         let (count, rest) = rest.split_first_chunk()?;
-        let (records, behind) = rest.as_chunks();
-        let points = Self { records };
-        let counted = u64::from_le_bytes(*count) == records.len() as u64 && behind.is_empty();
+        let count = usize::try_from(u64::from_le_bytes(*count)).ok()?;
+        let (points, rest) = rest.split_at_checked(count.checked_mul(RECORD)?)?;
+        let ((records, _), (stresses, behind)) = (points.as_chunks(), rest.as_chunks());
+        let points = Self { records, stresses };
+        let placed = (0..stresses.len()).all(|index| points.stress(index).is_some());
+        let counted = placed && stresses.len() <= MOST && behind.is_empty();
         let sound = |point: Option<Point<'_>>| {
             point.is_some_and(|point| {
                 let weights = point.weights.iter().all(|weight| weight.is_finite());
@@ -70,7 +88,22 @@ impl<'a> Points<'a> {
         self.records.is_empty()
     }
 
+    /// How many places there are whose stress is told.
+    #[must_use]
+    pub const fn stresses(&self) -> usize {
+        self.stresses.len()
+    }
+
     /// One of them.
+    #[must_use]
+    pub fn stress(&self, index: usize) -> Option<StressPlace<'a>> {
+        let mut record = Cursor::new(self.stresses.get(index)?);
+        let (node, length) = (record.u32()?, record.u32()? as usize);
+        let name = core::str::from_utf8(record.take(length)?).ok()?;
+        Some(StressPlace { name, node })
+    }
+
+    /// One of the points.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<Point<'a>> {
         let mut record = Cursor::new(self.records.get(index)?);
@@ -88,11 +121,12 @@ impl<'a> Points<'a> {
     }
 }
 
-/// The table of these points; `None` if a name is too long or there are too many points.
+/// The table of these points and places; `None` if a name is too long or there are too many of them.
 #[cfg(not(feature = "bare"))]
 #[must_use]
-pub fn table(points: &[Point<'_>]) -> Option<Vec<u8>> {
-    if points.len() > MOST || points.iter().any(|point| point.name.len() > LONGEST_NAME) {
+pub fn table(points: &[Point<'_>], stresses: &[StressPlace<'_>]) -> Option<Vec<u8>> {
+    let mut names = points.iter().map(|point| point.name).chain(stresses.iter().map(|place| place.name));
+    if points.len().max(stresses.len()) > MOST || names.any(|name| name.len() > LONGEST_NAME) {
         return None;
     }
     let mut bytes = MAGIC.to_vec();
@@ -105,24 +139,35 @@ pub fn table(points: &[Point<'_>]) -> Option<Vec<u8>> {
         bytes.extend(name.as_bytes());
         bytes.resize(start + RECORD, 0);
     }
+    for StressPlace { name, node } in stresses {
+        let start = bytes.len();
+        bytes.extend(node.to_le_bytes());
+        bytes.extend((name.len() as u32).to_le_bytes());
+        bytes.extend(name.as_bytes());
+        bytes.resize(start + STRESS_RECORD, 0);
+    }
     Some(bytes)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MAGIC, Point, Points, table};
+    use super::{MAGIC, Point, Points, StressPlace, table};
 
     #[test]
     fn a_table_is_read_back_and_a_damaged_one_is_refused() {
         let tip = Point { name: "tip", nodes: [4, 0, 2], weights: [0.25, 0.5, 0.25] };
         let root = Point { name: "fuß", nodes: [1, 1, 1], weights: [1.0, 0.0, 0.0] };
-        let bytes = table(&[tip, root]).expect("short names");
+        let hole = StressPlace { name: "hole", node: 77 };
+        let bytes = table(&[tip, root], &[hole]).expect("short names");
         let points = Points::parse(&bytes, 5).expect("its own table");
+        assert_eq!((points.stresses(), points.stress(0), points.stress(1)), (1, Some(hole), None));
         assert_eq!((points.len(), points.get(0), points.get(1)), (2, Some(tip), Some(root)));
         assert_eq!(points.get(2), None);
         assert!(Points::parse(&bytes, 4).is_none(), "node 4 of 4");
         for end in 0..bytes.len() {
-            assert!(Points::parse(&bytes[..end], 5).is_none(), "cut at {end}");
+            // Where the places are cut off whole, a table without any is left.
+            let whole = end == bytes.len() - 72;
+            assert_eq!(Points::parse(&bytes[..end], 5).is_some(), whole, "cut at {end}");
         }
         for (place, value) in [(0, b'X'), (8, 3), (8 + 8 + 12 + 7, 0xff), (16 + 36, 65), (16 + 40, 0xff)] {
             let mut damaged = bytes.clone();

@@ -2,6 +2,9 @@
 //!
 //! The references of a kind are consecutive, and kinds follow each other in the order of [`Variable`].
 
+use vademecum_eval::RigidBody;
+use vademecum_eval::format::{File, SectionKind};
+
 /// How many there are of everything that is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -13,6 +16,12 @@ pub struct Counts {
     pub probes: u32,
     /// Parameters of the file.
     pub parameters: u32,
+    /// Places whose stress is told.
+    pub stresses: u32,
+    /// Supports whose reactions the file gives.
+    pub supports: u32,
+    /// 1 for a free body, 0 for one with supports.
+    pub free: u32,
 }
 
 /// What a value reference means. Points, patterns, probes and parameters are counted from 0.
@@ -38,6 +47,22 @@ pub enum Variable {
     ProbeVelocity(u32),
     /// A parameter of the file.
     Parameter(u32),
+    /// Von Mises' equivalent stress of a place \[Pa\].
+    VonMises(u32),
+    /// Component 0 to 2 of the force that a support exerts on the body \[N\].
+    ReactionForce(u32, u32),
+    /// Component 0 to 2 of its moment about the point of the support \[N m\].
+    ReactionMoment(u32, u32),
+    /// Component 0 to 2 of the force on the centre of a free body \[N\].
+    BodyForce(u32),
+    /// Component 0 to 2 of where the centre of a free body is \[m\].
+    BodyPosition(u32),
+    /// Component 0 to 3 of the quaternion that turns a free body; the real part is the last one.
+    BodyAttitude(u32),
+    /// Component 0 to 2 of the velocity of the centre of a free body \[m/s\].
+    BodyVelocity(u32),
+    /// Component 0 to 2 of the angular velocity of a free body in space \[rad/s\].
+    BodySpin(u32),
 }
 
 impl Variable {
@@ -48,7 +73,8 @@ impl Variable {
             match component {
                 0 => Some("x"),
                 1 => Some("y"),
-                _ => Some("z"),
+                2 => Some("z"),
+                _ => Some("w"),
             }
         }
         match self {
@@ -62,16 +88,48 @@ impl Variable {
             Self::Probe(_) => ("probe", None),
             Self::ProbeVelocity(_) => ("probe_velocity", None),
             Self::Parameter(_) => ("parameter", None),
+            Self::VonMises(_) => ("von_mises", None),
+            Self::ReactionForce(_, c) => ("reaction_force", component(c)),
+            Self::ReactionMoment(_, c) => ("reaction_moment", component(c)),
+            Self::BodyForce(c) => ("body_force", component(c)),
+            Self::BodyPosition(c) => ("body_position", component(c)),
+            Self::BodyAttitude(c) => ("body_attitude", component(c)),
+            Self::BodyVelocity(c) => ("body_velocity", component(c)),
+            Self::BodySpin(c) => ("body_angular_velocity", component(c)),
         }
     }
 }
 
 impl Counts {
+    /// Those of a file with these points and places.
+    #[must_use]
+    pub fn of(file: &File<'_>, points: u32, stresses: u32) -> Self {
+        let metadata = file.metadata();
+        let free = RigidBody::of(file);
+        // The patterns of the angular velocity are the last ones, and a step adds them itself.
+        let patterns = free.and_then(|body| u32::try_from(body.first_pattern).ok());
+        let supports = file.section(SectionKind::ReactionBasis).map_or(0, |section| section.shape()[0]);
+        Self {
+            points,
+            patterns: patterns.unwrap_or(metadata.n_patterns),
+            probes: metadata.n_probes,
+            parameters: metadata.n_parameters,
+            stresses,
+            supports: u32::try_from(supports).unwrap_or(0),
+            free: u32::from(free.is_some()),
+        }
+    }
+
     /// How many references of each kind there are, in their order.
-    const fn lengths(&self) -> [u32; 10] {
-        let Self { points, patterns, probes, parameters } = *self;
-        let components = 3 * points;
-        [1, 1, 1, components, components, components, patterns, probes, probes, parameters]
+    const fn lengths(&self) -> [u32; 18] {
+        let Self { points, patterns, probes, parameters, stresses, supports, free } = *self;
+        let (moved, held, flown) =
+            (points.saturating_mul(3), supports.saturating_mul(3), free.saturating_mul(3));
+        let turned = free.saturating_mul(4);
+        [
+            1, 1, 1, moved, moved, moved, patterns, probes, probes, parameters, stresses, held, held, flown,
+            flown, turned, flown, flown,
+        ]
     }
 
     /// The variable of a reference.
@@ -92,7 +150,15 @@ impl Counts {
                     6 => V::Pattern(at),
                     7 => V::Probe(at),
                     8 => V::ProbeVelocity(at),
-                    _ => V::Parameter(at),
+                    9 => V::Parameter(at),
+                    10 => V::VonMises(at),
+                    11 => V::ReactionForce(item, component),
+                    12 => V::ReactionMoment(item, component),
+                    13 => V::BodyForce(at),
+                    14 => V::BodyPosition(at),
+                    15 => V::BodyAttitude(at),
+                    16 => V::BodyVelocity(at),
+                    _ => V::BodySpin(at),
                 });
             };
             at = beyond;
@@ -114,14 +180,18 @@ mod tests {
 
     #[test]
     fn references_follow_each_other() {
-        let counts = Counts { points: 2, patterns: 1, probes: 2, parameters: 1 };
+        let (stresses, supports, free) = (1, 2, 1);
+        let counts = Counts { points: 2, patterns: 1, probes: 2, parameters: 1, stresses, supports, free };
         let all: Vec<V> = counts.all().collect();
-        assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1);
+        assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4);
         assert_eq!(all[..5], [V::Time, V::Step, V::Energy, V::Force(0, 0), V::Force(0, 1)]);
         assert_eq!(all[8..10], [V::Force(1, 2), V::Displacement(0, 0)]);
         let tail = [V::Velocity(1, 2), V::Pattern(0), V::Probe(0), V::Probe(1), V::ProbeVelocity(0)];
         assert_eq!(all[20..25], tail);
-        assert_eq!(all[25..], [V::ProbeVelocity(1), V::Parameter(0)]);
+        assert_eq!(all[25..28], [V::ProbeVelocity(1), V::Parameter(0), V::VonMises(0)]);
+        assert_eq!(all[33..35], [V::ReactionForce(1, 2), V::ReactionMoment(0, 0)]);
+        assert_eq!(all[49..51], [V::BodyAttitude(3), V::BodyVelocity(0)]);
+        assert_eq!(all.last(), Some(&V::BodySpin(2)));
         assert_eq!(counts.variable(all.len() as u32), None);
         assert_eq!(Counts::default().all().count(), 3);
     }

@@ -1,4 +1,5 @@
-"""An FMU of tests/beam.toml in FMPy: check.py FMU PROBES.CSV, the table of `vademecum run` with tests/push.toml."""
+"""An FMU of tests/beam.toml in FMPy: check.py FMU PROBES.CSV FREE.FMU FREE.CSV, with the table of `vademecum run` with
+tests/push.toml; then the same beam without its support, and its table with tests/throw.toml."""
 
 import csv
 import ctypes
@@ -15,7 +16,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 STEP = 1e-3
-archive, table = sys.argv[1:]
+archive, table, thrown, flown = sys.argv[1:]
 description = read_model_description(archive)
 two = description.fmiVersion == "2.0"
 references = {variable.name: variable.valueReference for variable in description.modelVariables}
@@ -97,19 +98,45 @@ def as_the_program_runs():
     for name, force in zip(names, [3.0, -8.0, -20.0]):
         signal[name] = numpy.where(numpy.arange(len(rows)) < 100, force, 0.0)
     signal["pattern.gravity"] = 0.5
+    shown = {"energy": "energy_J", "probe.tip": "tip", "probe.strip": "strip", "von_mises.root": "root"}
+    parts = [("force", "f"), ("moment", "m")]
+    shown |= {f"reaction_{kind}.wall.{c}": f"reaction.wall.{letter}{c}" for kind, letter in parts for c in "xyz"}
     found = simulate_fmu(
         archive, stop_time=(len(rows) - 1) * STEP, step_size=STEP, output_interval=STEP, input=signal,
-        output=["energy", "probe.tip"], start_values={"force.'half way'.x": 0.0}, debug_logging=False,
+        output=list(shown), start_values={"force.'half way'.x": 0.0}, debug_logging=False,
     )
     assert len(found) == len(rows), (len(found), len(rows))
     worst = 0.0
-    for name, column in [("energy", "energy_J"), ("probe.tip", "tip")]:
+    for name, column in shown.items():
         wanted = rows[:, head.index(column)]
         assert numpy.abs(wanted).max() > 0.0, column
         for x, y in zip(found[name], wanted):
             assert abs(x - y) <= last_digit(y), (name, x, y)
             worst = max(worst, abs(x - y) / abs(y) if y else 0.0)
     return worst
+
+
+def as_the_program_throws():
+    """A free beam: where it is, how it is turned, and its end in space, as the table of the program has them."""
+    with open(flown) as file:
+        head, *rows = csv.reader(file)
+    rows = numpy.array(rows, dtype=float)
+    start = {f"body_velocity.{c}": v for c, v in zip("xyz", [1.0, 0.0, 3.0])}
+    start |= {f"body_angular_velocity.{c}": v for c, v in zip("xyz", [2.0, 20.0, 0.0])}
+    start |= {f"force.tip.{c}": v for c, v in zip("xyz", [3.0, -8.0, -20.0])}
+    names = {f"body_position.{c}": f"centre {c}" for c in "xyz"} | {f"body_attitude.{c}": f"q_{c}" for c in "wxyz"}
+    names |= {"energy": "energy_J"} | {f"displacement.tip.{c}": f"end in space {c}" for c in "xyz"}
+    found = simulate_fmu(
+        thrown, stop_time=(len(rows) - 1) * STEP, step_size=STEP, output_interval=STEP, output=list(names),
+        start_values=start,
+    )
+    assert len(found) == len(rows), (len(found), len(rows))
+    rest = dict(zip("xyz", [1.0, 0.04, 0.1]))
+    for name, column in names.items():
+        wanted = rows[:, head.index(column)] - (rest[column[-1]] if "end" in column else 0.0)
+        assert numpy.ptp(wanted) > 0.0, column
+        size = numpy.abs(rows[:, head.index(column)]).max()
+        assert numpy.abs(found[name] - wanted).max() <= 1e-9 * size, (name, numpy.abs(found[name] - wanted).max(), size)
 
 
 def every_function_of_the_standard_is_there():
@@ -216,6 +243,7 @@ def coupled():
 
 functions = every_function_of_the_standard_is_there()
 worst = as_the_program_runs()
+as_the_program_throws()
 several_steps_are_one()
 size = states_come_back()
 what_is_wrong_is_refused()

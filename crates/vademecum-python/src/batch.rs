@@ -100,6 +100,7 @@ trait Bodies: Send {
     fn clear(&mut self);
     fn step(&mut self, steps: usize) -> Result<BatchStatus, StepError>;
     fn select(&mut self, instance: usize) -> Result<(), StepError>;
+    fn select_loaded(&mut self, instance: usize) -> PyResult<()>;
     fn reload(&mut self) -> PyResult<()>;
 }
 
@@ -137,6 +138,15 @@ impl<T: Number, C: Cell<T>> Bodies for Instances<T, C> {
         self.one.with(|_, state, _| batch.with(|batch| batch.get(instance, state)))
     }
 
+    /// The state, and the loads of the instance as those of its last step.
+    fn select_loaded(&mut self, instance: usize) -> PyResult<()> {
+        self.load(instance).map_err(of_load)?;
+        let batch = &mut self.batch;
+        let done =
+            self.one.with(|_, state, loads| batch.with(|batch| batch.get_under(instance, state, loads)));
+        done.map_err(of_step)
+    }
+
     fn reload(&mut self) -> PyResult<()> {
         let scene = self.one.scene();
         self.batch
@@ -157,15 +167,16 @@ pub struct PyBatch {
     n_instances: usize,
     probes: Vec<String>,
     patterns: Vec<String>,
+    supports: Vec<String>,
 }
 
 /// The instances of a batch in single precision.
-pub fn single(one: Simulation<f32>, n: usize, names: [Vec<String>; 2]) -> PyResult<PyBatch> {
+pub fn single(one: Simulation<f32>, n: usize, names: [Vec<String>; 3]) -> PyResult<PyBatch> {
     PyBatch::new::<f32, SingleCell>(one, n, names)
 }
 
 /// The instances of a batch in double precision.
-pub fn double(one: Simulation<f64>, n: usize, names: [Vec<String>; 2]) -> PyResult<PyBatch> {
+pub fn double(one: Simulation<f64>, n: usize, names: [Vec<String>; 3]) -> PyResult<PyBatch> {
     PyBatch::new::<f64, DoubleCell>(one, n, names)
 }
 
@@ -173,11 +184,11 @@ impl PyBatch {
     fn new<T: Number, C: Cell<T> + 'static>(
         one: Simulation<T>,
         n_instances: usize,
-        [probes, patterns]: [Vec<String>; 2],
+        [probes, patterns, supports]: [Vec<String>; 3],
     ) -> PyResult<Self> {
         let batch = C::of(one.scene(), n_instances).map_err(of_bind)?;
         let bodies = Instances { one, batch, applied: vec![vec![]; n_instances] };
-        Ok(Self { bodies: Mutex::new(Box::new(bodies)), n_instances, probes, patterns })
+        Ok(Self { bodies: Mutex::new(Box::new(bodies)), n_instances, probes, patterns, supports })
     }
 
     fn bodies(&self) -> PyResult<MutexGuard<'_, Box<dyn Bodies>>> {
@@ -240,6 +251,29 @@ impl PyBatch {
     #[getter]
     fn pattern_names(&self) -> Vec<String> {
         self.patterns.clone()
+    }
+
+    #[getter]
+    fn support_names(&self) -> Vec<String> {
+        self.supports.clone()
+    }
+
+    #[pyo3(signature = (name, out=None))]
+    fn reaction<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let support = index("support", &self.supports, name)?;
+        let mut bodies = self.bodies()?;
+        filled::<f64>(py, &[self.n_instances, 6], out, |slice| {
+            for (instance, row) in slice.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+                bodies.select_loaded(instance)?;
+                *row = bodies.one().reaction(support).map_err(of_output)?;
+            }
+            Ok(())
+        })
     }
 
     #[getter]

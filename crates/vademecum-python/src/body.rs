@@ -4,8 +4,8 @@ use numpy::{Element, PyReadonlyArray1};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use vademecum_eval::{
-    BaseMotion, BindError, Contact, Field, LoadError, OutputError, Scalar, SceneOptions, Simulation, Status,
-    StepError, StressPoint, Structure, SurfacePoint, Tensor,
+    BaseMotion, BindError, Contact, Field, FreeBody, LoadError, OutputError, RigidMotion, Scalar,
+    SceneOptions, Simulation, Status, StepError, StressPoint, Structure, SurfacePoint, Tensor,
 };
 use vademecum_format::Metadata;
 
@@ -49,6 +49,21 @@ pub trait Body: Send {
     fn body<'py>(&self, field: Field, out: Out<'_, 'py>) -> PyResult<Bound<'py, PyAny>>;
     fn save<'py>(&self, out: Out<'_, 'py>) -> PyResult<Bound<'py, PyAny>>;
     fn restore(&mut self, saved: &Bound<'_, PyAny>) -> PyResult<()>;
+    /// The rigid motion at rest; `None` of a body with supports.
+    fn free_body(&self) -> Option<FreeBody>;
+    fn follow(&self, free: &mut FreeBody);
+    fn ahead(&self, free: &FreeBody) -> RigidMotion;
+    fn push_free(&mut self, free: &mut FreeBody, at: &SurfacePoint, force: [f64; 3])
+    -> Result<(), LoadError>;
+    fn push_free_pattern(
+        &mut self,
+        free: &mut FreeBody,
+        pattern: usize,
+        amplitude: f64,
+    ) -> Result<(), LoadError>;
+    fn clear_free(&mut self, free: &mut FreeBody);
+    fn fly(&mut self, free: &mut FreeBody) -> Result<Status, StepError>;
+    fn in_space(&self, free: &FreeBody, at: &SurfacePoint, field: Field) -> Result<[f64; 3], OutputError>;
 }
 
 /// Python, and the caller's array if there is one.
@@ -187,5 +202,51 @@ impl<T: Number> Body for Simulation<T> {
         };
         let saved: PyReadonlyArray1<'_, T> = saved.extract().map_err(|_| wrong())?;
         Self::restore(self, saved.as_slice().map_err(|_| wrong())?).map_err(of_step)
+    }
+
+    fn free_body(&self) -> Option<FreeBody> {
+        FreeBody::new(self.scene(), RigidMotion::at_rest)
+    }
+
+    fn follow(&self, free: &mut FreeBody) {
+        free.follow(self.scene());
+    }
+
+    fn ahead(&self, free: &FreeBody) -> RigidMotion {
+        free.ahead(self.scene())
+    }
+
+    fn push_free(
+        &mut self,
+        free: &mut FreeBody,
+        at: &SurfacePoint,
+        force: [f64; 3],
+    ) -> Result<(), LoadError> {
+        self.with(|scene, _, loads| free.push(scene, loads, at, force))
+    }
+
+    fn push_free_pattern(
+        &mut self,
+        free: &mut FreeBody,
+        pattern: usize,
+        amplitude: f64,
+    ) -> Result<(), LoadError> {
+        self.with(|scene, _, loads| free.push_pattern(scene, loads, pattern, amplitude))
+    }
+
+    fn clear_free(&mut self, free: &mut FreeBody) {
+        Self::clear(self);
+        self.with(|_, _, loads| free.clear(loads));
+    }
+
+    fn fly(&mut self, free: &mut FreeBody) -> Result<Status, StepError> {
+        self.with(|scene, state, loads| free.step(scene, state, loads))
+    }
+
+    fn in_space(&self, free: &FreeBody, at: &SurfacePoint, field: Field) -> Result<[f64; 3], OutputError> {
+        match field {
+            Field::Displacement => free.point(self.scene(), self.state(), at),
+            Field::Velocity => free.velocity(self.scene(), self.state(), at),
+        }
     }
 }

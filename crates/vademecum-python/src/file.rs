@@ -26,10 +26,13 @@ pub struct PyFile {
 }
 
 impl PyFile {
-    /// Names of the probes, and of the load patterns.
-    fn names(&self) -> Result<[Vec<String>; 2], Refusal> {
+    /// Names of the probes, of the load patterns, and of the supports whose reactions the file gives.
+    fn names(&self) -> Result<[Vec<String>; 3], Refusal> {
         let file = self.content.file(&self.path)?;
-        Ok([lines(&file, SectionKind::ProbeNames)?, lines(&file, SectionKind::PatternNames)?])
+        let names = |kind| lines(&file, kind);
+        let [probes, patterns, supports] =
+            [SectionKind::ProbeNames, SectionKind::PatternNames, SectionKind::SupportNames].map(names);
+        Ok([probes?, patterns?, supports?])
     }
 
     fn options(&self, given: Option<&Bound<'_, PyDict>>) -> PyResult<SceneOptions> {
@@ -88,9 +91,7 @@ impl PyFile {
 
     fn scene(&self, dtype: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<PyScene> {
         let (precision, options) = (Precision::of(dtype)?, self.options(options)?);
-        let [probes, patterns] = self.names()?;
-        let file = self.content.file(&self.path)?;
-        let supports = lines(&file, SectionKind::SupportNames).map_err(Refusal::from)?;
+        let [probes, patterns, supports] = self.names()?;
         let body: Box<dyn Body> = match precision {
             Precision::Single => Box::new(self.bind::<f32>(&options)?),
             Precision::Double => Box::new(self.bind::<f64>(&options)?),

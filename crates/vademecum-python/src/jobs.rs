@@ -70,6 +70,8 @@ struct Shown {
     times: Vec<f64>,
     energy: Vec<f64>,
     probes: Vec<f64>,
+    reactions: Vec<f64>,
+    flight: Vec<f64>,
     field_times: Vec<f64>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
@@ -81,6 +83,8 @@ impl Shown {
             self.times.push(moment.time);
             self.energy.push(probed.energy);
             self.probes.extend_from_slice(probed.values);
+            self.reactions.extend_from_slice(probed.reactions.as_flattened());
+            self.flight.extend_from_slice(probed.flight);
         }
         if let Some(fields) = &moment.fields {
             self.field_times.push(moment.time);
@@ -90,7 +94,8 @@ impl Shown {
     }
 }
 
-/// A scenario through a file: names of the probes, then a mapping of arrays.
+/// A scenario through a file: names of the probes, the supports, and the columns of a flight, then a mapping
+/// of arrays.
 #[pyfunction]
 pub fn run<'py>(
     py: Python<'py>,
@@ -99,7 +104,7 @@ pub fn run<'py>(
     options: Option<&Bound<'py, PyDict>>,
     long: bool,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Vec<String>, Bound<'py, PyDict>)> {
+) -> PyResult<([Vec<String>; 3], Bound<'py, PyDict>)> {
     let (chapter, scene) = played(file, options)?;
     let (names, shown) = watched(py, Told { progress, warn: true }, |listener| {
         let scenario = scenario.scenario()?;
@@ -113,14 +118,17 @@ pub fn run<'py>(
             Ok::<(), StudyError>(())
         });
         played.map_err(about)?;
-        Ok((run.probes().to_vec(), shown))
+        Ok(([run.probes().to_vec(), run.supports().to_vec(), run.flight_columns()], shown))
     })?;
     let (rows, fields) = (shown.times.len(), shown.field_times.len());
     let nodes = shown.displacement.len() / (3 * fields.max(1));
     let arrays = PyDict::new(py);
     arrays.set_item("time", owned(py, shown.times, &[rows])?)?;
     arrays.set_item("energy", owned(py, shown.energy, &[rows])?)?;
-    arrays.set_item("probes", owned(py, shown.probes, &[rows, names.len()])?)?;
+    let [probes, supports, flown] = names.each_ref().map(Vec::len);
+    arrays.set_item("probes", owned(py, shown.probes, &[rows, probes])?)?;
+    arrays.set_item("reactions", owned(py, shown.reactions, &[rows, supports, 6])?)?;
+    arrays.set_item("flight", owned(py, shown.flight, &[rows, flown])?)?;
     arrays.set_item("field_time", owned(py, shown.field_times, &[fields])?)?;
     arrays.set_item("displacement", owned(py, shown.displacement, &[fields, nodes, 3])?)?;
     arrays.set_item("velocity", owned(py, shown.velocity, &[fields, nodes, 3])?)?;

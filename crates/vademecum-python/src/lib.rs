@@ -9,6 +9,7 @@ mod batch;
 mod body;
 mod content;
 mod file;
+mod flight;
 mod jobs;
 mod options;
 mod point;
@@ -26,6 +27,8 @@ mod _native {
     use crate::batch::PyBatch;
     #[pymodule_export]
     use crate::file::PyFile;
+    #[pymodule_export]
+    use crate::flight::{PyFlight, PyMotion};
     #[pymodule_export]
     use crate::jobs::{build, check, modes, program, run, verify};
     #[pymodule_export]

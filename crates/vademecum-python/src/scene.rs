@@ -42,8 +42,12 @@ impl PyScene {
     }
 
     /// The body, unless another thread has it. Waiting here could wait for ever: this thread holds Python.
-    fn body(&self) -> PyResult<MutexGuard<'_, Box<dyn Body>>> {
+    pub fn body(&self) -> PyResult<MutexGuard<'_, Box<dyn Body>>> {
         self.body.try_lock().map_err(|_| busy("scene"))
+    }
+
+    pub fn patterns(&self) -> &[String] {
+        &self.patterns
     }
 
     /// A stress or a strain at each point of the file, shape (points, 6).

@@ -292,6 +292,19 @@ def test_reactions_hold_the_weight_and_a_base_adds_to_it():
     with pytest.raises(ValueError, match="did you mean `wall`"):
         scene.reaction("wal")
 
+    # A run and a batch have the same numbers.
+    played = file.run({"duration": 0.1, "pattern": [{"name": "gravity"}]})
+    batch = file.batch(20)
+    for instance in range(20):
+        batch.pattern(instance, "gravity", instance)
+    assert batch.support_names == ["wall"]
+    steps = len(played.time) - 1
+    batch.step(steps)
+    held, ran = batch.reaction("wall"), played.reactions["wall"]
+    assert held.shape == (20, 6) and ran.shape == (steps + 1, 6) and not played.flight
+    assert held[1] == pytest.approx(ran[-1], rel=1e-9, abs=1e-9)
+    assert held[7] == pytest.approx(7 * held[1], rel=1e-9, abs=1e-9)
+
 
 def test_stress_bends_with_the_weight_and_strains_follow_it():
     problem = {**BEAM, "output": {**BEAM["output"], "stress": {"group": "x_min"}}, "damping": {"ratio": 1.0}}
@@ -311,3 +324,59 @@ def test_stress_bends_with_the_weight_and_strains_follow_it():
     young, poisson = material["young"], material["poisson"]
     assert strain[:, 0] == pytest.approx((xx - poisson * (yy + zz)) / young, rel=1e-9, abs=1e-15)
     assert strain[:, 3] == pytest.approx((1 + poisson) * xy / young, rel=1e-9, abs=1e-15)
+
+
+def test_a_free_body_flies_turns_and_rings():
+    problem = {key: value for key, value in BEAM.items() if key != "support"}
+    body = vademecum.build(problem)
+    scene = body.scene()
+    centre = np.array(body.info.free_body.centre)
+    flight = vademecum.Flight(scene, velocity=(0.0, 0.0, 3.0), spin=(0.0, 5.0, 0.0))
+    assert flight.mass == pytest.approx(12.0) and flight.scene is scene
+    assert sorted(flight.moments)[2] == pytest.approx(12.0 * (1.0 + 0.1**2) / 12.0, rel=1e-2)
+    assert flight.axes @ flight.axes.T == pytest.approx(np.eye(3), abs=1e-12)
+    thrown = flight.motion
+    place = scene.locate(POINT)
+    for _ in range(100):
+        flight.pull((0.0, 0.0, -9.81 * flight.mass))
+        ahead = flight.ahead
+        assert flight.step()
+        assert flight.motion.position == ahead.position
+    time = 100 * scene.time_step
+    assert flight.motion.position == pytest.approx(centre + [0.0, 0.0, 3.0 * time - 0.5 * 9.81 * time**2], abs=1e-12)
+    assert flight.motion.angular_momentum == thrown.angular_momentum and scene.energy > 0.0
+    # It has turned about y by 5 rad/s.
+    half = 0.5 * 5.0 * time
+    assert flight.motion.attitude == pytest.approx((np.cos(half), 0.0, np.sin(half), 0.0), abs=1e-6)
+    before, velocity = flight.point(place), flight.velocity(place)
+    assert flight.step()
+    row = np.zeros((2, 3))
+    flight.point(place, out=row[1])
+    assert (row[1] - before) / scene.time_step == pytest.approx(velocity, abs=0.05)
+    # A push at a point is the force and its moment, once.
+    flight.motion = vademecum.Motion(centre)
+    scene.rest()
+    flight.contact(place, FORCE)
+    flight.step()
+    flight.step()
+    assert flight.motion.momentum == pytest.approx(scene.time_step * np.array(FORCE))
+    arm = np.array(place.position) - centre
+    assert flight.motion.angular_momentum == pytest.approx(scene.time_step * np.cross(arm, FORCE), rel=1e-4)
+    kept = flight.motion.momentum
+    flight.contact(place, FORCE)
+    flight.clear()
+    flight.step()
+    assert flight.motion.momentum == kept
+    played = body.run({"duration": 0.1, "free": {"velocity": [0, 0, 3], "gravity": [0, 0, -9.81]}})
+    fallen = centre[2] + 3.0 * played.time - 0.5 * 9.81 * played.time**2
+    assert played.flight["centre z"] == pytest.approx(fallen, abs=1e-12) and not played.reactions
+    flight.pattern("gravity")
+    flight.step()
+    assert flight.motion.momentum[2] == pytest.approx(kept[2] - 9.81 * 12.0 * scene.time_step)
+
+
+def test_what_cannot_fly_is_refused(beam):
+    with pytest.raises(ValueError, match="supports"):
+        vademecum.Flight(beam.scene())
+    with pytest.raises(ValueError, match="attitude is zero"):
+        vademecum.Motion((0.0, 0.0, 0.0), attitude=(0.0, 0.0, 0.0, 0.0))

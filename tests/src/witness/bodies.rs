@@ -1,6 +1,7 @@
 //! The witnesses: geometry, reference values and where they are from (`docs/bibliography.md`).
 
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
+use std::collections::HashMap;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, TAU};
 
 use vademecum_build::mesh::{Mesh, Order, block};
 
@@ -225,6 +226,35 @@ fn cylinder() -> Mesh {
         let [x, y] = on_circle(angle);
         [radius * x, radius * y, 5.0 * w]
     })
+}
+
+/// The whole of the cylinder of FV41, which nothing holds: so many cells around and along it.
+#[must_use]
+pub fn whole_cylinder(around: usize, along: usize) -> Mesh {
+    let mut mesh = block([1.0; 3], [around, 1, along], Order::Quadratic);
+    // The last side of the block becomes the first.
+    let key = |[_, t, w]: [f64; 3]| [t.to_bits(), w.to_bits()];
+    let first = mesh.nodes.iter().zip(0u32..).filter(|(node, _)| node[0] == 0.0);
+    let first: HashMap<_, _> = first.map(|(node, index)| (key(*node), index)).collect();
+    let (mut kept, mut nodes) = (vec![], vec![]);
+    for node in &mesh.nodes {
+        kept.push(if node[0] == 1.0 {
+            kept[first[&key(*node)] as usize]
+        } else {
+            nodes.push(*node);
+            nodes.len() as u32 - 1
+        });
+    }
+    mesh.elements.iter_mut().for_each(|node| *node = kept[*node as usize]);
+    let place = |[s, t, w]: [f64; 3]| {
+        let ((y, x), radius) = ((TAU * s).sin_cos(), 2.2 - 0.4 * t);
+        [radius * x, radius * y, 10.0 * w]
+    };
+    mesh.nodes = nodes.into_iter().map(place).collect();
+    mesh.node_ids = (1..=mesh.nodes.len() as u64).collect();
+    mesh.node_groups = [("body".to_string(), (0..mesh.nodes.len() as u32).collect())].into();
+    mesh.facet_groups.clear();
+    mesh
 }
 
 /// Straight lines through numbers at equal distances from 0 to 1.

@@ -38,6 +38,6 @@ pub(super) fn text(mesh: &Mesh) -> String {
 ///
 /// # Panics
 /// If it cannot be written.
-pub(super) fn write(path: &Path, mesh: &Mesh) {
+pub fn write(path: &Path, mesh: &Mesh) {
     std::fs::write(path, text(mesh)).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
 }

@@ -12,7 +12,8 @@ mod mass;
 mod record;
 mod thermal;
 
-pub use bodies::{Mode, StressAt, Witness, witness, witnesses};
+pub use bodies::{Mode, StressAt, Witness, whole_cylinder, witness, witnesses};
+pub use deck::write as write_deck;
 pub use large::{Bent, bend};
 pub use record::{Apart, Found, compare, markdown, measure};
 pub use thermal::Thermal;

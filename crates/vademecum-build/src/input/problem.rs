@@ -8,6 +8,7 @@ mod body;
 mod bounds;
 mod chapter;
 mod check;
+mod check_large;
 mod large;
 mod plan;
 

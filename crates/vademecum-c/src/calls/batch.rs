@@ -104,6 +104,25 @@ pub unsafe extern "C" fn vdm_batch_get(
     }
 }
 
+/// [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress
+/// and displacement show what the modes leave out of the answer to them, and reactions can be read, which are
+/// refused after [`vdm_batch_get`].
+///
+/// # Safety
+/// As for [`vdm_batch_load`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_batch_get_under(
+    batch: *mut VdmBatch,
+    body: *mut VdmBody,
+    instance: usize,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
+        (Some(batch), Some(body)) => batch.get_under(body, instance),
+        _ => VdmStatus::VDM_ARGUMENT,
+    }
+}
+
 /// Steps all instances `steps` times; `found` tells how many move, rest and were refused in the last step. An
 /// instance that was refused keeps its state; the answer is then `VDM_STEP`, and the others have moved.
 ///

@@ -14,6 +14,7 @@ macro_rules! with {
 mod about;
 mod batch;
 mod fields;
+mod flight;
 mod loads;
 mod modal;
 mod states;
@@ -21,6 +22,7 @@ mod states;
 pub use about::*;
 pub use batch::*;
 pub use fields::*;
+pub use flight::*;
 pub use loads::*;
 pub use modal::*;
 pub use states::*;

@@ -44,15 +44,15 @@ from ._data import (
     read,
 )
 from ._errors import Error, FileError, InputError, MachineError, MeshError, Note, NumericsError, ToleranceMissed
-from ._native import Batch, Scene, SurfacePoint
+from ._native import Batch, Flight, Motion, Scene, SurfacePoint
 
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "FreeBody", "Info", "InputError", "MachineError",
-    "MeshError", "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Played", "Scene",
-    "Section", "Soundness", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Vademecum", "Verification", "build",
-    "from_bytes", "modes", "open", "run", "verify",
+    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "Flight", "FreeBody", "Info", "InputError",
+    "MachineError", "MeshError", "Motion", "NaturalModes", "Note", "NumericsError", "Page", "Parameter",
+    "ParameterValue", "Played", "Scene", "Section", "Soundness", "Structure", "Support", "SurfacePoint",
+    "ToleranceMissed", "Vademecum", "Verification", "build", "from_bytes", "modes", "open", "run", "verify",
 ]
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -113,10 +113,16 @@ class Vademecum:
 
         Options are those of `scene`, with "canonical" as one more structure.
         """
-        names, arrays = _native.run(self._native, _given(scenario), options, long, progress)
-        columns = arrays.pop("probes")
-        probes = {name: columns[:, column] for column, name in enumerate(names)}
-        return Played(vademecum=self, probes=probes, values=columns, **arrays)
+        (names, supports, flown), arrays = _native.run(self._native, _given(scenario), options, long, progress)
+        columns, held, flight = arrays.pop("probes"), arrays.pop("reactions"), arrays.pop("flight")
+        return Played(
+            vademecum=self,
+            probes={name: columns[:, column] for column, name in enumerate(names)},
+            values=columns,
+            reactions={name: held[:, support] for support, name in enumerate(supports)},
+            flight={name: flight[:, column] for column, name in enumerate(flown)},
+            **arrays,
+        )
 
     def verify(
         self,
@@ -182,6 +188,10 @@ class Played:
     probes: dict[str, NDArray[np.float64]]
     #: The same, shape (instants, probes).
     values: NDArray[np.float64]
+    #: Force [N] and moment [N m] of each support at them, by name, shape (instants, 6).
+    reactions: dict[str, NDArray[np.float64]]
+    #: The columns of `vademecum run` for a free body that was thrown, by name; none of any other.
+    flight: dict[str, NDArray[np.float64]]
     #: Instants of the fields [s]; none if the scenario asks for no fields.
     field_time: NDArray[np.float64]
     #: Displacement of the nodes at them [m], shape (instants, nodes, 3).

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 __all__ = [
-    "__version__", "Batch", "File", "SurfacePoint", "Scene", "build", "check", "modes", "program", "run", "verify",
+    "__version__", "Batch", "File", "Flight", "Motion", "SurfacePoint", "Scene", "build", "check", "modes", "program", "run",
+    "verify",
 ]
 
 __version__: str
@@ -141,6 +142,74 @@ class Scene:
         """Where the points will be at the end of the coming step under the loads as they are, shape (n, 3) [m]."""
 
 @final
+class Motion:
+    """Where a free body is in space, how it is turned, and its momenta."""
+
+    def __new__(
+        cls,
+        position: _Vector,
+        attitude: _Vector = ...,
+        momentum: _Vector = ...,
+        angular_momentum: _Vector = ...,
+    ) -> Motion: ...
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """Where the centre is [m]."""
+    @property
+    def attitude(self) -> tuple[float, float, float, float]:
+        """A quaternion of length one, the real part first, that turns directions of the body into those of space."""
+    @property
+    def momentum(self) -> tuple[float, float, float]:
+        """In space [kg m/s]."""
+    @property
+    def angular_momentum(self) -> tuple[float, float, float]:
+        """About the centre, in space [kg m2/s]."""
+
+@final
+class Flight:
+    """The rigid motion of a body without supports, beside the elastic one, which is that of `scene`.
+
+    Forces and positions are those of space. Forces act in the coming step, which takes them away.
+    """
+
+    def __new__(cls, scene: Scene, velocity: _Vector = ..., spin: _Vector = ...) -> Flight:
+        """The body where the file has it, thrown with a velocity of its centre [m/s] and an angular velocity
+        [rad/s]."""
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def mass(self) -> float:
+        """At the density of the scene [kg]."""
+    @property
+    def moments(self) -> tuple[float, float, float]:
+        """Principal moments of inertia about the centre [kg m2]."""
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """The principal axes in the coordinates of the file, one a row."""
+    @property
+    def motion(self) -> Motion:
+        """The rigid motion; set it to put the body elsewhere. What pushes the body stays."""
+    @motion.setter
+    def motion(self, motion: Motion) -> None: ...
+    @property
+    def ahead(self) -> Motion:
+        """The rigid motion at the end of the coming step, under what pushes so far."""
+    def contact(self, at: _Place, force: _Vector) -> SurfacePoint:
+        """Adds a force [N] at a point of the surface, which is given as the body is at rest."""
+    def pattern(self, name: str, amplitude: float = 1.0) -> None:
+        """Adds a load pattern of the file, which turns with the body."""
+    def pull(self, force: _Vector) -> None:
+        """Adds a force [N] at the centre: gravity is the mass times its acceleration."""
+    def clear(self) -> None:
+        """Takes all forces away, those of the scene too."""
+    def step(self) -> bool:
+        """One step of both motions. Whether the body still moves."""
+    def point(self, at: _Place, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
+        """Where a point of the surface is, deformed as it is [m]."""
+    def velocity(self, at: _Place, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
+        """Velocity of a point of the surface [m/s]."""
+
+@final
 class Batch:
     """Many bodies of one file that are stepped together, at the same live parameters. `out` is as in `Scene`.
 
@@ -154,6 +223,10 @@ class Batch:
     def probe_names(self) -> list[str]: ...
     @property
     def pattern_names(self) -> list[str]: ...
+    @property
+    def support_names(self) -> list[str]: ...
+    def reaction(self, name: str, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
+        """Force [N] and moment [N m] that a support exerts on each body under its loads, shape (instances, 6)."""
     @property
     def parameters(self) -> dict[str, float]: ...
     def set(self, values: _Values = None, /, **parameters: float) -> None:
@@ -201,7 +274,7 @@ class File:
 def build(problem: _Given, settings: Mapping[str, Any], progress: _Progress) -> tuple[File, str]: ...
 def run(
     file: File, scenario: _Given, options: Optional[dict[str, Any]], long: bool, progress: _Progress
-) -> tuple[list[str], dict[str, NDArray[np.float64]]]: ...
+) -> tuple[list[list[str]], dict[str, NDArray[np.float64]]]: ...
 def verify(
     file: File,
     problem: _Given,

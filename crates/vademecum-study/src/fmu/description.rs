@@ -2,12 +2,11 @@
 
 use std::fmt::Write as _;
 
-use vademecum_eval::SceneOptions;
+use vademecum_eval::{RigidBody, SceneOptions};
 use vademecum_fmu::logger::Category;
 use vademecum_fmu::variables::Variable;
 use vademecum_format::Metadata;
 
-use super::points::PlacedPoint;
 use super::version::FmiVersion;
 
 /// Units of a file whose numbers mean what FMI says they do.
@@ -43,19 +42,33 @@ fn unit(metadata: &Metadata<'_>, si: &str) -> String {
     if metadata.units == SI || si == "s" { si.into() } else { String::new() }
 }
 
+/// Names of what variables belong to, and what else they are described by.
+pub(super) struct Named<'a> {
+    pub points: Vec<String>,
+    pub stresses: Vec<String>,
+    pub patterns: Vec<String>,
+    pub probes: Vec<String>,
+    pub supports: Vec<String>,
+    /// `1` for a strain gauge; none where all are displacements.
+    pub probe_units: Vec<String>,
+    pub metadata: &'a Metadata<'a>,
+    /// The body of a file without supports.
+    pub body: Option<RigidBody>,
+}
+
 /// What a variable is called and what it means; `None` for a parameter that an FMU does not offer.
 pub(super) fn describe(
     reference: u32,
     variable: Variable,
-    points: &[PlacedPoint],
-    patterns: &[String],
-    probes: &[String],
-    metadata: &Metadata<'_>,
+    named: &Named<'_>,
     options: &SceneOptions,
 ) -> Option<Described> {
     use Variable as V;
+    let Named { points, stresses, patterns, probes, supports, probe_units, metadata, body } = named;
+    let metadata: &Metadata<'_> = metadata;
     let at = |names: &[String], index: u32| names.get(index as usize).cloned().unwrap_or_default();
-    let point = |index: u32| points.get(index as usize).map_or_else(String::new, |point| point.name.clone());
+    let point = |index: u32| at(points, index);
+    let in_space = if body.is_some() { " in space" } else { "" };
     let (mut start, mut range) = (None, None);
     let (name, text, unit) = match variable {
         V::Time => (String::new(), "Time".into(), "s".into()),
@@ -68,17 +81,17 @@ pub(super) fn describe(
         V::Force(index, _) => {
             start = Some(0.0);
             let name = point(index);
-            let text = format!("Force on the point {name}, held over a step");
+            let text = format!("Force on the point {name}{in_space}, held over a step");
             (name, text, unit(metadata, "N"))
         }
         V::Displacement(index, _) => {
             let name = point(index);
-            let text = format!("Displacement of the point {name}");
+            let text = format!("Displacement of the point {name}{in_space}");
             (name, text, unit(metadata, "m"))
         }
         V::Velocity(index, _) => {
             let name = point(index);
-            let text = format!("Velocity of the point {name}");
+            let text = format!("Velocity of the point {name}{in_space}");
             (name, text, unit(metadata, "m/s"))
         }
         V::Pattern(index) => {
@@ -86,6 +99,16 @@ pub(super) fn describe(
             let name = at(patterns, index);
             let text = format!("Factor on the load pattern {name}, held over a step");
             (name, text, String::new())
+        }
+        V::Probe(index) if at(probe_units, index) == "1" => {
+            let name = at(probes, index);
+            let text = format!("Strain that the gauge {name} measures");
+            (name, text, String::new())
+        }
+        V::ProbeVelocity(index) if at(probe_units, index) == "1" => {
+            let name = at(probes, index);
+            let text = format!("Rate of the strain that the gauge {name} measures");
+            (name, text, unit(metadata, "1/s"))
         }
         V::Probe(index) => {
             let name = at(probes, index);
@@ -103,6 +126,43 @@ pub(super) fn describe(
             range = Some([parameter.lower, parameter.upper]);
             let text = format!("Live parameter {} of the file", parameter.name);
             (parameter.name.to_string(), text, parameter.unit.to_string())
+        }
+        V::VonMises(index) => {
+            let name = at(stresses, index);
+            let text = format!("Von Mises equivalent stress of the place {name}");
+            (name, text, unit(metadata, "Pa"))
+        }
+        V::ReactionForce(index, _) => {
+            let name = at(supports, index);
+            let text = format!("Force that the support {name} exerts on the body");
+            (name, text, unit(metadata, "N"))
+        }
+        V::ReactionMoment(index, _) => {
+            let name = at(supports, index);
+            let text = format!("Moment that the support {name} exerts on the body, about its own point");
+            (name, text, unit(metadata, "N.m"))
+        }
+        V::BodyForce(_) => {
+            start = Some(0.0);
+            let text = "Force on the centre of the body in space, held over a step".into();
+            (String::new(), text, unit(metadata, "N"))
+        }
+        V::BodyPosition(c) => {
+            start = body.and_then(|body| body.centre.get(c as usize).copied());
+            (String::new(), "Where the centre of the body is in space".into(), unit(metadata, "m"))
+        }
+        V::BodyAttitude(c) => {
+            start = Some(f64::from(u8::from(c == 3)));
+            let text = "Quaternion that turns directions of the body into those of space".into();
+            (String::new(), text, String::new())
+        }
+        V::BodyVelocity(_) => {
+            start = Some(0.0);
+            (String::new(), "Velocity of the centre of the body".into(), unit(metadata, "m/s"))
+        }
+        V::BodySpin(_) => {
+            start = Some(0.0);
+            (String::new(), "Angular velocity of the body in space".into(), unit(metadata, "rad/s"))
         }
     };
     let name = full_name(variable, &name);
@@ -130,9 +190,8 @@ fn can_be_quoted(name: &str) -> bool {
 }
 
 /// Whether a variable is an output.
-pub(super) const fn is_output(variable: Variable) -> bool {
-    use Variable as V;
-    matches!(variable, V::Energy | V::Displacement(..) | V::Velocity(..) | V::Probe(_) | V::ProbeVelocity(_))
+pub(super) fn is_output(variable: Variable) -> bool {
+    matches!(roles(variable), ("output", ..))
 }
 
 /// Causality, variability, and how the start is known.
@@ -141,10 +200,17 @@ const fn roles(variable: Variable) -> (&'static str, &'static str, Option<&'stat
     match variable {
         V::Time => ("independent", "continuous", None),
         V::Step => ("local", "constant", Some("exact")),
-        V::Force(..) | V::Pattern(_) => ("input", "continuous", None),
+        V::Force(..) | V::Pattern(_) | V::BodyForce(_) => ("input", "continuous", None),
         V::Parameter(_) => ("parameter", "tunable", Some("exact")),
         V::Energy | V::Displacement(..) | V::Velocity(..) | V::Probe(_) | V::ProbeVelocity(_) => {
             ("output", "continuous", Some("calculated"))
+        }
+        V::VonMises(_) | V::ReactionForce(..) | V::ReactionMoment(..) => {
+            ("output", "continuous", Some("calculated"))
+        }
+        // Where a flight starts may be set.
+        V::BodyPosition(_) | V::BodyAttitude(_) | V::BodyVelocity(_) | V::BodySpin(_) => {
+            ("output", "continuous", Some("exact"))
         }
     }
 }
@@ -269,6 +335,9 @@ impl Description<'_> {
                 "m" => &[("m", "1")],
                 "m/s" => &[("m", "1"), ("s", "-1")],
                 "N" => &[("kg", "1"), ("m", "1"), ("s", "-2")],
+                "N.m" => &[("kg", "1"), ("m", "2"), ("s", "-2")],
+                "Pa" => &[("kg", "1"), ("m", "-1"), ("s", "-2")],
+                "rad/s" => &[("s", "-1"), ("rad", "1")],
                 "J" => &[("kg", "1"), ("m", "2"), ("s", "-2")],
                 _ => return element.closed(),
             };
@@ -299,14 +368,19 @@ impl Description<'_> {
             };
             element.always("dependencies", "").closed()
         };
+        let known = |described: &Described| described.start.is_some();
         let list =
             |element: &str| -> Vec<String> { outputs().map(|output| unknown(element, output)).collect() };
+        let initial = |element: &str| -> Vec<String> {
+            let unknowns = outputs().filter(|(_, described)| !known(described));
+            unknowns.map(|output| unknown(element, output)).collect()
+        };
         let parts = match self.version {
             FmiVersion::Two => vec![
                 Element::new("Outputs").around("Outputs", &list("Unknown")),
-                Element::new("InitialUnknowns").around("InitialUnknowns", &list("Unknown")),
+                Element::new("InitialUnknowns").around("InitialUnknowns", &initial("Unknown")),
             ],
-            FmiVersion::Three => [list("Output"), list("InitialUnknown")].concat(),
+            FmiVersion::Three => [list("Output"), initial("InitialUnknown")].concat(),
         };
         Element::new("ModelStructure").around("ModelStructure", &parts)
     }

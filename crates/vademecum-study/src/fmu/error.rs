@@ -26,6 +26,29 @@ pub enum FmuError {
         /// Diagonal of the box around the loadable surface.
         size: f64,
     },
+    /// A stress of a file that knows none.
+    #[error(
+        "the file knows no stress, so there is none for `{name}`; build it with `[output] stress = …` \
+         (docs/stress.md)"
+    )]
+    NoStress {
+        /// Its name.
+        name: String,
+    },
+    /// A place of a stress is nowhere near one that is known.
+    #[error(
+        "the place `{name}` is {distance:.3e} away from the nearest node whose stress the file knows, of a \
+         body that is {size:.3e} large; is it in the unit of the file, and in the selection of \
+         `[output] stress`?"
+    )]
+    FarStress {
+        /// Its name.
+        name: String,
+        /// Distance to the nearest node with a stress.
+        distance: f64,
+        /// Diagonal of the box around the loadable surface.
+        size: f64,
+    },
     /// A name that a point cannot have.
     #[error("`{name}` is no name of a point: expected 1 to {most} bytes without control characters", most = LONGEST_NAME)]
     BadName {

@@ -10,18 +10,18 @@ mod error;
 mod points;
 mod version;
 
-use vademecum_eval::{Scene, SceneOptions};
-use vademecum_fmu::points::{Point, table};
+use vademecum_eval::{RigidBody, Scene, SceneOptions};
+use vademecum_fmu::points::{Point, StressPlace, table};
 use vademecum_fmu::token::token;
 use vademecum_fmu::variables::{Counts, Variable};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::lines;
-use description::{Described, Description};
+use description::{Described, Description, Named};
 
 pub use archive::{Library, NoLibrary};
 pub use error::FmuError;
-pub use points::{AskedPoint, PlacedPoint};
+pub use points::{AskedPoint, PlacedPoint, PlacedStress};
 pub use version::FmiVersion;
 
 /// What an FMU is made of, beside the file.
@@ -33,6 +33,8 @@ pub struct Request<'a> {
     pub name: &'a str,
     /// Named points; without any, the places of the file's probes that lie on the loadable surface.
     pub points: &'a [AskedPoint],
+    /// Named places whose equivalent stress is told: the nearest nodes that the file knows the stress of.
+    pub stresses: &'a [AskedPoint],
     /// One library for each platform.
     pub libraries: &'a [Library],
 }
@@ -44,6 +46,8 @@ pub struct Fmu {
     pub archive: Vec<u8>,
     /// Its named points.
     pub points: Vec<PlacedPoint>,
+    /// The places of its stresses.
+    pub stresses: Vec<PlacedStress>,
     /// Names of its inputs.
     pub inputs: Vec<String>,
     /// Names of its outputs.
@@ -69,8 +73,11 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     let internal_step = scene.parameters().time_step;
 
     let rows: Vec<Point<'_>> = points.iter().map(PlacedPoint::row).collect();
-    let table = table(&rows).ok_or(FmuError::TooManyPoints { found: rows.len() })?;
-    let variables = variables(&file, &points, &options)?;
+    let stresses = points::place_stresses(&file, request.stresses)?;
+    let stress_rows: Vec<StressPlace<'_>> = stresses.iter().map(PlacedStress::row).collect();
+    let found = rows.len().max(stress_rows.len());
+    let table = table(&rows, &stress_rows).ok_or(FmuError::TooManyPoints { found })?;
+    let variables = variables(&file, &points, &stresses, &options)?;
     let token = token(bytes, &table);
     let identifier = archive::identifier(request.name);
     let description = Description {
@@ -90,10 +97,11 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     use Variable as V;
     Ok(Fmu {
         archive,
-        inputs: names(|variable| matches!(variable, V::Force(..) | V::Pattern(_))),
+        inputs: names(|variable| matches!(variable, V::Force(..) | V::Pattern(_) | V::BodyForce(_))),
         outputs: names(description::is_output),
         parameters: names(|variable| matches!(variable, V::Parameter(_))),
         points,
+        stresses,
         internal_step,
     })
 }
@@ -102,19 +110,21 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
 fn variables(
     file: &File<'_>,
     points: &[PlacedPoint],
+    stresses: &[PlacedStress],
     options: &SceneOptions,
 ) -> Result<Vec<Described>, FmuError> {
-    let metadata = file.metadata();
-    let (patterns, probes) = (lines(file, SectionKind::PatternNames)?, lines(file, SectionKind::ProbeNames)?);
-    let counts = Counts {
-        points: points.len() as u32,
-        patterns: metadata.n_patterns,
-        probes: metadata.n_probes,
-        parameters: metadata.n_parameters,
+    let counts = Counts::of(file, points.len() as u32, stresses.len() as u32);
+    let named = Named {
+        points: points.iter().map(|point| point.name.clone()).collect(),
+        stresses: stresses.iter().map(|place| place.name.clone()).collect(),
+        patterns: lines(file, SectionKind::PatternNames)?,
+        probes: lines(file, SectionKind::ProbeNames)?,
+        supports: lines(file, SectionKind::SupportNames)?,
+        probe_units: lines(file, SectionKind::ProbeUnits)?,
+        metadata: file.metadata(),
+        body: RigidBody::of(file),
     };
-    let named = |(reference, variable)| {
-        description::describe(reference, variable, points, &patterns, &probes, metadata, options)
-    };
+    let named = |(reference, variable)| description::describe(reference, variable, &named, options);
     let all: Vec<Described> = (0..).zip(counts.all()).filter_map(named).collect();
     let mut names: Vec<&str> = all.iter().map(|described| described.name.as_str()).collect();
     names.sort_unstable();

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
 use vademecum_eval::Surface;
-use vademecum_fmu::points::{LONGEST_NAME, MOST, Point};
+use vademecum_fmu::points::{LONGEST_NAME, MOST, Point, StressPlace};
 use vademecum_format::{File, SectionKind};
 
 use super::error::FmuError;
 use crate::contents::numbers;
 use crate::error::FileError;
+use crate::stress::stress_places;
 
 /// A probe within this part of the body's size from the loadable surface is taken to be meant on it.
 const NEAR: f64 = 1e-2;
@@ -47,19 +48,78 @@ impl PlacedPoint {
     }
 }
 
+/// A place whose stress is told.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct PlacedStress {
+    /// Its name.
+    pub name: String,
+    /// Where its node is.
+    pub position: [f64; 3],
+    /// How far that is from the point asked for.
+    pub distance: f64,
+    /// The node.
+    #[serde(skip)]
+    pub node: u32,
+}
+
+impl PlacedStress {
+    /// As the instance reads it.
+    pub(super) fn row(&self) -> StressPlace<'_> {
+        StressPlace { name: &self.name, node: self.node }
+    }
+}
+
+fn check_names(asked: &[AskedPoint]) -> Result<(), FmuError> {
+    if asked.len() > MOST {
+        return Err(FmuError::TooManyPoints { found: asked.len() });
+    }
+    let bad = |name: &str| name.is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control);
+    match asked.iter().find(|point| bad(&point.name)) {
+        Some(AskedPoint { name, .. }) => Err(FmuError::BadName { name: name.clone() }),
+        None => Ok(()),
+    }
+}
+
+/// The nodes nearest to these points that the file knows the stress of.
+///
+/// # Errors
+/// [`FmuError`]: a bad name, a file without stress, a point that is far away.
+pub(super) fn place_stresses(file: &File<'_>, asked: &[AskedPoint]) -> Result<Vec<PlacedStress>, FmuError> {
+    check_names(asked)?;
+    let Some(AskedPoint { name, .. }) = asked.first() else { return Ok(vec![]) };
+    let places = stress_places(file)?;
+    if places.is_empty() {
+        return Err(FmuError::NoStress { name: name.clone() });
+    }
+    let kind = SectionKind::NodeCoordinates;
+    file.section(kind).ok_or(FileError::Missing { kind })?;
+    vademecum_rewrite::check_coordinates(file)?;
+    let all = numbers(file, kind)?;
+    let nodes = all.as_chunks::<3>().0;
+    let size = size(file)?;
+    let apart = |at: [f64; 3], node: usize| -> f64 {
+        let position = nodes.get(node).copied().unwrap_or([f64::INFINITY; 3]);
+        (0..3).map(|c| (position[c] - at[c]).powi(2)).sum::<f64>().sqrt()
+    };
+    let locate = |AskedPoint { name, at }: &AskedPoint| {
+        let known = places.iter().map(|place| (apart(*at, place.node), place.node));
+        let (distance, node) = known.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
+        let name = name.clone();
+        // A point that is not finite is nowhere.
+        if distance.is_nan() || distance > size {
+            return Err(FmuError::FarStress { name, distance, size });
+        }
+        Ok(PlacedStress { name, position: nodes[node], distance, node: node as u32 })
+    };
+    asked.iter().map(locate).collect()
+}
+
 /// Locates points on the loadable surface; without any, those of the file's probes.
 ///
 /// # Errors
 /// [`FmuError`]: a bad name, a point that is far away, a file without a surface.
 pub(super) fn place(file: &File<'_>, asked: &[AskedPoint]) -> Result<Vec<PlacedPoint>, FmuError> {
-    if asked.len() > MOST {
-        return Err(FmuError::TooManyPoints { found: asked.len() });
-    }
-    for AskedPoint { name, .. } in asked {
-        if name.is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
-            return Err(FmuError::BadName { name: name.clone() });
-        }
-    }
+    check_names(asked)?;
     let loadable = file.metadata().n_load_triangles > 0;
     let held = [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis];
     let lost = held.into_iter().find(|&kind| file.section(kind).is_none());

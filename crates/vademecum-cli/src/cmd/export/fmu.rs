@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::store::{Kind, read_regular};
-use vademecum_study::fmu::{AskedPoint, FmiVersion, FmuError, Library, PlacedPoint, Request, export};
+use vademecum_study::fmu::{
+    AskedPoint, FmiVersion, FmuError, Library, PlacedPoint, PlacedStress, Request, export,
+};
 
 use crate::arguments::{Limit, OutputArguments};
 use crate::failure::{Cause, Failure};
@@ -18,10 +20,13 @@ const LIBRARY: &[u8] = include_bytes!("../../../assets/fmu-x86_64-linux.so");
 #[command(after_help = "Examples:
   vademecum export fmu body.vdm -o body.fmu                    points where the probes are
   vademecum export fmu body.vdm --point tip=1,0.04,0.1 --point middle=0.5,0.04,0.1 -o body.fmu
+  vademecum export fmu body.vdm --stress root=0,0.04,0.1 -o body.fmu
   vademecum export fmu body.vdm --fmi 3 -o body.fmu
   vademecum export fmu body.vdm --library x86_64-windows=vademecum_fmu.dll -o body.fmu
 Inputs: force.POINT.x, .y, .z and pattern.NAME. Outputs: displacement.POINT.x, velocity.POINT.x, probe.NAME,
-probe_velocity.NAME and energy. Tunable: parameter.NAME. Communication steps are multiples of internal_step.
+probe_velocity.NAME, energy, von_mises.NAME, and reaction_force.SUPPORT.x and reaction_moment.SUPPORT.x of a
+file with reactions. Of a free body also body_force.x, body_position.x, body_attitude.w, body_velocity.x and
+body_angular_velocity.x. Tunable: parameter.NAME. Communication steps are multiples of internal_step.
 More: docs/consumers/fmu.md")]
 pub struct Fmu {
     /// The vademecum file.
@@ -36,6 +41,10 @@ pub struct Fmu {
     /// times [default: where the file's probes are].
     #[arg(long, value_name = "NAME=X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     point: Vec<AskedPoint>,
+    /// A named place whose equivalent stress is told, at the nearest node that the file knows the stress of
+    /// (`[output] stress`); may be given several times.
+    #[arg(long, value_name = "NAME=X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    stress: Vec<AskedPoint>,
     /// The library for another platform, such as aarch64-linux, x86_64-windows or aarch64-darwin: what `cargo
     /// build --release -p vademecum-fmu` makes there. May be given several times. The one for x86_64-linux is
     /// inside the program.
@@ -92,6 +101,7 @@ struct Exported {
     fmi: &'static str,
     internal_step: f64,
     points: Vec<PlacedPoint>,
+    stresses: Vec<PlacedStress>,
     inputs: Vec<String>,
     outputs: Vec<String>,
     parameters: Vec<String>,
@@ -111,7 +121,8 @@ impl Fmu {
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         refuse_canonical(&self.file, &file, "an FMU")?;
         let name = self.output.file_stem().and_then(|stem| stem.to_str()).unwrap_or("vademecum");
-        let request = Request { version: self.fmi, name, points: &self.point, libraries: &libraries };
+        let (points, stresses) = (&self.point, &self.stress);
+        let request = Request { version: self.fmi, name, points, stresses, libraries: &libraries };
         let fmu = export(file.bytes(), &request).map_err(|error| self.failure(error))?;
         write_bytes(&outputs, &self.output, Kind::Fmu, &fmu.archive)?;
         let exported = Exported {
@@ -123,6 +134,7 @@ impl Fmu {
             },
             internal_step: fmu.internal_step,
             points: fmu.points,
+            stresses: fmu.stresses,
             inputs: fmu.inputs,
             outputs: fmu.outputs,
             parameters: fmu.parameters,
@@ -166,10 +178,13 @@ impl Fmu {
 
 impl Exported {
     fn print(&self) {
-        let Self { file, bytes, fmi, internal_step, points, inputs, outputs, parameters } = self;
+        let Self { file, bytes, fmi, internal_step, points, stresses, inputs, outputs, parameters } = self;
         println!("{file}: FMI {fmi}, {bytes} bytes, internal step {internal_step} s");
         for PlacedPoint { name, position: [x, y, z], distance, .. } in points {
             println!("point {name}: ({x}, {y}, {z}), {distance:.1e} from the place given");
+        }
+        for PlacedStress { name, position: [x, y, z], distance, .. } in stresses {
+            println!("stress {name}: ({x}, {y}, {z}), {distance:.1e} from the place given");
         }
         for (what, names) in [("inputs", inputs), ("outputs", outputs), ("tunable", parameters)] {
             println!("{what}: {}", if names.is_empty() { "none".into() } else { names.join(", ") });
