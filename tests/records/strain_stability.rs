@@ -1,8 +1,9 @@
-//! The long marches of the strain structure: random strain maps, loads times 1, 4, 16 and 256, steps times 1, 4 and
-//! 10, in both precisions. `cargo run --release -p vademecum-tests --example strain_stability -- [STEPS]` (10⁶
-//! steps by default, some hours; prints a row as soon as it is known). A row is one map, load and step: the
-//! largest change of the energy after the load has gone, over the energy then, without damping, and whether the
-//! bound of the energy held while the load acted.
+//! The long marches of the strain structure: random strain maps, loads times 1, 4, 16 and 256, steps times 1,
+//! 4 and 10, in both precisions.
+//! `cargo run --release -p vademecum-tests --example strain_stability -- [STEPS]` (10⁶ steps by default, some
+//! hours; prints a row as soon as it is known). A row is one map, load and step: the largest change of the
+//! energy after the load has gone, over the energy then, without damping, and whether the bound of the energy
+//! held while the load acted.
 
 use vademecum_eval::{Scalar, SceneOptions};
 use vademecum_format::scheme::StepParameters;

@@ -1,8 +1,8 @@
 //! The inner loops of the strain structure: strain rows, their weighted Gram matrix, and a small solve.
 //!
-//! All of it works on arrays of fixed length, so that it vectorises without run-time lengths inside, and every
-//! sum has one order, whatever the width of the machine's vectors: row products go column by column, the Gram
-//! matrix row by row, and sums along a row in eight parts that are added in halves.
+//! All of it works on arrays of fixed length, so that it vectorises without run-time lengths inside, and
+//! every sum has one order, whatever the width of the machine's vectors: row products go column by column,
+//! the Gram matrix row by row, and sums along a row in eight parts that are added in halves.
 //!
 //! The odd thing: rows come scaled by the roots of their weights (see [`crate::strain_map`]), so that the
 //! matrix of a step is the mass and the plain Gram matrix of the rows.
@@ -152,8 +152,8 @@ pub(crate) fn place<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], p: &[T], scra
     }
 }
 
-/// All rows: `ĝ` into the panels, and what they push with off the right-hand sides `leading` and `tail`, which
-/// hold `p + f`. `mean` is the displacement of the tail coordinates.
+/// All rows: `ĝ` into the panels, and what they push with off the right-hand sides `leading` and `tail`,
+/// which hold `p + f`. `mean` is the displacement of the tail coordinates.
 #[inline(always)]
 pub(crate) fn rows<T: Scalar>(
     map: &StrainMap<'_, T>,
@@ -438,8 +438,8 @@ pub(crate) fn moved<'s, T: Scalar>(
     scratch.solution.iter().take(map.shape.leading).chain(&*scratch.tail).copied()
 }
 
-/// `(μ − 1)|d|² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step that is in the scratch took from the energy, in the
-/// units of its right-hand side.
+/// `(μ − 1)|d|² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step that is in the scratch took from the energy, in
+/// the units of its right-hand side.
 pub(crate) fn dissipated<T: Scalar>(map: &StrainMap<'_, T>, scratch: &Scratch<'_, T>) -> f64 {
     let of_mass: f64 = moved(map, scratch).map(|d| d.to_f64() * d.to_f64()).sum();
     let mut sum = (map.mass.to_f64() - 1.0) * of_mass;
