@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -311,3 +312,13 @@ def test_stress_bends_with_the_weight_and_strains_follow_it():
     young, poisson = material["young"], material["poisson"]
     assert strain[:, 0] == pytest.approx((xx - poisson * (yy + zz)) / young, rel=1e-9, abs=1e-15)
     assert strain[:, 3] == pytest.approx((1 + poisson) * xy / young, rel=1e-9, abs=1e-15)
+
+
+def test_large_displacements_are_stepped_by_their_own_structure():
+    file = Path(__file__).parents[3] / "fixtures/golden/bent.vdm"
+    scene = vademecum.open(file).scene()
+    assert scene.structure == "strain"
+    scene.pattern("pull", 1.0)
+    assert scene.step(20) and scene.energy > 0.0
+    with pytest.raises(vademecum.Error):
+        vademecum.open(file).scene(structure="exact")
