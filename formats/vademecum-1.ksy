@@ -407,6 +407,12 @@ enums:
     57: pattern_reaction
     58: base_frame
     59: rigid_body
+    60: strain_sizes
+    61: strain_linear
+    62: strain_tail
+    63: strain_quadratic
+    64: strain_box
+    65: strain_limits
     40: static_bound
     41: bound_map
   element:

@@ -1,5 +1,5 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 and 1.6 made from numbers alone, the same
-//! bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on the way:
+//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 and 1.6 made from numbers alone, the
+//! same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on the way:
 //! libraries round those differently; `+ − × ÷ √` they do not.
 
 use crate::canonical::Terms;

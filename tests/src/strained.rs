@@ -1,5 +1,5 @@
-//! Strain maps made of numbers, files of them, and what they mean written out densely: the oracle of the strain
-//! structure.
+//! Strain maps made of numbers, files of them, and what they mean written out densely: the oracle of the
+//! strain structure.
 
 use crate::synthetic::{Body, Layout, Random, bathe};
 use vademecum_format::scheme::{SchemeTable, StepParameters};

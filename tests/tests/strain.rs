@@ -1,5 +1,5 @@
-//! The strain structure beside its formulas written out densely, and what is proved of it: an energy that is kept
-//! to rounding, a bound that no load passes, and never a number that is not finite.
+//! The strain structure beside its formulas written out densely, and what is proved of it: an energy that is
+//! kept to rounding, a bound that no load passes, and never a number that is not finite.
 
 use vademecum_eval::{
     Batch, BindError, Contact, Field, LoadError, Loads, Modal, OutputError, Scalar, Scene, SceneOptions,
@@ -12,7 +12,8 @@ use vademecum_tests::stage::with_scene;
 use vademecum_tests::strained::Strained;
 use vademecum_tests::synthetic::Random;
 
-/// Sizes `[n, n₁, r, m]`: without and with coupled coordinates, tail and extra rows, and paddings of all widths.
+/// Sizes `[n, n₁, r, m]`: without and with coupled coordinates, tail and extra rows, and paddings of all
+/// widths.
 const SIZES: [[usize; 4]; 8] = [
     [1, 0, 1, 1],
     [3, 2, 7, 12],

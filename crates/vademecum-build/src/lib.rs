@@ -104,3 +104,7 @@ struct SeparationByHand;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/theory/7-exact-steps.md")]
 struct ExactSteps;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/theory/large-displacements-reduced.md")]
+struct LargeDisplacementsReduced;

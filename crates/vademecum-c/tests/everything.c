@@ -158,7 +158,8 @@ static void states(struct VdmOptions options) {
     double *zeta = (double *)calloc(b.needs.modes, sizeof(double)), *rate = (double *)calloc(b.needs.modes, sizeof(double));
     double *read = (double *)calloc(b.needs.modes, sizeof(double)), *speed = (double *)calloc(b.needs.modes, sizeof(double));
     double w[9], gone[3], moved[3], there, here, rest;
-    const size_t parts = vdm_structure(body) == VDM_EXACT ? 2 : 3, rows = parts * b.needs.modes;
+    const int strain = vdm_structure(body) == VDM_STRAIN;
+    const size_t parts = strain || vdm_structure(body) == VDM_EXACT ? 2 : 3, rows = parts * b.needs.modes;
     double *map = (double *)malloc(rows * rows * sizeof(double));
     struct VdmCost cost;
     uint32_t k;
@@ -173,7 +174,8 @@ static void states(struct VdmOptions options) {
     }
     CHECK(vdm_coordinates(body, read, speed, 0) == VDM_STEP);
     CHECK(vdm_cost(body, &cost) == VDM_OK && cost.step_operations > 0 && cost.step_bytes > 0);
-    CHECK(vdm_increment(body, map, rows * rows) == VDM_OK && vdm_increment(body, map, 1) == VDM_OUTPUT);
+    CHECK(vdm_increment(body, map, rows * rows) == (strain ? VDM_OUTPUT : VDM_OK));
+    CHECK(vdm_increment(body, map, 1) == VDM_OUTPUT);
     CHECK(vdm_energy_at_rest(body, &rest) == VDM_OK && rest >= 0);
     CHECK(vdm_carry(body, body) == VDM_OK && vdm_carry(body, NULL) == VDM_ARGUMENT);
 

@@ -16,7 +16,8 @@ const BODY: &[u8] =
 const LIVE: &[u8] =
     include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/parameters.vdm"));
 
-/// A body of 3 coordinates in the strain structure: a loadable surface, the load pattern "pull", three probes.
+/// A body of 3 coordinates in the strain structure: a loadable surface, the load pattern "pull", three
+/// probes.
 #[allow(dead_code)]
 const BENT: &[u8] = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/bent.vdm"));
 

@@ -21,9 +21,10 @@ pub enum Structure {
 /// Which structure a scene shall take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StructureChoice {
-    /// The strain one if the file has it, else the exact one if the file was built for it. Otherwise the cheapest whose certificate keeps the
-    /// tolerance, or else the one with the smaller certified error. The block one if a region's scale is not
-    /// 1; a scene that will be set to such scales later asks for the block one from the start.
+    /// The strain one if the file has it, else the exact one if the file was built for it. Otherwise the
+    /// cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error. The
+    /// block one if a region's scale is not 1; a scene that will be set to such scales later asks for the
+    /// block one from the start.
     #[default]
     Auto,
     /// The diagonal one.

@@ -132,8 +132,8 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// Kinetic plus elastic energy \[J\]: `½ s_ρ ζ̇ᵀ M_r ζ̇ + ½ s_K ζᵀ K_r ζ`, with the scales of the regions
-    /// in `M_r = Σ ρ_q BᵀM_qB` and `K_r = Σ κ_q BᵀK_qB`. `O(r)`, or `O(r²)` times the regions that count. With
-    /// the strain structure the energy that its scheme keeps, for about the cost of a step.
+    /// in `M_r = Σ ρ_q BᵀM_qB` and `K_r = Σ κ_q BᵀK_qB`. `O(r)`, or `O(r²)` times the regions that count.
+    /// With the strain structure the energy that its scheme keeps, for about the cost of a step.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -2,10 +2,11 @@
 //! one that the training has seen.
 //!
 //! The strain `z(q) = L q + Q(q, q)` of the body is quadratic in its coordinates, and its energy `½|z|²`. A
-//! state is the displacement `ζ` and `Δt ζ̇` at one instant. It stands for two places half a sub-step `k` before
-//! and after that instant, `ζ ∓ p/2` with `p = k ζ̇`. The step is centred at the later one, `q = ζ + p/2`, where
-//! the loads act; there is no iteration, and an energy that is no function of a linearisation is kept exactly
-//! (`docs/theory/large-displacements-reduced.md` has the scheme and its proofs).
+//! state is the displacement `ζ` and `Δt ζ̇` at one instant. It stands for two places half a sub-step `k`
+//! before and after that instant, `ζ ∓ p/2` with `p = k ζ̇`. The step is centred at the later one,
+//! `q = ζ + p/2`, where the loads act; there is no iteration, and an energy that is no function of a
+//! linearisation is kept exactly (`docs/theory/large-displacements-reduced.md` has the scheme and its
+//! proofs).
 //!
 //! The odd thing: the energy has the strain `z(ζ + p/2, ζ − p/2)`, in which one place meets the other. It
 //! differs from `z(ζ)` by `Q(p, p)/4`.
@@ -58,8 +59,8 @@ pub struct Training {
 }
 
 impl Training {
-    /// Whether the training has seen states as far from rest, and as much energy. Outside, a step is as stable
-    /// as inside, but nobody has measured how accurate.
+    /// Whether the training has seen states as far from rest, and as much energy. Outside, a step is as
+    /// stable as inside, but nobody has measured how accurate.
     #[must_use]
     pub fn is_inside(&self) -> bool {
         self.distance <= self.largest_distance && self.energy <= self.largest_energy

@@ -1,8 +1,8 @@
 //! The inner loops of the strain structure: strain rows, their weighted Gram matrix, and a small solve.
 //!
-//! All of it works on arrays of fixed length, so that it vectorises without run-time lengths inside, and every
-//! sum has one order, whatever the width of the machine's vectors: row products go column by column, the Gram
-//! matrix row by row, and sums along a row in eight parts that are added in halves.
+//! All of it works on arrays of fixed length, so that it vectorises without run-time lengths inside, and
+//! every sum has one order, whatever the width of the machine's vectors: row products go column by column,
+//! the Gram matrix row by row, and sums along a row in eight parts that are added in halves.
 //!
 //! The odd thing: rows come scaled by the roots of their weights (see [`crate::strain_map`]), so that the
 //! matrix of a step is the mass and the plain Gram matrix of the rows.
@@ -152,8 +152,8 @@ pub(crate) fn place<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], p: &[T], scra
     }
 }
 
-/// All rows: `ĝ` into the panels, and what they push with off the right-hand sides `leading` and `tail`, which
-/// hold `p + f`. `mean` is the displacement of the tail coordinates.
+/// All rows: `ĝ` into the panels, and what they push with off the right-hand sides `leading` and `tail`,
+/// which hold `p + f`. `mean` is the displacement of the tail coordinates.
 #[inline(always)]
 pub(crate) fn rows<T: Scalar>(
     map: &StrainMap<'_, T>,
@@ -175,9 +175,11 @@ fn products<T: Scalar, const W: usize>(
     scratch: &mut Scratch<'_, T>,
 ) -> Result<(), Short> {
     let (shape, at) = (map.shape, &*scratch.place[0]);
+    // Never zero, which the compiler cannot see.
+    let stride = shape.rows.max(1);
     let mut quadratic = Lender::new(map.quadratic);
     for k in 0..shape.rows {
-        let mut panels = scratch.rows.iter_mut().skip(k).step_by(shape.rows);
+        let mut panels = scratch.rows.iter_mut().skip(k).step_by(stride);
         for start in (0..shape.padded()).step_by(W) {
             let block = quadratic.take(shape.columns(start) * W)?.as_chunks::<W>().0;
             let products = columns_times(block, at, [T::ZERO; W]);
@@ -195,14 +197,14 @@ fn products<T: Scalar, const W: usize>(
 #[inline(always)]
 fn push<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], scratch: &mut Scratch<'_, T>) -> Result<(), Short> {
     let shape = map.shape;
-    let n = shape.padded();
+    let (n, stride) = (shape.padded(), shape.rows.max(1));
     let [_, before, here] = &scratch.place;
     let (before, here) = (before.as_chunks::<PANEL>().0, here.as_chunks::<PANEL>().0);
     let mut linear = Lender::new(map.linear);
     let mut tail = map.tail.iter().zip(mean).zip(&mut *scratch.tail);
     for (k, &[force, _]) in map.rows.iter().enumerate() {
         let mut sums = [T::ZERO; PANEL];
-        let panels = scratch.rows.iter_mut().skip(k).step_by(shape.rows);
+        let panels = scratch.rows.iter_mut().skip(k).step_by(stride);
         let places = linear.take(n)?.as_chunks::<PANEL>().0.iter().zip(before).zip(here);
         for (out, ((linear, before), here)) in panels.zip(places) {
             // Apart from what they come from, so that they are vectors.
@@ -222,7 +224,7 @@ fn push<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], scratch: &mut Scratch<'_,
             *right = *right - pull * z;
             push = force * z + share * *right;
         }
-        let panels = scratch.rows.iter().skip(k).step_by(shape.rows);
+        let panels = scratch.rows.iter().skip(k).step_by(stride);
         for (out, g) in scratch.leading.as_chunks_mut::<PANEL>().0.iter_mut().zip(panels) {
             *out = less(*out, push, g);
         }
@@ -306,7 +308,7 @@ pub(crate) fn factor<T: Scalar>(matrix: &mut [T], inverse: &mut [T]) {
     for (j, inverse) in inverse.iter_mut().enumerate() {
         let Some((line, rest)) = below.split_at_mut_checked(n) else { return };
         *inverse = T::from_f64(1.0 / line.get(j).map_or(1.0, |pivot| pivot.to_f64()));
-        for (i, other) in (j + 1..n).zip(rest.chunks_exact_mut(n)) {
+        for (i, other) in (j + 1..n).zip(rest.chunks_exact_mut(n.max(1))) {
             let share = line.get(i).map_or(T::ZERO, |&entry| entry * *inverse);
             let start = i / PANEL;
             let from = line.as_chunks::<PANEL>().0.iter().skip(start);
@@ -438,8 +440,8 @@ pub(crate) fn moved<'s, T: Scalar>(
     scratch.solution.iter().take(map.shape.leading).chain(&*scratch.tail).copied()
 }
 
-/// `(μ − 1)|d|² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step that is in the scratch took from the energy, in the
-/// units of its right-hand side.
+/// `(μ − 1)|d|² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step that is in the scratch took from the energy, in
+/// the units of its right-hand side.
 pub(crate) fn dissipated<T: Scalar>(map: &StrainMap<'_, T>, scratch: &Scratch<'_, T>) -> f64 {
     let of_mass: f64 = moved(map, scratch).map(|d| d.to_f64() * d.to_f64()).sum();
     let mut sum = (map.mass.to_f64() - 1.0) * of_mass;
@@ -473,8 +475,8 @@ pub(crate) fn strain_square<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], p: im
     let mut sum = 0.0;
     for ((k, (linear, quadratic)), &[force, _]) in lines.enumerate().zip(map.rows) {
         let mut z: f64 = linear.iter().enumerate().map(|(i, l)| l.to_f64() * leading(i).0).sum();
-        let mut columns = quadratic.chunks_exact(width);
-        for start in (0..n).step_by(width) {
+        let mut columns = quadratic.chunks_exact(width.max(1));
+        for start in (0..n).step_by(width.max(1)) {
             for (b, column) in columns.by_ref().take(shape.columns(start)).enumerate() {
                 let products = column.iter().enumerate().map(|(i, c)| c.to_f64() * before(start + i));
                 z += at(b) * products.sum::<f64>();

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! A tail coordinate meets its own row alone, so it is eliminated, and what is left is the weight `w` of that
-//! row: with `μ = 1 + kα/2` and `a = μ + x² W` it is `W μ/a`, and `W` for all other rows. Rows are multiplied by
-//! `√w` here, once.
+//! row: with `μ = 1 + kα/2` and `a = μ + x² W` it is `W μ/a`, and `W` for all other rows. Rows are multiplied
+//! by `√w` here, once.
 
 use crate::error::BindError;
 use crate::lend::{Short, put};
@@ -57,7 +57,7 @@ impl<'m> StrainSections<'m> {
 
 fn sizes(file: &File<'_>) -> Result<StrainSizes, FormatError> {
     let kind = SectionKind::StrainSizes.number();
-    StrainSizes::read(file)?.ok_or(FormatError::Missing { kind })
+    file.strain_sizes()?.ok_or(FormatError::Missing { kind })
 }
 
 /// The lengths of a file's strain structure.

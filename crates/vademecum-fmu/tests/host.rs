@@ -256,7 +256,7 @@ fn force(step: u32, point: usize) -> [f64; 3] {
 
 #[test]
 fn numbers_are_those_of_the_evaluator_bit_for_bit() {
-    for name in ["fixed-f64.vdm", "exact-f64.vdm", "fixed-f32.vdm", "quadratic.vdm"] {
+    for name in ["fixed-f64.vdm", "exact-f64.vdm", "fixed-f32.vdm", "quadratic.vdm", "bent.vdm"] {
         let unit = Unit::new(name);
         let file = File::parse(&unit.bytes).expect("a file");
         let options = SceneOptions { contacts: 2, ..SceneOptions::default() };

@@ -49,7 +49,7 @@ impl<'a> File<'a> {
         file.check_sections(directory_end + header.metadata_length)?;
         file.check_structures()?;
         if cfg!(feature = "full") {
-            StrainSizes::check(&file)?;
+            file.check_strain()?;
             file.check_chapter()?;
         }
         Ok(file)
@@ -183,6 +183,41 @@ impl<'a> File<'a> {
             None => Ok(()),
             Some(kind) => Err(FormatError::Missing { kind: kind.number() }),
         }
+    }
+
+    /// The sizes of the strain structure that the file announces; `None` for a file without it.
+    ///
+    /// # Errors
+    /// Refusals 13 and 28.
+    pub fn strain_sizes(&self) -> Result<Option<StrainSizes>, FormatError> {
+        let Some(section) = self.section(SectionKind::StrainSizes) else { return Ok(None) };
+        let mut numbers = [0; 4];
+        numbers.iter_mut().zip(section.u32s()?).for_each(|(out, &bytes)| *out = u32::from_le_bytes(bytes));
+        StrainSizes::new(numbers, &self.metadata).map(Some)
+    }
+
+    /// Refusals 13, 25 and 26 of the strain structure; left for later where the sizes are compressed.
+    fn check_strain(&self) -> Result<(), FormatError> {
+        let sizes = match self.strain_sizes() {
+            Ok(Some(sizes)) => sizes,
+            Ok(None) | Err(FormatError::Compressed { .. }) => return Ok(()),
+            Err(error) => return Err(error),
+        };
+        for (kind, expected, needed) in sizes.shapes() {
+            let Some(section) = self.section(kind) else {
+                if needed {
+                    return Err(FormatError::Missing { kind: kind.number() });
+                }
+                continue;
+            };
+            for (axis, (&found, expected)) in section.shape.iter().zip(expected).enumerate() {
+                if found != expected {
+                    let (kind, axis) = (kind.number(), axis as u8);
+                    return Err(FormatError::Shape { kind, axis, found, expected });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Refusals 32 to 35; left for later where a section is compressed.

@@ -6,8 +6,7 @@
 
 use crate::error::{FormatError, Quantity};
 use crate::metadata::Metadata;
-use crate::read::File;
-use crate::section::{Codec, SectionKind};
+use crate::section::SectionKind;
 
 /// Most strain rows of a file.
 pub const MAX_STRAIN_ROWS: u32 = 65_536;
@@ -57,18 +56,11 @@ impl StrainSizes {
         among.chain((0..n).flat_map(move |a| (n..leading).map(move |b| (a, b))))
     }
 
-    /// The sizes a file announces; `None` for a file without the structure.
-    ///
-    /// # Errors
-    /// Refusals 13 and 28.
-    pub fn read(file: &File<'_>) -> Result<Option<Self>, FormatError> {
-        let Some(section) = file.section(SectionKind::StrainSizes) else { return Ok(None) };
-        let mut numbers = [0; 4];
-        numbers.iter_mut().zip(section.u32s()?).for_each(|(out, &bytes)| *out = u32::from_le_bytes(bytes));
-        Self::new(numbers, file.metadata()).map(Some)
-    }
-
-    fn new([n, coupled, rows, substeps]: [u32; 4], metadata: &Metadata<'_>) -> Result<Self, FormatError> {
+    /// From the numbers of section 60.
+    pub(crate) fn new(
+        [n, coupled, rows, substeps]: [u32; 4],
+        metadata: &Metadata<'_>,
+    ) -> Result<Self, FormatError> {
         let r = metadata.n_modes;
         let counts = [
             (Quantity::Interacting, n, 1, r),
@@ -86,33 +78,14 @@ impl StrainSizes {
         Ok(Self { interacting, coupled, rows, coordinates, substeps })
     }
 
-    /// Refusals 13, 25 and 26 of a file; left for later where the sizes are compressed.
-    pub(crate) fn check(file: &File<'_>) -> Result<(), FormatError> {
+    /// The other sections of the structure: their shapes, and whether a file needs them.
+    pub(crate) fn shapes(&self) -> [(SectionKind, [u64; 3], bool); 3] {
         use SectionKind as S;
-        if file.section(S::StrainSizes).is_none_or(|section| section.codec() != Codec::Raw) {
-            return Ok(());
-        }
-        let Some(sizes) = Self::read(file)? else { return Ok(()) };
-        let (r, leading, tail) = (sizes.coordinates as u64, sizes.leading() as u64, sizes.tail() as u64);
-        let shapes = [
+        let (r, leading, tail) = (self.coordinates as u64, self.leading() as u64, self.tail() as u64);
+        [
             (S::StrainLinear, [r, leading, 1], true),
             (S::StrainTail, [tail, 1, 1], tail > 0),
-            (S::StrainQuadratic, [sizes.rows as u64, sizes.pairs() as u64, 1], true),
-        ];
-        for (kind, expected, needed) in shapes {
-            let Some(section) = file.section(kind) else {
-                if needed {
-                    return Err(FormatError::Missing { kind: kind.number() });
-                }
-                continue;
-            };
-            for (axis, (&found, expected)) in section.shape().iter().zip(expected).enumerate() {
-                if found != expected {
-                    let (kind, axis) = (kind.number(), axis as u8);
-                    return Err(FormatError::Shape { kind, axis, found, expected });
-                }
-            }
-        }
-        Ok(())
+            (S::StrainQuadratic, [self.rows as u64, self.pairs() as u64, 1], true),
+        ]
     }
 }

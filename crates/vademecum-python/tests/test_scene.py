@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -380,3 +381,13 @@ def test_what_cannot_fly_is_refused(beam):
         vademecum.Flight(beam.scene())
     with pytest.raises(ValueError, match="attitude is zero"):
         vademecum.Motion((0.0, 0.0, 0.0), attitude=(0.0, 0.0, 0.0, 0.0))
+
+
+def test_large_displacements_are_stepped_by_their_own_structure():
+    file = Path(__file__).parents[3] / "fixtures/golden/bent.vdm"
+    scene = vademecum.open(file).scene()
+    assert scene.structure == "strain"
+    scene.pattern("pull", 1.0)
+    assert scene.step(20) and scene.energy > 0.0
+    with pytest.raises(vademecum.Error):
+        vademecum.open(file).scene(structure="exact")

@@ -25,9 +25,11 @@ pub struct StrainMap<'a> {
     pub linear: MatRef<'a, f64>,
     /// Frequency of each tail coordinate \[rad/s\], `r − n − n₁` of them.
     pub tail: &'a [f64],
-    /// `Q`, `(m, pairs)`: a column for each product of coordinates in the order of
-    /// [`vademecum_format::StrainSizes::pair_list`]: `a ≤ b < n`, then `a < n ≤ b < n + n₁`. The number is the factor of the
-    /// product `q_a q_b`, so a product of two different coordinates has both halves of a symmetric matrix.
+    /// `Q`, `(m, pairs)`: a column for each product of coordinates in the order of [`pair_list`]. The number
+    /// is the factor of the product `q_a q_b`, so a product of two different coordinates has both halves of a
+    /// symmetric matrix.
+    ///
+    /// [`pair_list`]: vademecum_format::StrainSizes::pair_list
     pub quadratic: MatRef<'a, f64>,
     /// Sub-steps of a step for which the file is certified, at least 1.
     pub substeps: usize,

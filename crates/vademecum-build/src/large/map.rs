@@ -119,8 +119,8 @@ impl Columns {
         Mat::from_fn(pairs.len(), q.ncols(), |j, s| q[(pairs[j].0, s)] * q[(pairs[j].1, s)])
     }
 
-    /// The rows: one for each coordinate and `extra` more, those that hold most of the rest on `states` (their
-    /// coordinates, one a column). What is left out only lowers the energy.
+    /// The rows: one for each coordinate and `extra` more, those that hold most of the rest on `states`
+    /// (their coordinates, one a column). What is left out only lowers the energy.
     pub fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<StrainMap, NoConvergence> {
         let (r, p) = (self.frequencies.len(), self.pairs.count());
         let mut top = transposed_product(self.linear.as_ref(), self.quadratic.as_ref());

@@ -1,5 +1,5 @@
-//! The step of a strain map, written out: what the evaluator does with vectors and tiles, for choices that are
-//! made while a file is built.
+//! The step of a strain map, written out: what the evaluator does with vectors and tiles, for choices that
+//! are made while a file is built.
 //!
 //! With `k` the sub-step, `p = qⁿ − qⁿ⁻¹` and `ẑ` the strain polarised between two states, the scheme
 //!

@@ -186,8 +186,8 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Error of a motion against what the basis sees of a reference: relative, over all dofs and steps, in the
-    /// mass norm; and what no motion in this basis can be below.
+    /// Error of a motion against what the basis sees of a reference: relative, over all dofs and steps, in
+    /// the mass norm; and what no motion in this basis can be below.
     pub fn error(&self, found: &Mat<f64>) -> TrajectoryError {
         let off = (&self.coordinates - found).squared_norm_l2();
         let root = |x: f64| (x / self.whole).sqrt();

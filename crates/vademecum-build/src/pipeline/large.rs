@@ -1,4 +1,5 @@
-//! The road of large displacements: states, strain maps, a choice by held-out pushes, a certificate by others.
+//! The road of large displacements: states, strain maps, a choice by held-out pushes, a certificate by
+//! others.
 
 use std::time::Instant;
 

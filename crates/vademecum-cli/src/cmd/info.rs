@@ -275,7 +275,13 @@ impl Info {
             decoded_bytes: s.decoded_length(),
             loss: losses.iter().find(|(kind, _)| *kind == s.kind()).map(|(_, loss)| *loss),
         };
-        let present = [("diagonal", m.diagonal), ("block", m.block), ("canonical", canonical.is_some())];
+        let strain = listed.section(SectionKind::StrainSizes).is_some();
+        let present = [
+            ("diagonal", m.diagonal),
+            ("block", m.block),
+            ("canonical", canonical.is_some()),
+            ("strain", strain),
+        ];
         let most = canonical_report.iter().flat_map(|report| &report.stages).map(|s| s.terms).max();
         let terms = most.map_or(m.n_terms, |terms| terms as u32);
         Ok(Contents {

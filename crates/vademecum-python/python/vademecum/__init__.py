@@ -96,7 +96,7 @@ class Vademecum:
         """A body at rest, without loads.
 
         `dtype` is the precision of the step: `float64` gives the bits of `vademecum run`, `float32` is about twice
-        as fast. Options are `structure` ("auto", "diagonal", "block", "exact"), `time_step`, `tolerance`, `terms`,
+        as fast. Options are `structure` ("auto", "diagonal", "block", "exact", "strain"), `time_step`, `tolerance`, `terms`,
         `rest_below`, `residual` and `contacts`; all other keywords are live parameters of the file. A parameter
         whose name is no keyword is given with `_` for every other sign, or as `**{"tip stiffness": 1.5}`.
         """

@@ -1,6 +1,6 @@
 //! The strain structure: sections that go together, and numbers that a strain map can have.
 
-use vademecum_format::{File, SectionKind, StrainSizes};
+use vademecum_format::{File, SectionKind};
 
 use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
@@ -10,7 +10,7 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     use SectionKind as S;
     let refused = |kind, fault, reason: String| Err(unsound(kind, fault, reason));
     let own = [S::StrainLinear, S::StrainTail, S::StrainQuadratic, S::StrainBox, S::StrainLimits];
-    let Some(sizes) = StrainSizes::read(file)? else {
+    let Some(sizes) = file.strain_sizes()? else {
         let alone = own.into_iter().find(|&kind| file.section(kind).is_some());
         return alone.map_or(Ok(()), |kind| missing(kind, S::StrainSizes));
     };
