@@ -103,7 +103,7 @@ impl Pushes<'_> {
                 .fold(0.0, f64::max);
             // A push at held nodes moves nothing.
             if most > 0.0 {
-                let pulse = k % 2 == 0;
+                let pulse = k.is_multiple_of(2);
                 let scale = size * displacement / (most * if pulse { PULSE } else { HELD });
                 let length = period * if pulse { 0.5 + 0.5 * share } else { 0.3 + 0.4 * share };
                 return Push {
