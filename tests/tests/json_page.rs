@@ -41,7 +41,7 @@ fn compare(folder: &Path, sections: &[&str], lines: &[&str]) {
         let arguments = line.split_whitespace().map(|word| {
             let path = folder.join(word);
             let is_number = word.parse::<f64>().is_ok();
-            let is_file = (word.contains('.') && !is_number) || word == "out";
+            let is_file = (word.contains('.') && !is_number) || ["out", "bent"].contains(&word);
             if is_file && !word.starts_with("--") { path.display().to_string() } else { word.to_string() }
         });
         let ran = vademecum(&arguments.collect::<Vec<_>>());
@@ -87,6 +87,22 @@ region = "tip"
 range = [0.5, 2.0]
 "#;
 
+const BENT: &str = r#"
+model = "large-displacement"
+[mesh]
+block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
+[[material]]
+young = 1e6
+poisson = 0.3
+density = 1000.0
+[[support]]
+on = { group = "x_min" }
+[basis]
+modes = 6
+[large]
+states = 12
+"#;
+
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     for (from, to) in [
@@ -103,6 +119,7 @@ fn folder() -> tempfile::TempDir {
         std::fs::copy(&from, folder.path().join(to)).unwrap_or_else(|e| panic!("{}: {e}", from.display()));
     }
     std::fs::write(folder.path().join("live.toml"), LIVE).expect("written");
+    std::fs::write(folder.path().join("bent.toml"), BENT).expect("written");
     let beam = folder.path().join("beam.toml");
     let text = std::fs::read_to_string(&beam).expect("a problem");
     let output = "[output]\nstress = { group = \"x_min\" }\n[[output.probe]]";
@@ -117,7 +134,11 @@ fn every_command_prints_the_keys_of_its_page() {
     compare(
         at,
         &["build"],
-        &["build beam.toml -o beam.vdm --json", "build live.toml -o live.vdm --json --keep-missed"],
+        &[
+            "build beam.toml -o beam.vdm --json",
+            "build live.toml -o live.vdm --json --keep-missed",
+            "build bent.toml -o bent.vdm --json --keep-missed",
+        ],
     );
     let path = |name: &str| at.join(name).display().to_string();
     let rounded = ["pack", &path("beam.vdm"), "-o", &path("rounded.vdm"), "--tolerance", "1e-4"];
@@ -189,6 +210,7 @@ fn a_demo_and_a_comparison_print_the_keys_of_their_page() {
     let folder = folder();
     let at = folder.path();
     compare(at, &["demo", "verify", "build"], &["demo -o out --json"]);
+    compare(at, &["demo --large", "build"], &["demo --large -o bent --json"]);
     let bench = "bench beam.toml -o out --quick --modes 8 --json --force";
     compare(at, &["bench"], &[bench]);
 }
