@@ -1,6 +1,6 @@
 //! Results that several commands print.
 
-use vademecum_build::certificate::StructureReport;
+use vademecum_build::certificate::{LargeReport, StructureReport};
 use vademecum_build::chapter::ChapterReport;
 use vademecum_build::report::BuildReport;
 use vademecum_study::verify::Verification;
@@ -48,6 +48,10 @@ pub fn print_report(report: &BuildReport) {
             row.period_elongation
         );
     }
+    if let Some(large) = &report.large {
+        print_large(large);
+        return print_timings(report);
+    }
     println!(
         "\nstructure  trajectory error  floor      error/floor  spectral radius  energy ratio  energy growth  reciprocity"
     );
@@ -80,6 +84,27 @@ pub fn print_report(report: &BuildReport) {
         );
         s.repairs.iter().for_each(|done| println!("repaired: {done}"));
     }
+    print_timings(report);
+}
+
+/// What was measured of large displacements.
+fn print_large(large: &LargeReport) {
+    println!("\nlarge displacements: {}", large.strain_map);
+    println!("push   moves [m]  error     floor     linear model  energy identity");
+    for run in &large.runs {
+        println!(
+            "{:<5}  {:>9.3e}  {:.2e}  {:.2e}  {:>12.2e}  {:>15.1e}",
+            if run.pulse { "pulse" } else { "held" },
+            run.displacement,
+            run.error,
+            run.floor,
+            run.linear_error,
+            run.energy_identity
+        );
+    }
+}
+
+fn print_timings(report: &BuildReport) {
     println!("\nstage                     seconds  peak memory");
     for timing in &report.timings {
         let memory = timing.peak_memory_bytes.map_or("?".into(), |b| bytes(b as usize));

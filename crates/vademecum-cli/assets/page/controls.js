@@ -120,7 +120,8 @@ export class Controls {
     choice.querySelector('[value="sphere"]').disabled = !takes;
     if (!takes) choice.value = "force";
     note.hidden = takes || player.body.loadTriangles === 0;
-    note.textContent = evaluator.exact ? "The sphere needs the exact step structure (Live parameters, below)."
+    note.textContent = evaluator.structure === 5 ? "The sphere presses on bodies of small displacements only."
+      : evaluator.exact ? "The sphere needs the exact step structure (Live parameters, below)."
       : `The sphere needs a file with exact steps. This one moves by the stages of “${evaluator.scheme}”: build it with scheme = { name = "exact" }.`;
     this.chosen();
   }
@@ -225,7 +226,7 @@ export class Controls {
     find("step-rate").textContent = rate >= 1e4 ? `${Math.round(rate / 1000)} k` : String(Number(rate.toPrecision(rate < 10 ? 2 : 4)));
     find("factor").textContent = player.paused ? "paused" : `× ${factor.toPrecision(2)}`;
     find("frame").textContent = `${(1000 * frame).toFixed(1)} ms, ${Math.round(frames)}/s`;
-    find("modes").textContent = `${evaluator.counts.modes}, ${{ 1: "diagonal", 4: "exact" }[evaluator.structure] ?? `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
+    find("modes").textContent = `${evaluator.counts.modes}, ${{ 1: "diagonal", 4: "exact", 5: "large displacements" }[evaluator.structure] ?? `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
     const touches = player.tool ? evaluator.tool().touches : [];
     const total = [0, 1, 2].map((i) => touches.reduce((sum, { force }) => sum + force[i], 0));
     find("tool-force").textContent = touches.length === 0 ? "nothing" : `${short(Math.hypot(...total), "N")} at ${touches.length} place${touches.length === 1 ? "" : "s"}`;
@@ -235,7 +236,8 @@ export class Controls {
   /** What the user must know now; `moved` is the largest displacement on the surface [m]. */
   warn(moved) {
     const share = moved / this.player.body.size;
-    const large = share > 0.15 ? `Displacement is ${Math.round(100 * share)} % of the body: the model is linear and no longer describes it.` : "";
+    const linear = this.player.evaluator.structure !== 5;
+    const large = linear && share > 0.15 ? `Displacement is ${Math.round(100 * share)} % of the body: the model is linear and no longer describes it.` : "";
     const late = this.player.late ? "Behind: this machine cannot take that many steps per second beside drawing." : "";
     const text = this.refusal || large || late;
     if (find("status").textContent !== text) find("status").textContent = text;

@@ -318,7 +318,12 @@ impl Info {
                 trajectory_error_max: worst.trajectory_error,
                 trajectory_floor_max: worst.projection_floor,
                 energy_ratio_max: worst.energy_ratio,
-                good_for_steps: if left_its_axes { Some(0.0) } else { good_for_steps(m.problem, &worst) },
+                // The estimate is of a linear motion.
+                good_for_steps: match left_its_axes {
+                    _ if strain => None,
+                    true => Some(0.0),
+                    false => good_for_steps(m.problem, &worst),
+                },
                 repairs: repairs(file)?,
                 diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal, &figures.diagonal)),
                 block: m.block.then(|| StructureReport::new(&certificate.block, &figures.block)),
@@ -349,6 +354,11 @@ fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
 }
 
 impl Contents {
+    /// Whether the file steps large displacements.
+    fn is_large(&self) -> bool {
+        self.structures.contains(&"strain")
+    }
+
     fn print(&self) {
         println!(
             "vademecum file, format {}, written by {}; {} bytes",
@@ -410,7 +420,12 @@ impl Contents {
         for (name, certificate) in
             [("diagonal", &self.certificate.diagonal), ("block", &self.certificate.block)]
         {
-            if let Some(c) = certificate {
+            if let Some(c) = certificate.as_ref().filter(|_| self.is_large()) {
+                println!(
+                    "certificate, strain: largest error {:.3e}, largest floor {:.3e} over {} steps",
+                    c.trajectory_error, c.projection_floor, c.steps
+                );
+            } else if let Some(c) = certificate {
                 println!(
                     "certificate, {name}: largest error {:.3e}, largest floor {:.3e}, largest ratio {:.3} over \
                      {} steps; spectral radius 1 {:+.1e}; energy ratio {:.9}{}",

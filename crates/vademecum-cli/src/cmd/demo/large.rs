@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use vademecum_build::certificate::{LargeReport, LargeRun};
+use vademecum_build::certificate::LargeRun;
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Listener;
@@ -84,22 +84,13 @@ pub fn run(folder: &Path, as_json: bool, outputs: &Outputs, console: &Console) -
         print_json(&report);
     } else {
         print_report(&built.report);
-        print(&report.figures, measured);
+        print(&report.figures);
         println!("\nwrote to {}:\n  demo.vdm, demo.json, problem.toml, scenario.toml", folder.display());
     }
     Ok(())
 }
 
-fn print(figures: &Figures, measured: &LargeReport) {
-    println!("\nlarge displacements    {}", measured.strain_map);
-    for run in &measured.runs {
-        let kind = if run.pulse { "pulse" } else { "held push" };
-        println!(
-            "  {kind:<20} moves {:.3} m: error {:.2e}, floor {:.2e}; linear model {:.2e}",
-            run.displacement, run.error, run.floor, run.linear_error
-        );
-    }
-    println!("energy identity        {:.1e}", figures.energy_identity);
+fn print(figures: &Figures) {
     println!(
         "a step                 {:.3e} s, at full order {:.3e} s",
         figures.vademecum_seconds_per_step, figures.full_order_seconds_per_step
