@@ -154,4 +154,5 @@ fn of_the_step(kind: SectionKind) -> bool {
             | S::RegionStiffness
             | S::RegionMass
     ) || kind.is_chapter()
+        || kind.is_strain()
 }
