@@ -9,6 +9,7 @@ export const EXPORTED = `file://${WORK}/beam.html`;
 export const EXACT = `file://${WORK}/exact.html`;
 // A bar that nothing holds.
 export const FREE = `file://${WORK}/free.html`;
+export const BENT = `file://${WORK}/bent.html`;
 export const TIP = [0.97, 0.08, 0.1];
 
 export let browser;

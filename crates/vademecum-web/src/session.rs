@@ -70,7 +70,10 @@ impl<'m, T: Scalar> Session<'m, T> {
         let scene = Scene::bind(file, options, scene, work)?;
         let state = State::new(&scene, state)?;
         let (loads, pressed) = (Loads::new(&scene, loads)?, Loads::new(&scene, pressed)?);
-        let work = tool_work.get_mut(..scene.compliance_work(MOST_PLACES)).ok_or(short)?;
+        // Only with exact steps there is a tool.
+        let operator =
+            if scene.structure() == Structure::Exact { scene.compliance_work(MOST_PLACES) } else { 0 };
+        let work = tool_work.get_mut(..operator).ok_or(short)?;
         let ground = Ground::new(file).ok();
         Ok(Self { scene, state, loads, field, watch: None, tool: None, ground, pressed, work })
     }

@@ -31,6 +31,9 @@ use crate::residual::{Reduced, StaticResidual, Way, static_residual, stress_resi
 use crate::response::{BlockTerms, StageResponse, stage_responses};
 use crate::store::Inputs;
 
+/// The scheme of large displacements, for people.
+const STRAIN_SCHEME: &str = "polarised strain";
+
 /// What the step is made of.
 enum Vademecum {
     /// Stage responses at the values of the problem file.
@@ -498,7 +501,11 @@ impl Stages<'_> {
             body: &prepared.body,
             order,
             basis,
-            scheme_name: &problem.scheme().to_string(),
+            scheme_name: &if problem.is_large() {
+                STRAIN_SCHEME.into()
+            } else {
+                problem.scheme().to_string()
+            },
             scheme: prepared.file_scheme(),
             time_step: prepared.step.time_step,
             rayleigh: prepared.rayleigh(),

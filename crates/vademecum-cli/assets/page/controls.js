@@ -31,7 +31,7 @@ export class Controls {
   start() {
     const first = this.firstFrequency();
     if (first > 8) find("speed").value = String(Math.log10(Math.max(1e-5, round125(4 / first))));
-    find("magnification").value = String(Math.log10(this.player.body.flexible.magnification));
+    find("magnification").value = String(Math.log10(this.usual()));
     const spans = [...find("span").options].map((option) => Number(option.value));
     find("span").value = String(spans.find((span) => span >= 12 / first) ?? 10);
   }
@@ -67,7 +67,7 @@ export class Controls {
     on("rest", () => this.rest());
     find("throw").hidden = !player.flight;
     on("throw", () => player.toss(this.camera.up, this.firstFrequency()));
-    on("true-scale", () => this.magnify(this.magnification === 1 ? player.body.flexible.magnification : 1));
+    on("true-scale", () => this.magnify(this.magnification === 1 ? this.usual() : 1));
     on("theme", () => this.theme(!document.documentElement.classList.contains("dark")));
     for (const id of ["wire", "ghost", "supports"]) {
       find(id).checked = renderer[id];
@@ -100,6 +100,11 @@ export class Controls {
     this.refusal = "";
     this.peak = 0;
     this.player.rest();
+  }
+
+  /** The magnification a body begins with: large displacements are drawn as they are. */
+  usual() {
+    return this.evaluator.structure === 5 ? 1 : this.player.body.flexible.magnification;
   }
 
   magnify(factor) {
