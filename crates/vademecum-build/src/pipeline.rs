@@ -220,10 +220,10 @@ impl<'a> Stages<'a> {
         let Self { prepared, full, runs, kept, .. } = *self;
         let allowed = (self.options.long, self.options.memory());
         let plan = plan::checked(problem, allowed, (prepared, full, runs), self.unseen.steps)?;
-        kept.listener.note(&format!("ahead: {}", plan::in_words(&plan)));
         if problem.is_large() {
-            return self.large(problem, watch);
+            return self.large(problem, plan, watch);
         }
+        kept.listener.note(&format!("ahead: {}", plan::in_words(&plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, n_snapshots) = watch.stage("snapshots and basis", find)?;
         let residual = self.static_residual(problem, &basis, watch)?;

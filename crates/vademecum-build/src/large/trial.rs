@@ -1,12 +1,14 @@
 //! Pushes at full order, and how well a strain map follows them.
 
+use std::time::Instant;
+
 use faer::Mat;
 use rayon::prelude::*;
 
 use super::learn::{Learnt, at_load_nodes};
 use super::step::{Motion, ROW_VISCOSITY};
 use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, Newton, march_large};
-use crate::dynamics::{Modes, Rayleigh, TrajectoryError};
+use crate::dynamics::{Modes, Rayleigh, TrajectoryError, Work};
 use crate::fem::{GreenStrain, Symbolic};
 use crate::linalg::{Random, project, unit};
 use crate::prepared::Body;
@@ -139,6 +141,20 @@ pub struct FullOrder<'a> {
 }
 
 impl FullOrder<'_> {
+    /// What `steps` steps of the file are about to take at full order, counted once for each push and
+    /// measured on a few under one of them.
+    ///
+    /// # Errors
+    /// As [`FullOrder::march`].
+    pub fn work(&self, push: &[Push], steps: f64, listener: &dyn Listener) -> Result<Work, LargeError> {
+        const FEW: usize = 3;
+        let start = Instant::now();
+        self.march(push, FEW, listener)?;
+        let one = start.elapsed().as_secs_f64() / FEW as f64;
+        let side_by_side = rayon::current_num_threads().min(2) as f64;
+        Ok(Work { steps: FINE as f64 * steps, seconds: steps * one / side_by_side })
+    }
+
     /// Displacements after each of `steps` steps of the file, marched by Bathe's method with a quarter of
     /// the step; one list for each push.
     ///

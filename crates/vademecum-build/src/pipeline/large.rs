@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use faer::Mat;
 
+use super::plan::in_words;
 use super::vademecum::Certified;
 use super::{BuildError, Built, Stages};
 use crate::basis::Basis;
@@ -16,6 +17,7 @@ use crate::input::Problem;
 use crate::large::{FullOrder, LargeOptions, Learnt, Push, Pushes, learn};
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
+use crate::report::BuildPlan;
 
 /// Coordinates where the problem does not say.
 const COORDINATES: usize = 32;
@@ -36,12 +38,16 @@ const SEEDS: [u64; 2] = [0xC400_5E01, 0xCE47_1F02];
 
 impl Stages<'_> {
     /// One file of large displacements.
-    pub(super) fn large(&self, problem: &Problem, watch: &mut Stopwatch<'_>) -> Result<Built, BuildError> {
+    pub(super) fn large(
+        &self,
+        problem: &Problem,
+        mut plan: BuildPlan,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Built, BuildError> {
         let Self { prepared, kept, first_period, order, .. } = *self;
         let (body, symbolic, listener) = (&prepared.body, &prepared.symbolic, kept.listener);
         let options = large_options(problem, body);
         let time_step = prepared.step.time_step;
-        let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, listener))?;
         let strain = GreenStrain::new(&body.model)?;
         let pencil = body.model.pencil();
         let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
@@ -52,6 +58,11 @@ impl Stages<'_> {
             [CHOOSING, CERTIFYING].map(|(count, periods)| (count, steps(periods)));
 
         let pushes = drawn.draw(choosing, SEEDS[0]);
+        let count = (choosing * choosing_steps + certifying * certifying_steps) as f64;
+        plan.work = full.work(&pushes[..1], count, listener)?;
+        plan.work.check(self.options.long, || "pushes at full order".into())?;
+        listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
+        let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, listener))?;
         let march = || full.march(&pushes, choosing_steps, listener);
         let references = watch.stage("held-out pushes at full order", march)?;
         let follow = |map: &Learnt| {
@@ -100,6 +111,7 @@ impl Stages<'_> {
         let bytes = watch.stage("encode", || sized.file(problem, &basis, &certified))?;
         let mut told = sized.report(problem, &basis, &certified, 0, watch.timings(), bytes.len());
         told.large = Some(report);
+        told.plan = plan;
         Ok(Built { bytes, report: told })
     }
 }
