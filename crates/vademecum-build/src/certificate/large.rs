@@ -60,7 +60,7 @@ impl LargeReport {
 ///
 /// # Errors
 /// [`CertificateError`]: a file the evaluator refuses.
-pub fn follow_push(
+fn follow_push(
     bytes: &[u8],
     options: &SceneOptions,
     order: &NodeOrder,

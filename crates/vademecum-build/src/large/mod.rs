@@ -14,6 +14,7 @@ pub use map::{Columns, Pairs, StrainMap};
 pub use prior::{Prior, columns};
 pub use states::{States, draw, relaxed};
 pub use step::{Motion, ROW_VISCOSITY};
+pub(crate) use trial::longest_edge;
 pub use trial::{FullOrder, Push, Pushes, Seen};
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, 
 use crate::dynamics::{Modes, Rayleigh, TrajectoryError, Work};
 use crate::fem::{GreenStrain, Symbolic};
 use crate::linalg::{Random, project, unit};
+use crate::mesh::Mesh;
 use crate::prepared::Body;
 use crate::progress::Listener;
 
@@ -58,6 +59,12 @@ impl Push {
     }
 }
 
+/// The longest edge of the box around a body \[m\].
+pub(crate) fn longest_edge(mesh: &Mesh) -> f64 {
+    let (low, high) = mesh.bounding_box();
+    (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max)
+}
+
 /// What every push of a body is drawn from.
 pub struct Pushes<'a> {
     /// The body.
@@ -78,11 +85,7 @@ impl Pushes<'_> {
         let (mesh, nodes) = (body.model.mesh(), &body.load_nodes);
         let moving = at_load_nodes(body, modes.vectors.as_ref());
         let period = std::f64::consts::TAU / modes.eigenvalues[0].sqrt();
-        let edge = (0..3).map(|c| {
-            let of = |pick: fn(f64, f64) -> f64| mesh.nodes.iter().map(|x| x[c]).reduce(pick).unwrap_or(0.0);
-            of(f64::max) - of(f64::min)
-        });
-        let width = WIDTH * edge.fold(0.0, f64::max);
+        let width = WIDTH * longest_edge(mesh);
         let mut random = Random::new(seed);
         let mut draw = |k: usize| loop {
             let centre = mesh.nodes[nodes[random.below(nodes.len())] as usize];

@@ -14,7 +14,7 @@ use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
-use crate::large::{FullOrder, LargeOptions, Learnt, Push, Pushes, learn};
+use crate::large::{FullOrder, LargeOptions, Learnt, Push, Pushes, learn, longest_edge};
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::BuildPlan;
@@ -166,14 +166,9 @@ fn inverse_root(covariance: &Mat<f64>) -> Mat<f64> {
 
 fn large_options(problem: &Problem, body: &Body) -> LargeOptions {
     let large = problem.large.clone().unwrap_or_default();
-    let nodes = &body.model.mesh().nodes;
-    let edge = (0..3).map(|c| {
-        let of = |pick: fn(f64, f64) -> f64| nodes.iter().map(|x| x[c]).reduce(pick).unwrap_or(0.0);
-        of(f64::max) - of(f64::min)
-    });
     let coordinates = problem.basis.modes.unwrap_or(COORDINATES).min(body.n_dof());
     LargeOptions {
-        displacement: large.displacement.unwrap_or_else(|| DISPLACEMENT * edge.fold(0.0, f64::max)),
+        displacement: large.displacement.unwrap_or_else(|| DISPLACEMENT * longest_edge(body.model.mesh())),
         coordinates,
         rows: large.rows.unwrap_or(coordinates),
         states: large.states.unwrap_or(STATES * coordinates),
