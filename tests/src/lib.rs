@@ -2,6 +2,7 @@
 
 pub mod annotate;
 pub mod bases;
+pub mod bending;
 pub mod by_hand;
 pub mod canonical;
 pub mod denormals;

@@ -176,6 +176,7 @@ fn bad_problems() -> Vec<(usize, String)> {
         (83, large("", "[large]\nrows = 5000")),
         (84, large("", "[large]\nstates = 0")),
         (85, large("", "[basis]\nmodes = 65")),
+        (86, large("", "[large]\npushes = 0")),
         (71, text("[base]\nmoves = true")),
         (71, matrices("[base]\nmoves = true")),
         (71, based("", "[[parameter]]\nname = \"a\"\nkind = \"density\"\nrange = [0.5, 2.0]")),

@@ -39,6 +39,9 @@ const CHUNK: usize = 32;
 const WAVE: usize = 4096;
 
 /// A 3 × 3 matrix, row by row.
+/// The stretch `1/√3` at which a bar of St. Venant and Kirchhoff's law bears most under compression.
+pub const SOFTENING: f64 = 0.577_350_269_189_625_8;
+
 type Tensor = [[f64; 3]; 3];
 
 /// Displacements of an element's nodes.
@@ -309,17 +312,21 @@ impl<'m> GreenStrain<'m> {
         blocks_over_free_dofs(&self.graph, self.model.dofs(), pattern, &sums)
     }
 
-    /// The least `det ∂x/∂X` over the points of integration: 1 at rest, and 0 or less where an element is
-    /// turned inside out, which the energy of St. Venant–Kirchhoff does not prevent.
-    pub fn least_volume_ratio(&self, u: &[f64]) -> f64 {
+    /// The least principal stretch over the points of integration, with the sign of `det ∂x/∂X`: 1 at rest,
+    /// and negative where an element is turned inside out, which the energy of St. Venant–Kirchhoff does not
+    /// prevent. Below [`SOFTENING`] a bar that is compressed bears less, the more it is compressed.
+    pub fn least_stretch(&self, u: &[f64]) -> f64 {
         let u = self.expand(u);
         let of_chunk = |chunk: usize| {
             let mut least = f64::INFINITY;
             for element in self.elements_of(chunk) {
                 let nodal = self.nodal(&u, element);
                 for point in self.points(element) {
-                    let [a, b, c] = deformation(&point.gradient(&nodal));
-                    least = least.min(dot(&a, &cross(b, c)));
+                    let gradient = point.gradient(&nodal);
+                    let [a, b, c] = deformation(&gradient);
+                    let (strains, _) = principal(&green(&gradient));
+                    let square = 1.0 + 2.0 * strains.into_iter().fold(f64::INFINITY, f64::min);
+                    least = least.min(square.max(0.0).sqrt().copysign(dot(&a, &cross(b, c))));
                 }
             }
             least

@@ -21,7 +21,7 @@ mod supernodes;
 pub(crate) use element::cross;
 pub use element::{ElementError, Material};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
-pub use green::{GreenError, GreenStrain};
+pub use green::{GreenError, GreenStrain, SOFTENING};
 pub use loads::{Facet, LoadError, surface_facets};
 pub use model::{DofMap, Model, ModelError};
 pub use pencil::{Pencil, PencilError};

@@ -9,7 +9,7 @@ use super::states::{States, draw, relaxed};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};
 use crate::fem::{FactorError, GreenError, GreenStrain, Symbolic};
-use crate::linalg::{NoConvergence, project};
+use crate::linalg::NoConvergence;
 use crate::prepared::Body;
 use crate::progress::Listener;
 
@@ -83,8 +83,9 @@ pub struct Learnt {
     pub energies: Vec<f64>,
 }
 
-/// Strain maps to choose from: with a quarter and with half of the coordinates natural modes and the others
-/// shapes that follow them, each as the priors have it and as a regression on states moves the condensed one.
+/// Strain maps to choose from: with a sixth, a quarter and half of the coordinates natural modes and the
+/// others shapes that follow them, each as the priors have it and as a regression on states moves the
+/// condensed one.
 ///
 /// # Errors
 /// [`LearnError`].
@@ -96,13 +97,14 @@ pub fn learn(
 ) -> Result<Vec<Learnt>, LearnError> {
     let (strain, pencil) = (GreenStrain::new(&body.model)?, body.model.pencil());
     let r = options.coordinates.min(pencil.n_dof());
-    let most = r.div_ceil(2);
+    let splits = [r.div_ceil(6), r.div_ceil(4), r.div_ceil(2)];
+    let most = splits[2];
     let Modes { vectors: modes, eigenvalues, .. } = lowest_modes(pencil, symbolic, most)?;
     let momenta = times_mass(body, modes.as_ref());
     let moving = at_load_nodes(body, modes.as_ref());
     let factor = symbolic.factor_of(pencil.stiffness())?;
     let mut found = vec![];
-    for kept in [r.div_ceil(4), most] {
+    for kept in splits {
         let part = |x: &'_ Mat<f64>| x.subcols(0, kept).to_owned();
         let (modes, momenta) = (part(&modes), part(&momenta));
         let drawn =
@@ -167,11 +169,4 @@ fn sorted((vectors, values): (Mat<f64>, Vec<f64>)) -> (Mat<f64>, Vec<f64>) {
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let vectors = Mat::from_fn(vectors.nrows(), order.len(), |i, k| vectors[(i, order[k])]);
     (vectors, order.iter().map(|&k| values[k]).collect())
-}
-
-impl Learnt {
-    /// `VᵀF` of a force over the free dofs.
-    pub fn project(&self, force: &[f64]) -> Vec<f64> {
-        project(self.vectors.as_ref(), force)
-    }
 }

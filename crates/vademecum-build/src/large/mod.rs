@@ -5,7 +5,6 @@ mod learn;
 mod map;
 mod prior;
 mod states;
-mod step;
 mod trial;
 
 pub use basis::with_followers;
@@ -13,9 +12,8 @@ pub use learn::{LargeOptions, LearnError, Learnt, learn};
 pub use map::{Columns, Pairs, StrainMap};
 pub use prior::{Prior, columns};
 pub use states::{States, draw, relaxed};
-pub use step::{Motion, ROW_VISCOSITY};
 pub(crate) use trial::longest_edge;
-pub use trial::{FullOrder, Push, Pushes, Seen};
+pub use trial::{FullOrder, PARTS, Push, Pushes, Reference, Seen};
 
 #[cfg(test)]
 mod tests;

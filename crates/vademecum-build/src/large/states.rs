@@ -12,9 +12,12 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use crate::dynamics::large::{LargeError, Newton, Relaxation};
-use crate::fem::{GreenStrain, Symbolic};
+use crate::fem::{GreenStrain, SOFTENING, Symbolic};
 use crate::linalg::{Random, transposed_product, unit};
 use crate::progress::Listener;
+
+/// How often coordinates are halved.
+const HALVINGS: i32 = 5;
 
 /// States of the full order beside their coordinates.
 #[derive(Clone, Debug)]
@@ -60,7 +63,8 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
 }
 
 /// The states of least energy at coordinates of natural modes (one a column), as displacements over the free
-/// dofs. A state that the search does not find from rest is left out.
+/// dofs. Coordinates at which none is found from rest, or in which some element is compressed to less than
+/// [`SOFTENING`], are halved; after a few halvings the state is left out.
 ///
 /// # Errors
 /// [`LargeError`]: a body without supports, memory.
@@ -73,16 +77,23 @@ pub fn relaxed(
 ) -> Result<Vec<Vec<f64>>, LargeError> {
     let done = AtomicUsize::new(0);
     let of = |s: usize| {
-        let q: Vec<f64> = (0..drawn.nrows()).map(|k| drawn[(k, s)]).collect();
-        let found = Relaxation::new(strain, symbolic, modes, Newton::default())?.relax(&q);
-        listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), drawn.ncols())?;
-        match found {
-            Ok(found) => Ok(Some(found.displacement)),
-            Err(LargeError::NoShape { .. }) => Ok(None),
-            Err(error) => Err(error),
+        let mut found = None;
+        for halvings in 0..HALVINGS {
+            let scale = 0.5_f64.powi(halvings);
+            let q: Vec<f64> = drawn.col(s).iter().map(|q| scale * q).collect();
+            match Relaxation::new(strain, symbolic, modes, Newton::default())?.relax(&q) {
+                Ok(shape) if strain.least_stretch(&shape.displacement) >= SOFTENING => {
+                    found = Some(shape.displacement);
+                    break;
+                }
+                Ok(_) | Err(LargeError::NoShape { .. }) => {}
+                Err(error) => return Err(error),
+            }
         }
+        listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), drawn.ncols())?;
+        Ok(found)
     };
-    let found: Result<Vec<_>, LargeError> = (0..drawn.ncols()).into_par_iter().map(of).collect();
+    let found: Result<Vec<Option<_>>, LargeError> = (0..drawn.ncols()).into_par_iter().map(of).collect();
     Ok(found?.into_iter().flatten().collect())
 }
 

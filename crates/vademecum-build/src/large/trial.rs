@@ -1,4 +1,4 @@
-//! Pushes at full order, and how well a strain map follows them.
+//! Pushes at full order, and what a basis sees of them.
 
 use std::time::Instant;
 
@@ -6,17 +6,20 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use super::learn::{Learnt, at_load_nodes};
-use super::step::{Motion, ROW_VISCOSITY};
-use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, Newton, march_large};
+use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeWork, Newton};
 use crate::dynamics::{Modes, Rayleigh, TrajectoryError, Work};
-use crate::fem::{GreenStrain, Symbolic};
+use crate::fem::{GreenStrain, SOFTENING, Symbolic};
 use crate::linalg::{Random, project, unit};
 use crate::mesh::Mesh;
 use crate::prepared::Body;
 use crate::progress::Listener;
 
-/// Steps of the reference in a step of the file.
-const FINE: usize = 4;
+/// Steps of the reference in a step of the file, where nothing else is asked for.
+pub const PARTS: usize = 4;
+/// Where Newton's method ends in the reference: far below what any reduced motion misses it by.
+const TOLERANCE: f64 = 1e-5;
+/// How often a push is halved that the law of the body does not bear.
+const WEAKENED: usize = 10;
 /// How wide a push is, as a part of the longest edge of the box around the body.
 const WIDTH: f64 = 0.1;
 /// Widths beyond which a push is not felt.
@@ -46,6 +49,12 @@ impl Push {
     pub fn at(&self, time: f64) -> f64 {
         let near = 1e-6 * self.length;
         0.5 * (self.within(time, time - near) + self.within(time, time + near))
+    }
+
+    /// The same with half of the force.
+    fn halved(&self) -> Push {
+        let nodes = self.nodes.iter().map(|&(node, f)| (node, f.map(|f| 0.5 * f))).collect();
+        Push { nodes, force: self.force.iter().map(|f| 0.5 * f).collect(), ..*self }
     }
 
     /// Its share at a time that belongs to the same side of a jump as another one.
@@ -141,6 +150,8 @@ pub struct FullOrder<'a> {
     pub damping: Rayleigh,
     /// Step of the file \[s\].
     pub time_step: f64,
+    /// Steps of the reference in a step of the file.
+    pub parts: usize,
 }
 
 impl FullOrder<'_> {
@@ -149,17 +160,18 @@ impl FullOrder<'_> {
     ///
     /// # Errors
     /// As [`FullOrder::march`].
-    pub fn work(&self, push: &[Push], steps: f64, listener: &dyn Listener) -> Result<Work, LargeError> {
+    pub fn work(&self, push: &Push, steps: f64, listener: &dyn Listener) -> Result<Work, LargeError> {
         const FEW: usize = 3;
         let start = Instant::now();
-        self.march(push, FEW, listener)?;
+        self.march(std::slice::from_ref(push), FEW, listener)?;
         let one = start.elapsed().as_secs_f64() / FEW as f64;
         let side_by_side = rayon::current_num_threads().min(2) as f64;
-        Ok(Work { steps: FINE as f64 * steps, seconds: steps * one / side_by_side })
+        Ok(Work { steps: self.parts as f64 * steps, seconds: steps * one / side_by_side })
     }
 
-    /// Displacements after each of `steps` steps of the file, marched by Bathe's method with a quarter of
-    /// the step; one list for each push.
+    /// The motion under each push, marched by Bathe's method with a part of the step. A push under which
+    /// some element is compressed to less than [`SOFTENING`], where the law describes no body any more, is
+    /// halved until it does not.
     ///
     /// # Errors
     /// [`LargeError`].
@@ -168,30 +180,61 @@ impl FullOrder<'_> {
         pushes: &[Push],
         steps: usize,
         listener: &dyn Listener,
-    ) -> Result<Vec<Vec<Vec<f64>>>, LargeError> {
-        let Self { strain, symbolic, damping, time_step } = *self;
-        let n = strain.n_dof();
-        let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };
-        let scheme = LargeScheme::bathe();
-        let step = time_step / FINE as f64;
-        let march = LargeMarch::new(strain, symbolic, scheme, step, damping, Newton::default())?;
+    ) -> Result<Vec<Reference>, LargeError> {
         let of = |push: &Push| {
-            let rest = vec![0.0; n];
-            let mut kept = Vec::with_capacity(steps);
-            let mut force = |time: f64, out: &mut [f64]| {
-                // Before time 0 there is nothing whose mean could be taken.
-                let share = if time > 0.0 { push.at(time) } else { push.within(0.0, 0.5 * step) };
-                out.iter_mut().zip(&push.force).for_each(|(out, f)| *out += share * f);
-            };
-            march_large(&march, [&rest, &rest], &mut force, FINE * steps, listener, |state| {
-                if state.steps > 0 && state.steps % FINE == 0 {
-                    kept.push(state.displacement.clone());
+            let mut push = push.clone();
+            for _ in 0..WEAKENED {
+                match self.follow(&push, steps, listener) {
+                    Ok(found) if found.least_stretch >= SOFTENING => return Ok(found),
+                    Ok(_) | Err(LargeError::NoStep { .. }) => push = push.halved(),
+                    Err(error) => return Err(error),
                 }
-            })?;
-            Ok(kept)
+            }
+            self.follow(&push, steps, listener)
         };
         pushes.par_iter().map(of).collect()
     }
+
+    /// The motion under one push; the march ends where the law does.
+    fn follow(&self, push: &Push, steps: usize, listener: &dyn Listener) -> Result<Reference, LargeError> {
+        let begun = Instant::now();
+        let Self { strain, symbolic, damping, time_step, parts } = *self;
+        let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };
+        let step = time_step / parts as f64;
+        let newton = Newton { tolerance: TOLERANCE, ..Newton::default() };
+        let march = LargeMarch::new(strain, symbolic, LargeScheme::bathe(), step, damping, newton)?;
+        let mut force = |time: f64, out: &mut [f64]| {
+            // Before time 0 there is nothing whose mean could be taken.
+            let share = if time > 0.0 { push.at(time) } else { push.within(0.0, 0.5 * step) };
+            out.iter_mut().zip(&push.force).for_each(|(out, f)| *out += share * f);
+        };
+        let rest = vec![0.0; strain.n_dof()];
+        let mut state = march.start(&rest, &rest, &mut force)?;
+        let (mut kept, mut least, mut work) = (Vec::with_capacity(steps), 1.0_f64, LargeWork::default());
+        while kept.len() < steps && least >= SOFTENING {
+            for _ in 0..parts {
+                march.step(&mut state, &mut force, &mut work)?;
+            }
+            least = least.min(strain.least_stretch(&state.displacement));
+            kept.push(state.displacement.clone());
+            listener.checkpoint(kept.len(), steps)?;
+        }
+        let seconds_per_step = begun.elapsed().as_secs_f64() / kept.len() as f64;
+        Ok(Reference { push: push.clone(), displacements: kept, least_stretch: least, seconds_per_step })
+    }
+}
+
+/// A push, and the motion under it at full order.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// The push as it was marched.
+    pub push: Push,
+    /// Displacements over the free dofs after each step of the file \[m\].
+    pub displacements: Vec<Vec<f64>>,
+    /// The least principal stretch in any element and step.
+    pub least_stretch: f64,
+    /// Wall time of a step of the file \[s\], with as many marches side by side as there are cores.
+    pub seconds_per_step: f64,
 }
 
 /// The reference of a push as a basis sees it.
@@ -216,8 +259,8 @@ impl Seen {
 
 impl Learnt {
     /// A reference in the coordinates of the basis.
-    pub fn see(&self, body: &Body, reference: &[Vec<f64>]) -> Seen {
-        let n = self.vectors.nrows();
+    pub fn see(&self, body: &Body, reference: &Reference) -> Seen {
+        let (n, reference) = (self.vectors.nrows(), &reference.displacements);
         let u = Mat::from_fn(n, reference.len(), |i, s| reference[s][i]);
         let mut momenta = Mat::zeros(n, reference.len());
         body.model.pencil().mass().mul_into(u.as_ref(), momenta.as_mut());
@@ -226,28 +269,5 @@ impl Learnt {
             |s: usize| u.col_as_slice(s).iter().zip(momenta.col_as_slice(s)).map(|(a, b)| a * b).sum::<f64>();
         let whole: f64 = (0..reference.len()).map(dot).sum();
         Seen { beside: (whole - coordinates.squared_norm_l2()).max(0.0), coordinates, whole }
-    }
-
-    /// The motion under a push, with so many sub-steps.
-    pub fn follow(
-        &self,
-        push: &Push,
-        steps: usize,
-        time_step: f64,
-        substeps: usize,
-        damping: Rayleigh,
-    ) -> Mat<f64> {
-        let k = time_step / substeps as f64;
-        let force = self.project(&push.force);
-        let mut motion = Motion::new(&self.map, k, damping, ROW_VISCOSITY);
-        let mut found = Mat::zeros(force.len(), steps);
-        for step in 0..steps {
-            for sub in 0..substeps {
-                let share = push.at((step * substeps + sub) as f64 * k);
-                motion.step(&force.iter().map(|f| share * f).collect::<Vec<_>>());
-            }
-            found.col_as_slice_mut(step).copy_from_slice(&motion.q);
-        }
-        found
     }
 }

@@ -1,20 +1,18 @@
 //! The road of large displacements: states, strain maps, a choice by held-out pushes, a certificate by
 //! others.
 
-use std::time::Instant;
-
 use faer::Mat;
 
 use super::plan::in_words;
 use super::vademecum::Certified;
 use super::{BuildError, Built, Stages};
 use crate::basis::Basis;
-use crate::certificate::{LargeReport, StructureMeasured, certify_push};
+use crate::certificate::{LargeReport, LargeRun, StructureMeasured, certify_push};
 use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
-use crate::large::{FullOrder, LargeOptions, Learnt, Push, Pushes, learn, longest_edge};
+use crate::large::{FullOrder, LargeOptions, Learnt, PARTS, Pushes, Reference, learn, longest_edge};
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::BuildPlan;
@@ -29,10 +27,12 @@ const SUBSTEPS: usize = 4;
 const DISPLACEMENT: f64 = 0.2;
 /// Modes that tell how strong a push is.
 const PUSH_MODES: usize = 8;
-/// Pushes that choose, and first periods of each.
-const CHOOSING: (usize, f64) = (2, 2.0);
-/// Pushes of the certificate, and first periods of each.
-const CERTIFYING: (usize, f64) = (2, 5.0);
+/// Pushes that choose.
+const CHOOSING: usize = 4;
+/// Pushes of the certificate where the problem does not say.
+const CERTIFYING: usize = 2;
+/// First periods of each push.
+const PUSH_PERIODS: f64 = 5.0;
 /// Where the pushes are drawn; no push of one draw is one of the other.
 const SEEDS: [u64; 2] = [0xC400_5E01, 0xCE47_1F02];
 
@@ -44,7 +44,7 @@ impl Stages<'_> {
         mut plan: BuildPlan,
         watch: &mut Stopwatch<'_>,
     ) -> Result<Built, BuildError> {
-        let Self { prepared, kept, first_period, order, .. } = *self;
+        let Self { prepared, kept, first_period, .. } = *self;
         let (body, symbolic, listener) = (&prepared.body, &prepared.symbolic, kept.listener);
         let options = large_options(problem, body);
         let time_step = prepared.step.time_step;
@@ -52,52 +52,33 @@ impl Stages<'_> {
         let pencil = body.model.pencil();
         let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
         let drawn = Pushes { body, modes: &modes, displacement: options.displacement, time_step };
-        let full = FullOrder { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step };
-        let steps = |periods: f64| (periods * first_period / time_step).ceil() as usize;
-        let [(choosing, choosing_steps), (certifying, certifying_steps)] =
-            [CHOOSING, CERTIFYING].map(|(count, periods)| (count, steps(periods)));
+        let full =
+            FullOrder { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts: PARTS };
+        let steps = (PUSH_PERIODS * first_period / time_step).ceil() as usize;
+        let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
 
-        let pushes = drawn.draw(choosing, SEEDS[0]);
-        let count = (choosing * choosing_steps + certifying * certifying_steps) as f64;
-        plan.work = full.work(&pushes[..1], count, listener)?;
+        let pushes = drawn.draw(CHOOSING, SEEDS[0]);
+        plan.work = full.work(&pushes[0], ((CHOOSING + certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
         listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
         let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, listener))?;
-        let march = || full.march(&pushes, choosing_steps, listener);
+        let march = || full.march(&pushes, steps, listener);
         let references = watch.stage("held-out pushes at full order", march)?;
-        let follow = |map: &Learnt| {
-            let error = |(push, reference): (&Push, &Vec<Vec<f64>>)| {
-                let found = map.follow(push, choosing_steps, time_step, SUBSTEPS, prepared.rayleigh());
-                map.see(body, reference).error(&found).error
-            };
-            pushes.iter().zip(&references).map(error).fold(0.0, f64::max)
-        };
-        let errors: Vec<f64> = watch.stage("choice of the strain map", || maps.iter().map(follow).collect());
-        let candidates: Vec<_> = maps.iter().map(|map| map.name.clone()).zip(errors).collect();
+        let errors = || maps.iter().map(|map| self.worst(problem, map, &references)).collect();
+        let errors: Result<Vec<f64>, BuildError> = watch.stage("choice of the strain map", errors);
+        let candidates: Vec<_> = maps.iter().map(|map| map.name.clone()).zip(errors?).collect();
         for (name, error) in &candidates {
             listener.note(&format!("{name}: error {error:.2e} on the worst held-out push"));
         }
         let best = (0..maps.len()).min_by(|&a, &b| candidates[a].1.total_cmp(&candidates[b].1));
         let map = maps.into_iter().nth(best.unwrap_or(0)).expect("there are strain maps");
 
-        let basis = basis_of(&map);
-        let strain_rows = sections(&map, problem);
-        let sized = Stages { strain: &strain_rows, ..*self };
         let pushes = drawn.draw(certifying, SEEDS[1]);
-        let march = || full.march(&pushes, certifying_steps, listener);
-        let start = Instant::now();
+        let march = || full.march(&pushes, steps, listener);
         let references = watch.stage("pushes of the certificate at full order", march)?;
-        let steps = (certifying * certifying_steps) as f64;
-        let full_order_seconds_per_step = start.elapsed().as_secs_f64() / steps;
-        let bytes = sized.file(problem, &basis, &Certified::large(StructureMeasured::default()))?;
-        let certify = || {
-            let run = |(push, reference): (&Push, &Vec<Vec<f64>>)| {
-                let seen = map.see(body, reference);
-                Ok(certify_push(&bytes, order, body, push, (reference, &seen))?)
-            };
-            pushes.iter().zip(&references).map(run).collect::<Result<Vec<_>, BuildError>>()
-        };
-        let runs = watch.stage("certificate", certify)?;
+        let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
+        let full_order_seconds_per_step = seconds / references.len() as f64;
+        let runs = watch.stage("certificate", || self.runs(problem, &map, &references))?;
         let (strain_map, rows) = (map.name.clone(), map.map.quadratic.nrows());
         let report = LargeReport {
             strain_map,
@@ -107,12 +88,39 @@ impl Stages<'_> {
             full_order_seconds_per_step,
             runs,
         };
-        let certified = Certified::large(report.measured(certifying_steps));
+        let (basis, strain_rows) = (basis_of(&map), sections(&map, problem));
+        let sized = Stages { strain: &strain_rows, ..*self };
+        let certified = Certified::large(report.measured(steps));
         let bytes = watch.stage("encode", || sized.file(problem, &basis, &certified))?;
         let mut told = sized.report(problem, &basis, &certified, 0, watch.timings(), bytes.len());
         told.large = Some(report);
         told.plan = plan;
         Ok(Built { bytes, report: told })
+    }
+
+    /// Pushes through the bytes of a strain map.
+    fn runs(
+        &self,
+        problem: &Problem,
+        map: &Learnt,
+        references: &[Reference],
+    ) -> Result<Vec<LargeRun>, BuildError> {
+        let rows = sections(map, problem);
+        let sized = Stages { strain: &rows, ..*self };
+        let none = Certified::large(StructureMeasured::default());
+        let bytes = sized.file(problem, &basis_of(map), &none)?;
+        let body = &self.prepared.body;
+        let run = |reference: &Reference| {
+            let seen = map.see(body, reference);
+            Ok(certify_push(&bytes, self.order, body, (reference, &seen))?)
+        };
+        references.iter().map(run).collect()
+    }
+
+    /// The largest error of a strain map.
+    fn worst(&self, problem: &Problem, map: &Learnt, references: &[Reference]) -> Result<f64, BuildError> {
+        let runs = self.runs(problem, map, references)?;
+        Ok(runs.iter().map(|run| run.error).fold(0.0, f64::max))
     }
 }
 

@@ -85,7 +85,7 @@ pub fn rest(
         let shortest = 0.5 * (next - reached) < whole * 0.5_f64.powi(options.halvings as i32);
         let solved = options.newton.solve(&mut stage, symbolic, &mut None, &mut increment, shortest);
         let displacement = stage.displacement();
-        let inside_out = solved.is_ok() && strain.least_volume_ratio(&displacement) <= 0.0;
+        let inside_out = solved.is_ok() && strain.least_stretch(&displacement) <= 0.0;
         match solved {
             Ok(course) if !inside_out => {
                 let change = sum(&displacement, -1.0, &found.displacement);

@@ -55,6 +55,8 @@ impl Problem {
         let rows = large.rows.unwrap_or(0);
         self.require(rows <= 4096, "large.rows", rows, "0 to 4096 rows")?;
         let states = large.states.unwrap_or(1);
-        self.require((1..=100_000).contains(&states), "large.states", states, "1 to 100 000 states")
+        self.require((1..=100_000).contains(&states), "large.states", states, "1 to 100 000 states")?;
+        let pushes = large.pushes.unwrap_or(1);
+        self.require((1..=1000).contains(&pushes), "large.pushes", pushes, "1 to 1000 pushes")
     }
 }

@@ -26,4 +26,6 @@ pub struct LargeEntry {
     pub rows: Option<usize>,
     /// States that the strains are learnt from; absent: 8 for each coordinate.
     pub states: Option<usize>,
+    /// Pushes at full order that certify the file, pulses and held ones in turn; absent: 2.
+    pub pushes: Option<usize>,
 }

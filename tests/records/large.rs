@@ -1,0 +1,171 @@
+//! The record of `docs/benchmarks/large-displacements.md`: files of large displacements beside the full order.
+//!
+//! ```text
+//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N --finer]
+//! ```
+//!
+//! Each body is built as `vademecum build` does it, with a step of a fortieth of its first period, and its
+//! certificate is printed: pushes that no choice has seen. With `--finer` one more push is marched at full
+//! order with a quarter and with an eighth of the step, which tells what the reference itself is off by.
+
+use std::time::Instant;
+
+use vademecum_build::dynamics::{first_frequency, lowest_modes};
+use vademecum_build::fem::GreenStrain;
+use vademecum_build::input::Problem;
+use vademecum_build::large::{FullOrder, PARTS, Pushes};
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::prepared::{Prepared, prepare};
+use vademecum_build::progress::{Silent, Stopwatch};
+use vademecum_eval::{Scalar, SceneOptions};
+use vademecum_format::File;
+use vademecum_tests::bending::{BendingBody, bending_bodies};
+use vademecum_tests::program::repository;
+use vademecum_tests::stage::with_scene;
+
+/// Steps to a first period.
+const STEPS: f64 = 40.0;
+
+fn main() {
+    let (mut names, mut coordinates, mut pushes, mut finer) = (vec![], 32, 4, false);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut value = || arguments.next().unwrap_or_else(|| panic!("{argument} wants a value"));
+        match argument.as_str() {
+            "--body" => names.push(value()),
+            "--coordinates" => coordinates = value().parse().expect("a number of coordinates"),
+            "--pushes" => pushes = value().parse().expect("a number of pushes"),
+            "--finer" => finer = true,
+            _ => panic!(
+                "`{argument}` is not known: usage: large [--body NAME ...] [--coordinates R] [--pushes N] [--finer]"
+            ),
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let bodies = bending_bodies(folder.path());
+    for name in &names {
+        let known: Vec<&str> = bodies.iter().map(|body| body.name).collect();
+        assert!(known.contains(&name.as_str()), "no body `{name}`; there are {}", known.join(", "));
+    }
+    for body in bodies.iter().filter(|body| names.is_empty() || names.iter().any(|name| name == body.name)) {
+        record(body, coordinates, pushes, finer);
+    }
+}
+
+fn record(body: &BendingBody, coordinates: usize, pushes: usize, finer: bool) {
+    let text = |more: &str| {
+        let displacement = body.displacement;
+        format!(
+            "model = \"large-displacement\"\n{}[basis]\nmodes = {coordinates}\n[tolerance]\nerror = 10.0\n\
+             [large]\ndisplacement = {displacement}\npushes = {pushes}\n{more}",
+            body.text
+        )
+    };
+    let problem = |more: &str| {
+        Problem::parse(&text(more), &format!("{}.toml", body.name), repository())
+            .unwrap_or_else(|error| panic!("{error}"))
+    };
+    let prepared = |problem: &Problem| {
+        prepare(problem, &mut Stopwatch::new(&Silent), &Silent).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let rough = prepared(&problem(""));
+    let pencil = rough.body.model.pencil();
+    let period = 1.0 / first_frequency(pencil, &rough.symbolic).expect("a first mode");
+    let problem = problem(&format!("[time]\nstep = {:e}\n", period / STEPS));
+    println!("## {}\n\n{}; {} dofs, first period {period:.3} s.\n", body.name, body.what, pencil.n_dof());
+
+    let start = Instant::now();
+    let options = BuildOptions { long: true, ..BuildOptions::default() };
+    let built = match build(&problem, &options, &Silent) {
+        Ok(built) => built.either(),
+        Err(error) => {
+            let mut causes = vec![error.to_string()];
+            let mut cause = std::error::Error::source(&error);
+            while let Some(next) = cause {
+                causes.push(next.to_string());
+                cause = next.source();
+            }
+            println!("No file: {}.\n", causes.join(": "));
+            return;
+        }
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    let large = built.report.large.as_ref().expect("measured pushes");
+    println!("Strain map: {}, {} rows, {} sub-steps.\n", large.strain_map, large.rows, large.substeps);
+    println!(
+        "| push | surface moves | least stretch | error | floor | linear model |\n|---|---|---|---|---|---|"
+    );
+    for run in &large.runs {
+        println!(
+            "| {} | {:.3} m | {:.2} | {:.1} % | {:.2} % | {:.0} % |",
+            if run.pulse { "pulse" } else { "held, then let go" },
+            run.displacement,
+            run.least_stretch,
+            100.0 * run.error,
+            100.0 * run.floor,
+            100.0 * run.linear_error
+        );
+    }
+    println!("\n| strain map | worst push of the choice |\n|---|---|");
+    for (name, error) in &large.candidates {
+        println!("| {name} | {:.1} % |", 100.0 * error);
+    }
+    let identity = large.runs.iter().map(|run| run.energy_identity).fold(0.0, f64::max);
+    println!("\nEnergy's identity: {identity:.0e}. Build: {seconds:.0} s.");
+    println!(
+        "A step of the file: {:.1} µs in binary64, {:.1} µs in binary32; at full order {:.3} s.",
+        1e6 * seconds_per_step::<f64>(&built.bytes),
+        1e6 * seconds_per_step::<f32>(&built.bytes),
+        large.full_order_seconds_per_step
+    );
+    if finer {
+        println!(
+            "The reference is off by {:.2} %.",
+            100.0 * own_error(&prepared(&problem), body.displacement)
+        );
+    }
+    println!();
+}
+
+/// Wall time of a step of a body that moves freely, the best of a few runs \[s\].
+fn seconds_per_step<T: Scalar>(bytes: &[u8]) -> f64 {
+    const RUNS: usize = 5;
+    const EACH: usize = 2000;
+    assert!(File::parse(bytes).is_ok());
+    with_scene::<T, _>(bytes, &SceneOptions::default(), |scene, state, loads| {
+        let mut best = f64::INFINITY;
+        for _ in 0..RUNS {
+            let start = Instant::now();
+            for _ in 0..EACH {
+                scene.step(state, loads).expect("a step");
+            }
+            best = best.min(start.elapsed().as_secs_f64() / EACH as f64);
+        }
+        best
+    })
+}
+
+/// What the reference is off by under one push: the step of half the length beside it.
+fn own_error(prepared: &Prepared, displacement: f64) -> f64 {
+    let body = &prepared.body;
+    let pencil = body.model.pencil();
+    let strain = GreenStrain::new(&body.model).expect("a strain");
+    let modes = lowest_modes(pencil, &prepared.symbolic, 8).expect("modes");
+    let (time_step, symbolic) = (prepared.step.time_step, &prepared.symbolic);
+    let pushes = Pushes { body, modes: &modes, displacement, time_step }.draw(2, 0xF1_4E12);
+    let marched = |parts: usize| {
+        let full = FullOrder { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts };
+        full.march(&pushes, 5 * STEPS as usize, &Silent).expect("a march")
+    };
+    let [coarse, fine] = [PARTS, 2 * PARTS].map(marched);
+    let of = |k: usize| {
+        let (mut off, mut whole) = (0.0, 0.0);
+        for (a, b) in coarse[k].displacements.iter().zip(&fine[k].displacements) {
+            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            off += pencil.mass().inner(&difference, &difference);
+            whole += pencil.mass().inner(b, b);
+        }
+        (off / whole).sqrt()
+    };
+    of(0).max(of(1))
+}
