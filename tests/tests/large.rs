@@ -37,7 +37,7 @@ fn a_beam_that_bends_far_is_followed_where_a_linear_one_is_lost() {
     let problem = beam();
     let built = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
     let large = built.report.large.as_ref().expect("measured pushes");
-    assert_eq!((large.runs.len(), large.candidates.len(), large.rows), (2, 9, 48));
+    assert_eq!((large.runs.len(), large.candidates.len(), large.rows), (2, 15, 48));
     assert!(large.runs[0].pulse && !large.runs[1].pulse);
     for run in &large.runs {
         assert!(run.floor <= run.error && run.floor < 0.02, "{run:?}");

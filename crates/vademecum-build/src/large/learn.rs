@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 
 use super::basis::with_followers;
-use super::map::{Pairs, StrainMap};
+use super::map::{Columns, Pairs, StrainMap};
 use super::prior::{Prior, columns};
 use super::states::{States, draw, relaxed};
 use crate::dynamics::large::LargeError;
@@ -15,9 +15,10 @@ use crate::progress::Listener;
 
 /// Where the states are drawn.
 const SEED: u64 = 0x1A26_E001;
-/// Ridge of the regression, in mean squares of the products: gentle, or products that the states hardly know
-/// would be bent for the sake of others.
-const RIDGE: f64 = 100.0;
+/// Ridges of the regressions, in mean squares of the products, each begun where the one before ended. A large
+/// one is gentle. With a small one products that the states hardly know are bent for the sake of others: a
+/// slender body is lost with it, and a compact one gains.
+const RIDGES: [f64; 3] = [100.0, 10.0, 1.0];
 
 /// What is asked of a strain map.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -84,7 +85,7 @@ pub struct Learnt {
 }
 
 /// Strain maps to choose from: with a sixth, a quarter and half of the coordinates natural modes and the
-/// others shapes that follow them, each as the priors have it and as a regression on states moves the
+/// others shapes that follow them, each as the priors have it and as regressions on states move the
 /// condensed one.
 ///
 /// # Errors
@@ -121,16 +122,7 @@ pub fn learn(
         for prior in [Prior::Condensed, Prior::Galerkin] {
             let basis = (vectors.as_ref(), values.as_slice());
             let mut columns = columns(&strain, basis, pairs, prior, (symbolic, &factor));
-            let fits: &[bool] = if prior == Prior::Condensed { &[false, true] } else { &[false] };
-            for &fit in fits {
-                if fit {
-                    columns.fit(&states, RIDGE)?;
-                }
-                let name = match (prior, fit) {
-                    (Prior::Galerkin, _) => "Galerkin",
-                    (Prior::Condensed, false) => "condensed",
-                    (Prior::Condensed, true) => "condensed, fitted",
-                };
+            let mut keep = |columns: &Columns, name: &str| {
                 found.push(Learnt {
                     name: format!("{kept} modes, {} shapes that follow, {name}", values.len() - kept),
                     vectors: vectors.clone(),
@@ -139,6 +131,16 @@ pub fn learn(
                     states: states.coordinates.clone(),
                     energies: states.energies.clone(),
                 });
+                Ok::<_, LearnError>(())
+            };
+            if prior == Prior::Galerkin {
+                keep(&columns, "Galerkin")?;
+                continue;
+            }
+            keep(&columns, "condensed")?;
+            for ridge in RIDGES {
+                columns.fit(&states, ridge)?;
+                keep(&columns, &format!("condensed, fitted with ridge {ridge}"))?;
             }
         }
     }

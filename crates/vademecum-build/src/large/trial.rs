@@ -18,8 +18,12 @@ use crate::progress::Listener;
 pub const PARTS: usize = 4;
 /// Where Newton's method ends in the reference: far below what any reduced motion misses it by.
 const TOLERANCE: f64 = 1e-5;
-/// How often a push is halved that the law of the body does not bear.
-const WEAKENED: usize = 10;
+/// How often a push is halved that the law of the body does not bear, before another one is drawn.
+const HALVINGS: usize = 2;
+/// How often pushes are drawn anew; those of the last draw are halved as often as need be.
+const DRAWS: u64 = 8;
+/// As often as need be.
+const ANY: usize = 12;
 /// How wide a push is, as a part of the longest edge of the box around the body.
 const WIDTH: f64 = 0.1;
 /// Widths beyond which a push is not felt.
@@ -87,16 +91,16 @@ pub struct Pushes<'a> {
 }
 
 impl Pushes<'_> {
-    /// `count` pushes at random places, pulses and held ones in turn, so strong that the linear motion under
-    /// them reaches about 0.4 to 0.8 of the largest displacement.
-    pub fn draw(&self, count: usize, seed: u64) -> Vec<Push> {
+    /// Pushes at random places, one for each word whether it is a pulse, so strong that the linear motion
+    /// under them reaches about 0.4 to 0.8 of the largest displacement.
+    pub fn draw(&self, pulses: &[bool], seed: u64) -> Vec<Push> {
         let Self { body, modes, displacement, time_step } = *self;
         let (mesh, nodes) = (body.model.mesh(), &body.load_nodes);
         let moving = at_load_nodes(body, modes.vectors.as_ref());
         let period = std::f64::consts::TAU / modes.eigenvalues[0].sqrt();
         let width = WIDTH * longest_edge(mesh);
         let mut random = Random::new(seed);
-        let mut draw = |k: usize| loop {
+        let mut draw = |&pulse: &bool| loop {
             let centre = mesh.nodes[nodes[random.below(nodes.len())] as usize];
             let along = unit(std::array::from_fn(|_| random.uniform() - 0.5));
             let (size, share) = (0.4 + 0.4 * random.uniform(), random.uniform());
@@ -117,7 +121,6 @@ impl Pushes<'_> {
                 .fold(0.0, f64::max);
             // A push at held nodes moves nothing.
             if most > 0.0 {
-                let pulse = k.is_multiple_of(2);
                 let scale = size * displacement / (most * if pulse { PULSE } else { HELD });
                 let length = period * if pulse { 0.5 + 0.5 * share } else { 0.3 + 0.4 * share };
                 return Push {
@@ -128,7 +131,7 @@ impl Pushes<'_> {
                 };
             }
         };
-        (0..count).map(&mut draw).collect()
+        pulses.iter().map(&mut draw).collect()
     }
 }
 
@@ -159,44 +162,72 @@ impl FullOrder<'_> {
     /// measured on a few under one of them.
     ///
     /// # Errors
-    /// As [`FullOrder::march`].
+    /// [`LargeError`].
     pub fn work(&self, push: &Push, steps: f64, listener: &dyn Listener) -> Result<Work, LargeError> {
         const FEW: usize = 3;
         let start = Instant::now();
-        self.march(std::slice::from_ref(push), FEW, listener)?;
+        self.follow(push, FEW, listener)?;
         let one = start.elapsed().as_secs_f64() / FEW as f64;
         let side_by_side = rayon::current_num_threads().min(2) as f64;
         Ok(Work { steps: self.parts as f64 * steps, seconds: steps * one / side_by_side })
     }
 
-    /// The motion under each push, marched by Bathe's method with a part of the step. A push under which
-    /// some element is compressed to less than [`SOFTENING`], where the law describes no body any more, is
-    /// halved until it does not.
+    /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method with
+    /// a part of the step. A push under which some element is compressed to less than [`SOFTENING`], where
+    /// the law describes no body any more, is halved. Where two halvings are not enough another one is drawn:
+    /// beside a support no push moves the surface far without crushing it.
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn march(
+    pub fn references(
         &self,
-        pushes: &[Push],
+        drawn: &Pushes<'_>,
+        (count, seed): (usize, u64),
         steps: usize,
         listener: &dyn Listener,
     ) -> Result<Vec<Reference>, LargeError> {
-        let of = |push: &Push| {
-            let mut push = push.clone();
-            for _ in 0..WEAKENED {
-                match self.follow(&push, steps, listener) {
-                    Ok(found) if found.least_stretch >= SOFTENING => return Ok(found),
-                    Ok(_) | Err(LargeError::NoStep { .. }) => push = push.halved(),
-                    Err(error) => return Err(error),
-                }
+        let mut found: Vec<Option<Reference>> = vec![None; count];
+        for draw in 0..DRAWS {
+            let missing: Vec<usize> = (0..count).filter(|&k| found[k].is_none()).collect();
+            let pulses: Vec<bool> = missing.iter().map(|k| k.is_multiple_of(2)).collect();
+            let halvings = if draw + 1 == DRAWS { ANY } else { HALVINGS };
+            let marched = |push: &Push| self.march(push, steps, halvings, listener);
+            let marched: Result<Vec<_>, LargeError> =
+                drawn.draw(&pulses, seed + draw).par_iter().map(marched).collect();
+            missing.into_iter().zip(marched?).for_each(|(k, reference)| found[k] = reference);
+        }
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// The motion under a push, halved so often at most until the law bears it.
+    fn march(
+        &self,
+        push: &Push,
+        steps: usize,
+        halvings: usize,
+        listener: &dyn Listener,
+    ) -> Result<Option<Reference>, LargeError> {
+        let mut push = push.clone();
+        for _ in 0..=halvings {
+            match self.follow(&push, steps, listener) {
+                Ok(found) if found.least_stretch >= SOFTENING => return Ok(Some(found)),
+                Ok(_) | Err(LargeError::NoStep { .. }) => push = push.halved(),
+                Err(error) => return Err(error),
             }
-            self.follow(&push, steps, listener)
-        };
-        pushes.par_iter().map(of).collect()
+        }
+        Ok(None)
     }
 
     /// The motion under one push; the march ends where the law does.
-    fn follow(&self, push: &Push, steps: usize, listener: &dyn Listener) -> Result<Reference, LargeError> {
+    ///
+    /// # Errors
+    /// [`LargeError`].
+    pub fn follow(
+        &self,
+        push: &Push,
+        steps: usize,
+        listener: &dyn Listener,
+    ) -> Result<Reference, LargeError> {
         let begun = Instant::now();
         let Self { strain, symbolic, damping, time_step, parts } = *self;
         let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };

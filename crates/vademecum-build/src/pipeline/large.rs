@@ -57,12 +57,12 @@ impl Stages<'_> {
         let steps = (PUSH_PERIODS * first_period / time_step).ceil() as usize;
         let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
 
-        let pushes = drawn.draw(CHOOSING, SEEDS[0]);
-        plan.work = full.work(&pushes[0], ((CHOOSING + certifying) * steps) as f64, listener)?;
+        let push = &drawn.draw(&[true], SEEDS[0])[0];
+        plan.work = full.work(push, ((CHOOSING + certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
         listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
         let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, listener))?;
-        let march = || full.march(&pushes, steps, listener);
+        let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, listener);
         let references = watch.stage("held-out pushes at full order", march)?;
         let errors = || maps.iter().map(|map| self.worst(problem, map, &references)).collect();
         let errors: Result<Vec<f64>, BuildError> = watch.stage("choice of the strain map", errors);
@@ -73,8 +73,7 @@ impl Stages<'_> {
         let best = (0..maps.len()).min_by(|&a, &b| candidates[a].1.total_cmp(&candidates[b].1));
         let map = maps.into_iter().nth(best.unwrap_or(0)).expect("there are strain maps");
 
-        let pushes = drawn.draw(certifying, SEEDS[1]);
-        let march = || full.march(&pushes, steps, listener);
+        let march = || full.references(&drawn, (certifying, SEEDS[1]), steps, listener);
         let references = watch.stage("pushes of the certificate at full order", march)?;
         let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
         let full_order_seconds_per_step = seconds / references.len() as f64;
