@@ -108,7 +108,7 @@
 //! | feature | what it adds | needs |
 //! |---|---|---|
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
-//! | `std` | `Simulation::open`: from a path | an operating system |
+//! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | an operating system |
 //! | `full`, on by default | everything a file may hold; without it exact steps only, for microcontrollers | nothing |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |

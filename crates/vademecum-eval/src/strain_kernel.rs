@@ -3,6 +3,7 @@
 //! All of it works on arrays of fixed length, so that it vectorises without run-time lengths inside, and
 //! every sum has one order, whatever the width of the machine's vectors: row products go column by column,
 //! the Gram matrix row by row, and sums along a row in eight parts that are added in halves.
+//! A machine with AVX2 therefore takes the same code with longer vectors (`docs/decisions/avx2.md`).
 //!
 //! The odd thing: rows come scaled by the roots of their weights (see [`crate::strain_map`]), so that the
 //! matrix of a step is the mass and the plain Gram matrix of the rows.
@@ -416,20 +417,54 @@ pub(crate) fn sub_step<T: Scalar>(
     force: Force<'_, T>,
     scratch: &mut Scratch<'_, T>,
 ) -> Result<(), Short> {
-    place(map, mean, p, scratch);
-    let leading = map.shape.leading;
-    let right = p.iter().zip(force.values()).map(|(&p, force)| p + force);
-    let mut out = scratch.leading.iter_mut().take(leading).chain(&mut *scratch.tail);
-    right.zip(&mut out).for_each(|(right, out)| *out = right);
-    scratch.leading.iter_mut().skip(leading).for_each(|out| *out = T::ZERO);
-    let (_, tail) = mean.split_at_checked(leading).ok_or(Short { found: mean.len(), needed: leading })?;
-    rows(map, tail, scratch)?;
-    solve_step(map, scratch);
-    for ((mean, p), d) in mean.iter_mut().zip(p).zip(moved(map, scratch)) {
-        *mean += d;
-        *p = d + d - *p;
+    let step = SubStep { map, mean, p, force, scratch };
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    if let Some(with_avx2) = pulp::x86::V3::try_new() {
+        return with_avx2.vectorize(step);
     }
-    Ok(())
+    step.take()
+}
+
+/// A sub-step and what it works on.
+struct SubStep<'a, 's, T> {
+    map: &'a StrainMap<'a, T>,
+    mean: &'a mut [T],
+    p: &'a mut [T],
+    force: Force<'a, T>,
+    scratch: &'a mut Scratch<'s, T>,
+}
+
+/// The same code once more, compiled for vectors of twice the length. A product and a sum stay two roundings
+/// there, so the bits are the same.
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+impl<T: Scalar> pulp::NullaryFnOnce for SubStep<'_, '_, T> {
+    type Output = Result<(), Short>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.take()
+    }
+}
+
+impl<T: Scalar> SubStep<'_, '_, T> {
+    #[inline(always)]
+    fn take(self) -> Result<(), Short> {
+        let Self { map, mean, p, force, scratch } = self;
+        place(map, mean, p, scratch);
+        let leading = map.shape.leading;
+        let right = p.iter().zip(force.values()).map(|(&p, force)| p + force);
+        let mut out = scratch.leading.iter_mut().take(leading).chain(&mut *scratch.tail);
+        right.zip(&mut out).for_each(|(right, out)| *out = right);
+        scratch.leading.iter_mut().skip(leading).for_each(|out| *out = T::ZERO);
+        let (_, tail) = mean.split_at_checked(leading).ok_or(Short { found: mean.len(), needed: leading })?;
+        rows(map, tail, scratch)?;
+        solve_step(map, scratch);
+        for ((mean, p), d) in mean.iter_mut().zip(p).zip(moved(map, scratch)) {
+            *mean += d;
+            *p = d + d - *p;
+        }
+        Ok(())
+    }
 }
 
 /// `d` of every coordinate.
