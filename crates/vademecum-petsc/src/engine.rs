@@ -97,8 +97,9 @@ fn serve(session: &mut Session, options: &Options) -> Result<bool, EngineError> 
         Word::Search(id, search, free) => {
             let held = session.held.get(&id).ok_or_else(unknown)?;
             let values: Vec<f64> = session.ranks.receive_list(0)?;
-            let mass = Matrix::new(held.total, &held.starts, &held.columns, &values)?;
             let relief = free.then(|| receive_relief(&session.ranks, held.places.len())).transpose()?;
+            // All ranks make a matrix together, so everything that is sent has to be here before.
+            let mass = Matrix::new(held.total, &held.starts, &held.columns, &values)?;
             let mut rows = SpreadRows { session, id, mass, relief, order: Arc::default() };
             // Whatever else ends a search, ends it on all ranks.
             if let Err(ModesError::Engine(error)) = search_on(&mut rows, &search) {
