@@ -48,7 +48,8 @@ fn checked(status: c_int) -> Result<(), EngineError> {
     if status == 0 {
         return Ok(());
     }
-    // SAFETY: both functions return texts of static memory that end in a zero; no other thread calls the shim.
+    // SAFETY: both functions return texts of static memory that end in a zero; no other thread calls the
+    // shim.
     let [call, reason] = unsafe { [CStr::from_ptr(vp_failed_call()), CStr::from_ptr(vp_failed_words())] }
         .map(|text| text.to_string_lossy().into_owned());
     Err(EngineError { call, reason })
@@ -134,8 +135,8 @@ impl Matrix {
         assert!(starts[own] as usize == columns.len() && columns.len() == values.len());
         let mut made = ptr::null_mut();
         let (starts, columns, values) = (starts.as_ptr(), columns.as_ptr(), values.as_ptr());
-        // SAFETY: the shim reads `own + 1` starts and as many columns and values as the last of them says, keeps
-        // no pointer to them, and writes one pointer.
+        // SAFETY: the shim reads `own + 1` starts and as many columns and values as the last of them says,
+        // keeps no pointer to them, and writes one pointer.
         checked(unsafe { vp_matrix(own as i64, total as i64, starts, columns, values, &mut made) })?;
         Ok(Self { made, own })
     }

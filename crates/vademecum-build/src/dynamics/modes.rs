@@ -130,8 +130,8 @@ fn search(
     if share <= LOST { Ok(modes) } else { Err(ModesError::LostInRounding { share }) }
 }
 
-/// The modes of a search, on rows that are all here or spread over ranks, each of which calls this. The shapes
-/// are whole on the first rank and have no rows on the others.
+/// The modes of a search, on rows that are all here or spread over ranks, each of which calls this. The
+/// shapes are whole on the first rank and have no rows on the others.
 ///
 /// # Errors
 /// As [`lowest_modes`].

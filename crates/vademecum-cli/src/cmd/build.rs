@@ -55,8 +55,8 @@ pub struct Build {
     /// Memory the build may use, such as 8G or 500M [default: what the machine and `ulimit -v` leave].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory: Option<u64>,
-    /// What factorises the stiffness and searches for modes: this process, or PETSc on all ranks that `mpirun`
-    /// starts (in a program that was built with it).
+    /// What factorises the stiffness and searches for modes: this process, or PETSc on all ranks that
+    /// `mpirun` starts (in a program that was built with it).
     #[arg(long, value_enum, default_value_t, value_name = "ENGINE")]
     engine: EngineName,
     /// Folder for factors that are kept on disk, with `--engine petsc`; what a killed job leaves there can be
