@@ -32,6 +32,16 @@ fn built() -> &'static Path {
     path
 }
 
+#[test]
+fn an_engine_that_is_not_built_in_is_refused_by_name() {
+    let ran = run([&"build", &short_beam(), &"--engine", &"petsc"]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("built without PETSc"), "{}", ran.stderr);
+    let ran = run([&"build", &short_beam(), &"--out-of-core", &"scratch"]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("is for `--engine petsc`"), "{}", ran.stderr);
+}
+
 /// The short beam with `from` replaced, in a folder of its own.
 fn changed(from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
     let text = std::fs::read_to_string(short_beam()).expect("the fixture");

@@ -8,10 +8,13 @@ mod vademecum;
 
 pub use error::BuildError;
 
+use std::sync::Arc;
+
 use crate::basis::{BasisError, Runs, find_basis};
 use crate::certificate::UnseenLoads;
 use crate::dynamics::{FullOrder, first_frequency};
 use crate::export::{Draft, NodeOrder};
+use crate::fem::Engine;
 use crate::input::{BasisKind, Problem};
 use crate::limits::Memory;
 use crate::prepared::{ParameterSpace, Prepared, prepare_within};
@@ -31,6 +34,8 @@ pub struct BuildOptions<'a> {
     pub long: bool,
     /// Memory that may be used \[bytes\]; absent: what the machine and the limits of the process leave.
     pub memory: Option<u64>,
+    /// What factorises and solves with the stiffness, and searches for natural modes; absent: this process.
+    pub engine: Option<&'a Arc<dyn Engine>>,
 }
 
 impl BuildOptions<'_> {
@@ -176,7 +181,7 @@ fn model(
     listener: &dyn Listener,
 ) -> Result<(Prepared, f64), BuildError> {
     let memory = options.memory();
-    let prepared = prepare_within(problem, memory, watch, listener)?;
+    let prepared = prepare_within(problem, (memory, options.engine), watch, listener)?;
     plan::check_model(problem, &prepared, memory)?;
     let pencil = prepared.body.model.pencil();
     let first = || first_frequency(pencil, &prepared.symbolic);

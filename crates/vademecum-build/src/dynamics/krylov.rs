@@ -7,15 +7,12 @@ use faer::{Accum, Mat, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
-use crate::fem::{Factor, Pencil, Solve, contiguous};
+use crate::fem::{AT_ONCE, EngineError, Rows, agree_matrix, contiguous};
 use crate::linalg::{NoConvergence, Random};
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
 /// symmetry), and two full groups for the solver, which works on them side by side.
 const BLOCK: usize = 16;
-
-/// Columns solved for together at most.
-const AT_ONCE: usize = 24;
 
 /// Vectors that the search for `count` modes takes at most: two to three times as many, and room for slow
 /// ones and for the probe.
@@ -25,10 +22,8 @@ pub(crate) fn search_vectors(count: usize) -> usize {
 
 /// A growing basis, orthonormal in the mass, with the projection of `K⁻¹ M` on it.
 pub(super) struct Krylov<'a> {
-    pencil: &'a Pencil,
-    factor: &'a Factor,
-    solve: Solve,
-    /// Basis `V`; the first `used` columns count.
+    rows: &'a mut dyn Rows,
+    /// Basis `V`, this rank's rows of it; the first `used` columns count.
     basis: Mat<f64>,
     used: usize,
     /// Columns whose image is known; the rest up to `used` is the frontier.
@@ -48,22 +43,20 @@ pub(super) struct Ritz {
 }
 
 impl<'a> Krylov<'a> {
-    pub fn new(pencil: &'a Pencil, factor: &'a Factor, count: usize) -> Krylov<'a> {
-        let n = pencil.n_dof();
-        let capacity = search_vectors(count).min(pencil.n_elastic());
+    /// A space for so many modes of those that there are.
+    pub fn new(rows: &'a mut dyn Rows, count: usize, available: usize) -> Result<Krylov<'a>, EngineError> {
+        let own = rows.own();
+        let capacity = search_vectors(count).min(available);
         let mut space = Krylov {
-            pencil,
-            factor,
-            // No refinement: it would trade the factor's fixed operator for one that differs in each solve.
-            solve: Solve::new(factor.symbolic(), AT_ONCE, false),
-            basis: Mat::zeros(n, capacity),
+            rows,
+            basis: Mat::zeros(own, capacity),
             used: 0,
             expanded: 0,
             projected: Mat::zeros(capacity, capacity),
             random: Random::new(1),
         };
-        space.add_random_block();
-        space
+        space.add_random_block()?;
+        Ok(space)
     }
 
     pub fn frontier(&self) -> usize {
@@ -76,33 +69,39 @@ impl<'a> Krylov<'a> {
 
     /// Adds random vectors to the frontier, as far as there is room. They are smoothed by one `K⁻¹ M`, so
     /// that their weight lies on low modes.
-    pub fn add_random_block(&mut self) {
-        let n = self.basis.nrows();
+    pub fn add_random_block(&mut self) -> Result<(), EngineError> {
+        let own = self.basis.nrows();
         let width = BLOCK.min(self.basis.ncols() - self.used);
-        let noise = Mat::from_fn(n, width, |_, _| 2.0 * self.random.uniform() - 1.0);
-        let mut smooth = Mat::zeros(n, width);
-        self.pencil.mass().mul_into(noise.as_ref(), smooth.as_mut());
-        self.solve.solve_in_place(self.factor, smooth.as_mut());
-        self.append(smooth, None);
+        // Every rank draws all rows and takes its own: the start does not depend on how rows are spread.
+        let mut whole = vec![0.0; self.rows.total()];
+        let mut noise = Mat::zeros(own, width);
+        for j in 0..width {
+            whole.fill_with(|| 2.0 * self.random.uniform() - 1.0);
+            self.rows.part_into(&whole, noise.col_as_slice_mut(j));
+        }
+        let mut smooth = Mat::zeros(own, width);
+        self.rows.mul_mass(noise.as_ref(), smooth.as_mut())?;
+        self.rows.solve(smooth.as_mut())?;
+        self.append(smooth, None)
     }
 
     /// Applies `K⁻¹ M` to (a solver's share of) the frontier and appends what is new.
-    pub fn expand(&mut self) {
+    pub fn expand(&mut self) -> Result<(), EngineError> {
         let width = self.frontier().min(AT_ONCE);
         let first = self.expanded;
         let mut image = Mat::zeros(self.basis.nrows(), width);
-        self.pencil.mass().mul_into(self.basis.subcols(first, width), image.as_mut());
-        self.solve.solve_in_place(self.factor, image.as_mut());
+        self.rows.mul_mass(self.basis.subcols(first, width), image.as_mut())?;
+        self.rows.solve(image.as_mut())?;
         self.expanded += width;
-        self.append(image, Some(first));
+        self.append(image, Some(first))
     }
 
     /// Orthonormalises a block against the basis and appends what is left of it, as far as there is room.
     /// With `images_of`, the block is the image of the basis columns from there on, and the coefficients
     /// taken off it are entries of the projection.
-    fn append(&mut self, block: Mat<f64>, images_of: Option<usize>) {
+    fn append(&mut self, block: Mat<f64>, images_of: Option<usize>) -> Result<(), EngineError> {
         let (old, width) = (self.used, block.ncols());
-        let joined = orthonormalise(self.pencil.mass(), self.basis.subcols(0, old), block);
+        let joined = orthonormalise(self.rows, self.basis.subcols(0, old), block)?;
         let new = joined.new.ncols().min(self.basis.ncols() - old);
         self.basis.subcols_mut(old, new).copy_from(joined.new.subcols(0, new));
         if let Some(first) = images_of {
@@ -110,26 +109,32 @@ impl<'a> Krylov<'a> {
             self.projected.submatrix_mut(old, first, new, width).copy_from(joined.onto_new.subrows(0, new));
         }
         self.used += new;
+        Ok(())
     }
 
     /// Rayleigh–Ritz on the expanded part. The image of a Ritz vector leaves that part only into the
     /// frontier, so the frontier rows of the projection give its residual.
     ///
+    /// The first rank decides for all: ranks on unlike processors need not round alike.
+    ///
     /// # Errors
-    /// [`NoConvergence`]: matrices with entries that are not numbers.
-    pub fn ritz(&self) -> Result<Ritz, NoConvergence> {
+    /// [`ModesError`]: matrices with entries that are not numbers, a rank that was lost.
+    pub fn ritz(&mut self) -> Result<Ritz, ModesError> {
         let m = self.expanded;
         let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
         let (ascending, vectors) = symmetric_eigen(symmetric.as_ref())?;
-        let vectors = vectors.as_ref().reverse_cols().to_owned();
+        let mut vectors = vectors.as_ref().reverse_cols().to_owned();
         let frontier = self.projected.submatrix(m, 0, self.used - m, m) * &vectors;
-        let values: Vec<f64> = ascending.into_iter().rev().collect();
-        let residuals = (0..m).map(|j| frontier.col(j).norm_l2() / values[j].abs()).collect();
+        let mut values: Vec<f64> = ascending.into_iter().rev().collect();
+        let mut residuals: Vec<f64> = (0..m).map(|j| frontier.col(j).norm_l2() / values[j].abs()).collect();
+        self.rows.agree(&mut values)?;
+        self.rows.agree(&mut residuals)?;
+        agree_matrix(self.rows, &mut vectors)?;
         Ok(Ritz { values, vectors, residuals })
     }
 
-    /// Ritz vectors over the dofs, with their true residuals.
-    pub fn modes(&self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
+    /// Ritz vectors over the dofs, with their true residuals; without rows on other ranks than the first.
+    pub fn modes(mut self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
         let n = self.basis.nrows();
         // A singular mass shows as θ = 0, to rounding.
         let found = ritz.values.iter().take(count).filter(|&&t| t > 1e-15 * ritz.values[0]).count();
@@ -140,51 +145,58 @@ impl<'a> Krylov<'a> {
         let coordinates = ritz.vectors.subcols(0, count);
         let basis = self.basis.subcols(0, self.expanded);
         matmul(vectors.as_mut(), Accum::Replace, basis, coordinates, 1.0, Par::Seq);
-        for j in 0..count {
-            turn_positive(vectors.col_as_slice_mut(j));
-        }
-        let quotients = self.rayleigh_quotients(vectors.as_ref());
+        let quotients = self.rayleigh_quotients(vectors.as_ref())?;
         // Close pairs may change places by rounding.
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&i, &j| quotients[i].total_cmp(&quotients[j]));
         let eigenvalues: Vec<f64> = order.iter().map(|&j| quotients[j]).collect();
         let vectors = Mat::from_fn(n, count, |i, j| vectors[(i, order[j])]);
-        let residuals = self.true_residuals(vectors.as_ref(), &eigenvalues);
+        let residuals = self.true_residuals(vectors.as_ref(), &eigenvalues)?;
+        let mut vectors = self.rows.gather(vectors)?;
+        for j in 0..count {
+            turn_positive(vectors.col_as_slice_mut(j));
+        }
         Ok(Modes { eigenvalues, vectors, residuals })
     }
 
     /// `xᵀKx / xᵀMx`: stationary at a mode, so a vector error counts by its square, and free of the factor's
     /// rounding, which on slender bodies shifts the lowest `1/θ` by some 1e-9.
-    fn rayleigh_quotients(&self, vectors: MatRef<'_, f64>) -> Vec<f64> {
+    fn rayleigh_quotients(&mut self, vectors: MatRef<'_, f64>) -> Result<Vec<f64>, EngineError> {
         let mut image = Mat::zeros(vectors.nrows(), vectors.ncols());
-        let [elastic, inert] = [self.pencil.stiffness(), self.pencil.mass()].map(|matrix| {
-            matrix.mul_into(vectors, image.as_mut());
-            squares(vectors, image.as_ref())
-        });
-        elastic.iter().zip(inert).map(|(elastic, inert)| elastic / inert).collect()
+        self.rows.mul_stiffness(vectors, image.as_mut())?;
+        let mut elastic = squares(vectors, image.as_ref());
+        self.rows.mul_mass(vectors, image.as_mut())?;
+        let mut inert = squares(vectors, image.as_ref());
+        self.rows.sum(&mut elastic)?;
+        self.rows.sum(&mut inert)?;
+        Ok(elastic.iter().zip(inert).map(|(elastic, inert)| elastic / inert).collect())
     }
 
     /// `‖K⁻¹M x − x/λ‖_M λ` computed afresh with refined solves, not from the recurrence.
-    fn true_residuals(&self, vectors: MatRef<'_, f64>, eigenvalues: &[f64]) -> Vec<f64> {
+    fn true_residuals(
+        &mut self,
+        vectors: MatRef<'_, f64>,
+        eigenvalues: &[f64],
+    ) -> Result<Vec<f64>, EngineError> {
         let n = vectors.nrows();
-        let mut solve = Solve::new(self.factor.symbolic(), AT_ONCE, true);
-        let mut residuals = Vec::new();
+        let mut found = Vec::new();
         for first in (0..vectors.ncols()).step_by(AT_ONCE) {
             let width = (AT_ONCE).min(vectors.ncols() - first);
             let part = vectors.subcols(first, width);
             let mut image = Mat::zeros(n, width);
-            self.pencil.mass().mul_into(part, image.as_mut());
-            solve.solve_in_place(self.factor, image.as_mut());
+            self.rows.mul_mass(part, image.as_mut())?;
+            self.rows.solve_refined(image.as_mut())?;
             for j in 0..width {
                 let theta = 1.0 / eigenvalues[first + j];
                 let off = image.col_as_slice_mut(j).iter_mut().zip(contiguous(part, j));
                 off.for_each(|(image, x)| *image = *image / theta - x);
             }
             let mut weighted = Mat::zeros(n, width);
-            self.pencil.mass().mul_into(image.as_ref(), weighted.as_mut());
-            residuals.extend(squares(image.as_ref(), weighted.as_ref()).iter().map(|s| s.max(0.0).sqrt()));
+            self.rows.mul_mass(image.as_ref(), weighted.as_mut())?;
+            found.extend(squares(image.as_ref(), weighted.as_ref()));
         }
-        residuals
+        self.rows.sum(&mut found)?;
+        Ok(found.iter().map(|s| s.max(0.0).sqrt()).collect())
     }
 }
 

@@ -10,7 +10,7 @@
 use faer::Mat;
 
 use super::krylov::Krylov;
-use crate::fem::{FactorError, Pencil, Symbolic};
+use crate::fem::{EngineError, FactorError, Pencil, Rows, Search, Symbolic};
 use crate::linalg::NoConvergence;
 
 /// Ritz residual `‖K⁻¹M x − θ x‖ / θ`, in the mass norm, at which a mode counts as converged. It bounds the
@@ -70,6 +70,9 @@ pub enum ModesError {
         /// `ε λ_max / λ_1`, from below; infinite if the stiffness does not factorise.
         share: f64,
     },
+    /// Ranks that searched together had to stop.
+    #[error("the search for natural modes on several ranks")]
+    Engine(#[from] EngineError),
     /// The search for modes met numbers that double precision does not hold.
     #[error("the search for natural modes")]
     NoConvergence(#[from] NoConvergence),
@@ -121,10 +124,23 @@ fn search(
         FactorError::NotPositiveDefinite { .. } => ModesError::LostInRounding { share: f64::INFINITY },
         other => ModesError::Factor(other),
     })?;
-    let mut space = Krylov::new(pencil, &factor, count);
+    let search = Search { count, available: n, tolerance, probes };
+    let modes = search_on(factor.rows(pencil, &search)?.as_mut(), &search)?;
+    let share = f64::EPSILON * stiffest_dof(pencil) / modes.eigenvalues[0].max(0.0);
+    if share <= LOST { Ok(modes) } else { Err(ModesError::LostInRounding { share }) }
+}
+
+/// The modes of a search, on rows that are all here or spread over ranks, each of which calls this. The
+/// shapes are whole on the first rank and have no rows on the others.
+///
+/// # Errors
+/// As [`lowest_modes`].
+pub fn search_on(rows: &mut dyn Rows, search: &Search) -> Result<Modes, ModesError> {
+    let Search { count, available, tolerance, probes } = *search;
+    let mut space = Krylov::new(rows, count, available)?;
     let mut settled: Option<usize> = None; // expansions since convergence
     let ritz = loop {
-        space.expand();
+        space.expand()?;
         let ritz = space.ritz()?;
         let converged = ritz.values.len() >= count && ritz.residuals[..count].iter().all(|&r| r <= tolerance);
         settled = match settled {
@@ -135,15 +151,13 @@ fn search(
             break ritz;
         }
         if settled == Some(0) || space.frontier() == 0 {
-            space.add_random_block();
+            space.add_random_block()?;
             if space.frontier() == 0 {
                 break ritz;
             }
         }
     };
-    let modes = space.modes(&ritz, count)?;
-    let share = f64::EPSILON * stiffest_dof(pencil) / modes.eigenvalues[0].max(0.0);
-    if share <= LOST { Ok(modes) } else { Err(ModesError::LostInRounding { share }) }
+    space.modes(&ritz, count)
 }
 
 /// The largest `K_ii / M_ii`, 1/s²: a Rayleigh quotient, so the largest eigenvalue from below, and within a

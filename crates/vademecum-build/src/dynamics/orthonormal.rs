@@ -2,7 +2,9 @@
 
 use faer::{Mat, MatRef};
 
-use crate::fem::{SymmetricMatrix, contiguous, contiguous_mut};
+use crate::fem::{
+    EngineError, LocalMass, MassProduct, SymmetricMatrix, contiguous, contiguous_mut, sum_matrix,
+};
 use crate::linalg::{subtract_product, transposed_product};
 
 /// A column that loses this fraction of its length to the columns before it is rounding.
@@ -27,44 +29,58 @@ pub(super) struct Joined {
 /// Two passes, each against `old` and within the block. Twice is enough (Parlett; by blocks Barlow and
 /// Smoktunowicz 2013): the first leaves at most rounding divided by 1e-11 of its columns, which are then of
 /// length one, and the second removes that.
-pub(super) fn orthonormalise(mass: &SymmetricMatrix, old: MatRef<'_, f64>, block: Mat<f64>) -> Joined {
-    let first = pass(mass, old, block, None);
-    let second = pass(mass, old, first.new, Some(SETTLED));
-    Joined {
+pub(super) fn orthonormalise(
+    rows: &mut dyn MassProduct,
+    old: MatRef<'_, f64>,
+    block: Mat<f64>,
+) -> Result<Joined, EngineError> {
+    let first = pass(rows, old, block, None)?;
+    let second = pass(rows, old, first.new, Some(SETTLED))?;
+    Ok(Joined {
         new: second.new,
         onto_old: first.onto_old + second.onto_old * &first.onto_new,
         onto_new: second.onto_new * first.onto_new,
-    }
+    })
+}
+
+/// The same where all rows are in this process.
+pub(super) fn orthonormalise_here(mass: &SymmetricMatrix, old: MatRef<'_, f64>, block: Mat<f64>) -> Joined {
+    orthonormalise(&mut LocalMass(mass), old, block).expect("one process waits for no other")
 }
 
 /// One pass over a block. Columns of which less than `least` is left are dropped; absent, those of which
-/// [`DEPENDENT`] of their length is.
-fn pass(mass: &SymmetricMatrix, old: MatRef<'_, f64>, mut block: Mat<f64>, least: Option<f64>) -> Joined {
+/// [`DEPENDENT`] of their length is. A column is taken off all columns behind it as soon as it is known, so
+/// that ranks add up what they have of all of them at once.
+fn pass(
+    rows: &mut dyn MassProduct,
+    old: MatRef<'_, f64>,
+    mut block: Mat<f64>,
+    least: Option<f64>,
+) -> Result<Joined, EngineError> {
     let (n, k) = (block.nrows(), block.ncols());
     let mut weighted = Mat::zeros(n, k);
-    mass.mul_into(block.as_ref(), weighted.as_mut());
-    let length = |c: usize| dot(block.col_as_slice(c), weighted.col_as_slice(c)).max(0.0).sqrt();
-    let least: Vec<f64> = (0..k).map(|c| least.unwrap_or_else(|| DEPENDENT * length(c))).collect();
-    let onto_old = transposed_product(old, weighted.as_ref());
+    rows.mul_mass(block.as_ref(), weighted.as_mut())?;
+    let least: Vec<f64> = match least {
+        Some(least) => vec![least; k],
+        None => {
+            let square = |c| dot(block.col_as_slice(c), weighted.col_as_slice(c));
+            let mut squares: Vec<f64> = (0..k).map(square).collect();
+            rows.sum(&mut squares)?;
+            squares.iter().map(|square| DEPENDENT * square.max(0.0).sqrt()).collect()
+        }
+    };
+    let mut onto_old = transposed_product(old, weighted.as_ref());
     if old.ncols() > 0 {
+        sum_matrix(rows, &mut onto_old)?;
         subtract_product(block.as_mut(), old, onto_old.as_ref());
-        mass.mul_into(block.as_ref(), weighted.as_mut());
+        rows.mul_mass(block.as_ref(), weighted.as_mut())?;
     }
     let mut onto_new = Mat::zeros(k, k);
     let mut used = 0;
     for c in 0..k {
-        for i in 0..used {
-            let part = dot(weighted.col_as_slice(i), block.col_as_slice(c));
-            onto_new[(i, c)] = part;
-            // The product by the mass follows the column.
-            for columns in [&mut block, &mut weighted] {
-                let (earlier, mut from) = columns.as_mut().split_at_col_mut(c);
-                let column = contiguous_mut(from.as_mut(), 0);
-                let direction = contiguous(earlier.as_ref(), i);
-                column.iter_mut().zip(direction).for_each(|(x, w)| *x -= part * w);
-            }
-        }
-        let left = dot(block.col_as_slice(c), weighted.col_as_slice(c)).max(0.0).sqrt();
+        let mut left = [dot(block.col_as_slice(c), weighted.col_as_slice(c))];
+        rows.sum(&mut left)?;
+        let left = left[0].max(0.0).sqrt();
         // `<=`: nothing is kept when all is zero; what is no number is not kept either.
         if left.is_nan() || left <= least[c] {
             continue;
@@ -75,10 +91,23 @@ fn pass(mass: &SymmetricMatrix, old: MatRef<'_, f64>, mut block: Mat<f64>, least
                 columns[(row, used)] = columns[(row, c)] / left;
             }
         }
+        let along = |later| dot(weighted.col_as_slice(used), block.col_as_slice(later));
+        let mut parts: Vec<f64> = (c + 1..k).map(along).collect();
+        rows.sum(&mut parts)?;
+        for (later, part) in (c + 1..k).zip(parts) {
+            onto_new[(used, later)] = part;
+            // The product by the mass follows the column.
+            for columns in [&mut block, &mut weighted] {
+                let (earlier, mut from) = columns.as_mut().split_at_col_mut(later);
+                let column = contiguous_mut(from.as_mut(), 0);
+                let direction = contiguous(earlier.as_ref(), used);
+                column.iter_mut().zip(direction).for_each(|(x, w)| *x -= part * w);
+            }
+        }
         used += 1;
     }
     let new = if used == k { block } else { block.subcols(0, used).to_owned() };
-    Joined { new, onto_old, onto_new: onto_new.subrows(0, used).to_owned() }
+    Ok(Joined { new, onto_old, onto_new: onto_new.subrows(0, used).to_owned() })
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

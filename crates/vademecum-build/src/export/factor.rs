@@ -21,6 +21,7 @@ pub fn factor_sections(
     order: &NodeOrder,
     precision: Precision,
 ) -> Result<Vec<Draft>, FactorError> {
+    let symbolic = &symbolic.here();
     let factor = symbolic.factor_of(body.model.pencil().stiffness())?;
     let columns = factor.columns();
     let n = columns.order.len();

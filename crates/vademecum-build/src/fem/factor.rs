@@ -21,6 +21,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Conj, Mat, MatMut, Par, Side, Spec};
 use rayon::prelude::*;
 
+use super::engine::{Engine, EngineError, LocalRows, Rows, Search, Spread};
 use super::pencil::Pencil;
 use super::rigid::Rigid;
 use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
@@ -52,6 +53,9 @@ pub enum FactorError {
     /// The memory for the factor was refused.
     #[error("not enough memory for the factor")]
     OutOfMemory,
+    /// Ranks that factorise together had to stop.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
 }
 
 impl From<FaerError> for FactorError {
@@ -72,6 +76,8 @@ pub struct Symbolic {
     kept: Arc<Mutex<Option<Arc<Factor>>>>,
     /// The rigid motions of a body without supports.
     rigid: Option<Arc<Rigid>>,
+    /// What factorises the stiffness where it is not this process alone.
+    engine: Option<Arc<dyn Engine>>,
 }
 
 impl Symbolic {
@@ -90,7 +96,23 @@ impl Symbolic {
             None => symbolic_cholesky(&pattern, SymmetricOrdering::Amd)?,
         };
         let rigid = pencil.rigid().cloned();
-        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky), kept: Arc::default(), rigid })
+        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky), kept: Arc::default(), rigid, engine: None })
+    }
+
+    /// The same, with every factor of a stiffness made and kept by an engine. Single factors
+    /// ([`Symbolic::factorize`]) stay in this process.
+    pub fn on(self, engine: Option<Arc<dyn Engine>>) -> Symbolic {
+        Symbolic { engine, kept: Arc::default(), ..self }
+    }
+
+    /// The same with all factors in this process, where their entries can be read.
+    pub fn here(&self) -> Symbolic {
+        if self.is_spread() { self.clone().on(None) } else { self.clone() }
+    }
+
+    /// Whether factors of the stiffness are made by an engine and lie outside this process.
+    pub fn is_spread(&self) -> bool {
+        self.engine.is_some()
     }
 
     /// Number of rows.
@@ -138,7 +160,7 @@ impl Symbolic {
             // Of its own, or a factor would keep itself.
             Ok(_) => {
                 let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
-                Ok(Factor { symbolic, matrix, values, rigid: None })
+                Ok(Factor { symbolic, matrix, values, spread: None, rigid: None })
             }
             Err(LltError::NonPositivePivot { index }) => {
                 Err(FactorError::NotPositiveDefinite { pivot: index, n: self.n() })
@@ -162,13 +184,29 @@ impl Symbolic {
         self.forget();
         let factor = Arc::new(match &self.rigid {
             Some(rigid) => {
-                let held = self.factorize(rigid.held(matrix))?;
+                let held = self.factorize_stiffness(rigid.held(matrix))?;
                 Factor { matrix: matrix.clone(), rigid: Some(rigid.clone()), ..held }
             }
-            None => self.factorize(matrix.clone())?,
+            None => self.factorize_stiffness(matrix.clone())?,
         });
         *self.kept() = Some(factor.clone());
         Ok(factor)
+    }
+
+    /// Factorises where the factors of a stiffness are.
+    fn factorize_stiffness(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
+        let Some(engine) = &self.engine else { return self.factorize(matrix) };
+        let spread = Some(engine.factorize(&matrix, &self.order())?);
+        let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
+        Ok(Factor { symbolic, matrix, values: vec![], spread, rigid: None })
+    }
+
+    /// The row of the matrix that stands at each place of the order of elimination.
+    fn order(&self) -> Vec<u32> {
+        match self.cholesky.perm() {
+            Some(permutation) => permutation.arrays().0.to_vec(),
+            None => (0..self.n() as u32).collect(),
+        }
     }
 
     /// The same factor to be used up, kept no longer.
@@ -208,7 +246,9 @@ impl Symbolic {
 pub struct Factor {
     symbolic: Symbolic,
     matrix: SymmetricMatrix,
+    /// Empty where the factor lies on other ranks too.
     values: Vec<f64>,
+    spread: Option<Arc<dyn Spread>>,
     /// Present for the stiffness of a body without supports: the values are those of `Kₛ`, and what is solved
     /// with is `K⁺` of it.
     rigid: Option<Arc<Rigid>>,
@@ -235,16 +275,30 @@ impl Factor {
         &self.symbolic
     }
 
+    /// The rows of a search for modes of the pencil whose stiffness this is the factor of.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub(crate) fn rows<'a>(
+        &'a self,
+        pencil: &'a Pencil,
+        search: &Search,
+    ) -> Result<Box<dyn Rows + 'a>, EngineError> {
+        match &self.spread {
+            Some(spread) => spread.begin(pencil.mass(), self.rigid.as_deref(), search),
+            None => Ok(Box::new(LocalRows::new(pencil, self))),
+        }
+    }
+
     /// `L` of `P A Pᵀ = L Lᵀ`, group by group of columns with the same rows below them.
+    ///
+    /// # Panics
+    /// If the factor is not in this process alone (see [`Symbolic::here`]).
     pub fn columns(&self) -> FactorColumns {
+        assert!(self.spread.is_none(), "a factor in this process");
         let cholesky = &self.symbolic.cholesky;
-        let n = self.symbolic.n();
-        let order = match cholesky.perm() {
-            Some(permutation) => permutation.arrays().0.to_vec(),
-            None => (0..n as u32).collect(),
-        };
         let mut columns = FactorColumns {
-            order,
+            order: self.symbolic.order(),
             groups: vec![],
             rows: vec![],
             values: Vec::with_capacity(self.values.len()),
@@ -314,6 +368,7 @@ impl Solve {
     /// ill-conditioned).
     pub fn new(symbolic: &Symbolic, columns: usize, refine: bool) -> Solve {
         let request = symbolic.cholesky.solve_in_place_scratch::<f64>(SOLVE_GROUP.min(columns), Par::Seq);
+        // An engine has memory of its own, but a factor of this process may be solved with all the same.
         let groups = columns.div_ceil(SOLVE_GROUP);
         let n = symbolic.n();
         Solve {
@@ -362,7 +417,10 @@ impl Solve {
 
 /// Solves for forces that move no body as a whole, and takes such a motion off the answer.
 fn solve_centred(memories: &mut [MemBuffer], factor: &Factor, mut rhs: MatMut<'_, f64>) {
-    solve_groups(memories, factor, rhs.rb_mut());
+    match &factor.spread {
+        Some(spread) => spread.solve_in_place(rhs.rb_mut()),
+        None => solve_groups(memories, factor, rhs.rb_mut()),
+    }
     if let Some(rigid) = &factor.rigid {
         rigid.centre(rhs);
     }

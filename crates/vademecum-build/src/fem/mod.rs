@@ -6,6 +6,7 @@
 
 mod assembly;
 mod element;
+mod engine;
 mod factor;
 mod green;
 mod loads;
@@ -20,6 +21,8 @@ mod supernodes;
 #[cfg(test)]
 pub(crate) use element::cross;
 pub use element::{ElementError, Material};
+pub use engine::{AT_ONCE, Engine, EngineError, LocalRows, MassProduct, Rows, Search, Spread};
+pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use green::{GreenError, GreenStrain, SOFTENING};
 pub use loads::{Facet, LoadError, surface_facets};

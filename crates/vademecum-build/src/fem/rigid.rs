@@ -76,13 +76,18 @@ impl Rigid {
     }
 
     /// `Φ`, shape (n, 6).
-    pub(crate) fn motions(&self) -> MatRef<'_, f64> {
+    pub fn motions(&self) -> MatRef<'_, f64> {
         self.motions.as_ref()
     }
 
     /// `MΦ`, shape (n, 6).
-    pub(crate) fn momenta(&self) -> MatRef<'_, f64> {
+    pub fn momenta(&self) -> MatRef<'_, f64> {
         self.momenta.as_ref()
+    }
+
+    /// The dofs of the six springs of `Kₛ`; each is as stiff as its dof is.
+    pub fn pins(&self) -> [usize; 6] {
+        self.pins
     }
 
     /// `Kₛ`: the stiffness with six springs, each as stiff as its dof is.

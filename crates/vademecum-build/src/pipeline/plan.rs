@@ -33,7 +33,13 @@ fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
     let live = space.has_region_parameters();
     // One per distinct stage matrix, and one of the stiffness; every thread has its own at the samples.
     let stages = prepared.scheme.active().len() as f64;
-    let factors = prepared.symbolic.factor_bytes() as f64 * if live { 1.0 + threads() } else { 1.0 + stages };
+    let count = match prepared.symbolic.is_spread() && prepared.exact {
+        // That of the stiffness is the engine's, and nothing is marched.
+        true => 0.0,
+        false if live => 1.0 + threads(),
+        false => 1.0 + stages,
+    };
+    let factors = prepared.symbolic.factor_bytes() as f64 * count;
     let modes = problem.basis.modes.unwrap_or(8) as f64;
     let vectors = match problem.basis_kind() {
         // The Krylov space, and the block that joins it.
@@ -78,7 +84,7 @@ fn residual_ahead(problem: &Problem, prepared: &Prepared, full: bool) -> f64 {
     }
     let Prepared { body, symbolic, scheme, .. } = prepared;
     let modes = problem.basis.modes.unwrap_or(8);
-    let factors = if full { 1 + scheme.active().len() } else { 1 };
+    let factors = usize::from(!symbolic.is_spread()) + if full { scheme.active().len() } else { 0 };
     let kept = body.model.pencil().bytes() as f64 + factors as f64 * symbolic.factor_bytes() as f64;
     let own = residual::memory(body, symbolic, modes);
     kept + NUMBER * body.n_dof() as f64 * modes as f64 + own

@@ -14,6 +14,8 @@ pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
 pub use time_step::TimeStepError;
 
+use std::sync::Arc;
+
 use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
@@ -22,7 +24,7 @@ use crate::dynamics::{
     DampingError, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError, SchemeKind,
     first_frequency,
 };
-use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
+use crate::fem::{Engine, FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::{Problem, ProblemError};
 use crate::limits::{Memory, TooMuchMemory};
 use crate::linalg::Random;
@@ -125,16 +127,16 @@ pub fn prepare(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
-    prepare_within(problem, Memory::asked_or_available(None), watch, listener)
+    prepare_within(problem, (Memory::asked_or_available(None), None), watch, listener)
 }
 
-/// The same within so much memory.
+/// The same within so much memory, with factors of the stiffness made by an engine if there is one.
 ///
 /// # Errors
 /// As [`prepare`]; [`PrepareError::Memory`] before a mesh or matrices that need more are allocated.
 pub fn prepare_within(
     problem: &Problem,
-    memory: Memory,
+    (memory, engine): (Memory, Option<&Arc<dyn Engine>>),
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
@@ -163,12 +165,14 @@ pub fn prepare_within(
     note_probes(problem, &body, listener);
     note_free(&body, listener);
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
+    let symbolic = symbolic.on(engine.cloned());
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
     }
     let (mut space, mut first_period) = (space, None);
     if space.time_step().is_none() {
-        let factor = symbolic.factor_bytes() as f64 + body.model.pencil().bytes() as f64;
+        let own = if symbolic.is_spread() { 0 } else { symbolic.factor_bytes() };
+        let factor = own as f64 + body.model.pencil().bytes() as f64;
         memory.check(factor, ": a coarser mesh", || format!("the matrices of {} free dofs", body.n_dof()))?;
         let first = || first_frequency(body.model.pencil(), &symbolic);
         let period = 1.0 / watch.stage("first natural mode", first)?;

@@ -1,7 +1,9 @@
 //! `vademecum build`: from a problem to a file.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
+use vademecum_build::fem::Engine;
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::progress::Listener;
@@ -22,6 +24,7 @@ use crate::print::{bytes, print_json, print_report};
 A build that was stopped goes on where it was when it is started again: finished stages lie in OUTPUT.work
 until the file is written.
   vademecum build regions.toml -o regions.vdm --repair
+  mpirun -n 8 vademecum build large.toml -o large.vdm --engine petsc   on several processes or machines
 Keys of the problem file: `vademecum help problem`")]
 pub struct Build {
     /// The problem file (TOML).
@@ -52,17 +55,61 @@ pub struct Build {
     /// Memory the build may use, such as 8G or 500M [default: what the machine and `ulimit -v` leave].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory: Option<u64>,
+    /// What factorises the stiffness and searches for modes: this process, or PETSc on all ranks that
+    /// `mpirun` starts (in a program that was built with it).
+    #[arg(long, value_enum, default_value_t, value_name = "ENGINE")]
+    engine: EngineName,
+    /// Folder for factors that are kept on disk, with `--engine petsc`; what a killed job leaves there can be
+    /// deleted.
+    #[arg(long, value_name = "DIR")]
+    out_of_core: Option<PathBuf>,
     #[command(flatten)]
     outputs: OutputArguments,
 }
 
+/// The engines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum EngineName {
+    /// This process.
+    #[default]
+    Local,
+    /// All ranks, by MPI, PETSc and MUMPS.
+    Petsc,
+}
+
 impl Build {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
+        match self.engine {
+            EngineName::Local if self.out_of_core.is_some() => {
+                Err(Failure::new(Cause::Usage, "`--out-of-core` is for `--engine petsc`"))
+            }
+            EngineName::Local => self.run_on(None, console),
+            EngineName::Petsc => self.run_on_ranks(console),
+        }
+    }
+
+    /// On all ranks; those that are not the first say and write nothing.
+    #[cfg(feature = "petsc")]
+    fn run_on_ranks(&self, console: &Console) -> Result<(), Failure> {
+        let options = vademecum_petsc::Options { out_of_core: self.out_of_core.clone() };
+        let done = vademecum_petsc::run(&options, |engine| self.run_on(Some(engine), console));
+        done.map_err(|error| Failure::new(Cause::Machine, error))?.unwrap_or(Ok(()))
+    }
+
+    #[cfg(not(feature = "petsc"))]
+    fn run_on_ranks(&self, _: &Console) -> Result<(), Failure> {
+        let error = "this program was built without PETSc: `--engine petsc` is not in it";
+        let remedy = "`cargo install --locked --path crates/vademecum-cli --features petsc`, with PETSc and MPI installed";
+        Err(Failure::new(Cause::Usage, error).remedy(remedy))
+    }
+
+    /// The build with an engine, or in this process alone.
+    fn run_on(&self, engine: Option<&Arc<dyn Engine>>, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
         let outputs = outputs(&self.outputs, &[Some(&self.problem)], Some(&problem));
         check_output(&outputs, &self.output, Kind::Vademecum)?;
         let store = self.work_folder()?.map(|folder| Store::new(&folder, self.fresh));
-        let built = self.build(&problem, store.as_ref(), &outputs, console).inspect_err(|_| {
+        let built = self.build(&problem, store.as_ref(), &outputs, engine, console).inspect_err(|_| {
             if let Some(store) = store.as_ref().filter(|store| store.holds_stages()) {
                 let kept = store.folder().display();
                 console
@@ -92,9 +139,11 @@ impl Build {
         problem: &Problem,
         store: Option<&Store>,
         outputs: &Outputs,
+        engine: Option<&Arc<dyn Engine>>,
         console: &Console,
     ) -> Result<Built, Failure> {
-        let options = BuildOptions { repair: self.repair, store, long: self.long, memory: self.memory };
+        let (long, memory) = (self.long, self.memory);
+        let options = BuildOptions { repair: self.repair, store, long, memory, engine };
         let outcome = build(problem, &options, console)?;
         let built = if self.keep_missed { outcome.either() } else { outcome.kept()? };
         if console.cancelled() {

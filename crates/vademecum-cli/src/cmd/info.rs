@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use vademecum_build::certificate::StructureReport;
 use vademecum_build::chapter::ChapterReport;
+use vademecum_build::dynamics::ModeRow;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_eval::RigidBody;
 use vademecum_format::{Chapter, File, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, RewriteError, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
-use vademecum_study::contents::{Bound, bound, figures, lines, numbers};
+use vademecum_study::contents::{Bound, bound, figures, lines, mode_table, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::arguments::{Limit, rounding};
@@ -67,6 +68,8 @@ struct Contents {
     beta: f64,
     /// Of each mode beside Rayleigh's damping; none in a file without them.
     damping_ratios: Vec<f64>,
+    /// A row for each mode; none in a file that was stripped of it.
+    mode_table: Vec<ModeRow>,
     structures: Vec<&'static str>,
     terms: u32,
     axes: Vec<AxisReport>,
@@ -209,6 +212,7 @@ impl Info {
     fn is_printed(&self, kind: SectionKind) -> bool {
         use SectionKind as S;
         let printed = [
+            S::ModeTable,
             S::PatternNames,
             S::ProbeNames,
             S::SupportNames,
@@ -301,6 +305,7 @@ impl Info {
             alpha: m.alpha,
             beta: m.beta,
             damping_ratios: damping_ratios(file)?,
+            mode_table: mode_table(file)?,
             structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
             terms,
             canonical: canonical.as_ref().map(CanonicalAxes::new),

@@ -8,7 +8,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::reference::{Trajectory, Truth, WINDOW, Windows};
-use crate::dynamics::orthonormal::{Joined, orthonormalise};
+use crate::dynamics::orthonormal::{Joined, orthonormalise_here};
 use crate::fem::SymmetricMatrix;
 
 /// A motion shown as `u(t) = Σ_j c_j a_j(t)`.
@@ -43,7 +43,8 @@ impl Truth<'_> {
     /// Columns over the free dofs, shape (n, k), beside the space. Costs 8 n k products for each vector of
     /// the space.
     pub fn beside(&self, columns: Mat<f64>) -> Beside {
-        let Joined { onto_old, onto_new, .. } = orthonormalise(self.pencil.mass(), self.space(), columns);
+        let Joined { onto_old, onto_new, .. } =
+            orthonormalise_here(self.pencil.mass(), self.space(), columns);
         Beside { onto_old, onto_new }
     }
 }

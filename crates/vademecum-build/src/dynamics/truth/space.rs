@@ -5,7 +5,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
 use crate::dynamics::krylov::symmetric_eigen;
-use crate::dynamics::orthonormal::orthonormalise;
+use crate::dynamics::orthonormal::orthonormalise_here;
 use crate::fem::{Factor, Pencil, Solve};
 use crate::linalg::NoConvergence;
 
@@ -91,7 +91,7 @@ impl<'a> Space<'a> {
     }
 
     fn append(&mut self, block: Mat<f64>) {
-        let joined = orthonormalise(self.pencil.mass(), self.vectors(), block);
+        let joined = orthonormalise_here(self.pencil.mass(), self.vectors(), block);
         let width = joined.new.ncols();
         let room = self.vectors.ncols();
         if self.used + width > room {

@@ -1,0 +1,235 @@
+//! Where the rows of a body's matrices are: in this process, or spread over the ranks of a cluster.
+//!
+//! The search for modes is written once, on [`Rows`]: what one rank does with its rows, and what all ranks do
+//! together. A rank is one of the processes that work on one body. Every rank runs the same search; what they
+//! decide by are sums over all rows, which have the same bits on each of them, so that they always agree.
+//! With one process the rows are all rows, and nothing is sent.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Mat, MatMut, MatRef};
+
+use super::factor::{Factor, FactorError, Solve};
+use super::pencil::Pencil;
+use super::rigid::Rigid;
+use super::sparse::SymmetricMatrix;
+
+/// Why ranks that work together had to stop.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{call} failed: {reason}")]
+pub struct EngineError {
+    /// What was called, as the library names it.
+    pub call: String,
+    /// What the library says of it.
+    pub reason: String,
+}
+
+/// The inner product of the mass over the rows of all ranks.
+pub trait MassProduct {
+    /// `y ← M x` for blocks of shape (own rows, columns).
+    ///
+    /// # Errors
+    /// [`EngineError`]: a rank was lost.
+    fn mul_mass(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError>;
+
+    /// Adds the numbers of all ranks up; each rank gets the same bits.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn sum(&mut self, numbers: &mut [f64]) -> Result<(), EngineError>;
+}
+
+/// Rows of the mass and of a factorised stiffness that one rank holds, and what all ranks do together.
+///
+/// Blocks have the shape (own rows, columns) and contiguous columns. All ranks call every function that
+/// returns a `Result`, in one order.
+pub trait Rows: MassProduct {
+    /// Rows of this rank.
+    fn own(&self) -> usize;
+
+    /// Rows of all ranks.
+    fn total(&self) -> usize;
+
+    /// Copies this rank's part of a column over all rows.
+    fn part_into(&self, whole: &[f64], own: &mut [f64]);
+
+    /// `y ← K x`.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn mul_stiffness(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError>;
+
+    /// `x ← K⁻¹ x` by the factor alone: always the same linear map. At most [`AT_ONCE`] columns.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn solve(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError>;
+
+    /// The same with one step of iterative refinement.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn solve_refined(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError>;
+
+    /// Overwrites the numbers by those of the first rank.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn agree(&mut self, numbers: &mut [f64]) -> Result<(), EngineError>;
+
+    /// All rows of a block on the first rank; no rows at all on the others.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError>;
+}
+
+/// Columns solved for together at most.
+pub const AT_ONCE: usize = 24;
+
+/// What all ranks search for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// Modes wanted.
+    pub count: usize,
+    /// Modes that there are.
+    pub available: usize,
+    /// Ritz residual at which a mode counts as converged.
+    pub tolerance: f64,
+    /// Expansions of a probe block before the answer stands.
+    pub probes: usize,
+}
+
+/// Factorises matrices on other ranks than this one alone.
+pub trait Engine: Debug + Send + Sync {
+    /// Spreads a matrix over the ranks and factorises it there. `order` gives the row of the matrix that
+    /// stands at each place of an elimination order: rows at near places are coupled.
+    ///
+    /// # Errors
+    /// [`FactorError::NotPositiveDefinite`], [`FactorError::Engine`].
+    fn factorize(&self, matrix: &SymmetricMatrix, order: &[u32]) -> Result<Arc<dyn Spread>, FactorError>;
+}
+
+/// A matrix that lies factorised on several ranks.
+pub trait Spread: Debug + Send + Sync {
+    /// Overwrites `rhs`, shape (n, columns) with all rows, by `A⁻¹ rhs`. A failure of the ranks ends the
+    /// program with its cause.
+    fn solve_in_place(&self, rhs: MatMut<'_, f64>);
+
+    /// Spreads the mass beside the matrix and has all other ranks begin this search; the caller is the first
+    /// rank. `rigid` are the motions of a body without supports, whose stiffness the matrix is when springs
+    /// hold it.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    fn begin<'a>(
+        &'a self,
+        mass: &SymmetricMatrix,
+        rigid: Option<&Rigid>,
+        search: &Search,
+    ) -> Result<Box<dyn Rows + 'a>, EngineError>;
+}
+
+/// All rows, in this process.
+pub struct LocalRows<'a> {
+    pencil: &'a Pencil,
+    factor: &'a Factor,
+    solve: Solve,
+    refined: Option<Solve>,
+}
+
+impl<'a> LocalRows<'a> {
+    /// The rows of a pencil whose stiffness is factorised.
+    pub fn new(pencil: &'a Pencil, factor: &'a Factor) -> LocalRows<'a> {
+        LocalRows { pencil, factor, solve: Solve::new(factor.symbolic(), AT_ONCE, false), refined: None }
+    }
+}
+
+impl MassProduct for LocalRows<'_> {
+    fn mul_mass(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        self.pencil.mass().mul_into(x, y);
+        Ok(())
+    }
+
+    fn sum(&mut self, _: &mut [f64]) -> Result<(), EngineError> {
+        Ok(())
+    }
+}
+
+impl Rows for LocalRows<'_> {
+    fn own(&self) -> usize {
+        self.pencil.n_dof()
+    }
+
+    fn total(&self) -> usize {
+        self.pencil.n_dof()
+    }
+
+    fn part_into(&self, whole: &[f64], own: &mut [f64]) {
+        own.copy_from_slice(whole);
+    }
+
+    fn mul_stiffness(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        self.pencil.stiffness().mul_into(x, y);
+        Ok(())
+    }
+
+    fn solve(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError> {
+        self.solve.solve_in_place(self.factor, x);
+        Ok(())
+    }
+
+    fn solve_refined(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let memory = self.refined.get_or_insert_with(|| Solve::new(self.factor.symbolic(), AT_ONCE, true));
+        memory.solve_in_place(self.factor, x);
+        Ok(())
+    }
+
+    fn agree(&mut self, _: &mut [f64]) -> Result<(), EngineError> {
+        Ok(())
+    }
+
+    fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
+        Ok(x)
+    }
+}
+
+/// The mass of a body whose rows are all in this process.
+pub(crate) struct LocalMass<'a>(pub &'a SymmetricMatrix);
+
+impl MassProduct for LocalMass<'_> {
+    fn mul_mass(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        self.0.mul_into(x, y);
+        Ok(())
+    }
+
+    fn sum(&mut self, _: &mut [f64]) -> Result<(), EngineError> {
+        Ok(())
+    }
+}
+
+/// Adds the matrices of all ranks up.
+pub(crate) fn sum_matrix(rows: &mut dyn MassProduct, matrix: &mut Mat<f64>) -> Result<(), EngineError> {
+    each_number(matrix, |numbers| rows.sum(numbers))
+}
+
+/// Overwrites a matrix by that of the first rank.
+pub(crate) fn agree_matrix(rows: &mut dyn Rows, matrix: &mut Mat<f64>) -> Result<(), EngineError> {
+    each_number(matrix, |numbers| rows.agree(numbers))
+}
+
+/// Shows the entries of a matrix, column by column, to what may change them.
+fn each_number(
+    matrix: &mut Mat<f64>,
+    change: impl FnOnce(&mut [f64]) -> Result<(), EngineError>,
+) -> Result<(), EngineError> {
+    let mut numbers: Vec<f64> = matrix.rb().col_iter().flat_map(|c| c.iter().copied()).collect();
+    change(&mut numbers)?;
+    let mut numbers = numbers.into_iter();
+    for column in matrix.rb_mut().col_iter_mut() {
+        column.iter_mut().zip(&mut numbers).for_each(|(entry, number)| *entry = number);
+    }
+    Ok(())
+}

@@ -1,0 +1,247 @@
+//! The rows of one rank in a search for modes.
+
+use std::collections::BTreeMap;
+use std::ops::DerefMut;
+use std::sync::Arc;
+
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Mat, MatMut, MatRef};
+use vademecum_build::fem::{EngineError, MassProduct, Rows};
+
+use crate::calls::{Factor, Matrix};
+use crate::ranks::Ranks;
+
+/// A factorised stiffness, this rank's rows of it.
+pub struct Held {
+    /// The factor with its matrix.
+    pub factor: Factor,
+    /// Where each own row starts, for the mass too.
+    pub starts: Vec<i64>,
+    /// Columns of the entries, for the mass too.
+    pub columns: Vec<i64>,
+    /// The row of the whole matrix that each own row is.
+    pub places: Vec<i64>,
+    /// Rows of all ranks.
+    pub total: usize,
+    /// The folder of a factor out of core, which goes with it.
+    pub _scratch: Option<Scratch>,
+}
+
+/// A folder of this rank that is removed with what lies in it.
+pub struct Scratch(pub std::path::PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is left behind: the file is what counts.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What a body without supports needs beside its matrices, whose stiffness is held by springs.
+pub struct Relief {
+    /// `Φ`, own rows.
+    pub motions: Mat<f64>,
+    /// `MΦ`, own rows.
+    pub momenta: Mat<f64>,
+    /// Own rows with a spring, and its stiffness.
+    pub springs: Vec<(usize, f64)>,
+}
+
+/// The ranks, and the factors that lie on them.
+pub struct Session {
+    pub ranks: Ranks,
+    /// This rank's part of each factor, by its number.
+    pub held: BTreeMap<u64, Held>,
+    /// The number of the next one.
+    pub next: u64,
+    /// Whether a call failed: then the others may wait for what will not come.
+    pub lost: bool,
+}
+
+impl Session {
+    pub fn new(ranks: Ranks) -> Self {
+        Self { ranks, held: BTreeMap::new(), next: 0, lost: false }
+    }
+
+    /// Remembers that a call failed.
+    pub fn noting<T>(&mut self, result: Result<T, EngineError>) -> Result<T, EngineError> {
+        self.lost |= result.is_err();
+        result
+    }
+}
+
+/// Rows of the mass and of a factorised stiffness on one rank. `S` is how the session is reached: through a
+/// lock on the first rank, which has several threads, and directly on the others.
+pub struct SpreadRows<S> {
+    pub session: S,
+    /// The number of the factor.
+    pub id: u64,
+    pub mass: Matrix,
+    pub relief: Option<Relief>,
+    /// The row of the whole matrix at each place, on the first rank.
+    pub order: Arc<Vec<u32>>,
+}
+
+/// `y ← A x`, column by column.
+fn multiply(matrix: &mut Matrix, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
+    (0..x.ncols()).try_for_each(|c| matrix.multiply(column(x, c), column_mut(y.rb_mut(), c)))
+}
+
+fn column<'a>(x: MatRef<'a, f64>, c: usize) -> &'a [f64] {
+    x.col(c).try_as_col_major().expect("columns are contiguous").as_slice()
+}
+
+fn column_mut<'a>(x: MatMut<'a, f64>, c: usize) -> &'a mut [f64] {
+    x.col_mut(c).try_as_col_major_mut().expect("columns are contiguous").as_slice_mut()
+}
+
+/// Columns one after the other.
+pub fn packed(x: MatRef<'_, f64>) -> Vec<f64> {
+    (0..x.ncols()).flat_map(|c| column(x, c).iter().copied()).collect()
+}
+
+/// `x ← x − A (BᵀX)`, the product summed over the ranks.
+fn take_off(ranks: &Ranks, mut x: MatMut<'_, f64>, a: &Mat<f64>, b: &Mat<f64>) -> Result<(), EngineError> {
+    let product = b.transpose() * x.rb();
+    let mut shares = packed(product.as_ref());
+    ranks.calls.sum(&mut shares)?;
+    for c in 0..x.ncols() {
+        let column = column_mut(x.rb_mut(), c);
+        for (k, share) in shares[c * a.ncols()..][..a.ncols()].iter().enumerate() {
+            column.iter_mut().zip(a.col_as_slice(k)).for_each(|(x, a)| *x -= share * a);
+        }
+    }
+    Ok(())
+}
+
+impl<S: DerefMut<Target = Session>> SpreadRows<S> {
+    fn held(&self) -> &Held {
+        self.session.held.get(&self.id).expect("a factor that is not released")
+    }
+
+    fn factor(&mut self) -> &mut Factor {
+        &mut self.session.held.get_mut(&self.id).expect("a factor that is not released").factor
+    }
+
+    /// Takes off forces what accelerates a body without supports as a whole.
+    fn relieve(&self, forces: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let Some(relief) = &self.relief else { return Ok(()) };
+        take_off(&self.session.ranks, forces, &relief.momenta, &relief.motions)
+    }
+
+    /// Solves for forces that are relieved, and takes off what moves mass as a whole.
+    fn solve_relieved(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let answers = self.factor().solve(packed(x.rb()), x.ncols())?;
+        let own = x.nrows();
+        for c in 0..x.ncols() {
+            column_mut(x.rb_mut(), c).copy_from_slice(&answers[c * own..][..own]);
+        }
+        let Some(relief) = &self.relief else { return Ok(()) };
+        take_off(&self.session.ranks, x, &relief.motions, &relief.momenta)
+    }
+
+    /// A solve with one step of refinement.
+    fn refine(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
+        self.relieve(x.rb_mut())?;
+        let mut left = x.rb().to_owned();
+        self.solve_relieved(x.rb_mut())?;
+        let mut image = Mat::zeros(x.nrows(), x.ncols());
+        self.mul_stiffness(x.rb(), image.as_mut())?;
+        left -= image;
+        self.relieve(left.as_mut())?;
+        self.solve_relieved(left.as_mut())?;
+        x += left;
+        Ok(())
+    }
+
+    /// All rows of a block on the first rank.
+    fn gathered(&self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
+        if !self.session.ranks.is_first() {
+            self.session.ranks.send(&packed(x.as_ref()), 0)?;
+            return Ok(Mat::zeros(0, x.ncols()));
+        }
+        let mut whole = Mat::zeros(self.held().total, x.ncols());
+        for rank in 0..self.session.ranks.calls.size {
+            let places = self.session.ranks.rows_of(rank, self.held().total);
+            let own = match rank {
+                0 => packed(x.as_ref()),
+                _ => self.session.ranks.receive(places.len() * x.ncols(), rank)?,
+            };
+            put(whole.as_mut(), &self.order[places], &own);
+        }
+        Ok(whole)
+    }
+}
+
+impl<S: DerefMut<Target = Session>> MassProduct for SpreadRows<S> {
+    fn mul_mass(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let done = multiply(&mut self.mass, x, y);
+        self.session.noting(done)
+    }
+
+    fn sum(&mut self, numbers: &mut [f64]) -> Result<(), EngineError> {
+        let done = self.session.ranks.calls.sum(numbers);
+        self.session.noting(done)
+    }
+}
+
+impl<S: DerefMut<Target = Session>> Rows for SpreadRows<S> {
+    fn own(&self) -> usize {
+        self.held().places.len()
+    }
+
+    fn total(&self) -> usize {
+        self.held().total
+    }
+
+    fn part_into(&self, whole: &[f64], own: &mut [f64]) {
+        own.iter_mut().zip(&self.held().places).for_each(|(own, &place)| *own = whole[place as usize]);
+    }
+
+    fn mul_stiffness(&mut self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let done = multiply(self.factor().matrix(), x, y.rb_mut());
+        self.session.noting(done)?;
+        for &(row, spring) in self.relief.iter().flat_map(|relief| &relief.springs) {
+            (0..x.ncols()).for_each(|c| y[(row, c)] -= spring * x[(row, c)]);
+        }
+        Ok(())
+    }
+
+    fn solve(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let done = self.relieve(x.rb_mut()).and_then(|()| self.solve_relieved(x));
+        self.session.noting(done)
+    }
+
+    fn solve_refined(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let done = self.refine(x);
+        self.session.noting(done)
+    }
+
+    fn agree(&mut self, numbers: &mut [f64]) -> Result<(), EngineError> {
+        let done = self.session.ranks.calls.agree(numbers);
+        self.session.noting(done)
+    }
+
+    fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
+        let done = self.gathered(x);
+        self.session.noting(done)
+    }
+}
+
+/// Puts columns of own rows where they stand in whole columns.
+pub fn put(mut whole: MatMut<'_, f64>, places: &[u32], own: &[f64]) {
+    for c in 0..whole.ncols() {
+        let column = column_mut(whole.rb_mut(), c);
+        let part = &own[c * places.len()..][..places.len()];
+        places.iter().zip(part).for_each(|(&place, &value)| column[place as usize] = value);
+    }
+}
+
+/// Columns of the rows at some places of whole columns, one after the other.
+pub fn take(whole: MatRef<'_, f64>, places: &[u32]) -> Vec<f64> {
+    let part = |c| {
+        let column = column(whole, c);
+        places.iter().map(move |&place| column[place as usize])
+    };
+    (0..whole.ncols()).flat_map(part).collect()
+}

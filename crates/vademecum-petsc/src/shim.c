@@ -1,0 +1,234 @@
+/* The calls of MPI and PETSc that the crate makes. Widths of integers, numbers of enums and macros are those of
+   the installed headers. Every function returns 0, or something else when it failed; then vp_failed_call and
+   vp_failed_words tell what and why. Blocks are columns one after the other, without gaps. */
+#include <petscmat.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#if defined(PETSC_USE_COMPLEX)
+#error "vademecum needs a PETSc of real numbers; this one is built for complex ones"
+#endif
+_Static_assert(sizeof(PetscScalar) == sizeof(double), "vademecum needs a PETSc in double precision");
+
+enum { TAG = 7, CHUNK = 1 << 28 };
+
+static char failed_call[64], failed_words[512];
+
+const char *vp_failed_call(void) { return failed_call; }
+const char *vp_failed_words(void) { return failed_words; }
+
+static int fail(const char *call, const char *words) {
+    snprintf(failed_call, sizeof failed_call, "%s", call);
+    snprintf(failed_words, sizeof failed_words, "%s", words);
+    return 1;
+}
+
+static int mpi(int code, const char *call) {
+    if (code == MPI_SUCCESS) return 0;
+    char words[MPI_MAX_ERROR_STRING + 1] = "";
+    int length = 0;
+    MPI_Error_string(code, words, &length);
+    return fail(call, words);
+}
+
+static int petsc(PetscErrorCode code, const char *call) {
+    if (!code) return 0;
+    const char *general = NULL;
+    char *specific = NULL, words[512];
+    (void)PetscErrorMessage(code, &general, &specific);
+    snprintf(words, sizeof words, "%s (error %d)%s%s", general ? general : "no words for it", (int)code,
+             specific && *specific ? ": " : "", specific ? specific : "");
+    return fail(call, words);
+}
+
+#define MPI(call, ...) do { if (mpi(call(__VA_ARGS__), #call)) return 1; } while (0)
+#define PETSC(call, ...) do { if (petsc(call(__VA_ARGS__), #call)) return 1; } while (0)
+
+/* Starts MPI and PETSc; *ranks is set to this rank, the number of ranks, and the number of those on this machine. */
+int vp_start(int64_t *ranks) {
+    int given = 0, rank = 0, size = 0, near = 0;
+    MPI_Comm node;
+    MPI(MPI_Init_thread, NULL, NULL, MPI_THREAD_SERIALIZED, &given);
+    if (given < MPI_THREAD_SERIALIZED) return fail("MPI_Init_thread", "this MPI cannot be called from more than one thread");
+    MPI(MPI_Comm_set_errhandler, MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+    MPI(MPI_Comm_rank, MPI_COMM_WORLD, &rank);
+    MPI(MPI_Comm_size, MPI_COMM_WORLD, &size);
+    MPI(MPI_Comm_split_type, MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
+    MPI(MPI_Comm_size, node, &near);
+    MPI(MPI_Comm_free, &node);
+    /* Signals stay the program's. */
+    PETSC(PetscOptionsSetValue, NULL, "-no_signal_handler", "true");
+    PETSC(PetscInitializeNoArguments);
+    PETSC(PetscPushErrorHandler, PetscReturnErrorHandler, NULL);
+    ranks[0] = rank;
+    ranks[1] = size;
+    ranks[2] = near;
+    return 0;
+}
+
+int vp_finish(void) {
+    PETSC(PetscFinalize);
+    MPI(MPI_Finalize);
+    return 0;
+}
+
+/* Ends all ranks. */
+void vp_abort(int code) { MPI_Abort(MPI_COMM_WORLD, code); }
+
+int vp_send(const char *bytes, int64_t length, int to) {
+    for (int64_t at = 0; at < length; at += CHUNK) {
+        int part = (int)(length - at < CHUNK ? length - at : CHUNK);
+        MPI(MPI_Send, bytes + at, part, MPI_BYTE, to, TAG, MPI_COMM_WORLD);
+    }
+    return 0;
+}
+
+int vp_receive(char *bytes, int64_t length, int from) {
+    for (int64_t at = 0; at < length; at += CHUNK) {
+        int part = (int)(length - at < CHUNK ? length - at : CHUNK);
+        MPI(MPI_Recv, bytes + at, part, MPI_BYTE, from, TAG, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    }
+    return 0;
+}
+
+/* Sleeps until the first rank sends something: an idle rank leaves its core to the first one. */
+int vp_idle(void) {
+    int there = 0;
+    for (;;) {
+        MPI(MPI_Iprobe, 0, TAG, MPI_COMM_WORLD, &there, MPI_STATUS_IGNORE);
+        if (there) return 0;
+        usleep(200);
+    }
+}
+
+int vp_agree(double *numbers, int64_t length) {
+    for (int64_t at = 0; at < length; at += CHUNK) {
+        int part = (int)(length - at < CHUNK ? length - at : CHUNK);
+        MPI(MPI_Bcast, numbers + at, part, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    }
+    return 0;
+}
+
+/* On the first rank and from there: an all-reduce need not have the same bits everywhere. */
+int vp_sum(double *numbers, int64_t length) {
+    int rank = 0;
+    MPI(MPI_Comm_rank, MPI_COMM_WORLD, &rank);
+    for (int64_t at = 0; at < length; at += CHUNK) {
+        int part = (int)(length - at < CHUNK ? length - at : CHUNK);
+        double *own = numbers + at;
+        MPI(MPI_Reduce, rank ? own : MPI_IN_PLACE, rank ? NULL : own, part, MPI_DOUBLE, MPI_SUM, 0, MPI_COMM_WORLD);
+    }
+    return vp_agree(numbers, length);
+}
+
+struct vp_matrix {
+    Mat a;
+    Vec x, y;
+    PetscInt own, total;
+};
+
+void vp_matrix_free(struct vp_matrix *m) {
+    if (!m) return;
+    (void)VecDestroy(&m->x);
+    (void)VecDestroy(&m->y);
+    (void)MatDestroy(&m->a);
+    free(m);
+}
+
+static PetscInt *narrow(const int64_t *numbers, int64_t length) {
+    PetscInt *narrowed = malloc((size_t)(length > 0 ? length : 1) * sizeof *narrowed);
+    for (int64_t i = 0; narrowed && i < length; i++) narrowed[i] = (PetscInt)numbers[i];
+    return narrowed;
+}
+
+static int fill(struct vp_matrix *m, const PetscInt *starts, const PetscInt *columns, const double *values) {
+    PETSC(MatCreateMPIAIJWithArrays, PETSC_COMM_WORLD, m->own, m->own, m->total, m->total, starts, columns, values, &m->a);
+    PETSC(MatSetOption, m->a, MAT_SYMMETRIC, PETSC_TRUE);
+    PETSC(VecCreateMPIWithArray, PETSC_COMM_WORLD, 1, m->own, m->total, NULL, &m->x);
+    PETSC(VecCreateMPIWithArray, PETSC_COMM_WORLD, 1, m->own, m->total, NULL, &m->y);
+    return 0;
+}
+
+/* Own rows, one after the other; `starts` has one more than there are rows. */
+int vp_matrix(int64_t own, int64_t total, const int64_t *starts, const int64_t *columns, const double *values,
+              struct vp_matrix **made) {
+    if (total > PETSC_MAX_INT || starts[own] > PETSC_MAX_INT)
+        return fail("MatCreateMPIAIJWithArrays", "more rows, or entries on one rank, than this PETSc counts with 32 bits: "
+                                                 "more ranks, or a PETSc with 64-bit indices");
+    struct vp_matrix *m = calloc(1, sizeof *m);
+    PetscInt *s = narrow(starts, own + 1), *c = narrow(columns, starts[own]);
+    int status = 1;
+    if (!m || !s || !c) {
+        fail("malloc", "not enough memory for the rows of a matrix");
+    } else {
+        m->own = (PetscInt)own;
+        m->total = (PetscInt)total;
+        status = fill(m, s, c, values);
+    }
+    free(s);
+    free(c);
+    if (status) vp_matrix_free(m);
+    else *made = m;
+    return status;
+}
+
+/* y = A x, one column of own rows. */
+int vp_matrix_multiply(struct vp_matrix *m, const double *x, double *y) {
+    PETSC(VecPlaceArray, m->x, x);
+    PETSC(VecPlaceArray, m->y, y);
+    PETSC(MatMult, m->a, m->x, m->y);
+    PETSC(VecResetArray, m->x);
+    PETSC(VecResetArray, m->y);
+    return 0;
+}
+
+/* The analysis of a factorisation L D L^T by MUMPS. With a folder, the factor goes there. */
+int vp_factor(struct vp_matrix *m, const char *folder, Mat *made) {
+    MatFactorInfo info;
+    PETSC(MatFactorInfoInitialize, &info);
+    if (folder && setenv("MUMPS_OOC_TMPDIR", folder, 1)) return fail("setenv", "not enough memory for a name");
+    PETSC(MatGetFactor, m->a, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, made);
+    PETSC(MatMumpsSetIcntl, *made, 22, folder ? 1 : 0);
+    PETSC(MatCholeskyFactorSymbolic, *made, m->a, NULL, &info);
+    return 0;
+}
+
+/* Fills the factor; `room` is the share of memory beside the estimate [per cent]. */
+int vp_factor_fill(struct vp_matrix *m, Mat factor, int64_t room) {
+    MatFactorInfo info;
+    PETSC(MatFactorInfoInitialize, &info);
+    PETSC(MatMumpsSetIcntl, factor, 14, (PetscInt)room);
+    PETSC(MatFactorClearError, factor);
+    PETSC(MatCholeskyFactorNumeric, factor, m->a, &info);
+    return 0;
+}
+
+/* What MUMPS says: of all ranks, or of this one. */
+int vp_factor_says(Mat factor, int of_all, int64_t which, int64_t *said) {
+    PetscInt value = 0;
+    if (of_all) PETSC(MatMumpsGetInfog, factor, (PetscInt)which, &value);
+    else PETSC(MatMumpsGetInfo, factor, (PetscInt)which, &value);
+    *said = value;
+    return 0;
+}
+
+static int solve(Mat factor, Mat right, Mat left) {
+    PETSC(MatMatSolve, factor, right, left);
+    return 0;
+}
+
+/* answers = A^-1 forces, own rows of so many columns. */
+int vp_factor_solve(struct vp_matrix *m, Mat factor, double *forces, double *answers, int64_t columns) {
+    Mat right = NULL, left = NULL;
+    PETSC(MatCreateDense, PETSC_COMM_WORLD, m->own, PETSC_DECIDE, m->total, (PetscInt)columns, forces, &right);
+    PETSC(MatCreateDense, PETSC_COMM_WORLD, m->own, PETSC_DECIDE, m->total, (PetscInt)columns, answers, &left);
+    int status = solve(factor, right, left);
+    (void)MatDestroy(&right);
+    (void)MatDestroy(&left);
+    return status;
+}
+
+void vp_factor_free(Mat factor) { (void)MatDestroy(&factor); }
