@@ -17,7 +17,9 @@ use crate::progress::Listener;
 /// Steps of the reference in a step of the file, where nothing else is asked for.
 pub const PARTS: usize = 4;
 /// Where Newton's method ends in the reference: far below what any reduced motion misses it by.
-const TOLERANCE: f64 = 1e-5;
+fn tolerance() -> f64 {
+    std::env::var("TOL").map_or(1e-5, |t| t.parse().unwrap())
+}
 /// How often a push is halved that the law of the body does not bear, before another one is drawn.
 const HALVINGS: usize = 2;
 /// How often pushes are drawn anew; those of the last draw are halved as often as need be.
@@ -232,7 +234,7 @@ impl FullOrder<'_> {
         let Self { strain, symbolic, damping, time_step, parts } = *self;
         let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };
         let step = time_step / parts as f64;
-        let newton = Newton { tolerance: TOLERANCE, ..Newton::default() };
+        let newton = Newton { tolerance: tolerance(), ..Newton::default() };
         let march = LargeMarch::new(strain, symbolic, LargeScheme::bathe(), step, damping, newton)?;
         let mut force = |time: f64, out: &mut [f64]| {
             // Before time 0 there is nothing whose mean could be taken.
