@@ -3,7 +3,8 @@
 use vademecum_build::certificate::{LargeReport, StructureReport};
 use vademecum_build::chapter::ChapterReport;
 use vademecum_build::report::BuildReport;
-use vademecum_study::verify::Verification;
+use vademecum_study::parameters::ParameterValue;
+use vademecum_study::verify::{LargeVerification, Verification};
 
 /// A value as JSON text.
 pub fn json(value: &impl serde::Serialize) -> String {
@@ -158,10 +159,7 @@ pub fn symmetry(s: &StructureReport) -> String {
 /// Prints what a verification measured.
 pub fn print_verification(v: &Verification) {
     println!("{} steps, {} free dofs, {} modes, {} structure", v.steps, v.dofs, v.modes, v.structure);
-    if !v.parameters.is_empty() {
-        let values: Vec<_> = v.parameters.iter().map(|p| format!("`{}` = {}", p.name, p.value)).collect();
-        println!("at                     {}", values.join(", "));
-    }
+    print_parameters(&v.parameters);
     println!(
         "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
         v.trajectory_error
@@ -195,10 +193,47 @@ pub fn print_verification(v: &Verification) {
         "energy after release   {:+.3e}  (full order {:+.3e}); largest ÷ at release {:.9}",
         v.energy_drift, v.energy_drift_full_order, v.energy_ratio
     );
+    print_seconds(v.vademecum_seconds_per_step, v.full_order_seconds_per_step);
+}
+/// The same beside a march at large displacements.
+pub fn print_large_verification(v: &LargeVerification) {
+    println!("{} steps, {} free dofs, {} coordinates, {} structure", v.steps, v.dofs, v.modes, v.structure);
+    print_parameters(&v.parameters);
+    println!("surface moves by       {:.3e} m at most, at full order", v.displacement);
     println!(
-        "seconds per step       {:.3e}  (full order {:.3e}, {:.0} times as long)",
-        v.vademecum_seconds_per_step,
-        v.full_order_seconds_per_step,
-        v.full_order_seconds_per_step / v.vademecum_seconds_per_step
+        "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
+        v.trajectory_error
+    );
+    println!("projection floor       {:.3e}  (what no coordinates could mend)", v.projection_floor);
+    println!("linear model           {:.3e}  (of the same basis, stepped exactly)", v.linear_error);
+    println!(
+        "reference              {:.3e}  (its distance, in {} steps for one of the file, from a march in half as many)",
+        v.truth_error, v.truth_parts
+    );
+    if let Some(error) = v.contact_error {
+        println!("under the contacts     {error:.3e}  (along the force, while it acts; the largest)");
+    }
+    println!(
+        "energy identity        {:.1e}  (largest violation in a step, over the largest energy)",
+        v.energy_identity
+    );
+    println!(
+        "energy after release   {:+.3e}  (full order {:+.3e})",
+        v.energy_drift, v.energy_drift_full_order
+    );
+    print_seconds(v.vademecum_seconds_per_step, v.full_order_seconds_per_step);
+}
+
+fn print_parameters(parameters: &[ParameterValue]) {
+    if !parameters.is_empty() {
+        let values: Vec<_> = parameters.iter().map(|p| format!("`{}` = {}", p.name, p.value)).collect();
+        println!("at                     {}", values.join(", "));
+    }
+}
+
+fn print_seconds(own: f64, full_order: f64) {
+    println!(
+        "seconds per step       {own:.3e}  (full order {full_order:.3e}, {:.0} times as long)",
+        full_order / own
     );
 }

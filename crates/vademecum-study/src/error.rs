@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;
 use vademecum_build::chapter::ChapterError;
+use vademecum_build::dynamics::large::LargeError;
 use vademecum_build::dynamics::{
     FullOrderError, HarmonicError, MarchError, ModesError, SchemeError, TooMuchWork, TruthError,
 };
-use vademecum_build::fem::{ElementError, FactorError};
+use vademecum_build::fem::{ElementError, FactorError, GreenError};
 use vademecum_build::field::FieldError;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
@@ -33,6 +34,9 @@ pub enum StudyError {
     /// The full-order march failed.
     #[error(transparent)]
     March(#[from] MarchError),
+    /// The march at full order, at large displacements, failed.
+    #[error("the march at full order, at large displacements")]
+    LargeMarch(#[from] LargeError),
     /// There is no reference that is exact in time.
     #[error(transparent)]
     Truth(#[from] TruthError),
@@ -45,11 +49,10 @@ pub enum StudyError {
     /// A vademecum file cannot be used for what is asked.
     #[error(transparent)]
     File(#[from] FileError),
-    /// Large displacements, where a linear motion is compared with.
+    /// Large displacements, where methods of linear motion are compared.
     #[error(
-        "`model = \"large-displacement\"`: what is compared here is the linear motion, and such a body does not move \
-         so; its own build marches pushes at full order beside the file (`vademecum build --json`, `large.runs`); \
-         with `--structure exact` the linear structure of the file is compared"
+        "`model = \"large-displacement\"`: the methods that are compared here are those of linear motion; `vademecum \
+         verify` measures a file of large displacements, its error and the time of a step beside the full order"
     )]
     LargeDisplacements,
     /// The scenario has a load pattern that the file does not have.
@@ -398,7 +401,8 @@ as_build!(
     FullOrderError,
     ResponseError,
     ParametricError,
-    ChapterError
+    ChapterError,
+    GreenError
 );
 
 /// What the evaluator and the rewriting say of a file is about the file.

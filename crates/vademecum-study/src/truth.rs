@@ -127,7 +127,7 @@ pub fn contact_error(
 
 /// A force as weights on its dofs: what it does per displacement, so the displacement along it but for a
 /// factor.
-fn force_row(load: &TimedLoad) -> Vec<(u32, f64)> {
+pub(crate) fn force_row(load: &TimedLoad) -> Vec<(u32, f64)> {
     let acts = load.force.iter().enumerate().filter(|(_, force)| **force != 0.0);
     acts.map(|(dof, force)| (dof as u32, *force)).collect()
 }

@@ -3,6 +3,8 @@
 //! A file knows its nodes by their ids in the mesh, so the model of the problem it was built from can be
 //! asked for the same loads, the same probes and the norm that errors are measured in.
 
+mod large;
+
 use std::collections::HashMap;
 
 use serde::Serialize;
@@ -11,7 +13,7 @@ use vademecum_build::dynamics::{
     DisplacedBy, FullOrder, INSTANTS, TimedLoad, Truth, announce, seconds_per_step,
 };
 use vademecum_build::input::Problem;
-use vademecum_build::prepared::{Body, Prepared};
+use vademecum_build::prepared::{Body, Prepared, Setting};
 use vademecum_build::progress::Listener;
 use vademecum_eval::{Field, StructureChoice, Tensor};
 use vademecum_format::{File, SectionKind};
@@ -29,6 +31,8 @@ use crate::run::finite;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 use crate::stress_error::StressCheck;
 use crate::truth::{TruthErrors, find_truth, truth_errors};
+
+pub use large::{LargeVerification, verify_large};
 
 /// Most memory that the loads take at full order \[bytes\].
 const MOST_LOAD_BYTES: u64 = 4_000_000_000;
@@ -80,10 +84,22 @@ pub struct Verification {
     pub vademecum_seconds_per_step: f64,
 }
 
+/// Figures of either law of motion.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+// One value for a verification.
+#[allow(clippy::large_enum_variant)]
+pub enum Figures {
+    /// Beside the linear motion.
+    Linear(Verification),
+    /// Beside the motion at large displacements.
+    Large(LargeVerification),
+}
+
 /// A verification and the series behind it.
-pub struct Verified {
+pub struct Verified<F = Figures> {
     /// The figures.
-    pub figures: Verification,
+    pub figures: F,
     /// Step \[s\].
     pub time_step: f64,
     /// When loads act: start and end of each \[s\], within the scenario.
@@ -96,7 +112,13 @@ pub struct Verified {
     pub energy_series: [Vec<f64>; 2],
 }
 
-impl Verified {
+impl<F> Verified<F> {
+    /// The same series with other figures.
+    fn with<G>(self, figures: impl FnOnce(F) -> G) -> Verified<G> {
+        let Self { time_step, acting, probes, probe_series, energy_series, .. } = self;
+        Verified { figures: figures(self.figures), time_step, acting, probes, probe_series, energy_series }
+    }
+
     /// The part of the scenario that a picture shows \[s\]: while loads come and go, and half as long again.
     #[must_use]
     pub fn shown_seconds(&self) -> f64 {
@@ -123,7 +145,8 @@ struct Shown {
 }
 
 /// Marches the scenario through the file and at full order, both at the parameters of `options`, and compares
-/// them.
+/// them. A problem of large displacements is marched at large displacements, unless `options` ask for the
+/// exact structure, which is linear.
 ///
 /// # Errors
 /// [`StudyError::TooManySteps`], [`StudyError::Long`], [`StudyError::TooManyLoads`];
@@ -140,31 +163,80 @@ pub fn verify(
     scenario: &Scenario,
     listener: &dyn Listener,
 ) -> Result<Verified, StudyError> {
-    let body = &prepared.body;
+    let linear = options.chapter || options.scene.structure == StructureChoice::Exact;
+    if problem.is_large() && !linear {
+        let found = verify_large(file, options, problem, prepared, scenario, listener)?;
+        return Ok(found.with(Figures::Large));
+    }
+    Ok(verify_linear(file, options, problem, prepared, scenario, listener)?.with(Figures::Linear))
+}
+
+/// What both laws of motion begin with.
+struct Asked<'a> {
+    file_nodes: Vec<u32>,
+    setting: Setting,
+    time_step: f64,
+    steps: usize,
+    track: Track,
+    body: &'a Body,
+}
+
+impl<'a> Asked<'a> {
+    /// Binds the scenario to the file.
+    fn new(
+        file: &File<'_>,
+        options: &PlayOptions,
+        problem: &Problem,
+        prepared: &'a Prepared,
+        scenario: &Scenario,
+        listener: &dyn Listener,
+    ) -> Result<Self, StudyError> {
+        let body = &prepared.body;
+        let metadata = file.metadata();
+        if metadata.mesh_hash != body.mesh_hash {
+            return Err(FileError::ForeignMesh { problem: problem.path.clone() }.into());
+        }
+        let file_nodes = file_nodes(file, body)?;
+        let setting = setting(&options.scene, metadata, &prepared.space);
+        let time_step = setting.step.time_step;
+        let steps = scenario.steps_within(time_step, STEPS_AT_FULL_ORDER, options.long)?;
+        let track = Track::bind(file, scenario)?;
+        let (loads, dofs) = (track.contacts.len() + track.patterns.len(), body.n_dof());
+        let bytes = 8 * loads as u64 * dofs as u64;
+        if bytes > MOST_LOAD_BYTES {
+            return Err(StudyError::TooManyLoads { loads, dofs, bytes, limit: MOST_LOAD_BYTES });
+        }
+        notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
+        Ok(Self { file_nodes, setting, time_step, steps, track, body })
+    }
+
+    /// The first instant at which no load acts any more, in steps.
+    fn release(&self) -> usize {
+        ((self.track.release() / self.time_step).ceil() as usize).min(self.steps)
+    }
+}
+
+/// [`verify`] beside the linear motion.
+///
+/// # Errors
+/// As [`verify`].
+pub fn verify_linear(
+    file: &File<'_>,
+    options: &PlayOptions,
+    problem: &Problem,
+    prepared: &Prepared,
+    scenario: &Scenario,
+    listener: &dyn Listener,
+) -> Result<Verified<Verification>, StudyError> {
+    let asked = Asked::new(file, options, problem, prepared, scenario, listener)?;
+    let Asked { ref file_nodes, ref setting, time_step, steps, ref track, body } = asked;
     let metadata = file.metadata();
-    if metadata.mesh_hash != body.mesh_hash {
-        return Err(FileError::ForeignMesh { problem: problem.path.clone() }.into());
-    }
-    if problem.is_large() && options.scene.structure != StructureChoice::Exact {
-        return Err(StudyError::LargeDisplacements);
-    }
-    let file_nodes = file_nodes(file, body)?;
-    let setting = setting(&options.scene, metadata, &prepared.space);
-    let time_step = setting.step.time_step;
-    let steps = scenario.steps_within(time_step, STEPS_AT_FULL_ORDER, options.long)?;
-    let track = Track::bind(file, scenario)?;
-    let (loads, dofs) = (track.contacts.len() + track.patterns.len(), body.n_dof());
-    let bytes = 8 * loads as u64 * dofs as u64;
-    if bytes > MOST_LOAD_BYTES {
-        return Err(StudyError::TooManyLoads { loads, dofs, bytes, limit: MOST_LOAD_BYTES });
-    }
     if scenario.free.is_some() {
         listener.note(
             "`[free]` of the scenario is left out: what is compared is the elastic motion, under forces that turn with \
              the body",
         );
     }
-    notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
 
     let Prepared { symbolic, scheme, .. } = prepared;
     let pencil = setting.pencil(body.model.pencil());
@@ -174,7 +246,7 @@ pub fn verify(
         announce("the full-order march beside the file", &full, 1, steps as f64, options.long, listener)?;
     }
 
-    let loads = full_order_loads(file, &track, body, &file_nodes)?;
+    let loads = full_order_loads(file, track, body, file_nodes)?;
     let eigenvalues = match prepared.ratios.is_empty() {
         true => vec![],
         false => eigenvalues(file, setting.step.stiffness / setting.step.density)?,
@@ -183,12 +255,12 @@ pub fn verify(
     let truth = find_truth(&pencil, symbolic, &decay, &loads, (time_step, steps), listener)?;
 
     listener.stage("step the file");
-    let stress = StressCheck::new(file, body, &file_nodes, &setting)?;
-    let shown = show(file, options, &track, stress.as_ref(), (steps, time_step), listener)?;
-    let timing = long_run(file, options, &track, TIMED_STEPS, listener)?;
+    let stress = StressCheck::new(file, body, file_nodes, setting)?;
+    let shown = show(file, options, track, stress.as_ref(), (steps, time_step), listener)?;
+    let timing = long_run(file, options, track, TIMED_STEPS, listener)?;
     let spectral_radius = step_radius(file, options)?;
 
-    let basis = free_basis(file, body, &file_nodes)?;
+    let basis = free_basis(file, body, file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
     let rows: Vec<_> = body.probes.iter().map(|probe| body.probe_row(probe)).collect();
     let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
@@ -205,7 +277,7 @@ pub fn verify(
     };
     let entries: Vec<usize> = track.contacts.iter().map(|placed| placed.entry).collect();
     let contacts = (&loads[..entries.len()], &entries[..]);
-    let statics = static_columns(file, options, &track, body, &file_nodes)?;
+    let statics = static_columns(file, options, track, body, file_nodes)?;
     let acting = Matrix::from_fn(loads.len(), 1 + steps, |j, step| match step {
         0 => 0.0,
         step => loads[j].when.just_before(step as f64 * time_step),
@@ -224,8 +296,7 @@ pub fn verify(
         None => [truth.total_error, truth.basis_error],
     };
     // The static part of a file that moves its modes exactly goes with the load.
-    let release = (track.release() / time_step).ceil() as usize;
-    let release = release.saturating_add(usize::from(exact)).min(steps);
+    let release = asked.release().saturating_add(usize::from(exact)).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
     let figures = Verification {
@@ -331,29 +402,43 @@ fn show(
     listener: &dyn Listener,
 ) -> Result<Shown, StudyError> {
     let mut shown = Shown::default();
-    let n_probes = file.metadata().n_probes as usize;
-    let names = lines(file, SectionKind::ProbeNames)?;
-    let mut values = vec![0.0; n_probes];
-    play(file, options, track, steps, listener, |step, body| {
-        shown.structure = body.structure();
-        shown.coordinates.extend_from_slice(body.zeta());
-        let energy = body.energy()?;
-        for (probe, value) in values.iter_mut().enumerate() {
-            *value = body.probe(probe)?;
-        }
-        finite(step, time_step, body.zeta(), energy, &values, &names)?;
-        for placed in &track.contacts {
-            let moved = body.point(&placed.point)?;
-            shown.under_contacts.push(moved.iter().zip(placed.contact.force).map(|(u, f)| u * f).sum());
-        }
-        if let Some(stress) = stress {
-            stress.take(body, &mut shown.stresses)?;
-        }
-        shown.energy.push(energy);
-        shown.probes.extend_from_slice(&values);
-        Ok(())
-    })?;
+    play(file, options, track, steps, listener, shown.watch(file, track, stress, time_step)?)?;
     Ok(shown)
+}
+
+impl Shown {
+    /// What takes a body after each step.
+    fn watch<'a>(
+        &'a mut self,
+        file: &File<'_>,
+        track: &'a Track,
+        stress: Option<&'a StressCheck>,
+        time_step: f64,
+    ) -> Result<impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError> + 'a, StudyError>
+    {
+        let mut values = vec![0.0; file.metadata().n_probes as usize];
+        let names = lines(file, SectionKind::ProbeNames)?;
+        Ok(move |step, body: &dyn Playable<Number = f64>| {
+            self.structure = body.structure();
+            self.coordinates.extend_from_slice(body.zeta());
+            let energy = body.energy()?;
+            for (probe, value) in values.iter_mut().enumerate() {
+                *value = body.probe(probe)?;
+            }
+            finite(step, time_step, body.zeta(), energy, &values, &names)?;
+            for placed in &track.contacts {
+                let moved = body.point(&placed.point)?;
+                let along = moved.iter().zip(placed.contact.force).map(|(u, f)| u * f).sum();
+                self.under_contacts.push(along);
+            }
+            if let Some(stress) = stress {
+                stress.take(body, &mut self.stresses)?;
+            }
+            self.energy.push(energy);
+            self.probes.extend_from_slice(&values);
+            Ok(())
+        })
+    }
 }
 
 /// Mesh node of each file node, by the ids in the file.

@@ -58,6 +58,14 @@ impl Window {
         self.active.iter().map(factors).filter(acts).collect()
     }
 
+    /// Loads that act in a step that takes every load as linear, with their factors right after its start and
+    /// right before its end: a jump between two steps is in neither. Steps are asked for in order.
+    pub fn between_ends(&mut self, step: usize) -> Acting {
+        let ends = [step as f64 * self.time_step, (step + 1) as f64 * self.time_step];
+        self.look_at(step);
+        self.over(&Span { ends, parts: 1, length: self.time_step, whole: true }, 0)
+    }
+
     /// Looks for the loads of a step.
     fn look_at(&mut self, step: usize) {
         let Self { ref loads, instants, time_step, .. } = *self;
@@ -144,6 +152,14 @@ mod tests {
         let before = (0.25, vec![at(0, 0.5, 1.0), at(1, 1.0, 1.0), at(2, 1.0, 1.0)]);
         assert_eq!(pieces(1), [before, (0.25, vec![at(0, 1.0, 1.0), at(2, 1.0, 1.0)])]);
         assert_eq!(pieces(2), [(0.5, vec![at(2, 1.0, 1.0)])]);
+    }
+
+    #[test]
+    fn a_step_that_takes_its_ends_sees_no_jump_between_two_steps() {
+        let load = History::from(Interval { start: 0.5, end: 1.0, ramp: 0.0 });
+        let mut window = Window::new(vec![load], [0.0, 1.0, 0.0, 0.0], 0.5);
+        let steps = [0, 1, 2].map(|step| window.between_ends(step));
+        assert_eq!(steps, [vec![], vec![(0, [1.0, 1.0, 0.0, 0.0])], vec![]]);
     }
 
     #[test]

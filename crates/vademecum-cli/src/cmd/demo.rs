@@ -13,7 +13,7 @@ use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::FormatError;
 use vademecum_study::contents::Geometry;
 use vademecum_study::player::{LongRun, PlayOptions, Track, long_run};
-use vademecum_study::verify::{Verification, Verified, verify};
+use vademecum_study::verify::{Verification, Verified, verify_linear};
 use vademecum_study::{FileError, StudyError};
 
 use crate::arguments::{OutputArguments, PROBLEM, SCENARIO, demo_problem, demo_scenario};
@@ -85,7 +85,8 @@ impl Demo {
         let file = mapped.file().map_err(|error: FormatError| Failure::file(&path, error))?;
         let options = PlayOptions::default();
         let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent)?;
-        let verified = verify(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
+        let verified =
+            verify_linear(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
         console.stage("a million steps");
         let track = Track::bind(&file, &scenario).map_err(about)?;
         let long = long_run(&file, &options, &track, MANY, console).map_err(about)?;
@@ -110,7 +111,7 @@ impl Demo {
     fn draw(
         &self,
         outputs: &Outputs,
-        verified: &Verified,
+        verified: &Verified<Verification>,
         geometry: &Geometry,
         marks: &[(usize, [f64; 3])],
         forces: &[([f64; 3], [f64; 3])],
@@ -138,7 +139,7 @@ impl Demo {
         write("energy.svg", line_chart(&energy, lines))
     }
 
-    fn print(&self, report: &BuildReport, verified: &Verified, long: &LongRun) {
+    fn print(&self, report: &BuildReport, verified: &Verified<Verification>, long: &LongRun) {
         print_report(report);
         println!();
         print_verification(&verified.figures);
@@ -158,7 +159,12 @@ fn until(line: Series<'_>, end: f64) -> Series<'_> {
 }
 
 /// The first of `width` interleaved series over time.
-fn over_time<'a>(name: &'a str, values: &[f64], width: usize, verified: &Verified) -> Series<'a> {
+fn over_time<'a>(
+    name: &'a str,
+    values: &[f64],
+    width: usize,
+    verified: &Verified<Verification>,
+) -> Series<'a> {
     let points = values.iter().step_by(width.max(1)).enumerate();
     Series { name, points: points.map(|(i, &v)| (i as f64 * verified.time_step, v)).collect() }
 }

@@ -9,16 +9,17 @@ use vademecum_study::StudyError;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::soundness::check_file;
-use vademecum_study::verify::verify;
+use vademecum_study::verify::{Figures, verify};
 
 use crate::arguments::{Limit, StructureArgument, setting};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{is_stepped, open, read_file, usable_file};
-use crate::print::{print_json, print_verification};
+use crate::print::{print_json, print_large_verification, print_verification};
 
 /// Marches a scenario full order and through the file, and prints how far apart they are, and how far from a
-/// motion that is exact in time; or checks the file alone.
+/// motion that is exact in time; or checks the file alone. A file of large displacements is compared with a
+/// march at large displacements.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum verify body.vdm --problem body.toml --scenario push.toml --json
@@ -118,8 +119,11 @@ impl Verify {
         console.clear();
         if self.json {
             print_json(&verified.figures);
-        } else {
-            print_verification(&verified.figures);
+            return Ok(());
+        }
+        match &verified.figures {
+            Figures::Linear(figures) => print_verification(figures),
+            Figures::Large(figures) => print_large_verification(figures),
         }
         Ok(())
     }

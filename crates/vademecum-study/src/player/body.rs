@@ -64,6 +64,10 @@ pub trait Playable: Loadable {
     fn start(&mut self) -> Result<(), FileError>;
     /// Whether a step takes a load as linear from its start to its end, and any step can be taken in pieces.
     fn is_exact(&self) -> bool;
+    /// Whether a step takes a load as linear from its start to its end, and cannot be taken in pieces.
+    fn takes_ends(&self) -> bool {
+        false
+    }
     /// Takes `parts` parts of a step of this length, each under the loads that `apply` adds for it.
     ///
     /// # Errors
@@ -217,6 +221,10 @@ impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'
 
     fn is_exact(&self) -> bool {
         self.scene.structure() == Structure::Exact
+    }
+
+    fn takes_ends(&self) -> bool {
+        self.scene.structure() == Structure::Strain
     }
 
     fn step_parts(

@@ -55,7 +55,7 @@ pub(crate) fn play_free(
             contacts: vec![],
             patterns: vec![],
         };
-        march(&mut body, track, steps, listener, |step, body| observe(step, body))
+        march(&mut body, track, steps, listener, Playable::step, |step, body| observe(step, body))
     })
 }
 

@@ -234,7 +234,8 @@ pub fn play(
         return play_in::<f64>(file, &options.scene, track, steps, listener, observe);
     }
     with_chapter::<f64, _>(file, &options.scene, |scene, state, loads| {
-        march(&mut Body { scene, state, loads }, track, steps, listener, |step, body| observe(step, body))
+        let mut body = Body { scene, state, loads };
+        march(&mut body, track, steps, listener, Body::step, |step, body| observe(step, body))
     })
 }
 
@@ -251,15 +252,45 @@ pub fn play_in<T: Scalar>(
     mut observe: impl FnMut(usize, &dyn Playable<Number = T>) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     with_scene::<T, _>(file, options, |scene, state, loads| {
-        march(&mut Body { scene, state, loads }, track, steps, listener, |step, body| observe(step, body))
+        let mut body = Body { scene, state, loads };
+        march(&mut body, track, steps, listener, Body::step, |step, body| observe(step, body))
     })
 }
 
+/// [`play`] through the strain structure, whose energy is accounted for: the largest violation of its
+/// identity in any step, over the largest energy.
+///
+/// # Errors
+/// As [`play`]; a file without the strain structure.
+pub(crate) fn play_metered(
+    file: &File<'_>,
+    options: &SceneOptions,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+    mut observe: impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError>,
+) -> Result<f64, StudyError> {
+    with_scene::<f64, _>(file, options, |scene, state, loads| {
+        let (mut worst, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
+        let metered = |body: &mut Body<&Scene<'_, f64>, &mut State<'_, f64>, &mut Loads<'_, f64>>| {
+            let (_, account) = body.scene.step_metered(body.state, body.loads)?;
+            worst = worst.max(account.violation().abs());
+            largest = largest.max(account.after);
+            Ok(())
+        };
+        let mut body = Body { scene, state, loads };
+        march(&mut body, track, steps, listener, metered, |step, body| observe(step, body))?;
+        Ok(worst / largest)
+    })
+}
+
+/// Marches a body by what `take` does for one step.
 fn march<B: Playable>(
     body: &mut B,
     track: &Track,
     steps: usize,
     listener: &dyn Listener,
+    mut take: impl FnMut(&mut B) -> Result<(), FileError>,
     mut observe: impl FnMut(usize, &B) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     let (instants, time_step) = (body.instants(), body.time_step());
@@ -290,13 +321,14 @@ fn march<B: Playable>(
         } else {
             let next = match whole {
                 Some(span) => window.over(span, 0),
+                None if body.takes_ends() => window.between_ends(step),
                 None => window.acting(step),
             };
             if acting.as_ref() != Some(&next) {
                 track.apply_some(&next, body)?;
                 acting = Some(next);
             }
-            body.step().map_err(refused)?;
+            take(body).map_err(refused)?;
         }
         observe(step + 1, body)?;
         stop_if_asked(listener)?;
@@ -322,7 +354,8 @@ pub struct LongRun {
     pub energy_left: f64,
 }
 
-/// Marches `steps` steps: the first hundredth under the track's first loads, the rest free.
+/// Marches `steps` steps: the first hundredth under the loads of the track's first step that has any, the
+/// rest free.
 ///
 /// # Errors
 /// As [`play`].
@@ -343,13 +376,25 @@ pub fn long_run(
     })
 }
 
+/// The loads of the first step in which any acts: without one a body would rest, and its steps cost nothing.
+fn first_loads(track: &Track, body: &impl Playable) -> Vec<[f64; INSTANTS]> {
+    /// Steps that are looked at, for loads that begin with nothing.
+    const FEW: usize = 1000;
+    let (instants, time_step) = (body.instants(), body.time_step());
+    let start = track.histories().map(History::start).fold(f64::INFINITY, f64::min);
+    let first = (start / time_step) as usize;
+    let mut steps = (first..first.saturating_add(FEW)).map(|step| track.factors(&instants, time_step, step));
+    let acting = steps.find(|factors| factors.as_flattened().iter().any(|&factor| factor != 0.0));
+    acting.unwrap_or_else(|| track.full_height())
+}
+
 fn long_march(
     body: &mut impl Playable,
     track: &Track,
     steps: usize,
     listener: &dyn Listener,
 ) -> Result<LongRun, StudyError> {
-    track.apply(&track.factors(&body.instants(), body.time_step(), 0), body)?;
+    track.apply(&first_loads(track, body), body)?;
     let held = steps / 100;
     for _ in 0..held {
         body.step()?;

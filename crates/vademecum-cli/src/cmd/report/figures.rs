@@ -7,7 +7,7 @@ use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{AxisKind, SectionKind};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Geometry, bound, bound_map};
-use vademecum_study::verify::Verified;
+use vademecum_study::verify::{Figures as Measured, Verified};
 
 use super::build_times::Stage;
 use super::content::Content;
@@ -259,9 +259,12 @@ impl Figures {
 
     /// The file beside the march at full order, or beside the exact motion where the file moves exactly.
     fn beside_the_file(&mut self, verified: &Verified) -> Result<(), Failure> {
-        let (name, model) = match verified.figures.truth.time_error {
-            Some(_) => ("full order", "full-order model, marched with the file's own time scheme,"),
-            None => ("exact motion", "motion of the full-order model that is exact in time"),
+        let (name, model) = match &verified.figures {
+            Measured::Large(_) => ("full order", "full-order model, marched at large displacements,"),
+            Measured::Linear(figures) => match figures.truth.time_error {
+                Some(_) => ("full order", "full-order model, marched with the file's own time scheme,"),
+                None => ("exact motion", "motion of the full-order model that is exact in time"),
+            },
         };
         let over_time = |name, values: &[f64], width: usize, place: usize| {
             let values = values.iter().skip(place).step_by(width);

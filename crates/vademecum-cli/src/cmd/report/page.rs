@@ -7,6 +7,7 @@ use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
 use vademecum_study::contents::bound;
 use vademecum_study::timings::machine;
+use vademecum_study::verify::{Figures as Measured, LargeVerification};
 
 use super::content::Content;
 use super::figures::{Figures, percent};
@@ -78,6 +79,11 @@ fn summary(content: &Content<'_>) -> String {
     ) + &good_for(content)
 }
 
+/// Whether the file steps large displacements.
+fn is_strain(content: &Content<'_>) -> bool {
+    content.file.section(SectionKind::StrainSizes).is_some()
+}
+
 /// What the file may be used for, and what it may not.
 fn good_for(content: &Content<'_>) -> String {
     let m = content.file.metadata();
@@ -95,9 +101,14 @@ fn good_for(content: &Content<'_>) -> String {
             percent(bound.p95)
         );
     }
-    let mut not = "large rotations, plastic strain and stress: displacements are small, and the material is \
-                   linear"
-        .to_string();
+    let mut not = if is_strain(content) {
+        "plastic strain and stress: the law is that of St. Venant and Kirchhoff, and under strong compression it \
+         lets elements collapse; displacements beyond those of its training"
+            .to_string()
+    } else {
+        "large rotations, plastic strain and stress: displacements are small, and the material is linear"
+            .to_string()
+    };
     if m.n_load_nodes == 0 {
         not += "; forces at single points, which the file does not know";
     } else if m.n_load_triangles < m.n_triangles {
@@ -138,7 +149,10 @@ fn basis(content: &Content<'_>) -> String {
             k + 1
         );
     }
-    let scheme = if content.file.metadata().scheme.is_exact() {
+    let scheme = if is_strain(content) {
+        "At large displacements all of them interact; the frequencies are those of small motions. The strain \
+         structure steps them together, and keeps a discrete energy."
+    } else if content.file.metadata().scheme.is_exact() {
         "Its steps are exact in time: nothing damps a mode but the material, and no period is stretched."
     } else {
         "The time scheme damps a mode by what stands under <i>scheme</i> and makes its period longer by the \
@@ -199,14 +213,22 @@ fn certificate(content: &Content<'_>) -> String {
 
 /// The structure without maps between modes, by its name.
 fn moved_by(content: &Content<'_>) -> &'static str {
-    if content.file.metadata().scheme.is_exact() { "exact" } else { "diagonal" }
+    if is_strain(content) {
+        "strain"
+    } else if content.file.metadata().scheme.is_exact() {
+        "exact"
+    } else {
+        "diagonal"
+    }
 }
 
 fn full_order(content: &Content<'_>) -> String {
     let Some(verified) = &content.verified else { return String::new() };
-    let r = &verified.figures;
+    let r = match &verified.figures {
+        Measured::Linear(figures) => figures,
+        Measured::Large(figures) => return at_large_displacements(figures),
+    };
     let truth = &r.truth;
-    let share = |error: f64| format!("{} %", figure(100.0 * error));
     let beside = if truth.time_error.is_some() { "full order" } else { "the exact motion" };
     let scheme = truth.time_error.map_or("none: its steps are exact".into(), share);
     let contact = truth.contact_error.map(|error| ("displacement under a contact", share(error)));
@@ -237,21 +259,57 @@ fn full_order(content: &Content<'_>) -> String {
                 figure(0.0 - r.energy_drift_full_order)
             ),
         ),
-        (
-            "a step",
-            format!(
-                "{} at full order, {} through the file: {} times faster",
-                duration(r.full_order_seconds_per_step),
-                duration(r.vademecum_seconds_per_step),
-                times(r.full_order_seconds_per_step / r.vademecum_seconds_per_step)
-            ),
-        ),
+        ("a step", paces(r.full_order_seconds_per_step, r.vademecum_seconds_per_step)),
     ]);
     format!(
         "<p>The loads of a scenario on the file, and on a motion of the full-order model that is exact in \
          time. Errors are relative, over all steps, in the norm of the mass.</p>\n{}",
         table(&rows)
     )
+}
+
+/// The same beside a march at large displacements.
+fn at_large_displacements(r: &LargeVerification) -> String {
+    let contact = r.contact_error.map(|error| ("displacement under a contact", share(error)));
+    let mut rows = vec![
+        (
+            "error",
+            format!(
+                "{} (the reference is {} from a march with twice its step)",
+                share(r.trajectory_error),
+                share(r.truth_error)
+            ),
+        ),
+        ("what the basis cannot show", share(r.projection_floor)),
+        ("error of the linear model", share(r.linear_error)),
+    ];
+    rows.extend(contact);
+    let [own, full] = [r.energy_drift, r.energy_drift_full_order].map(|drift| figure(0.0 - drift));
+    rows.extend([
+        ("the surface moves by", format!("{} m", figure(r.displacement))),
+        ("violation of the energy's identity", format!("{:.0e} of the largest energy", r.energy_identity)),
+        ("steps", r.steps.to_string()),
+        ("free components", r.dofs.to_string()),
+        ("energy lost after release", format!("{own} (full order {full})")),
+        ("a step", paces(r.full_order_seconds_per_step, r.vademecum_seconds_per_step)),
+    ]);
+    format!(
+        "<p>The loads of a scenario on the file, and on the full-order model at large displacements, marched \
+         by Bathe's method in {} steps for one of the file. Errors are relative, over all steps, in the norm of \
+         the mass.</p>\n{}",
+        r.truth_parts,
+        table(&rows)
+    )
+}
+
+fn share(error: f64) -> String {
+    format!("{} %", figure(100.0 * error))
+}
+
+/// Seconds of a step at full order and through the file.
+fn paces(full: f64, own: f64) -> String {
+    let (one, other) = (duration(full), duration(own));
+    format!("{one} at full order, {other} through the file: {} times faster", times(full / own))
 }
 
 /// What can be changed while the body moves.
