@@ -1,22 +1,18 @@
 //! The record of `docs/benchmarks/large-displacements.md`: files of large displacements beside the full order.
 //!
 //! ```text
-//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N --reference]
+//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N]
 //! ```
 //!
 //! Each body is built as `vademecum build` does it, with a step of a fortieth of its first period, and its
-//! certificate is printed: pushes that no choice has seen. With `--reference` nothing is built: two other
-//! pushes are marched at full order with the step of the reference and with half of it, which tells what the
-//! reference itself is off by.
+//! certificate is printed: pushes that no choice has seen.
 
 use std::time::Instant;
 
-use vademecum_build::dynamics::{first_frequency, lowest_modes};
-use vademecum_build::fem::GreenStrain;
+use vademecum_build::dynamics::first_frequency;
 use vademecum_build::input::Problem;
-use vademecum_build::large::{FullOrder, PARTS, Pushes};
 use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::prepared::{Prepared, prepare};
+use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
 use vademecum_eval::{Contact, Scalar, SceneOptions};
 use vademecum_format::File;
@@ -28,7 +24,7 @@ use vademecum_tests::stage::with_scene;
 const STEPS: f64 = 40.0;
 
 fn main() {
-    let (mut names, mut coordinates, mut pushes, mut reference) = (vec![], 32, 4, false);
+    let (mut names, mut coordinates, mut pushes) = (vec![], 32, 4);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().unwrap_or_else(|| panic!("{argument} wants a value"));
@@ -36,9 +32,8 @@ fn main() {
             "--body" => names.push(value()),
             "--coordinates" => coordinates = value().parse().expect("a number of coordinates"),
             "--pushes" => pushes = value().parse().expect("a number of pushes"),
-            "--reference" => reference = true,
             _ => panic!(
-                "`{argument}` is not known: usage: large [--body NAME ...] [--coordinates R] [--pushes N] [--reference]"
+                "`{argument}` is not known: usage: large [--body NAME ...] [--coordinates R] [--pushes N]"
             ),
         }
     }
@@ -49,11 +44,11 @@ fn main() {
         assert!(known.contains(&name.as_str()), "no body `{name}`; there are {}", known.join(", "));
     }
     for body in bodies.iter().filter(|body| names.is_empty() || names.iter().any(|name| name == body.name)) {
-        record(body, coordinates, pushes, reference);
+        record(body, coordinates, pushes);
     }
 }
 
-fn record(body: &BendingBody, coordinates: usize, pushes: usize, reference: bool) {
+fn record(body: &BendingBody, coordinates: usize, pushes: usize) {
     let text = |more: &str| {
         let displacement = body.displacement;
         format!(
@@ -75,14 +70,6 @@ fn record(body: &BendingBody, coordinates: usize, pushes: usize, reference: bool
     let problem = problem(&format!("[time]\nstep = {:e}\n", period / STEPS));
     println!("## {}\n\n{}; {} dofs, first period {period:.3} s.\n", body.name, body.what, pencil.n_dof());
 
-    if reference {
-        let off = own_error(&prepared(&problem), body.displacement);
-        let [pulse, held] = off.map(|off| 100.0 * off);
-        println!(
-            "The reference is off by {pulse:.2} % under a pulse and by {held:.2} % under a held push.\n"
-        );
-        return;
-    }
     let start = Instant::now();
     let options = BuildOptions { long: true, ..BuildOptions::default() };
     let built = match build(&problem, &options, &Silent) {
@@ -102,16 +89,17 @@ fn record(body: &BendingBody, coordinates: usize, pushes: usize, reference: bool
     let large = built.report.large.as_ref().expect("measured pushes");
     println!("Strain map: {}, {} rows, {} sub-steps.\n", large.strain_map, large.rows, large.substeps);
     println!(
-        "| push | surface moves | least stretch | error | floor | linear model |\n|---|---|---|---|---|---|"
+        "| push | surface moves | least stretch | error | floor | reference | linear model |\n|---|---|---|---|---|---|---|"
     );
     for run in &large.runs {
         println!(
-            "| {} | {:.3} m | {:.2} | {:.1} % | {:.2} % | {:.0} % |",
+            "| {} | {:.3} m | {:.2} | {:.1} % | {:.2} % | {:.2} % | {:.0} % |",
             if run.pulse { "pulse" } else { "held, then let go" },
             run.displacement,
             run.least_stretch,
             100.0 * run.error,
             100.0 * run.floor,
+            100.0 * run.reference_error,
             100.0 * run.linear_error
         );
     }
@@ -148,31 +136,4 @@ fn seconds_per_step<T: Scalar>(bytes: &[u8]) -> f64 {
         }
         best
     })
-}
-
-/// What the reference is off by under a pulse and under a held push: the step of half the length beside it,
-/// whose own error is a quarter.
-fn own_error(prepared: &Prepared, displacement: f64) -> [f64; 2] {
-    let body = &prepared.body;
-    let pencil = body.model.pencil();
-    let strain = GreenStrain::new(&body.model).expect("a strain");
-    let modes = lowest_modes(pencil, &prepared.symbolic, 8).expect("modes");
-    let (time_step, symbolic) = (prepared.step.time_step, &prepared.symbolic);
-    let pushes = Pushes { body, modes: &modes, displacement, time_step }.draw(&[true, false], 0xF1_4E12);
-    let marched = |parts: usize| {
-        let full = FullOrder { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts };
-        let follow = |push| full.follow(push, 5 * STEPS as usize, &Silent).expect("a march");
-        pushes.iter().map(follow).collect::<Vec<_>>()
-    };
-    let [coarse, fine] = [PARTS, 2 * PARTS].map(marched);
-    let of = |k: usize| {
-        let (mut off, mut whole) = (0.0, 0.0);
-        for (a, b) in coarse[k].displacements.iter().zip(&fine[k].displacements) {
-            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-            off += pencil.mass().inner(&difference, &difference);
-            whole += pencil.mass().inner(b, b);
-        }
-        4.0 / 3.0 * (off / whole).sqrt()
-    };
-    [of(0), of(1)]
 }

@@ -402,7 +402,8 @@ fn show(
     listener: &dyn Listener,
 ) -> Result<Shown, StudyError> {
     let mut shown = Shown::default();
-    play(file, options, track, steps, listener, shown.watch(file, track, stress, time_step)?)?;
+    let names = lines(file, SectionKind::ProbeNames)?;
+    play(file, options, track, steps, listener, shown.watch(names, track, stress, time_step))?;
     Ok(shown)
 }
 
@@ -410,15 +411,13 @@ impl Shown {
     /// What takes a body after each step.
     fn watch<'a>(
         &'a mut self,
-        file: &File<'_>,
+        names: Vec<String>,
         track: &'a Track,
         stress: Option<&'a StressCheck>,
         time_step: f64,
-    ) -> Result<impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError> + 'a, StudyError>
-    {
-        let mut values = vec![0.0; file.metadata().n_probes as usize];
-        let names = lines(file, SectionKind::ProbeNames)?;
-        Ok(move |step, body: &dyn Playable<Number = f64>| {
+    ) -> impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError> + 'a {
+        let mut values = vec![0.0; names.len()];
+        move |step, body: &dyn Playable<Number = f64>| {
             self.structure = body.structure();
             self.coordinates.extend_from_slice(body.zeta());
             let energy = body.energy()?;
@@ -437,7 +436,7 @@ impl Shown {
             self.energy.push(energy);
             self.probes.extend_from_slice(&values);
             Ok(())
-        })
+        }
     }
 }
 

@@ -19,6 +19,9 @@ pub struct LargeRun {
     pub pulse: bool,
     /// How far the surface moves at most \[m\], at full order.
     pub displacement: f64,
+    /// What the motion at full order is itself off by, estimated by a march with steps of twice the length;
+    /// no number where nobody looked.
+    pub reference_error: f64,
     /// The least principal stretch in any element, at full order.
     pub least_stretch: f64,
     /// Error of the file: relative, over all dofs and steps, in the mass norm.
@@ -128,7 +131,7 @@ pub(crate) fn certify_push(
     body: &Body,
     (reference, seen): (&Reference, &Seen),
 ) -> Result<LargeRun, CertificateError> {
-    let Reference { push, displacements, least_stretch, .. } = reference;
+    let Reference { push, displacements, least_stretch, own_error, .. } = reference;
     let steps = displacements.len();
     let (found, energy_identity) = follow_push(bytes, &SceneOptions::default(), order, push, steps)?;
     let linear =
@@ -139,6 +142,7 @@ pub(crate) fn certify_push(
         pulse: push.pulse,
         displacement: largest_displacement(body, displacements),
         least_stretch: *least_stretch,
+        reference_error: *own_error,
         error,
         floor,
         linear_error: seen.error(&straight).error,

@@ -17,9 +17,7 @@ use crate::progress::Listener;
 /// Steps of the reference in a step of the file, where nothing else is asked for.
 pub const PARTS: usize = 4;
 /// Where Newton's method ends in the reference: far below what any reduced motion misses it by.
-fn tolerance() -> f64 {
-    std::env::var("TOL").map_or(1e-5, |t| t.parse().unwrap())
-}
+const TOLERANCE: f64 = 1e-5;
 /// How often a push is halved that the law of the body does not bear, before another one is drawn.
 const HALVINGS: usize = 2;
 /// How often pushes are drawn anew; those of the last draw are halved as often as need be.
@@ -234,7 +232,7 @@ impl FullOrder<'_> {
         let Self { strain, symbolic, damping, time_step, parts } = *self;
         let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };
         let step = time_step / parts as f64;
-        let newton = Newton { tolerance: tolerance(), ..Newton::default() };
+        let newton = Newton { tolerance: TOLERANCE, ..Newton::default() };
         let march = LargeMarch::new(strain, symbolic, LargeScheme::bathe(), step, damping, newton)?;
         let mut force = |time: f64, out: &mut [f64]| {
             // Before time 0 there is nothing whose mean could be taken.
@@ -253,7 +251,33 @@ impl FullOrder<'_> {
             listener.checkpoint(kept.len(), steps)?;
         }
         let seconds_per_step = begun.elapsed().as_secs_f64() / kept.len() as f64;
-        Ok(Reference { push: push.clone(), displacements: kept, least_stretch: least, seconds_per_step })
+        Ok(Reference {
+            push: push.clone(),
+            displacements: kept,
+            least_stretch: least,
+            own_error: f64::NAN,
+            seconds_per_step,
+        })
+    }
+}
+
+impl Reference {
+    /// The same with half of the steps, and what it is off by: both are of second order in the step.
+    ///
+    /// # Errors
+    /// [`LargeError`].
+    pub fn refined(self, full: &FullOrder<'_>, listener: &dyn Listener) -> Result<Reference, LargeError> {
+        let finer = FullOrder { parts: 2 * full.parts, ..*full };
+        let fine = finer.follow(&self.push, self.displacements.len(), listener)?;
+        let mass = full.strain.model().pencil().mass();
+        let (mut off, mut whole) = (0.0, 0.0);
+        for (a, b) in self.displacements.iter().zip(&fine.displacements) {
+            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            off += mass.inner(&difference, &difference);
+            whole += mass.inner(b, b);
+        }
+        let seconds_per_step = self.seconds_per_step;
+        Ok(Reference { own_error: (off / whole).sqrt() / 3.0, seconds_per_step, ..fine })
     }
 }
 
@@ -266,6 +290,9 @@ pub struct Reference {
     pub displacements: Vec<Vec<f64>>,
     /// The least principal stretch in any element and step.
     pub least_stretch: f64,
+    /// What the motion itself is off by: relative, over all dofs and steps, in the mass norm; not a number
+    /// where nobody looked.
+    pub own_error: f64,
     /// Wall time of a step of the file \[s\], with as many marches side by side as there are cores.
     pub seconds_per_step: f64,
 }

@@ -2,12 +2,14 @@
 //! others.
 
 use faer::Mat;
+use rayon::prelude::*;
 
 use super::plan::in_words;
 use super::vademecum::Certified;
 use super::{BuildError, Built, Stages};
 use crate::basis::Basis;
 use crate::certificate::{LargeReport, LargeRun, StructureMeasured, certify_push};
+use crate::dynamics::large::LargeError;
 use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
@@ -58,7 +60,7 @@ impl Stages<'_> {
         let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
 
         let push = &drawn.draw(&[true], SEEDS[0])[0];
-        plan.work = full.work(push, ((CHOOSING + certifying) * steps) as f64, listener)?;
+        plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
         listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
         let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, listener))?;
@@ -73,8 +75,13 @@ impl Stages<'_> {
         let best = (0..maps.len()).min_by(|&a, &b| candidates[a].1.total_cmp(&candidates[b].1));
         let map = maps.into_iter().nth(best.unwrap_or(0)).expect("there are strain maps");
 
-        let march = || full.references(&drawn, (certifying, SEEDS[1]), steps, listener);
-        let references = watch.stage("pushes of the certificate at full order", march)?;
+        let march = || {
+            let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, listener)?;
+            rough.into_par_iter().map(|reference| reference.refined(&full, listener)).collect()
+        };
+        let references: Result<Vec<_>, LargeError> =
+            watch.stage("pushes of the certificate at full order", march);
+        let references = references?;
         let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
         let full_order_seconds_per_step = seconds / references.len() as f64;
         let runs = watch.stage("certificate", || self.runs(problem, &map, &references))?;

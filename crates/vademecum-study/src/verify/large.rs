@@ -118,7 +118,7 @@ pub fn verify_large(
 
     listener.stage("step the file");
     let mut shown = Shown::default();
-    let watch = shown.watch(file, track, None, time_step)?;
+    let watch = shown.watch(lines(file, SectionKind::ProbeNames)?, track, None, time_step);
     let energy_identity = play_metered(file, &options.scene, track, steps, listener, watch)?;
     let mut straight = *options;
     straight.scene.structure = StructureChoice::Exact;
