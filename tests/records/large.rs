@@ -1,4 +1,5 @@
-//! The record of `docs/benchmarks/large-displacements.md`: files of large displacements beside the full order.
+//! The record of `docs/benchmarks/large-displacements.md`: files of large displacements beside the full
+//! order.
 //!
 //! ```text
 //! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N]

@@ -99,6 +99,11 @@ density = 1000.0
 on = { group = "x_min" }
 [basis]
 modes = 6
+[[parameter]]
+name = "stiffness"
+kind = "stiffness"
+region = "*"
+range = [0.5, 2.0]
 [large]
 states = 12
 "#;
@@ -173,6 +178,11 @@ fn every_command_prints_the_keys_of_its_page() {
             "verify beam.vdm --problem beam.toml --scenario push.toml --json",
             "verify live.vdm --problem live.toml --scenario still.toml --json",
         ],
+    );
+    compare(
+        at,
+        &["verify of large displacements"],
+        &["verify bent.vdm --problem bent.toml --scenario still.toml --json"],
     );
 }
 

@@ -6,10 +6,10 @@ use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
 use vademecum_eval::{Field, SceneOptions, Simulation};
 use vademecum_format::File;
-use vademecum_study::StudyError;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
-use vademecum_study::verify::verify;
+use vademecum_study::verify::verify_large;
+use vademecum_study::{FileError, StudyError};
 use vademecum_tests::program::repository;
 
 /// The block of the page that asks for large displacements.
@@ -72,9 +72,52 @@ fn a_beam_that_bends_far_is_followed_where_a_linear_one_is_lost() {
     assert!(again.bytes == built.bytes);
 
     let file = File::parse(&built.bytes).expect("a file");
-    let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("a model");
-    let scenario = "duration = 0.1\n[[contact]]\npoint = [0.9, 0.04, 0.1]\nforce = [0.0, 0.0, 1.0]\n";
-    let scenario = Scenario::parse(scenario, "push.toml").expect("a scenario");
-    let refused = verify(&file, &PlayOptions::default(), &problem, &prepared, &scenario, &Silent);
-    assert!(matches!(refused, Err(StudyError::LargeDisplacements)));
+    verified(&problem, &file);
+}
+
+/// A scenario beside the march at large displacements; and beside itself, in other units of time.
+fn verified(problem: &Problem, file: &File<'_>) {
+    let prepared = prepare(problem, &mut Stopwatch::new(&Silent), &Silent).expect("a model");
+    let verify = |text: &str, options: &PlayOptions| {
+        let scenario = Scenario::parse(text, "push.toml").expect("a scenario");
+        verify_large(file, options, problem, &prepared, &scenario, &Silent)
+    };
+    let push = |start: f64, end: f64, duration: f64, force: f64| {
+        format!(
+            "duration = {duration:?}\n[[contact]]\npoint = [0.9, 0.04, 0.1]\nforce = [0.0, 0.0, {force:?}]\n\
+             start = {start:?}\nend = {end:?}\n"
+        )
+    };
+    let options = PlayOptions::default();
+    let found = verify(&push(0.1, 0.4, 0.6, 60.0), &options).expect("figures");
+    let figures = &found.figures;
+    assert!(figures.displacement > 0.1, "{figures:?}");
+    assert!(figures.projection_floor < figures.trajectory_error, "{figures:?}");
+    // What the reference is known to is seen by this, and a push that comes half a step early is not.
+    assert!(figures.trajectory_error < 0.02 && figures.truth_error < 0.01, "{figures:?}");
+    assert!(figures.linear_error > 3.0 * figures.trajectory_error, "{figures:?}");
+    assert!(figures.contact_error.is_some_and(|error| error < 0.02), "{figures:?}");
+    assert!(figures.energy_identity < 1e-10, "{figures:?}");
+    assert!((figures.energy_drift - figures.energy_drift_full_order).abs() < 0.02, "{figures:?}");
+
+    // Four times as stiff and as strong, twice as fast.
+    let mut fast = options;
+    let metadata = file.metadata();
+    (fast.scene.stiffness, fast.scene.time_step) = (4.0, Some(0.5 * metadata.time_step));
+    (fast.scene.alpha, fast.scene.beta) = (Some(2.0 * metadata.alpha), Some(0.5 * metadata.beta));
+    let again = verify(&push(0.05, 0.2, 0.3, 240.0), &fast).expect("figures");
+    for (one, other, factor) in [
+        (&found.probe_series[0], &again.probe_series[0], 1.0),
+        (&found.energy_series[0], &again.energy_series[0], 4.0),
+    ] {
+        let largest = one.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        assert_eq!(one.len(), other.len());
+        let close = one.iter().zip(other).all(|(a, b)| (factor * a - b).abs() < 1e-6 * factor * largest);
+        assert!(close, "a motion in other units of time");
+    }
+
+    let thrown = push(0.1, 0.4, 0.6, 60.0) + "[free]\nvelocity = [1.0, 0.0, 0.0]\n";
+    assert!(matches!(verify(&thrown, &options), Err(StudyError::File(FileError::NotFree))));
+    let many = push(0.1, 0.4, 1e7, 60.0);
+    assert!(matches!(verify(&many, &options), Err(StudyError::Long { .. })));
 }

@@ -37,6 +37,11 @@ const PAIRS: [(&str, [&str; 2], &str); 8] = [
         "the player has a second kind of scene in a file of its own",
     ),
     (
+        "study",
+        ["verify.rs", "verify/large.rs"],
+        "a verification goes by the law of motion; both laws are asked and shown in the same way",
+    ),
+    (
         "format",
         ["chapter.rs", "read.rs"],
         "a file is opened only if the chapter's tables fit; they are read of a file",

@@ -172,8 +172,8 @@ impl FullOrder<'_> {
         Ok(Work { steps: self.parts as f64 * steps, seconds: steps * one / side_by_side })
     }
 
-    /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method with
-    /// a part of the step. A push under which some element is compressed to less than [`SOFTENING`], where
+    /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method
+    /// with a part of the step. A push under which some element is compressed to less than [`SOFTENING`], where
     /// the law describes no body any more, is halved. Where two halvings are not enough another one is drawn:
     /// beside a support no push moves the surface far without crushing it.
     ///
