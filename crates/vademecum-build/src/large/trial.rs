@@ -173,9 +173,9 @@ impl FullOrder<'_> {
     }
 
     /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method
-    /// with a part of the step. A push under which some element is compressed to less than [`SOFTENING`], where
-    /// the law describes no body any more, is halved. Where two halvings are not enough another one is drawn:
-    /// beside a support no push moves the surface far without crushing it.
+    /// with a part of the step. A push under which some element is compressed to less than [`SOFTENING`],
+    /// where the law describes no body any more, is halved. Where two halvings are not enough another one is
+    /// drawn: beside a support no push moves the surface far without crushing it.
     ///
     /// # Errors
     /// [`LargeError`].
