@@ -1,9 +1,13 @@
 //! Files of large displacements, from the problem to the bytes.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use vademecum_build::input::Problem;
-use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::pipeline::{BuildError, BuildOptions, Built, build};
 use vademecum_build::prepared::prepare;
-use vademecum_build::progress::{Silent, Stopwatch};
+use vademecum_build::progress::{Listener, Silent, Stopwatch, is_cancelled};
+use vademecum_build::store::Store;
 use vademecum_eval::{Field, SceneOptions, Simulation};
 use vademecum_format::File;
 use vademecum_study::player::PlayOptions;
@@ -67,10 +71,6 @@ fn a_beam_that_bends_far_is_followed_where_a_linear_one_is_lost() {
     }
     assert!(way[1] < -0.8 && way[0] > -0.95 * way[1].abs() && way[0] < -0.4, "{way:?}");
 
-    // The same problem, the same bytes.
-    let again = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
-    assert!(again.bytes == built.bytes);
-
     let file = File::parse(&built.bytes).expect("a file");
     verified(&problem, &file);
 }
@@ -120,4 +120,76 @@ fn verified(problem: &Problem, file: &File<'_>) {
     assert!(matches!(verify(&thrown, &options), Err(StudyError::File(FileError::NotFree))));
     let many = push(0.1, 0.4, 1e7, 60.0);
     assert!(matches!(verify(&many, &options), Err(StudyError::Long { .. })));
+}
+
+#[test]
+fn a_stopped_build_goes_on_and_gives_the_same_bytes() {
+    let mut problem = beam();
+    problem.basis.modes = Some(6);
+    let folder = tempfile::tempdir().expect("a folder");
+    let store = Store::new(folder.path(), false);
+    let options = BuildOptions { store: Some(&store), ..BuildOptions::default() };
+    let plain = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
+    // Stopped in the choice of the strain map, when states and the pushes that choose are kept.
+    let stopped = StopsAt::new("choice of the strain map");
+    assert!(build(&problem, &options, &stopped).is_err_and(|error| is_cancelled(&error)));
+    let heard = StopsAt::new("never");
+    let built = build(&problem, &options, &heard).expect("a build").either();
+    assert!((1..=3).all(|modes| heard.reused(&format!("states-{modes}-1"))));
+    assert!((0..4).all(|push| heard.reused(&format!("push-c4005e01-{push}"))));
+    assert!(!heard.reused("push-ce471f02-0"));
+    assert!(built.bytes == plain.bytes);
+    let heard = StopsAt::new("never");
+    let again = build(&problem, &options, &heard).expect("a build").either();
+    assert!(heard.reused("push-ce471f02-0") && heard.reused("push-ce471f02-1-refined"));
+    assert!(again.bytes == plain.bytes);
+    let seconds = |built: &Built| built.report.large.as_ref().expect("figures").full_order_seconds_per_step;
+    assert_eq!(seconds(&again), seconds(&built));
+}
+
+/// Stops a build at a stage, and hears its notes.
+struct StopsAt {
+    stage: &'static str,
+    stopped: AtomicBool,
+    notes: Mutex<Vec<String>>,
+}
+
+impl StopsAt {
+    fn new(stage: &'static str) -> Self {
+        Self { stage, stopped: AtomicBool::new(false), notes: Mutex::default() }
+    }
+
+    fn reused(&self, stage: &str) -> bool {
+        self.notes.lock().expect("no panic").contains(&format!("{stage}: reused"))
+    }
+}
+
+impl Listener for StopsAt {
+    fn stage(&self, name: &str) {
+        if name == self.stage {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn advance(&self, _: usize, _: usize) {}
+
+    fn note(&self, text: &str) {
+        self.notes.lock().expect("no panic").push(text.into());
+    }
+
+    fn cancelled(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+}
+
+#[test]
+fn memory_is_told_before_it_is_taken() {
+    let mut problem = beam();
+    let options = BuildOptions { memory: Some(20_000_000), ..BuildOptions::default() };
+    let refused = build(&problem, &options, &Silent);
+    let Err(BuildError::Memory(refused)) = refused else { panic!("refused for its memory") };
+    assert!(refused.to_string().contains("`large.states`"), "{refused}");
+    problem.basis.modes = Some(6);
+    let built = build(&problem, &options, &Silent).expect("a build").either();
+    assert!(built.report.plan.memory_bytes > 1e6);
 }

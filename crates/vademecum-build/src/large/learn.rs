@@ -3,15 +3,16 @@
 use faer::{Mat, MatRef};
 
 use super::basis::with_followers;
+use super::kept::kept_states;
 use super::map::{Columns, Pairs, StrainMap};
 use super::prior::{Prior, columns};
-use super::states::{States, draw, relaxed};
+use super::states::{States, draw};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};
 use crate::fem::{FactorError, GreenError, GreenStrain, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::prepared::Body;
-use crate::progress::Listener;
+use crate::store::Kept;
 
 /// Where the states are drawn.
 const SEED: u64 = 0x1A26_E001;
@@ -19,6 +20,11 @@ const SEED: u64 = 0x1A26_E001;
 /// one is gentle. With a small one products that the states hardly know are bent for the sake of others: a
 /// slender body is lost with it, and a compact one gains.
 const RIDGES: [f64; 3] = [100.0, 10.0, 1.0];
+
+/// Shares of the coordinates that are natural modes: one in so many.
+const SPLITS: [usize; 3] = [6, 4, 2];
+/// Strain maps that [`learn`] gives: for each share the two priors and the regressions.
+pub const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
 
 /// What is asked of a strain map.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -84,7 +90,7 @@ pub struct Learnt {
     pub energies: Vec<f64>,
 }
 
-/// Strain maps to choose from: with a sixth, a quarter and half of the coordinates natural modes and the
+/// Strain maps to choose from, [`CANDIDATES`] of them: with a part of the coordinates natural modes and the
 /// others shapes that follow them, each as the priors have it and as regressions on states move the
 /// condensed one.
 ///
@@ -94,29 +100,29 @@ pub fn learn(
     body: &Body,
     symbolic: &Symbolic,
     options: &LargeOptions,
-    listener: &dyn Listener,
+    kept: &Kept<'_>,
 ) -> Result<Vec<Learnt>, LearnError> {
     let (strain, pencil) = (GreenStrain::new(&body.model)?, body.model.pencil());
     let r = options.coordinates.min(pencil.n_dof());
-    let splits = [r.div_ceil(6), r.div_ceil(4), r.div_ceil(2)];
-    let most = splits[2];
+    let splits = SPLITS.map(|share| r.div_ceil(share));
+    let most = splits[SPLITS.len() - 1];
     let Modes { vectors: modes, eigenvalues, .. } = lowest_modes(pencil, symbolic, most)?;
     let momenta = times_mass(body, modes.as_ref());
     let moving = at_load_nodes(body, modes.as_ref());
     let factor = symbolic.factor_of(pencil.stiffness())?;
     let mut found = vec![];
-    for kept in splits {
-        let part = |x: &'_ Mat<f64>| x.subcols(0, kept).to_owned();
+    for n_modes in splits {
+        let part = |x: &'_ Mat<f64>| x.subcols(0, n_modes).to_owned();
         let (modes, momenta) = (part(&modes), part(&momenta));
-        let drawn =
-            draw(moving.subcols(0, kept), &eigenvalues[..kept], options.displacement, options.states, SEED);
-        let states = relaxed(&strain, symbolic, modes.as_ref(), drawn.as_ref(), listener)?;
+        let own = (moving.subcols(0, n_modes), &eigenvalues[..n_modes]);
+        let drawn = draw(own.0, own.1, options.displacement, options.states, SEED);
+        let states = kept_states(kept, &strain, symbolic, modes.as_ref(), drawn.as_ref())?;
         if 4 * states.len() < 3 * options.states {
             let (asked, displacement) = (options.states, options.displacement);
             return Err(LearnError::FewStates { found: states.len(), asked, displacement });
         }
-        let own = (modes.as_ref(), momenta.as_ref(), &eigenvalues[..kept]);
-        let (vectors, values) = sorted(with_followers(pencil, own, &states, r - kept)?);
+        let own = (modes.as_ref(), momenta.as_ref(), &eigenvalues[..n_modes]);
+        let (vectors, values) = sorted(with_followers(pencil, own, &states, r - n_modes)?);
         let states = States::new(&strain, times_mass(body, vectors.as_ref()).as_ref(), &states);
         let pairs = Pairs { interacting: values.len(), coupled: 0 };
         for prior in [Prior::Condensed, Prior::Galerkin] {
@@ -124,7 +130,7 @@ pub fn learn(
             let mut columns = columns(&strain, basis, pairs, prior, (symbolic, &factor));
             let mut keep = |columns: &Columns, name: &str| {
                 found.push(Learnt {
-                    name: format!("{kept} modes, {} shapes that follow, {name}", values.len() - kept),
+                    name: format!("{n_modes} modes, {} shapes that follow, {name}", values.len() - n_modes),
                     vectors: vectors.clone(),
                     eigenvalues: values.clone(),
                     map: columns.rows(states.coordinates.as_ref(), options.rows)?,

@@ -11,11 +11,15 @@
 //! left of `A_q` alone. So a few rows hold it: one for each coordinate, exact in the linear and the cubic
 //! terms, and as many more as the rest of the quartic term needs.
 
-use faer::{Mat, MatRef, Side};
+use faer::linalg::solvers::SolveCore;
+use faer::{Conj, Mat, MatRef, Side};
 
 use super::states::States;
 use crate::dynamics::symmetric_eigen;
 use crate::linalg::{NoConvergence, subtract_product, symmetric_part, transposed_product};
+
+/// Strains that are fitted at a time.
+const FITTED: usize = 4096;
 
 /// Products of coordinates: each pair once, in the order of its first coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -93,9 +97,6 @@ impl Columns {
     pub fn fit(&mut self, states: &States, ridge: f64) -> Result<(), NoConvergence> {
         let (n, p) = (states.coordinates.ncols(), self.pairs.count());
         let products = self.products_of(states.coordinates.as_ref());
-        let mut missing = states.strains.clone();
-        subtract_product(missing.as_mut(), self.linear.as_ref(), states.coordinates.as_ref());
-        subtract_product(missing.as_mut(), self.quadratic.as_ref(), products.as_ref());
         // Every state counts by its relative error.
         let weight = |s: usize| 1.0 / states.energies[s].max(f64::MIN_POSITIVE);
         let weighted = Mat::from_fn(n, p, |s, j| weight(s) * products[(j, s)]);
@@ -104,12 +105,21 @@ impl Columns {
         for j in 0..p {
             gram[(j, j)] += ridge * trace / p as f64;
         }
-        let pull = &missing * &weighted;
         let factor =
             gram.llt(Side::Lower).map_err(|_| NoConvergence { what: "the regression of strains" })?;
-        let mut step = pull.transpose().to_owned();
-        faer::linalg::solvers::SolveCore::solve_in_place_with_conj(&factor, faer::Conj::No, step.as_mut());
-        self.quadratic += step.transpose();
+        // Each strain is fitted by itself: a few thousand at a time need no second matrix of all.
+        let rows = self.quadratic.nrows();
+        for first in (0..rows).step_by(FITTED) {
+            let count = FITTED.min(rows - first);
+            let mut own = self.quadratic.as_mut().subrows_mut(first, count);
+            let mut missing = states.strains.as_ref().subrows(first, count).to_owned();
+            let linear = self.linear.as_ref().subrows(first, count);
+            subtract_product(missing.as_mut(), linear, states.coordinates.as_ref());
+            subtract_product(missing.as_mut(), own.as_ref(), products.as_ref());
+            let mut step = weighted.transpose() * missing.transpose();
+            SolveCore::solve_in_place_with_conj(&factor, Conj::No, step.as_mut());
+            own += step.transpose();
+        }
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! Large displacements: a strain map over a basis, learnt from shapes of least energy.
 
 mod basis;
+mod kept;
 mod learn;
 mod map;
 mod prior;
@@ -8,7 +9,7 @@ mod states;
 mod trial;
 
 pub use basis::with_followers;
-pub use learn::{LargeOptions, LearnError, Learnt, learn};
+pub use learn::{CANDIDATES, LargeOptions, LearnError, Learnt, learn};
 pub use map::{Columns, Pairs, StrainMap};
 pub use prior::{Prior, columns};
 pub use states::{States, draw, relaxed};

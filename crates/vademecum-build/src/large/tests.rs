@@ -9,6 +9,7 @@ use crate::input::Problem;
 use crate::linalg::Random;
 use crate::prepared::{Prepared, prepare};
 use crate::progress::{Silent, Stopwatch};
+use crate::store::Kept;
 
 fn beam() -> Prepared {
     let text = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.12], divisions = [6, 1, 1] }\n\
@@ -21,7 +22,8 @@ fn beam() -> Prepared {
 const OPTIONS: LargeOptions = LargeOptions { displacement: 0.3, coordinates: 12, rows: 12, states: 40 };
 
 fn learnt(prepared: &Prepared, options: &LargeOptions) -> Vec<Learnt> {
-    learn(&prepared.body, &prepared.symbolic, options, &Silent).expect("strain maps")
+    learn(&prepared.body, &prepared.symbolic, options, &Kept::new(None, prepared, &Silent))
+        .expect("strain maps")
 }
 
 #[test]

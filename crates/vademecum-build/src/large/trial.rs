@@ -4,6 +4,8 @@ use std::time::Instant;
 
 use faer::Mat;
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::learn::{Learnt, at_load_nodes};
 use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeWork, Newton};
@@ -13,6 +15,7 @@ use crate::linalg::{Random, project, unit};
 use crate::mesh::Mesh;
 use crate::prepared::Body;
 use crate::progress::Listener;
+use crate::store::{Inputs, Kept};
 
 /// Steps of the reference in a step of the file, where nothing else is asked for.
 pub const PARTS: usize = 4;
@@ -36,8 +39,10 @@ const PULSE: f64 = 1.6;
 const HELD: f64 = 2.0;
 
 /// A push by something blunt: a force spread over the loadable nodes around one of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Push {
+    /// What tells it from others of the body.
+    pub name: String,
     /// Loadable nodes and their forces \[N\] at the height of the push.
     pub nodes: Vec<(u32, [f64; 3])>,
     /// The same over the free dofs.
@@ -58,7 +63,7 @@ impl Push {
     /// The same with half of the force.
     fn halved(&self) -> Push {
         let nodes = self.nodes.iter().map(|&(node, f)| (node, f.map(|f| 0.5 * f))).collect();
-        Push { nodes, force: self.force.iter().map(|f| 0.5 * f).collect(), ..*self }
+        Push { nodes, force: self.force.iter().map(|f| 0.5 * f).collect(), name: self.name.clone(), ..*self }
     }
 
     /// Its share at a time that belongs to the same side of a jump as another one.
@@ -100,7 +105,7 @@ impl Pushes<'_> {
         let period = std::f64::consts::TAU / modes.eigenvalues[0].sqrt();
         let width = WIDTH * longest_edge(mesh);
         let mut random = Random::new(seed);
-        let mut draw = |&pulse: &bool| loop {
+        let mut draw = |(k, &pulse): (usize, &bool)| loop {
             let centre = mesh.nodes[nodes[random.below(nodes.len())] as usize];
             let along = unit(std::array::from_fn(|_| random.uniform() - 0.5));
             let (size, share) = (0.4 + 0.4 * random.uniform(), random.uniform());
@@ -124,6 +129,7 @@ impl Pushes<'_> {
                 let scale = size * displacement / (most * if pulse { PULSE } else { HELD });
                 let length = period * if pulse { 0.5 + 0.5 * share } else { 0.3 + 0.4 * share };
                 return Push {
+                    name: format!("push-{seed:x}-{k}"),
                     nodes: push.into_iter().map(|(node, f)| (node, f.map(|f| scale * f))).collect(),
                     force: force.into_iter().map(|f| scale * f).collect(),
                     length: (length / time_step).round().max(1.0) * time_step,
@@ -131,7 +137,7 @@ impl Pushes<'_> {
                 };
             }
         };
-        pulses.iter().map(&mut draw).collect()
+        pulses.iter().enumerate().map(&mut draw).collect()
     }
 }
 
@@ -175,7 +181,7 @@ impl FullOrder<'_> {
     /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method
     /// with a part of the step. A push under which some element is compressed to less than [`SOFTENING`],
     /// where the law describes no body any more, is halved. Where two halvings are not enough another one is
-    /// drawn: beside a support no push moves the surface far without crushing it.
+    /// drawn: beside a support no push moves the surface far without crushing it. Each motion is kept.
     ///
     /// # Errors
     /// [`LargeError`].
@@ -184,14 +190,14 @@ impl FullOrder<'_> {
         drawn: &Pushes<'_>,
         (count, seed): (usize, u64),
         steps: usize,
-        listener: &dyn Listener,
+        kept: &Kept<'_>,
     ) -> Result<Vec<Reference>, LargeError> {
         let mut found: Vec<Option<Reference>> = vec![None; count];
         for draw in 0..DRAWS {
             let missing: Vec<usize> = (0..count).filter(|&k| found[k].is_none()).collect();
             let pulses: Vec<bool> = missing.iter().map(|k| k.is_multiple_of(2)).collect();
             let halvings = if draw + 1 == DRAWS { ANY } else { HALVINGS };
-            let marched = |push: &Push| self.march(push, steps, halvings, listener);
+            let marched = |push: &Push| self.march(push, steps, halvings, kept);
             let marched: Result<Vec<_>, LargeError> =
                 drawn.draw(&pulses, seed + draw).par_iter().map(marched).collect();
             missing.into_iter().zip(marched?).for_each(|(k, reference)| found[k] = reference);
@@ -205,17 +211,35 @@ impl FullOrder<'_> {
         push: &Push,
         steps: usize,
         halvings: usize,
-        listener: &dyn Listener,
+        kept: &Kept<'_>,
     ) -> Result<Option<Reference>, LargeError> {
-        let mut push = push.clone();
-        for _ in 0..=halvings {
-            match self.follow(&push, steps, listener) {
-                Ok(found) if found.least_stretch >= SOFTENING => return Ok(Some(found)),
-                Ok(_) | Err(LargeError::NoStep { .. }) => push = push.halved(),
-                Err(error) => return Err(error),
+        self.kept(&push.name, push, (steps, halvings), kept, || {
+            let mut push = push.clone();
+            for _ in 0..=halvings {
+                match self.follow(&push, steps, kept.listener) {
+                    Ok(found) if found.least_stretch >= SOFTENING => return Ok(Some(found)),
+                    Ok(_) | Err(LargeError::NoStep { .. }) => push = push.halved(),
+                    Err(error) => return Err(error),
+                }
             }
-        }
-        Ok(None)
+            Ok(None)
+        })
+    }
+
+    /// What is marched under a push, which a build that was stopped finds again.
+    fn kept<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        push: &Push,
+        counts: (usize, usize),
+        kept: &Kept<'_>,
+        march: impl FnOnce() -> Result<T, LargeError>,
+    ) -> Result<T, LargeError> {
+        let inputs = |inputs: Inputs| {
+            let own = (counts, self.time_step, self.parts, self.damping, push.length, push.pulse);
+            inputs.value(&own).numbers(&push.force)
+        };
+        kept.stage(name, inputs, march)
     }
 
     /// The motion under one push; the march ends where the law does.
@@ -262,13 +286,15 @@ impl FullOrder<'_> {
 }
 
 impl Reference {
-    /// The same with half of the steps, and what it is off by: both are of second order in the step.
+    /// The same with steps half as long, and what it is off by: both are of second order in the step.
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn refined(self, full: &FullOrder<'_>, listener: &dyn Listener) -> Result<Reference, LargeError> {
+    pub fn refined(self, full: &FullOrder<'_>, kept: &Kept<'_>) -> Result<Reference, LargeError> {
         let finer = FullOrder { parts: 2 * full.parts, ..*full };
-        let fine = finer.follow(&self.push, self.displacements.len(), listener)?;
+        let (push, steps) = (&self.push, self.displacements.len());
+        let march = || finer.follow(push, steps, kept.listener);
+        let fine = finer.kept(&format!("{}-refined", push.name), push, (steps, 0), kept, march)?;
         let mass = full.strain.model().pencil().mass();
         let (mut off, mut whole) = (0.0, 0.0);
         for (a, b) in self.displacements.iter().zip(&fine.displacements) {
@@ -282,7 +308,7 @@ impl Reference {
 }
 
 /// A push, and the motion under it at full order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Reference {
     /// The push as it was marched.
     pub push: Push,

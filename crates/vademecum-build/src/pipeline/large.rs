@@ -4,7 +4,7 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::plan::in_words;
+use super::plan::{in_words, large_memory};
 use super::vademecum::Certified;
 use super::{BuildError, Built, Stages};
 use crate::basis::Basis;
@@ -60,11 +60,16 @@ impl Stages<'_> {
         let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
 
         let push = &drawn.draw(&[true], SEEDS[0])[0];
+        let kept_steps = [CHOOSING * steps, certifying * steps];
+        let memory = large_memory(prepared, &options, strain.n_rows(), kept_steps);
+        let instead = ": fewer `basis.modes`, fewer `large.states`, fewer `large.pushes`, a coarser mesh";
+        self.options.memory().check(memory, instead, || "strains of states and of products".into())?;
+        plan.memory_bytes = plan.memory_bytes.max(memory);
         plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
         listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
-        let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, listener))?;
-        let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, listener);
+        let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, kept))?;
+        let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
         let references = watch.stage("held-out pushes at full order", march)?;
         let errors = || maps.iter().map(|map| self.worst(problem, map, &references)).collect();
         let errors: Result<Vec<f64>, BuildError> = watch.stage("choice of the strain map", errors);
@@ -76,8 +81,8 @@ impl Stages<'_> {
         let map = maps.into_iter().nth(best.unwrap_or(0)).expect("there are strain maps");
 
         let march = || {
-            let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, listener)?;
-            rough.into_par_iter().map(|reference| reference.refined(&full, listener)).collect()
+            let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, kept)?;
+            rough.into_par_iter().map(|reference| reference.refined(&full, kept)).collect()
         };
         let references: Result<Vec<_>, LargeError> =
             watch.stage("pushes of the certificate at full order", march);

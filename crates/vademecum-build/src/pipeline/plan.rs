@@ -8,6 +8,7 @@ use crate::basis::{Runs, most_vectors, sample_settings};
 use crate::certificate::TRAJECTORIES;
 use crate::dynamics::{FullOrder, Work, search_vectors, seconds_per_step};
 use crate::input::{BasisKind, Problem};
+use crate::large::{CANDIDATES, LargeOptions};
 use crate::limits::{Memory, TooMuchMemory, memory_in_words};
 use crate::prepared::Prepared;
 use crate::report::BuildPlan;
@@ -88,6 +89,33 @@ fn residual_ahead(problem: &Problem, prepared: &Prepared, full: bool) -> f64 {
     let kept = body.model.pencil().bytes() as f64 + factors as f64 * symbolic.factor_bytes() as f64;
     let own = residual::memory(body, symbolic, modes);
     kept + NUMBER * body.n_dof() as f64 * modes as f64 + own
+}
+
+/// Bytes of a build of large displacements: matrices, factors, and the largest of what shapes of least
+/// energy, strain maps and pushes take. Of a strain map that are the strains of all states and products;
+/// `strains` is how many there are. `instants` are the displacements that pushes are kept at, those that
+/// choose and those that certify.
+pub(super) fn large_memory(
+    prepared: &Prepared,
+    options: &LargeOptions,
+    strains: usize,
+    instants: [usize; 2],
+) -> f64 {
+    let n = prepared.body.n_dof() as f64;
+    let [strains, r, states] = [strains, options.coordinates, options.states].map(|count| count as f64);
+    let products = 0.5 * r * (r + 1.0);
+    let matrices = prepared.body.model.pencil().bytes() as f64;
+    let factor = prepared.symbolic.factor_bytes() as f64;
+    let [choosing, certifying] = instants.map(|count| NUMBER * n * count as f64);
+    // A tangent and its factor on every thread; the states, and once more on their way to the basis.
+    let shapes = threads() * (0.5 * matrices + factor) + NUMBER * n * 2.0 * states;
+    // The products move the body, and a solve has a copy of that.
+    let maps = NUMBER * (strains * (states + r + products) + n * (2.0 * products + 2.0 * states));
+    // The rough march of the certificate and the refined one, beside what chose the map.
+    let pushes = threads() * (0.5 * matrices + factor) + choosing + 2.0 * certifying;
+    // Every candidate has a basis of its own.
+    let bases = NUMBER * n * r * (1 + CANDIDATES) as f64;
+    matrices + factor + bases + shapes.max(maps).max(pushes)
 }
 
 /// What is ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
