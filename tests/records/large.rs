@@ -2,12 +2,13 @@
 //! order.
 //!
 //! ```text
-//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N]
+//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N --work FOLDER]
 //! ```
 //!
 //! Each body is built as `vademecum build` does it, with a step of a fortieth of its first period, and its
-//! certificate is printed: pushes that no choice has seen.
+//! certificate is printed: pushes that no choice has seen. With a work folder a run that was stopped goes on.
 
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use vademecum_build::dynamics::first_frequency;
@@ -15,6 +16,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
+use vademecum_build::store::Store;
 use vademecum_eval::{Contact, Scalar, SceneOptions};
 use vademecum_format::File;
 use vademecum_tests::bending::{BendingBody, bending_bodies};
@@ -25,16 +27,18 @@ use vademecum_tests::stage::with_scene;
 const STEPS: f64 = 40.0;
 
 fn main() {
-    let (mut names, mut coordinates, mut pushes) = (vec![], 32, 4);
+    let (mut names, mut coordinates, mut pushes, mut work) = (vec![], 32, 4, None);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().unwrap_or_else(|| panic!("{argument} wants a value"));
         match argument.as_str() {
             "--body" => names.push(value()),
             "--coordinates" => coordinates = value().parse().expect("a number of coordinates"),
+            "--work" => work = Some(PathBuf::from(value())),
             "--pushes" => pushes = value().parse().expect("a number of pushes"),
             _ => panic!(
-                "`{argument}` is not known: usage: large [--body NAME ...] [--coordinates R] [--pushes N]"
+                "`{argument}` is not known: usage: large [--body NAME ...] [--coordinates R] [--pushes N] \
+                 [--work FOLDER]"
             ),
         }
     }
@@ -45,11 +49,11 @@ fn main() {
         assert!(known.contains(&name.as_str()), "no body `{name}`; there are {}", known.join(", "));
     }
     for body in bodies.iter().filter(|body| names.is_empty() || names.iter().any(|name| name == body.name)) {
-        record(body, coordinates, pushes);
+        record(body, coordinates, pushes, work.as_deref());
     }
 }
 
-fn record(body: &BendingBody, coordinates: usize, pushes: usize) {
+fn record(body: &BendingBody, coordinates: usize, pushes: usize, work: Option<&Path>) {
     let text = |more: &str| {
         let displacement = body.displacement;
         format!(
@@ -72,7 +76,8 @@ fn record(body: &BendingBody, coordinates: usize, pushes: usize) {
     println!("## {}\n\n{}; {} dofs, first period {period:.3} s.\n", body.name, body.what, pencil.n_dof());
 
     let start = Instant::now();
-    let options = BuildOptions { long: true, ..BuildOptions::default() };
+    let store = work.map(|folder| Store::new(folder, false));
+    let options = BuildOptions { long: true, store: store.as_ref(), ..BuildOptions::default() };
     let built = match build(&problem, &options, &Silent) {
         Ok(built) => built.either(),
         Err(error) => {
