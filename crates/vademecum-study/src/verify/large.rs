@@ -24,7 +24,8 @@ use vademecum_build::progress::Listener;
 use vademecum_eval::StructureChoice;
 use vademecum_format::{File, SectionKind};
 
-use super::{Asked, Shown, Verified, free_basis, full_order_loads, show};
+use super::asked::{Asked, Shown, Verified, show};
+use super::model::{free_basis, full_order_loads};
 use crate::compare::{coordinate_matrix, orthonormal};
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};

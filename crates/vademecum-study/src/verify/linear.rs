@@ -1,0 +1,246 @@
+//! A scenario through a file beside the linear motion.
+
+use serde::Serialize;
+use vademecum_build::Matrix;
+use vademecum_build::dynamics::{DisplacedBy, FullOrder, INSTANTS, Truth, announce, seconds_per_step};
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::{Body, Prepared};
+use vademecum_build::progress::Listener;
+use vademecum_eval::{Field, StructureChoice};
+use vademecum_format::{File, SectionKind};
+
+use super::asked::{Asked, Verified, show};
+use super::model::{free_basis, full_order_loads};
+use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
+use crate::contents::{Bound, bound, lines, numbers};
+use crate::error::{FileError, StudyError};
+use crate::parameters::{ParameterValue, values};
+use crate::player::chapter::step_radius;
+use crate::player::{Body as PlayerBody, PlayOptions, Playable, Track, long_run, with_scene};
+use crate::scenario::Scenario;
+use crate::stress_error::StressCheck;
+use crate::truth::{TruthErrors, find_truth, truth_errors};
+
+/// Steps of the free run that times a step of the file.
+const TIMED_STEPS: usize = 100_000;
+
+/// What verification measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verification {
+    /// Steps marched.
+    pub steps: usize,
+    /// Free dofs.
+    pub dofs: usize,
+    /// Modes.
+    pub modes: usize,
+    /// Structure of the step.
+    pub structure: &'static str,
+    /// Step \[s\].
+    pub time_step: f64,
+    /// Values of the file's live parameters; none if it has none.
+    pub parameters: Vec<ParameterValue>,
+    /// Relative L2 error over all dofs and steps, mass norm: against the march at full order by the file's
+    /// scheme, or against the motion that is exact in time where the file moves its modes exactly.
+    pub trajectory_error: f64,
+    /// The same of the projection of the full-order trajectory on the basis.
+    pub projection_floor: f64,
+    /// Error ÷ floor.
+    pub floor_ratio: f64,
+    /// The file against a motion that is exact in time.
+    #[serde(flatten)]
+    pub truth: TruthErrors,
+    /// Of the stress: the largest equivalent stress of the difference to the exact motion, over points and
+    /// instants, as a share of its largest. None of a file without stress.
+    pub stress_error: Option<f64>,
+    /// What the file says of loads in general; none if it does not keep it.
+    pub bound: Option<Bound>,
+    /// Of the step as the evaluator marches it.
+    pub spectral_radius: f64,
+    /// Energy at the end over energy at release, less 1, through the file.
+    pub energy_drift: f64,
+    /// The same at full order: what the scheme itself takes.
+    pub energy_drift_full_order: f64,
+    /// Largest energy after release over the energy at release, through the file.
+    pub energy_ratio: f64,
+    /// Wall time of one full-order step \[s\].
+    pub full_order_seconds_per_step: f64,
+    /// Wall time of one step through the file \[s\].
+    pub vademecum_seconds_per_step: f64,
+}
+
+/// [`verify`](super::verify()) beside the linear motion.
+///
+/// # Errors
+/// As [`verify`](super::verify()).
+pub fn verify_linear(
+    file: &File<'_>,
+    options: &PlayOptions,
+    problem: &Problem,
+    prepared: &Prepared,
+    scenario: &Scenario,
+    listener: &dyn Listener,
+) -> Result<Verified<Verification>, StudyError> {
+    let asked = Asked::new(file, options, problem, prepared, scenario, listener)?;
+    let Asked { ref file_nodes, ref setting, time_step, steps, ref track, body } = asked;
+    let metadata = file.metadata();
+    if scenario.free.is_some() {
+        listener.note(
+            "`[free]` of the scenario is left out: what is compared is the elastic motion, under forces that turn with \
+             the body",
+        );
+    }
+
+    let Prepared { symbolic, scheme, .. } = prepared;
+    let pencil = setting.pencil(body.model.pencil());
+    let full = FullOrder::new(&pencil, symbolic, scheme, time_step, setting.rayleigh())?;
+    let exact = moves_exactly(file, options);
+    if !exact {
+        announce("the full-order march beside the file", &full, 1, steps as f64, options.long, listener)?;
+    }
+
+    let loads = full_order_loads(file, track, body, file_nodes)?;
+    let eigenvalues = match prepared.ratios.is_empty() {
+        true => vec![],
+        false => eigenvalues(file, setting.step.stiffness / setting.step.density)?,
+    };
+    let decay = |lambda: f64, _| prepared.ratios.decay(&setting.rayleigh(), &eigenvalues, lambda);
+    let truth = find_truth(&pencil, symbolic, &decay, &loads, (time_step, steps), listener)?;
+
+    listener.stage("step the file");
+    let stress = StressCheck::new(file, body, file_nodes, setting)?;
+    let shown = show(file, options, track, stress.as_ref(), (steps, time_step), listener)?;
+    let timing = long_run(file, options, track, TIMED_STEPS, listener)?;
+    let spectral_radius = step_radius(file, options)?;
+
+    let basis = free_basis(file, body, file_nodes)?;
+    let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
+    let rows: Vec<_> = body.probes.iter().map(|probe| body.probe_row(probe)).collect();
+    let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
+    let (full, same_scheme) = if exact {
+        (motion_of(&truth, &full, &rows), None)
+    } else {
+        listener.stage("march full order");
+        let mut marched = truth.trajectory(0).marched_apart();
+        let compared = compare(body, &full, &loads, &reduced, listener, |state| {
+            marched.add(state.displacement.col_as_slice(0));
+        })?;
+        let Comparison { error, energy, probes, seconds_per_step } = compared;
+        (FullMotion { energy, probes, seconds_per_step }, Some((error, marched.error())))
+    };
+    let entries: Vec<usize> = track.contacts.iter().map(|placed| placed.entry).collect();
+    let contacts = (&loads[..entries.len()], &entries[..]);
+    let statics = static_columns(file, options, track, body, file_nodes)?;
+    let acting = Matrix::from_fn(loads.len(), 1 + steps, |j, step| match step {
+        0 => 0.0,
+        step => loads[j].when.just_before(step as f64 * time_step),
+    });
+    let mut motion = vec![DisplacedBy { columns: basis.as_ref(), amplitudes: coordinates.as_ref() }];
+    motion.extend(
+        statics
+            .as_ref()
+            .map(|columns| DisplacedBy { columns: columns.as_ref(), amplitudes: acting.as_ref() }),
+    );
+    let under = coordinate_matrix(entries.len(), &shown.under_contacts);
+    let stress_error = stress.and_then(|stress| stress.error(&truth.trajectory(0), &shown.stresses));
+    let truth = truth_errors(&truth, &motion, (contacts, under.as_ref()), time_step, same_scheme);
+    let [trajectory_error, projection_floor] = match same_scheme {
+        Some((same, _)) => [same.error, same.floor],
+        None => [truth.total_error, truth.basis_error],
+    };
+    // The static part of a file that moves its modes exactly goes with the load.
+    let release = asked.release().saturating_add(usize::from(exact)).min(steps);
+    let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
+    let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
+    let figures = Verification {
+        steps,
+        dofs: body.n_dof(),
+        modes: metadata.n_modes as usize,
+        structure: shown.structure,
+        time_step,
+        parameters: values(&options.scene, metadata),
+        trajectory_error,
+        projection_floor,
+        floor_ratio: trajectory_error / projection_floor,
+        truth,
+        stress_error,
+        bound: bound(file)?,
+        spectral_radius,
+        energy_drift: drift(&shown.energy),
+        energy_drift_full_order: drift(&full.energy),
+        energy_ratio: largest / shown.energy[release],
+        full_order_seconds_per_step: full.seconds_per_step,
+        vademecum_seconds_per_step: timing.seconds_per_step,
+    };
+    Ok(Verified {
+        figures,
+        time_step,
+        acting: scenario.acting(),
+        probes: lines(file, SectionKind::ProbeNames)?,
+        probe_series: [full.probes, shown.probes],
+        energy_series: [full.energy, shown.energy],
+    })
+}
+
+/// What the fields of a file show of each load of a track beside the modes, at factor 1 on the load; shape
+/// (n, loads). Nothing where they show no more than the modes.
+fn static_columns(
+    file: &File<'_>,
+    options: &PlayOptions,
+    track: &Track,
+    body: &Body,
+    file_nodes: &[u32],
+) -> Result<Option<Matrix>, StudyError> {
+    if options.takes_chapter(file) || file.section(SectionKind::FactorValues).is_none() {
+        return Ok(None);
+    }
+    with_scene::<f64, _>(file, &options.scene, |scene, state, loads| {
+        if scene.static_field_sizes() == [0; 2] {
+            return Ok(None);
+        }
+        let mut columns = Matrix::zeros(body.n_dof(), track.contacts.len() + track.patterns.len());
+        let mut shown = vec![0.0; 3 * file_nodes.len()];
+        let mut played = PlayerBody { scene, state, loads };
+        for load in 0..columns.ncols() {
+            track.apply_some(&[(load, [1.0; INSTANTS])], &mut played)?;
+            played.start()?;
+            played.body_into(Field::Displacement, &mut shown)?;
+            for (place, &node) in file_nodes.iter().enumerate() {
+                for component in 0..3 {
+                    if let Some(free) = body.model.dofs().free(3 * node as usize + component) {
+                        columns[(free as usize, load)] = shown[3 * place + component];
+                    }
+                }
+            }
+        }
+        Ok(Some(columns))
+    })
+}
+
+/// Eigenvalues of the natural modes of a file, so many times as large as it has them.
+fn eigenvalues(file: &File<'_>, scale: f64) -> Result<Vec<f64>, FileError> {
+    Ok(numbers(file, SectionKind::Eigenvalues)?.into_iter().map(|value| scale * value).collect())
+}
+
+/// The motion of the full order beside the file.
+struct FullMotion {
+    energy: Vec<f64>,
+    /// Probe values, shape (instants, probes), row-major.
+    probes: Vec<f64>,
+    seconds_per_step: f64,
+}
+
+/// The motion that is exact in time; what a step at full order would take is measured on two of them.
+fn motion_of(truth: &Truth<'_>, full: &FullOrder<'_>, rows: &[Vec<(u32, f64)>]) -> FullMotion {
+    let motion = truth.trajectory(0);
+    let probes = motion.along(rows);
+    // Column by column, an instant after the other.
+    let probes = (0..probes.ncols()).flat_map(|t| probes.col_as_slice(t).to_vec()).collect();
+    FullMotion { energy: motion.energy(), probes, seconds_per_step: seconds_per_step(full, 1) }
+}
+
+/// Whether a scenario is played through modes that are moved exactly.
+fn moves_exactly(file: &File<'_>, options: &PlayOptions) -> bool {
+    let asked = options.scene.structure;
+    let own = file.metadata().scheme.is_exact() && asked == StructureChoice::Auto;
+    !options.takes_chapter(file) && (own || asked == StructureChoice::Exact)
+}

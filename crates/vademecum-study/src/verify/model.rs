@@ -1,0 +1,77 @@
+//! The model of a problem behind the nodes of a file: its basis over free dofs, and its loads.
+
+use std::collections::HashMap;
+
+use vademecum_build::Matrix;
+use vademecum_build::dynamics::TimedLoad;
+use vademecum_build::prepared::Body;
+use vademecum_format::{File, SectionKind};
+
+use crate::contents::{lines, section};
+use crate::error::{FileError, StudyError};
+use crate::player::{PlacedContact, Track};
+
+/// Mesh node of each file node, by the ids in the file.
+///
+/// # Errors
+/// [`FileError`]: a file without ids, or with one that the mesh does not have.
+pub(crate) fn file_nodes(file: &File<'_>, body: &Body) -> Result<Vec<u32>, FileError> {
+    let mesh = body.model.mesh();
+    let by_id: HashMap<u64, u32> = mesh.node_ids.iter().enumerate().map(|(i, &id)| (id, i as u32)).collect();
+    let node = |id: &[u8; 8]| {
+        let id = u64::from_le_bytes(*id);
+        by_id.get(&id).copied().ok_or(FileError::ForeignNode { id })
+    };
+    section(file, SectionKind::NodeIds)?.u64s()?.iter().map(node).collect()
+}
+
+/// Rows of `B` over the free dofs of the model, from the file; shape (n, r).
+///
+/// # Errors
+/// [`FileError`]: a file without all of its basis.
+pub fn free_basis(file: &File<'_>, body: &Body, file_nodes: &[u32]) -> Result<Matrix, FileError> {
+    let r = file.metadata().n_modes as usize;
+    let mut rows = vec![];
+    for kind in [SectionKind::SurfaceBasis, SectionKind::InteriorBasis] {
+        if rows.len() < 3 * r * file_nodes.len() {
+            rows.extend(section(file, kind)?.numbers()?.iter());
+        }
+    }
+    let mut basis = Matrix::zeros(body.n_dof(), r);
+    for (place, &node) in file_nodes.iter().enumerate() {
+        for component in 0..3 {
+            if let Some(free) = body.model.dofs().free(3 * node as usize + component) {
+                (0..r).for_each(|k| basis[(free as usize, k)] = rows[(3 * place + component) * r + k]);
+            }
+        }
+    }
+    Ok(basis)
+}
+
+/// The loads of a track as forces over the free dofs.
+///
+/// # Errors
+/// [`StudyError::ForeignPattern`]; [`StudyError::File`]: names that cannot be read.
+pub(crate) fn full_order_loads(
+    file: &File<'_>,
+    track: &Track,
+    body: &Body,
+    file_nodes: &[u32],
+) -> Result<Vec<TimedLoad>, StudyError> {
+    let contact = |PlacedContact { contact, when, .. }: &PlacedContact| {
+        let mut force = vec![0.0; body.n_dof()];
+        let nodes = contact.nodes.map(|node| file_nodes[node as usize]);
+        body.model.add_point_force(&nodes, &contact.weights, contact.force, &mut force);
+        TimedLoad { column: 0, force, when: when.clone() }
+    };
+    let mut loads: Vec<TimedLoad> = track.contacts.iter().map(contact).collect();
+    let known = lines(file, SectionKind::PatternNames)?;
+    for placed in &track.patterns {
+        let name = &known[placed.index];
+        let pattern = body.patterns.iter().find(|(pattern, _)| pattern == name);
+        let (_, force) = pattern.ok_or_else(|| StudyError::ForeignPattern { name: name.clone() })?;
+        let force = force.iter().map(|f| placed.amplitude * f).collect();
+        loads.push(TimedLoad { column: 0, force, when: placed.when.clone() });
+    }
+    Ok(loads)
+}
