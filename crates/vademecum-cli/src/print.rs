@@ -91,14 +91,16 @@ pub fn print_report(report: &BuildReport) {
 /// What was measured of large displacements.
 fn print_large(large: &LargeReport) {
     println!("\nlarge displacements: {}", large.strain_map);
-    println!("push   moves [m]  error     floor     linear model  energy identity");
+    println!("push   moves [m]  least stretch  error     floor     reference  linear model  energy identity");
     for run in &large.runs {
         println!(
-            "{:<5}  {:>9.3e}  {:.2e}  {:.2e}  {:>12.2e}  {:>15.1e}",
+            "{:<5}  {:>9.3e}  {:>13.2}  {:.2e}  {:.2e}  {:>9.2e}  {:>12.2e}  {:>15.1e}",
             if run.pulse { "pulse" } else { "held" },
             run.displacement,
+            run.least_stretch,
             run.error,
             run.floor,
+            run.reference_error,
             run.linear_error,
             run.energy_identity
         );
@@ -195,6 +197,7 @@ pub fn print_verification(v: &Verification) {
     );
     print_seconds(v.vademecum_seconds_per_step, v.full_order_seconds_per_step);
 }
+
 /// The same beside a march at large displacements.
 pub fn print_large_verification(v: &LargeVerification) {
     println!("{} steps, {} free dofs, {} coordinates, {} structure", v.steps, v.dofs, v.modes, v.structure);
