@@ -163,6 +163,12 @@ fn every_command_prints_the_keys_of_its_page() {
         ],
     );
     compare(at, &["mesh"], &["mesh cube.msh --json"]);
+    std::fs::write(at.join("sweep.toml"), "problems = [\"beam.toml\"]\n").expect("written");
+    compare(at, &["plan"], &["plan sweep.toml -o out --json"]);
+    let planned = |name: &str| at.join("out").join(name).display().to_string();
+    assert_eq!(vademecum(&["build", &planned("1.toml"), "-o", &planned("1.vdm")]).code, Some(0));
+    compare(at, &["collect"], &["collect out --json"]);
+    std::fs::remove_dir_all(at.join("out")).expect("removed");
     compare(at, &["modes"], &["modes beam.toml --count 2 --json"]);
     compare(at, &["init"], &["init cube.msh -o cube.toml --json"]);
     let frf =

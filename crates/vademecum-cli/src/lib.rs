@@ -64,6 +64,7 @@ Examples:
   vademecum report body.vdm -o report.html          one page about a build, with figures
   vademecum bench body.toml -o bench --quick        run time against error, method by method
   vademecum export matrices body.toml -o matrices   mass, stiffness, loads and basis for other programs
+  vademecum plan sweep.toml -o sweep                many builds as jobs; `collect` gathers them
   vademecum strip body.vdm --keep probes -o p.vdm   only what stepping and probes need
   vademecum pack body.vdm -o small.vdm              compress it for shipping; `unpack` gives it back
   vademecum verify body.vdm --file-only             is the file whole and sound
@@ -87,6 +88,8 @@ enum Command {
     Report(cmd::report::Report),
     Bench(cmd::bench::Bench),
     Export(cmd::export::Export),
+    Plan(cmd::plan::Plan),
+    Collect(cmd::collect::Collect),
     Strip(cmd::strip::Strip),
     Pack(cmd::pack::Pack),
     Unpack(cmd::unpack::Unpack),
@@ -135,6 +138,8 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::Report(command) => command.run(console),
         Command::Bench(command) => command.run(console),
         Command::Export(command) => command.run(console),
+        Command::Plan(command) => command.run(),
+        Command::Collect(command) => command.run(),
         Command::Strip(command) => command.run(),
         Command::Pack(command) => command.run(),
         Command::Unpack(command) => command.run(),

@@ -16,7 +16,7 @@ pub struct Page {
 }
 
 /// All pages inside the program.
-pub const PAGES: [Page; 3] = [
+pub const PAGES: [Page; 4] = [
     Page {
         name: "problem",
         about: "every key of the problem file, its range and its default",
@@ -26,6 +26,11 @@ pub const PAGES: [Page; 3] = [
         name: "scenario",
         about: "every key of the scenario file, and what `run` and `verify` make of it",
         text: include_str!("../assets/scenario-1.md"),
+    },
+    Page {
+        name: "sweep",
+        about: "every key of the sweep file, and what `plan` makes of it",
+        text: include_str!("../assets/sweep-1.md"),
     },
     Page {
         name: "json",

@@ -31,6 +31,7 @@ pub mod starter;
 mod statistics;
 pub mod stress;
 mod stress_error;
+pub mod sweep;
 pub mod target;
 pub mod timings;
 mod truth;

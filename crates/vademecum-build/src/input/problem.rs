@@ -129,6 +129,20 @@ fn si_units() -> String {
     "SI: m, kg, s, N, Pa".into()
 }
 
+/// Keys that name files, as [`Problem::files`] reads them; those of snapshots may be lists.
+pub const FILE_KEYS: [&str; 10] = [
+    "mesh.file",
+    "mesh.tables.coordinates",
+    "mesh.tables.connectivity",
+    "mesh.matrices.mass",
+    "mesh.matrices.stiffness",
+    "mesh.matrices.dofs",
+    "mesh.matrices.nodes",
+    "mesh.matrices.triangles",
+    "snapshots.npy",
+    "snapshots.vtu",
+];
+
 impl Problem {
     /// Reads and checks a problem file.
     pub fn read(path: &Path) -> Result<Self, ProblemError> {

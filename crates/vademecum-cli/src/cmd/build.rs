@@ -7,7 +7,8 @@ use vademecum_build::fem::Engine;
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::progress::Listener;
-use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place};
+use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place, read_regular};
+use vademecum_study::sweep::{State, look};
 
 use crate::arguments::{OutputArguments, size};
 use crate::console::Console;
@@ -45,6 +46,10 @@ pub struct Build {
     /// Compute every stage anew, whatever is kept.
     #[arg(long)]
     fresh: bool,
+    /// Do nothing where the output is whole and was built from this very problem file: for jobs that may be
+    /// run more than once.
+    #[arg(long, conflicts_with_all = ["fresh", "json"])]
+    once: bool,
     /// Where the step over live parameters is unstable, add terms until it is stable; report and file say
     /// what was done.
     #[arg(long)]
@@ -108,6 +113,10 @@ impl Build {
         let problem = Problem::read(&self.problem)?;
         let outputs = outputs(&self.outputs, &[Some(&self.problem)], Some(&problem));
         check_output(&outputs, &self.output, Kind::Vademecum)?;
+        if self.once && self.is_built(&problem) {
+            console.note(&format!("{} is built already", self.output.display()));
+            return Ok(());
+        }
         let store = self.work_folder()?.map(|folder| Store::new(&folder, self.fresh));
         let built = self.build(&problem, store.as_ref(), &outputs, engine, console).inspect_err(|_| {
             if let Some(store) = store.as_ref().filter(|store| store.holds_stages()) {
@@ -151,6 +160,12 @@ impl Build {
         }
         write_bytes(outputs, &self.output, Kind::Vademecum, &built.bytes)?;
         Ok(built)
+    }
+
+    /// Whether the output is there and whole, and holds the text of the problem.
+    fn is_built(&self, problem: &Problem) -> bool {
+        let bytes = read_regular(&self.output).ok();
+        look(bytes.as_deref(), &problem.text).0 == State::Done
     }
 
     /// Beside the file, under its name: found again without being told, by the build it belongs to alone.

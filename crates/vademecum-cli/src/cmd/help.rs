@@ -11,10 +11,11 @@ use crate::reference::{PAGES, Page};
   vademecum help problem              every key of the problem file
   vademecum help problem basis        one section of it
   vademecum help scenario             every key of the scenario file
+  vademecum help sweep                every key of the sweep file
   vademecum help json                 what commands print with `--json`
   vademecum help export matrices      the same as `vademecum export matrices --help`")]
 pub struct Help {
-    /// A command, or `problem`, `scenario` or `json`, and a section of that page.
+    /// A command, or `problem`, `scenario`, `sweep` or `json`, and a section of that page.
     topic: Vec<String>,
 }
 

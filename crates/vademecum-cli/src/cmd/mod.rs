@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod build;
+pub mod collect;
 pub mod completions;
 pub mod demo;
 pub mod export;
@@ -13,6 +14,7 @@ pub mod man;
 pub mod mesh;
 pub mod modes;
 pub mod pack;
+pub mod plan;
 pub mod report;
 pub mod run;
 pub mod schema;
