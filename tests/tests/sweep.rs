@@ -233,3 +233,16 @@ fn examples_of_the_page_are_plans() {
         assert_eq!(lines(folder.path()).len(), 6);
     }
 }
+
+/// The script of the examples, which runs two lines at a time.
+#[test]
+#[cfg(unix)]
+fn a_list_runs_in_parallel() {
+    let folder = folder("problems = [\"beam.toml\"]\n[[vary]]\nkey = \"basis.modes\"\nvalues = [4, 6, 8]\n");
+    assert_eq!(plan(folder.path()), (Some(0), String::new()));
+    let script = repository().join("examples/sweep/parallel.sh");
+    let list = at(folder.path(), "a folder's jobs/jobs.txt");
+    let ran = run(&format!("{} \"{list}\"", script.display()));
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    assert_eq!(states(&collect(folder.path()).1), ["done"; 3]);
+}
