@@ -69,7 +69,7 @@ pub enum SweepError {
         /// Its keys and values.
         values: String,
         /// What is wrong with it.
-        source: ProblemError,
+        source: Box<ProblemError>,
     },
     /// A key that no problem can have.
     #[error("{path}: `{key}` of `vary` cannot be set in {problem}: {reason}")]
@@ -204,7 +204,7 @@ impl Sweep {
                 let checked = Problem::parse(&text, &format!("{name}.toml"), PathBuf::new());
                 if let Err(source) = checked {
                     let (job, values) = (format!("job {name} of {}", path.display()), in_words(&values));
-                    return Err(SweepError::Job { job, values, source });
+                    return Err(SweepError::Job { job, values, source: source.into() });
                 }
                 jobs.push(Job { name, from: from.clone(), values, text });
             }
