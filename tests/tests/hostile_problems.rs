@@ -277,14 +277,14 @@ fn a_limit_on_the_process_ends_in_a_sentence_and_not_in_an_abort() {
 }
 
 /// However little memory there is, a build ends by its code and in words, or by an allocation of the standard
-/// library that names its size.
+/// library that names its size; also where it was told that there is enough.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_that_is_refused_anywhere_is_told_in_words() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = write(folder.path(), &BEAM.replace("[4, 1, 1]", "[24, 6, 6]"));
-    let run =
-        command(&["build".as_ref(), path.as_os_str(), "-o".as_ref(), "a.vdm".as_ref(), "--fresh".as_ref()]);
+    let mut run = command(&["build".as_ref(), path.as_os_str(), "-o".as_ref(), "a.vdm".as_ref()]);
+    run.args(["--fresh", "--memory", "1G"]);
     let mut refused = 0;
     for limit in (60..240).step_by(6) {
         let mut shell = Command::new("sh");

@@ -41,6 +41,21 @@ unsafe extern "C" {
         columns: i64,
     ) -> c_int;
     fn vp_factor_free(factor: *mut c_void);
+    fn vp_iteration(
+        matrix: *mut c_void,
+        motions: *const f64,
+        block: i64,
+        tolerance: f64,
+        made: *mut *mut c_void,
+    ) -> c_int;
+    fn vp_iteration_solve(
+        matrix: *mut c_void,
+        iteration: *mut c_void,
+        forces: *const f64,
+        answers: *mut f64,
+        columns: i64,
+    ) -> c_int;
+    fn vp_iteration_free(iteration: *mut c_void);
 }
 
 /// What a call says of itself: nothing, or the error that the shim keeps.
@@ -219,6 +234,52 @@ impl Drop for Factor {
         if !self.made.is_null() {
             // SAFETY: made by `vp_factor` and freed once, before its matrix.
             unsafe { vp_factor_free(self.made) };
+        }
+    }
+}
+
+/// Conjugate gradients with algebraic multigrid, set up for a matrix.
+pub struct Iteration {
+    matrix: Matrix,
+    made: *mut c_void,
+}
+
+// SAFETY: as of the matrix.
+unsafe impl Send for Iteration {}
+
+impl Iteration {
+    /// Sets up for a positive definite matrix, with own rows of the six rigid motions of its body, one after
+    /// the other. In `blocks`, the three dofs of a node stand together.
+    pub fn new(matrix: Matrix, motions: &[f64], blocks: bool, tolerance: f64) -> Result<Self, EngineError> {
+        assert_eq!(motions.len(), 6 * matrix.own);
+        let mut iteration = Self { matrix, made: ptr::null_mut() };
+        let (matrix, from) = (iteration.matrix.made, motions.as_ptr());
+        // SAFETY: the shim reads six columns of own rows, keeps no pointer to them, and writes one pointer.
+        checked(unsafe { vp_iteration(matrix, from, blocks.into(), tolerance, &mut iteration.made) })?;
+        Ok(iteration)
+    }
+
+    /// The matrix.
+    pub fn matrix(&mut self) -> &mut Matrix {
+        &mut self.matrix
+    }
+
+    /// `A⁻¹` of forces, own rows column after column.
+    pub fn solve(&mut self, forces: &[f64], columns: usize) -> Result<Vec<f64>, EngineError> {
+        assert_eq!(forces.len(), self.matrix.own * columns);
+        let mut answers = vec![0.0; forces.len()];
+        let (from, to) = (forces.as_ptr(), answers.as_mut_ptr());
+        // SAFETY: the shim reads and writes so many columns of own rows, and keeps no pointer.
+        checked(unsafe { vp_iteration_solve(self.matrix.made, self.made, from, to, columns as i64) })?;
+        Ok(answers)
+    }
+}
+
+impl Drop for Iteration {
+    fn drop(&mut self) {
+        if !self.made.is_null() {
+            // SAFETY: made by `vp_iteration` and freed once, before its matrix.
+            unsafe { vp_iteration_free(self.made) };
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The offline stage on many processes: natural modes and static answers by MPI, PETSc and MUMPS.
+//! The offline stage on many processes: natural modes and static answers by MPI, PETSc and MUMPS, or by
+//! conjugate gradients where no factor fits.
 //!
 //! `mpirun` starts the program on every rank. The first rank builds as it does alone; where it needs the
 //! factor of a stiffness, a solve or a search for modes, it says so to the others, which wait for that word
@@ -23,4 +24,4 @@ mod ranks;
 mod rows;
 
 #[cfg(feature = "petsc")]
-pub use engine::{Options, run};
+pub use engine::{Options, TOLERANCE, run};

@@ -109,9 +109,12 @@ impl Ranks {
         1..self.calls.size
     }
 
-    /// The rows of a rank, of so many: equal shares.
+    /// The rows of a rank, of so many: equal shares, of whole nodes where every node has three rows.
     pub fn rows_of(&self, rank: usize, total: usize) -> std::ops::Range<usize> {
-        let first = |rank: usize| (total as u128 * rank as u128 / self.calls.size as u128) as usize;
+        let first = |rank: usize| match (total as u128 * rank as u128 / self.calls.size as u128) as usize {
+            first if first == total => total,
+            first => first / 3 * 3,
+        };
         first(rank)..first(rank + 1)
     }
 

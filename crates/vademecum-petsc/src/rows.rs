@@ -8,13 +8,39 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 use vademecum_build::fem::{EngineError, MassProduct, Rows};
 
-use crate::calls::{Factor, Matrix};
+use crate::calls::{Factor, Iteration, Matrix};
 use crate::ranks::Ranks;
 
-/// A factorised stiffness, this rank's rows of it.
+/// What solves with a matrix, and the matrix.
+pub enum Solver {
+    /// A factor by MUMPS.
+    Direct(Factor),
+    /// Conjugate gradients.
+    Iterative(Iteration),
+}
+
+impl Solver {
+    /// The matrix.
+    pub fn matrix(&mut self) -> &mut Matrix {
+        match self {
+            Self::Direct(factor) => factor.matrix(),
+            Self::Iterative(iteration) => iteration.matrix(),
+        }
+    }
+
+    /// `A⁻¹` of forces, own rows column after column.
+    pub fn solve(&mut self, forces: Vec<f64>, columns: usize) -> Result<Vec<f64>, EngineError> {
+        match self {
+            Self::Direct(factor) => factor.solve(forces, columns),
+            Self::Iterative(iteration) => iteration.solve(&forces, columns),
+        }
+    }
+}
+
+/// A stiffness to solve with, this rank's rows of it.
 pub struct Held {
-    /// The factor with its matrix.
-    pub factor: Factor,
+    /// The solver with its matrix.
+    pub solver: Solver,
     /// Where each own row starts, for the mass too.
     pub starts: Vec<i64>,
     /// Columns of the entries, for the mass too.
@@ -119,8 +145,8 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
         self.session.held.get(&self.id).expect("a factor that is not released")
     }
 
-    fn factor(&mut self) -> &mut Factor {
-        &mut self.session.held.get_mut(&self.id).expect("a factor that is not released").factor
+    fn solver(&mut self) -> &mut Solver {
+        &mut self.session.held.get_mut(&self.id).expect("a factor that is not released").solver
     }
 
     /// Takes off forces what accelerates a body without supports as a whole.
@@ -131,7 +157,7 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
 
     /// Solves for forces that are relieved, and takes off what moves mass as a whole.
     fn solve_relieved(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
-        let answers = self.factor().solve(packed(x.rb()), x.ncols())?;
+        let answers = self.solver().solve(packed(x.rb()), x.ncols())?;
         let own = x.nrows();
         for c in 0..x.ncols() {
             column_mut(x.rb_mut(), c).copy_from_slice(&answers[c * own..][..own]);
@@ -199,7 +225,7 @@ impl<S: DerefMut<Target = Session>> Rows for SpreadRows<S> {
     }
 
     fn mul_stiffness(&mut self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
-        let done = multiply(self.factor().matrix(), x, y.rb_mut());
+        let done = multiply(self.solver().matrix(), x, y.rb_mut());
         self.session.noting(done)?;
         for &(row, spring) in self.relief.iter().flat_map(|relief| &relief.springs) {
             (0..x.ncols()).for_each(|c| y[(row, c)] -= spring * x[(row, c)]);

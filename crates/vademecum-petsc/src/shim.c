@@ -1,7 +1,7 @@
 /* The calls of MPI and PETSc that the crate makes. Widths of integers, numbers of enums and macros are those of
    the installed headers. Every function returns 0, or something else when it failed; then vp_failed_call and
    vp_failed_words tell what and why. Blocks are columns one after the other, without gaps. */
-#include <petscmat.h>
+#include <petscksp.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -232,3 +232,84 @@ int vp_factor_solve(struct vp_matrix *m, Mat factor, double *forces, double *ans
 }
 
 void vp_factor_free(Mat factor) { (void)MatDestroy(&factor); }
+
+/* Own rows of the six rigid motions, made orthonormal: what a coarse level has to keep. */
+static int near_kernel(struct vp_matrix *m, const double *motions) {
+    Vec fields[6] = {NULL};
+    MatNullSpace near = NULL;
+    for (int k = 0; k < 6; k++) {
+        double *values = NULL;
+        PetscReal length = 0.0;
+        PETSC(MatCreateVecs, m->a, NULL, &fields[k]);
+        PETSC(VecGetArray, fields[k], &values);
+        memcpy(values, motions + (size_t)k * (size_t)m->own, (size_t)m->own * sizeof *values);
+        PETSC(VecRestoreArray, fields[k], &values);
+        for (int pass = 0; pass < 2; pass++) {
+            for (int other = 0; other < k; other++) {
+                PetscScalar share = 0.0;
+                PETSC(VecDot, fields[k], fields[other], &share);
+                PETSC(VecAXPY, fields[k], -share, fields[other]);
+            }
+            PETSC(VecNormalize, fields[k], &length);
+        }
+        if (!(length > 0.0)) return fail("VecNormalize", "the nodes of the body lie on a line");
+    }
+    PETSC(MatNullSpaceCreate, PETSC_COMM_WORLD, PETSC_FALSE, 6, fields, &near);
+    PETSC(MatSetNearNullSpace, m->a, near);
+    PETSC(MatNullSpaceDestroy, &near);
+    for (int k = 0; k < 6; k++) PETSC(VecDestroy, &fields[k]);
+    return 0;
+}
+
+/* Conjugate gradients with algebraic multigrid (GAMG), to a relative tolerance in the norm of the preconditioner, which is
+   close to that of the energy. `block`: dofs of a node stand together, three each. */
+int vp_iteration(struct vp_matrix *m, const double *motions, int64_t block, double tolerance, KSP *made) {
+    PC pc;
+    /* Chebyshev with Jacobi needs no factor of its own, and does the same on every number of ranks. */
+    PETSC(PetscOptionsSetValue, NULL, "-vademecum_pc_type", "gamg");
+    PETSC(PetscOptionsSetValue, NULL, "-vademecum_mg_levels_ksp_type", "chebyshev");
+    PETSC(PetscOptionsSetValue, NULL, "-vademecum_mg_levels_ksp_max_it", "3");
+    PETSC(PetscOptionsSetValue, NULL, "-vademecum_mg_levels_pc_type", "jacobi");
+    if (block) PETSC(MatSetBlockSize, m->a, 3);
+    PETSC(MatSetOption, m->a, MAT_SPD, PETSC_TRUE);
+    if (near_kernel(m, motions)) return 1;
+    PETSC(KSPCreate, PETSC_COMM_WORLD, made);
+    PETSC(KSPSetOptionsPrefix, *made, "vademecum_");
+    PETSC(KSPSetOperators, *made, m->a, m->a);
+    PETSC(KSPSetType, *made, KSPCG);
+    PETSC(KSPSetNormType, *made, KSP_NORM_NATURAL);
+    PETSC(KSPSetTolerances, *made, tolerance, 0.0, PETSC_DEFAULT, 2000);
+    PETSC(KSPGetPC, *made, &pc);
+    PETSC(PCSetType, pc, PCGAMG);
+    PETSC(KSPSetFromOptions, *made);
+    PETSC(KSPSetUp, *made);
+    return 0;
+}
+
+static int iterate(struct vp_matrix *m, KSP ksp) {
+    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+    PetscInt taken = 0;
+    char words[160];
+    PETSC(KSPSolve, ksp, m->x, m->y);
+    PETSC(KSPGetConvergedReason, ksp, &reason);
+    if (reason > 0) return 0;
+    PETSC(KSPGetIterationNumber, ksp, &taken);
+    snprintf(words, sizeof words, "conjugate gradients stopped after %d iterations short of the tolerance (%s)", (int)taken,
+             KSPConvergedReasons[reason]);
+    return fail("KSPSolve", words);
+}
+
+/* answers = A^-1 forces, own rows of so many columns. */
+int vp_iteration_solve(struct vp_matrix *m, KSP ksp, const double *forces, double *answers, int64_t columns) {
+    for (int64_t c = 0; c < columns; c++) {
+        PETSC(VecPlaceArray, m->x, forces + c * m->own);
+        PETSC(VecPlaceArray, m->y, answers + c * m->own);
+        int status = iterate(m, ksp);
+        PETSC(VecResetArray, m->x);
+        PETSC(VecResetArray, m->y);
+        if (status) return status;
+    }
+    return 0;
+}
+
+void vp_iteration_free(KSP ksp) { (void)KSPDestroy(&ksp); }

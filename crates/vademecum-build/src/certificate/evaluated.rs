@@ -170,14 +170,14 @@ pub fn measure(
 /// Steps the unseen loads through a file that moves its modes exactly, beside the motion that is exact in
 /// time in a space that has converged for them: there is no march at full order. The loads end on whole
 /// steps. Where the file has the factor of the stiffness, its fields are compared with the whole static
-/// answer.
+/// answer. The model comes with natural modes that are known of it, for [`Truth::find_until`].
 ///
 /// # Errors
 /// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.
 pub fn certify_exact(
     candidate: &Candidate<'_>,
     (order, dofs): (&NodeOrder, &DofMap),
-    (pencil, symbolic): (&Pencil, &Symbolic),
+    model: (&Pencil, &Symbolic, MatRef<'_, f64>),
     decay: Decay<'_>,
     unseen: &UnseenLoads,
     listener: &dyn Listener,
@@ -227,8 +227,7 @@ pub fn certify_exact(
         known = errors.iter().map(|found| found.error).collect();
         small(&known).then_some(errors)
     };
-    let (truth, found) =
-        Truth::find_until(pencil, symbolic, decay, &loads, span, &REFERENCE, listener, enough)?;
+    let (truth, found) = Truth::find_until(model, decay, &loads, span, &REFERENCE, listener, enough)?;
     let errors = found.unwrap_or_else(|| errors(&truth));
     let measured = march.measured(errors, listener)?;
     Ok(measured.structure(unseen.steps))

@@ -66,6 +66,14 @@ pub struct Parts<'a> {
     pub certificate: Certificate,
     /// Rows of section 16, shape (r, 6).
     pub mode_table: Mat<f64>,
+    /// What wrote the file: [`program`].
+    pub program: String,
+}
+
+/// The program with its version, and how it solved if that was not by a factor.
+pub fn program(solver: Option<String>) -> String {
+    let own = concat!("vademecum ", env!("CARGO_PKG_VERSION"));
+    solver.map_or_else(|| own.to_owned(), |solver| format!("{own}, {solver}"))
 }
 
 /// The bytes of the file.
@@ -83,7 +91,7 @@ pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
     axes.iter_mut().zip(tables).for_each(|(axis, table)| *axis = table.axis);
     let (parameters, n_parameters) = file_parameters(parts.parameters);
     let metadata = Metadata {
-        program: concat!("vademecum ", env!("CARGO_PKG_VERSION")),
+        program: &parts.program,
         problem: &parts.problem.text,
         units: &parts.problem.units,
         mesh_hash: parts.body.mesh_hash,

@@ -104,12 +104,24 @@ pub struct Search {
 
 /// Factorises matrices on other ranks than this one alone.
 pub trait Engine: Debug + Send + Sync {
-    /// Spreads a matrix over the ranks and factorises it there. `order` gives the row of the matrix that
-    /// stands at each place of an elimination order: rows at near places are coupled.
+    /// How it solves, with the tolerance, where it does so by iteration and not by a factor.
+    fn solver(&self) -> Option<String> {
+        None
+    }
+
+    /// Spreads a matrix over the ranks and factorises it there, or sets up an iteration. `order` gives the row
+    /// of the matrix that stands at each place of an elimination order: rows at near places are coupled.
+    /// `motions`, shape (n, 6), are the rigid motions of the body, three shifts first; an iteration needs
+    /// them.
     ///
     /// # Errors
     /// [`FactorError::NotPositiveDefinite`], [`FactorError::Engine`].
-    fn factorize(&self, matrix: &SymmetricMatrix, order: &[u32]) -> Result<Arc<dyn Spread>, FactorError>;
+    fn factorize(
+        &self,
+        matrix: &SymmetricMatrix,
+        order: &[u32],
+        motions: Option<MatRef<'_, f64>>,
+    ) -> Result<Arc<dyn Spread>, FactorError>;
 }
 
 /// A matrix that lies factorised on several ranks.

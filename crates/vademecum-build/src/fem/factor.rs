@@ -2,14 +2,13 @@
 //! block of right-hand sides.
 //!
 //! The fill-reducing order is a nested dissection of the *node* graph by METIS, each node then standing for
-//! its free dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. Every
-//! kernel runs on one thread and threads work on whole factors or whole groups of columns, so the bits never
-//! depend on their number.
+//! its free dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. faer
+//! finds the structure and solves; the numbers are made in [`super::multifrontal`], by all threads. Solves run on
+//! one thread for each group of columns. The bits never depend on the number of threads.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::solvers::LltError;
 use faer::perm::PermRef;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::FaerError;
@@ -18,13 +17,16 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
-use faer::{Conj, Mat, MatMut, Par, Side, Spec};
+use faer::{Conj, Mat, MatMut, Par, Side};
 use rayon::prelude::*;
 
 use super::engine::{Engine, EngineError, LocalRows, Rows, Search, Spread};
+use super::model::Model;
+use super::multifrontal::factorise;
 use super::pencil::Pencil;
 use super::rigid::Rigid;
 use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
+use super::supernodes::Supernodes;
 use crate::linalg::column_groups;
 
 /// Right-hand sides solved together by one thread: 16 columns cost less than 4 single ones, and groups of 8
@@ -78,6 +80,8 @@ pub struct Symbolic {
     rigid: Option<Arc<Rigid>>,
     /// What factorises the stiffness where it is not this process alone.
     engine: Option<Arc<dyn Engine>>,
+    /// The rigid motions of the body, held or not, where the engine iterates.
+    motions: Option<Arc<Mat<f64>>>,
 }
 
 impl Symbolic {
@@ -96,18 +100,28 @@ impl Symbolic {
             None => symbolic_cholesky(&pattern, SymmetricOrdering::Amd)?,
         };
         let rigid = pencil.rigid().cloned();
-        Ok(Symbolic { pattern, cholesky: Arc::new(cholesky), kept: Arc::default(), rigid, engine: None })
+        let cholesky = Arc::new(cholesky);
+        Ok(Symbolic { pattern, cholesky, kept: Arc::default(), rigid, engine: None, motions: None })
     }
 
     /// The same, with every factor of a stiffness made and kept by an engine. Single factors
     /// ([`Symbolic::factorize`]) stay in this process.
-    pub fn on(self, engine: Option<Arc<dyn Engine>>) -> Symbolic {
-        Symbolic { engine, kept: Arc::default(), ..self }
+    /// One that iterates needs to know how the body moves as a whole.
+    pub fn on(self, engine: Option<Arc<dyn Engine>>, model: &Model) -> Symbolic {
+        let iterates = engine.as_ref().is_some_and(|engine| engine.solver().is_some());
+        let motions = iterates.then(|| Arc::new(model.rigid_motions()));
+        Symbolic { engine, motions, kept: Arc::default(), ..self }
+    }
+
+    /// How an engine solves that has no factor.
+    pub fn solver(&self) -> Option<String> {
+        self.engine.as_ref().and_then(|engine| engine.solver())
     }
 
     /// The same with all factors in this process, where their entries can be read.
     pub fn here(&self) -> Symbolic {
-        if self.is_spread() { self.clone().on(None) } else { self.clone() }
+        let here = self.clone();
+        if self.is_spread() { Symbolic { engine: None, kept: Arc::default(), ..here } } else { here }
     }
 
     /// Whether factors of the stiffness are made by an engine and lie outside this process.
@@ -135,7 +149,7 @@ impl Symbolic {
         self.cholesky.len_val().saturating_mul(size_of::<f64>())
     }
 
-    /// Factorises a matrix, which is kept for refinement. One thread.
+    /// Factorises a matrix, which is kept for refinement. All threads, whose number no bit depends on.
     ///
     /// # Errors
     /// [`FactorError::NotPositiveDefinite`].
@@ -144,27 +158,13 @@ impl Symbolic {
     /// If the matrix is on another pattern.
     pub fn factorize(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
         assert!(Arc::ptr_eq(&self.pattern, matrix.pattern()), "one pattern per symbolic analysis");
-        let mut values = vec![0.0; self.cholesky.len_val()];
-        let request = self.cholesky.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        let mut memory = MemBuffer::try_new(request).map_err(|_| FactorError::OutOfMemory)?;
-        let done = self.cholesky.factorize_numeric_llt(
-            &mut values,
-            matrix.as_faer(),
-            Side::Lower,
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        );
-        match done {
+        match factorise(&Supernodes::new(&self.cholesky), &matrix) {
             // Of its own, or a factor would keep itself.
-            Ok(_) => {
+            Ok(values) => {
                 let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
                 Ok(Factor { symbolic, matrix, values, spread: None, rigid: None })
             }
-            Err(LltError::NonPositivePivot { index }) => {
-                Err(FactorError::NotPositiveDefinite { pivot: index, n: self.n() })
-            }
+            Err(pivot) => Err(FactorError::NotPositiveDefinite { pivot, n: self.n() }),
         }
     }
 
@@ -196,7 +196,11 @@ impl Symbolic {
     /// Factorises where the factors of a stiffness are.
     fn factorize_stiffness(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
         let Some(engine) = &self.engine else { return self.factorize(matrix) };
-        let spread = Some(engine.factorize(&matrix, &self.order())?);
+        let spread = Some(engine.factorize(
+            &matrix,
+            &self.order(),
+            self.motions.as_ref().map(|motions| motions.as_ref().as_ref()),
+        )?);
         let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
         Ok(Factor { symbolic, matrix, values: vec![], spread, rigid: None })
     }

@@ -11,6 +11,7 @@ mod factor;
 mod green;
 mod loads;
 mod model;
+mod multifrontal;
 mod pencil;
 mod rigid;
 mod selected;

@@ -234,6 +234,25 @@ impl Model {
         found.expect("the assembled mesh has no folded element")
     }
 
+    /// The six rigid motions over the free dofs, shape (n_dof, 6): shifts along x, y, z, turns about axes
+    /// through the middle of the nodes.
+    pub fn rigid_motions(&self) -> Mat<f64> {
+        let nodes = &self.mesh.nodes;
+        let mean = |c: usize| nodes.iter().map(|node| node[c]).sum::<f64>() / nodes.len() as f64;
+        let middle: [f64; 3] = std::array::from_fn(mean);
+        let free = self.dofs.dof_of_free();
+        Mat::from_fn(free.len(), 6, |row, k| {
+            let (node, c) = (nodes[free[row] as usize / 3], free[row] as usize % 3);
+            let about = |axis: usize| match (c + 3 - axis) % 3 {
+                // The unit vector of the axis times the arm.
+                1 => -(node[(axis + 2) % 3] - middle[(axis + 2) % 3]),
+                2 => node[(axis + 1) % 3] - middle[(axis + 1) % 3],
+                _ => 0.0,
+            };
+            if k < 3 { f64::from(u8::from(c == k)) } else { about(k - 3) }
+        })
+    }
+
     /// The mesh; nodes without elements where the matrices came from another program.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh

@@ -31,13 +31,9 @@ use super::factor::{Factor, Solve, Symbolic};
 use super::rigid::Rigid;
 use super::sparse::SymmetricMatrix;
 use super::supernodes::{Group, Run, Supernodes};
-use crate::linalg::{row_groups, symmetric_part};
+use crate::linalg::{SHARED, by_rows, symmetric_part};
 use crate::progress::{Cancelled, Listener};
 
-/// Rows of a product that one thread computes at a time.
-const HEIGHT: usize = 128;
-/// Multiplications below which a product is not shared among threads.
-const SHARED: f64 = 1e6;
 /// Rows and columns of a tile that is mirrored at a time: two fit the first cache.
 const TILE: usize = 32;
 /// What moving a number between groups costs, in multiplications of a dense product.
@@ -334,18 +330,6 @@ fn product(c: MatMut<'_, f64>, accum: Accum, a: MatRef<'_, f64>, b: MatRef<'_, f
         let a = a.subrows(first, rows.nrows());
         matmul(rows, accum, a, b, scale, Par::Seq);
     });
-}
-
-/// Some rows of a matrix at a time, with the first of them; `inner` multiplications make an entry.
-fn by_rows(c: MatMut<'_, f64>, inner: usize, task: impl Fn(usize, MatMut<'_, f64>) + Sync) {
-    let work = c.nrows() as f64 * c.ncols() as f64 * inner as f64;
-    let some = |(at, rows): (usize, MatMut<'_, f64>)| task(at * HEIGHT, rows);
-    let groups = row_groups(c, HEIGHT);
-    if work > SHARED && groups.len() > 1 {
-        groups.into_par_iter().enumerate().for_each(some);
-    } else {
-        groups.into_iter().enumerate().for_each(some);
-    }
 }
 
 #[cfg(test)]

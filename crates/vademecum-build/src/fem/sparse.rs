@@ -9,7 +9,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use faer::prelude::ReborrowMut;
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::sparse::SymbolicSparseColMatRef;
 use faer::{MatMut, MatRef};
 use rayon::prelude::*;
 
@@ -173,11 +173,6 @@ impl SymmetricMatrix {
                 x[i] * row.map(|(&j, &a)| a * y[j as usize]).sum::<f64>()
             })
             .sum()
-    }
-
-    /// Values and pattern as faer reads them.
-    pub(crate) fn as_faer(&self) -> SparseColMatRef<'_, u32, f64> {
-        SparseColMatRef::new(self.pattern.as_faer(), &self.values)
     }
 }
 

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
+use rayon::prelude::*;
 
 use super::sparse::SymmetricMatrix;
 
@@ -38,6 +39,8 @@ pub(super) struct Supernodes {
     owner: Vec<u32>,
     /// The column that stands for each row of the matrix.
     place: Vec<u32>,
+    /// The row of the matrix that each column stands for.
+    order: Vec<u32>,
 }
 
 /// Rows below a group that are columns of one other group.
@@ -53,9 +56,12 @@ pub(super) struct Run {
 impl Supernodes {
     pub fn new(cholesky: &SymbolicCholesky<u32>) -> Self {
         let n = cholesky.ncols();
-        let place = match cholesky.perm() {
-            Some(permutation) => permutation.arrays().1.to_vec(),
-            None => (0..n as u32).collect(),
+        let (order, place) = match cholesky.perm() {
+            Some(permutation) => {
+                let (order, place) = permutation.arrays();
+                (order.to_vec(), place.to_vec())
+            }
+            None => ((0..n as u32).collect(), (0..n as u32).collect()),
         };
         let (mut groups, mut rows, mut owner) = (vec![], vec![], vec![0; n]);
         let mut values = 0;
@@ -81,7 +87,7 @@ impl Supernodes {
                 }
             }
         }
-        Self { groups, rows, owner, place }
+        Self { groups, rows, owner, place, order }
     }
 
     /// Numbers in all groups.
@@ -128,6 +134,25 @@ impl Supernodes {
         runs
     }
 
+    /// The group of the first row below one: its parent in the elimination tree.
+    pub fn parent(&self, group: &Group) -> Option<usize> {
+        self.rows(group).first().map(|&row| self.owner[row as usize] as usize)
+    }
+
+    /// Where the rows below a group stand among the columns and rows of its parent, ascending.
+    pub fn local(&self, group: &Group, parent: &Group) -> Vec<usize> {
+        let below = self.rows(parent);
+        let mut at = 0;
+        let place = |&row: &u32| match row as usize - parent.first {
+            local if local < parent.columns => local,
+            _ => {
+                at += below[at..].iter().position(|&other| other == row).expect("a row of the parent");
+                parent.columns + at
+            }
+        };
+        self.rows(group).iter().map(place).collect()
+    }
+
     /// Where the value of two rows of the matrix stands, both ways round; `None` off the pattern of the
     /// factor.
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {
@@ -142,18 +167,41 @@ impl Supernodes {
         Some(group.values.start + (low - group.first) * height + local)
     }
 
-    /// The lower triangle of a matrix in the places of the groups, zeros elsewhere.
+    /// The lower triangle of a matrix in the places of the groups, zeros elsewhere; all threads.
     pub fn scatter(&self, matrix: &SymmetricMatrix) -> Vec<f64> {
         let mut values = vec![0.0; self.len()];
-        let pattern = matrix.pattern();
-        for column in 0..matrix.n() {
-            let range = pattern.range(column);
-            for (&row, &value) in pattern.rows_of(column).iter().zip(&matrix.values()[range]) {
-                if self.place[row as usize] >= self.place[column] {
-                    values[self.position(row as usize, column).expect("a place of the factor")] = value;
+        let (mut places, mut rest) = (vec![], &mut values[..]);
+        for group in &self.groups {
+            let (own, later) = rest.split_at_mut(group.values.len());
+            places.push(own);
+            rest = later;
+        }
+        self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, own));
+        values
+    }
+
+    /// The same for one group.
+    fn fill(&self, group: &Group, matrix: &SymmetricMatrix, own: &mut [f64]) {
+        let (pattern, rows) = (matrix.pattern(), self.rows(group));
+        let height = group.columns + rows.len();
+        for (c, target) in own.chunks_exact_mut(height).enumerate() {
+            let column = self.order[group.first + c] as usize;
+            let entries = pattern.rows_of(column).iter().zip(&matrix.values()[pattern.range(column)]);
+            for (&row, &value) in entries {
+                let place = self.place[row as usize];
+                match (place as usize).checked_sub(group.first) {
+                    Some(local) if local < group.columns => {
+                        if local >= c {
+                            target[local] = value;
+                        }
+                    }
+                    Some(_) => {
+                        let at = rows.binary_search(&place).expect("a place of the factor");
+                        target[group.columns + at] = value;
+                    }
+                    None => {}
                 }
             }
         }
-        values
     }
 }

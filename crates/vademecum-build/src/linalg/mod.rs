@@ -97,3 +97,21 @@ pub(crate) fn row_groups(mut x: MatMut<'_, f64>, height: usize) -> Vec<MatMut<'_
     groups.push(x);
     groups
 }
+
+/// Rows of a product that one thread computes at a time.
+const HEIGHT: usize = 128;
+/// Multiplications below which a product is not shared among threads.
+pub(crate) const SHARED: f64 = 1e6;
+
+/// Some rows of a matrix at a time, with the first of them; `inner` multiplications make an entry. Threads
+/// share them where there is enough to do.
+pub(crate) fn by_rows(c: MatMut<'_, f64>, inner: usize, task: impl Fn(usize, MatMut<'_, f64>) + Sync) {
+    let work = c.nrows() as f64 * c.ncols() as f64 * inner as f64;
+    let some = |(at, rows): (usize, MatMut<'_, f64>)| task(at * HEIGHT, rows);
+    let groups = row_groups(c, HEIGHT);
+    if work > SHARED && groups.len() > 1 {
+        groups.into_par_iter().enumerate().for_each(some);
+    } else {
+        groups.into_iter().enumerate().for_each(some);
+    }
+}

@@ -34,12 +34,17 @@ fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
     let live = space.has_region_parameters();
     // One per distinct stage matrix, and one of the stiffness; every thread has its own at the samples.
     let stages = prepared.scheme.active().len() as f64;
-    let count = match prepared.symbolic.is_spread() && prepared.exact {
-        // That of the stiffness is the engine's, and nothing is marched.
-        true => 0.0,
-        false if live => 1.0 + threads(),
-        false => 1.0 + stages,
-    };
+    let marches = !(prepared.exact && problem.basis_kind() == BasisKind::Modes);
+    // That of the stiffness may be an engine's.
+    let own = f64::from(u8::from(!(prepared.symbolic.is_spread() && prepared.exact)));
+    let count = own
+        + if live {
+            threads()
+        } else if marches {
+            stages
+        } else {
+            0.0
+        };
     let factors = prepared.symbolic.factor_bytes() as f64 * count;
     let modes = problem.basis.modes.unwrap_or(8) as f64;
     let vectors = match problem.basis_kind() {

@@ -16,7 +16,7 @@ use crate::chapter::{
 };
 use crate::dynamics::{ModalRatios, ModeRow, mode_table, table_matrix};
 use crate::export::{
-    Draft, Parts, encode, factor_sections, reaction_sections, residual_sections, stress_order,
+    Draft, Parts, encode, factor_sections, program, reaction_sections, residual_sections, stress_order,
     stress_sections,
 };
 use crate::fem::{COMPONENTS, StressRows};
@@ -257,6 +257,9 @@ impl Stages<'_> {
             settings.extend(space.corners());
         }
         let name = if self.factor.is_empty() { "exact" } else { "fields" };
+        // They stay modes where one factor scales all stiffness, and one all mass.
+        let natural = problem.basis_kind() == BasisKind::Modes && !space.has_region_parameters();
+        let modes = basis.vectors.subcols(0, if natural { basis.n_modes() } else { 0 });
         let certify = || {
             let bytes = self.encode(problem, basis, Step::Exact, &Measured::default(), None)?;
             let file = File::parse(&bytes)?;
@@ -280,7 +283,7 @@ impl Stages<'_> {
                     let eigenvalues: Vec<f64> = eigenvalues.map(|value| scale * value).collect();
                     let decay = |lambda: f64, _| prepared.ratios.decay(&rayleigh, &eigenvalues, lambda);
                     let candidate = Candidate { bytes: &bytes, basis, options: &options };
-                    let model = (&pencil, &prepared.symbolic);
+                    let model = (&pencil, &prepared.symbolic, modes);
                     let nodes = (order, prepared.body.model.dofs());
                     Ok(vec![certify_exact(&candidate, nodes, model, &decay, unseen, kept.listener)?])
                 };
@@ -497,6 +500,7 @@ impl Stages<'_> {
         let apart = self.factor.iter().chain(self.stress).chain(self.reactions).chain(self.strain);
         others.extend(apart.cloned());
         let parts = Parts {
+            program: program(prepared.symbolic.solver()),
             problem,
             body: &prepared.body,
             order,

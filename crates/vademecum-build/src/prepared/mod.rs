@@ -165,7 +165,10 @@ pub fn prepare_within(
     note_probes(problem, &body, listener);
     note_free(&body, listener);
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
-    let symbolic = symbolic.on(engine.cloned());
+    let symbolic = symbolic.on(engine.cloned(), &body.model);
+    if let Some(solver) = symbolic.solver() {
+        listener.note(&format!("every system is solved by {solver}: nothing is more exact than that"));
+    }
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
     }

@@ -68,6 +68,10 @@ pub struct Build {
     /// deleted.
     #[arg(long, value_name = "DIR")]
     out_of_core: Option<PathBuf>,
+    /// How systems are solved, with `--engine petsc`: by a factor, or by conjugate gradients, which take little
+    /// memory and much time.
+    #[arg(long, value_enum, default_value_t, value_name = "SOLVER", conflicts_with = "out_of_core")]
+    solver: SolverName,
     #[command(flatten)]
     outputs: OutputArguments,
 }
@@ -82,11 +86,24 @@ enum EngineName {
     Petsc,
 }
 
+/// The solvers of the engine `petsc`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum SolverName {
+    /// A factor L D Lᵀ by MUMPS.
+    #[default]
+    Direct,
+    /// Conjugate gradients with algebraic multigrid (GAMG).
+    Iterative,
+}
+
 impl Build {
     pub fn run(&self, console: &Console) -> Result<(), Failure> {
         match self.engine {
             EngineName::Local if self.out_of_core.is_some() => {
                 Err(Failure::new(Cause::Usage, "`--out-of-core` is for `--engine petsc`"))
+            }
+            EngineName::Local if self.solver == SolverName::Iterative => {
+                Err(Failure::new(Cause::Usage, "`--solver iterative` is for `--engine petsc`"))
             }
             EngineName::Local => self.run_on(None, console),
             EngineName::Petsc => self.run_on_ranks(console),
@@ -96,7 +113,8 @@ impl Build {
     /// On all ranks; those that are not the first say and write nothing.
     #[cfg(feature = "petsc")]
     fn run_on_ranks(&self, console: &Console) -> Result<(), Failure> {
-        let options = vademecum_petsc::Options { out_of_core: self.out_of_core.clone() };
+        let iterative = self.solver == SolverName::Iterative;
+        let options = vademecum_petsc::Options { out_of_core: self.out_of_core.clone(), iterative };
         let done = vademecum_petsc::run(&options, |engine| self.run_on(Some(engine), console));
         done.map_err(|error| Failure::new(Cause::Machine, error))?.unwrap_or(Ok(()))
     }

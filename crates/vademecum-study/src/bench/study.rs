@@ -7,7 +7,7 @@ use vademecum_build::basis::{Basis, BasisError, KeptRuns, Pod, Runs, basis_of_po
 use vademecum_build::dynamics::{
     FullOrder, SchemeKind, TimedLoad, announce, lowest_modes, mode_table, table_matrix,
 };
-use vademecum_build::export::{Draft, NodeOrder, Parts, encode};
+use vademecum_build::export::{Draft, NodeOrder, Parts, encode, program};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::input::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
 use vademecum_build::parametric::{SeparationOptions, separate_responses};
@@ -275,6 +275,7 @@ impl Study {
             self.time_step(),
         );
         let parts = Parts {
+            program: program(self.prepared.symbolic.solver()),
             problem: &self.problem,
             body,
             order: &NodeOrder::new(body),

@@ -77,6 +77,8 @@ pub struct Truth<'a> {
     loads: Loads,
     time_step: f64,
     steps: usize,
+    /// Vectors that were known before, the first of the space.
+    given: usize,
     /// Whether nothing was left to add to the space.
     closed: bool,
     errors: Vec<f64>,
@@ -137,18 +139,22 @@ impl<'a> Truth<'a> {
         listener: &dyn Listener,
     ) -> Result<Truth<'a>, TruthError> {
         let never = |_: &Truth<'_>| None::<()>;
-        Ok(Self::find_until(pencil, symbolic, decay, loads, span, options, listener, never)?.0)
+        let none = Mat::zeros(pencil.n_dof(), 0);
+        let model = (pencil, symbolic, none.as_ref());
+        Ok(Self::find_until(model, decay, loads, span, options, listener, never)?.0)
     }
 
     /// The same, but the space grows no more once `enough` has an answer, which comes along: what is measured
     /// against the truth may need less of it. It is asked at every size at which the error is estimated.
     ///
+    /// The space begins with natural modes of the pencil, shape (n, count), where they are known: what is left
+    /// of the loads then moves faster than they do, and takes half as many vectors. They have to be modes, not
+    /// any Ritz vectors: what `K⁻¹M` makes of them is not looked at.
+    ///
     /// # Errors
     /// As [`Truth::find`].
-    #[expect(clippy::too_many_arguments, reason = "those of `find`, and one")]
     pub fn find_until<T>(
-        pencil: &'a Pencil,
-        symbolic: &Symbolic,
+        (pencil, symbolic, modes): (&'a Pencil, &Symbolic, MatRef<'_, f64>),
         decay: Decay<'_>,
         loads: &[TimedLoad],
         (time_step, steps): (f64, usize),
@@ -157,9 +163,11 @@ impl<'a> Truth<'a> {
         mut enough: impl FnMut(&Truth<'a>) -> Option<T>,
     ) -> Result<(Truth<'a>, Option<T>), TruthError> {
         let factor = symbolic.factor_of(pencil.stiffness())?;
-        let mut space = Space::new(pencil, &factor, loads.iter().map(|load| load.force.as_slice()));
-        let most = options.most_vectors(space.used(), pencil.n_dof());
-        let mut aim = FIRST.max(3 * space.used()).min(most);
+        let forces = loads.iter().map(|load| load.force.as_slice());
+        let mut space = Space::new(pencil, &factor, modes, forces);
+        let (given, n) = (space.given(), pencil.n_dof());
+        let most = given + options.most_vectors(space.used() - given, n - given);
+        let mut aim = (given + FIRST.max(3 * (space.used() - given))).min(most);
         loop {
             while space.used() < aim && !space.is_closed() {
                 space.grow_to((space.used() + 8).min(aim));
@@ -173,15 +181,25 @@ impl<'a> Truth<'a> {
                 // What is missing was taken for rounding.
                 vec![DEPENDENT; loads.columns()]
             } else {
-                let fewer = Modal::new(space.ritz(fewer(space.used()))?, decay);
+                let fewer = Modal::new(space.ritz(fewer(space.used(), given))?, decay);
                 estimate(&modes, &fewer, &loads, time_step, steps, listener)?
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
             let last = closed || converged || space.used() >= most;
-            aim = (space.used() + space.used().div_ceil(2)).min(most);
+            aim = (space.used() + (space.used() - given).div_ceil(2)).min(most);
             let (vectors, stiffness) = space.lend();
-            let truth =
-                Truth { pencil, space: vectors, stiffness, closed, modes, loads, time_step, steps, errors };
+            let truth = Truth {
+                pencil,
+                space: vectors,
+                stiffness,
+                given,
+                closed,
+                modes,
+                loads,
+                time_step,
+                steps,
+                errors,
+            };
             let answer = enough(&truth);
             if last || answer.is_some() {
                 return Ok((truth, answer));
@@ -200,7 +218,7 @@ impl<'a> Truth<'a> {
         let modes = Modal::new(ritz(projected, vectors)?, decay);
         let mut errors = self.errors;
         if !self.closed {
-            let fewer = Modal::new(ritz(projected, fewer(vectors))?, decay);
+            let fewer = Modal::new(ritz(projected, fewer(vectors, self.given))?, decay);
             errors = estimate(&modes, &fewer, &self.loads, self.time_step, self.steps, listener)?;
         }
         Ok(Truth { modes, errors, ..self })
@@ -241,7 +259,7 @@ impl<'t> Trajectory<'t> {
     }
 
     /// Estimate of its own error, relative L2 over all dofs and instants, mass norm: how far it is from the
-    /// answer in the first two thirds of the space. Where nothing was left to add to the space it is the part
+    /// answer in the first two thirds of what was added to the space. Where nothing was left to add to the space it is the part
     /// that counts as rounding there, 1e-11.
     pub fn estimate(&self) -> f64 {
         self.truth.errors.get(self.column).copied().unwrap_or(0.0)
@@ -360,9 +378,11 @@ impl Loads {
     }
 }
 
-/// Vectors of a space of so many with which its error is estimated.
-fn fewer(vectors: usize) -> usize {
-    (2 * vectors).div_ceil(3).min(vectors - 1)
+/// Vectors of a space of so many with which its error is estimated: those that were given, and two thirds of
+/// the others.
+fn fewer(vectors: usize, given: usize) -> usize {
+    let found = vectors - given;
+    given + (2 * found).div_ceil(3).min(found - 1)
 }
 
 /// Distance of the answers in `fewer` vectors from those in all, relative, for each trajectory.

@@ -25,6 +25,8 @@ pub(super) struct Space<'a> {
     used: usize,
     /// Columns whose image under `K⁻¹M` is in the space.
     expanded: usize,
+    /// The first columns, natural modes that were given.
+    given: usize,
     /// `VᵀKV`, its upper triangle, of the first `projected` columns.
     stiffness: Mat<f64>,
     projected: usize,
@@ -39,10 +41,11 @@ pub(super) struct Ritz {
 }
 
 impl<'a> Space<'a> {
-    /// The space of the static answers to the forces.
+    /// The space of natural modes that are known and of the static answers to the forces.
     pub fn new<'f>(
         pencil: &'a Pencil,
         factor: &'a Factor,
+        modes: MatRef<'_, f64>,
         forces: impl Iterator<Item = &'f [f64]>,
     ) -> Space<'a> {
         let n = pencil.n_dof();
@@ -53,9 +56,15 @@ impl<'a> Space<'a> {
             vectors: Mat::zeros(n, 0),
             used: 0,
             expanded: 0,
+            given: 0,
             stiffness: Mat::zeros(0, 0),
             projected: 0,
         };
+        // Each is its own image.
+        for first in (0..modes.ncols()).step_by(GROUP) {
+            space.append(modes.subcols(first, GROUP.min(modes.ncols() - first)).to_owned());
+        }
+        (space.expanded, space.given) = (space.used, space.used);
         let forces: Vec<&[f64]> = forces.collect();
         // The static answers decide the compliance under a force, so their rounding is refined away.
         let mut solve = Solve::new(factor.symbolic(), GROUP.min(forces.len().max(1)), true);
@@ -70,6 +79,11 @@ impl<'a> Space<'a> {
     /// Number of vectors.
     pub fn used(&self) -> usize {
         self.used
+    }
+
+    /// Number of natural modes that were given; they come first.
+    pub fn given(&self) -> usize {
+        self.given
     }
 
     /// Whether `K⁻¹M` leads nowhere else.

@@ -395,3 +395,30 @@ fn a_space_serves_another_damping_and_many_motions_on_its_trajectories() {
     assert_eq!(squares.len(), 61);
     assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
 }
+
+#[test]
+fn modes_that_are_known_halve_the_space_and_leave_the_estimate_sound() {
+    let model = small_block();
+    let pencil = model.pencil();
+    let all = AllModes::of(pencil);
+    let damping = two_percent(all.lambda[0]);
+    let decay = |lambda, _| damping.decay(lambda);
+    let dt = std::f64::consts::TAU / all.lambda[0].sqrt() / 40.0;
+    let (steps, loads) = (120, pushes(&model, dt));
+    let symbolic = Symbolic::analyze(pencil).unwrap();
+    let lowest = lowest_modes(pencil, &symbolic, 16).unwrap().vectors;
+    let coordinates = all.coordinates(damping, &loads, (dt, steps), 20);
+    let exact = DisplacedBy { columns: all.vectors.as_ref(), amplitudes: coordinates.as_ref() };
+    let options = TruthOptions { tolerance: 1e-4, ..OPTIONS };
+    let [without, with] = [0, 16].map(|known| {
+        let model = (pencil, &symbolic, lowest.subcols(0, known));
+        let never = |_: &Truth<'_>| None::<()>;
+        let (truth, _) =
+            Truth::find_until(model, &decay, &loads, (dt, steps), &options, &Silent, never).unwrap();
+        let found = truth.trajectory(0);
+        let (estimate, error) = (found.estimate(), found.distance(&[exact]).error);
+        assert!(estimate <= 1e-4 && error <= estimate, "{known} modes: {estimate:e} {error:e}");
+        truth.vectors() - known
+    });
+    assert!(2 * with <= without + 4, "{with} vectors beside the modes, {without} without");
+}
