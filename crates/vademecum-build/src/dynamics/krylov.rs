@@ -72,6 +72,9 @@ impl<'a> Krylov<'a> {
     pub fn add_random_block(&mut self) -> Result<(), EngineError> {
         let own = self.basis.nrows();
         let width = BLOCK.min(self.basis.ncols() - self.used);
+        if width == 0 {
+            return Ok(());
+        }
         // Every rank draws all rows and takes its own: the start does not depend on how rows are spread.
         let mut whole = vec![0.0; self.rows.total()];
         let mut noise = Mat::zeros(own, width);

@@ -12,10 +12,11 @@
 //! All loads share one space, a block of as many columns as there are independent forces. The same number of
 //! vectors in one space per force would cost less to keep orthogonal, but the low modes that all forces
 //! excite would be found once for each, and an error against their sum would have to be measured on vectors
-//! that are not orthogonal.
+//! that are not orthogonal. Natural modes that are known may stand first: they are their own images, so the
+//! space grows beside them as it would for the loads less their part.
 //!
 //! How far the space has converged is measured: the answer with all of its vectors against the answer with
-//! the first two thirds of them. A point force that jumps on a body without damping makes its highest modes
+//! the first two thirds of those that were added. A point force that jumps on a body without damping makes its highest modes
 //! ring. Their share falls slowly, and the estimate says so.
 
 mod distance;
