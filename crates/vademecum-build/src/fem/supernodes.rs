@@ -190,16 +190,13 @@ impl Supernodes {
             for (&row, &value) in entries {
                 let place = self.place[row as usize];
                 match (place as usize).checked_sub(group.first) {
-                    Some(local) if local < group.columns => {
-                        if local >= c {
-                            target[local] = value;
-                        }
-                    }
-                    Some(_) => {
+                    Some(local) if local >= group.columns => {
                         let at = rows.binary_search(&place).expect("a place of the factor");
                         target[group.columns + at] = value;
                     }
-                    None => {}
+                    Some(local) if local >= c => target[local] = value,
+                    // Above the diagonal.
+                    _ => {}
                 }
             }
         }
