@@ -190,10 +190,10 @@ pub struct TrajectoryError {
 }
 
 impl TrajectoryError {
-    /// Error ÷ floor; infinite above a floor of 0.
+    /// Error ÷ floor; a floor below the rounding of double precision counts as that.
     #[must_use]
     pub fn ratio(&self) -> f64 {
-        self.error / self.floor.max(f64::MIN_POSITIVE)
+        self.error / self.floor.max(f64::EPSILON)
     }
 }
 

@@ -109,8 +109,8 @@ pub trait Engine: Debug + Send + Sync {
         None
     }
 
-    /// Spreads a matrix over the ranks and factorises it there, or sets up an iteration. `order` gives the row
-    /// of the matrix that stands at each place of an elimination order: rows at near places are coupled.
+    /// Spreads a matrix over the ranks and factorises it there, or sets up an iteration. `order` gives the
+    /// row of the matrix that stands at each place of an elimination order: rows at near places are coupled.
     /// `motions`, shape (n, 6), are the rigid motions of the body, three shifts first; an iteration needs
     /// them.
     ///

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Threads share the subtrees that are small beside the whole; above them, they share rows of the dense
-//! products, cut at a fixed height. Children are added in one order. So the bits never depend on the number of
-//! threads.
+//! products, cut at a fixed height. Children are added in one order. So the bits never depend on the number
+//! of threads.
 
 use std::collections::BTreeMap;
 

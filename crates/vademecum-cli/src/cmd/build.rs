@@ -68,8 +68,8 @@ pub struct Build {
     /// deleted.
     #[arg(long, value_name = "DIR")]
     out_of_core: Option<PathBuf>,
-    /// How systems are solved, with `--engine petsc`: by a factor, or by conjugate gradients, which take little
-    /// memory and much time.
+    /// How systems are solved, with `--engine petsc`: by a factor, or by conjugate gradients, which take
+    /// little memory and much time.
     #[arg(long, value_enum, default_value_t, value_name = "SOLVER", conflicts_with = "out_of_core")]
     solver: SolverName,
     #[command(flatten)]

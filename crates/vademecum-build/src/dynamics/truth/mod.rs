@@ -16,8 +16,8 @@
 //! space grows beside them as it would for the loads less their part.
 //!
 //! How far the space has converged is measured: the answer with all of its vectors against the answer with
-//! the first two thirds of those that were added. A point force that jumps on a body without damping makes its highest modes
-//! ring. Their share falls slowly, and the estimate says so.
+//! the first two thirds of those that were added. A point force that jumps on a body without damping makes
+//! its highest modes ring. Their share falls slowly, and the estimate says so.
 
 mod distance;
 mod motion;

@@ -147,9 +147,9 @@ impl<'a> Truth<'a> {
     /// The same, but the space grows no more once `enough` has an answer, which comes along: what is measured
     /// against the truth may need less of it. It is asked at every size at which the error is estimated.
     ///
-    /// The space begins with natural modes of the pencil, shape (n, count), where they are known: what is left
-    /// of the loads then moves faster than they do, and takes half as many vectors. They have to be modes, not
-    /// any Ritz vectors: what `K⁻¹M` makes of them is not looked at.
+    /// The space begins with natural modes of the pencil, shape (n, count), where they are known: what is
+    /// left of the loads then moves faster than they do, and takes half as many vectors. They have to be
+    /// modes, not any Ritz vectors: what `K⁻¹M` makes of them is not looked at.
     ///
     /// # Errors
     /// As [`Truth::find`].
@@ -259,8 +259,8 @@ impl<'t> Trajectory<'t> {
     }
 
     /// Estimate of its own error, relative L2 over all dofs and instants, mass norm: how far it is from the
-    /// answer in the first two thirds of what was added to the space. Where nothing was left to add to the space it is the part
-    /// that counts as rounding there, 1e-11.
+    /// answer in the first two thirds of what was added to the space. Where nothing was left to add to the
+    /// space it is the part that counts as rounding there, 1e-11.
     pub fn estimate(&self) -> f64 {
         self.truth.errors.get(self.column).copied().unwrap_or(0.0)
     }
