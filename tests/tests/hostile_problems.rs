@@ -286,7 +286,7 @@ fn memory_that_is_refused_anywhere_is_told_in_words() {
     let mut run = command(&["build".as_ref(), path.as_os_str(), "-o".as_ref(), "a.vdm".as_ref()]);
     run.args(["--fresh", "--memory", "1G"]);
     let mut refused = 0;
-    for limit in (60..240).step_by(6) {
+    for limit in (60..200).step_by(6) {
         let mut shell = Command::new("sh");
         shell.args(["-c", "ulimit -v \"$0\"; exec \"$@\"", &(limit << 10).to_string()]);
         shell.current_dir(folder.path()).env("RAYON_NUM_THREADS", "2");
