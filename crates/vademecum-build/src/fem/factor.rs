@@ -3,8 +3,8 @@
 //!
 //! The fill-reducing order is a nested dissection of the *node* graph by METIS, each node then standing for
 //! its free dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. faer
-//! finds the structure and solves; all threads make the numbers, in [`super::multifrontal`]. Solves run on one
-//! thread for each group of columns. The bits never depend on the number of threads.
+//! finds the structure and solves; all threads make the numbers, in [`super::multifrontal`]. Solves run on
+//! one thread for each group of columns. The bits never depend on the number of threads.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
