@@ -33,7 +33,7 @@ modes = 32
 [time]
 step = 1e-3
 """
-# The loadable nodes: 14 by 14, but one row less where they do not lie evenly.
+# Half the width of the loadable patch, in spacings of nodes: 13 by 13 nodes, or 11 where no corner lies in its middle.
 HALF = 6.75
 STAGES = ["first natural mode", "snapshots and basis", "static residual", "certificate"]
 
