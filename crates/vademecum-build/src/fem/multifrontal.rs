@@ -169,16 +169,16 @@ fn add(
     own: &mut [f64],
     update: &mut [f64],
 ) {
-    let local = supernodes.local(child, group);
+    let local = supernodes.local(supernodes.rows(child), group);
     let (columns, below, rows) = (group.columns, group.below(), local.len());
     // Columns of the parent from the first row on that they hold.
     let targets = own.chunks_mut(columns + below).map(|target| (0, target));
     let targets = targets.chain(update.chunks_mut(below.max(1)).map(|target| (columns, target)));
-    let mine = |(place, target)| local.binary_search(&place).ok().map(|column| (column, target));
+    let mine = |(place, target)| local.binary_search(&(place as u32)).ok().map(|column| (column, target));
     let task = |(column, (first, target)): (usize, (usize, &mut [f64]))| {
         let source = &from[column * rows + column..(column + 1) * rows];
         for (&place, &value) in local[column..].iter().zip(source) {
-            target[place - first] += value;
+            target[place as usize - first] += value;
         }
     };
     if (rows * rows) as f64 > SHARED {

@@ -120,14 +120,7 @@ impl Supernodes {
             let other = &self.groups[owner];
             let end_column = other.first + other.columns;
             let end = start + rows[start..].partition_point(|&row| (row as usize) < end_column);
-            let mut local: Vec<u32> = rows[start..end].iter().map(|&row| row - other.first as u32).collect();
-            // Every later row is among those of the other group: both lists ascend.
-            let below = self.rows(other);
-            let mut at = 0;
-            for &row in &rows[end..] {
-                at += below[at..].iter().position(|&other| other == row).expect("a row of the ancestor");
-                local.push((other.columns + at) as u32);
-            }
+            let local = self.local(&rows[start..], other);
             runs.push(Run { owner, places: start..end, local });
             start = end;
         }
@@ -139,18 +132,18 @@ impl Supernodes {
         self.rows(group).first().map(|&row| self.owner[row as usize] as usize)
     }
 
-    /// Where the rows below a group stand among the columns and rows of its parent, ascending.
-    pub fn local(&self, group: &Group, parent: &Group) -> Vec<usize> {
-        let below = self.rows(parent);
+    /// Where rows stand among the columns and rows of a group that has them all; both ascend.
+    pub fn local(&self, rows: &[u32], group: &Group) -> Vec<u32> {
+        let below = self.rows(group);
         let mut at = 0;
-        let place = |&row: &u32| match row as usize - parent.first {
-            local if local < parent.columns => local,
+        let place = |&row: &u32| match row as usize - group.first {
+            local if local < group.columns => local as u32,
             _ => {
-                at += below[at..].iter().position(|&other| other == row).expect("a row of the parent");
-                parent.columns + at
+                at += below[at..].iter().position(|&other| other == row).expect("a row of the group");
+                (group.columns + at) as u32
             }
         };
-        self.rows(group).iter().map(place).collect()
+        rows.iter().map(place).collect()
     }
 
     /// Where the value of two rows of the matrix stands, both ways round; `None` off the pattern of the
