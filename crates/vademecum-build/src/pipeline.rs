@@ -17,7 +17,7 @@ use crate::export::{Draft, NodeOrder};
 use crate::fem::Engine;
 use crate::input::{BasisKind, Problem};
 use crate::limits::Memory;
-use crate::prepared::{ParameterSpace, Prepared, prepare_within};
+use crate::prepared::{FactorPrecision, Means, ParameterSpace, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
 use crate::report::{BuildPlan, BuildReport, ToleranceMissed};
 use crate::residual::StaticResidual;
@@ -36,6 +36,8 @@ pub struct BuildOptions<'a> {
     pub memory: Option<u64>,
     /// What factorises and solves with the stiffness, and searches for natural modes; absent: this process.
     pub engine: Option<&'a Arc<dyn Engine>>,
+    /// The precision of the factor of the stiffness in this process.
+    pub precision: FactorPrecision,
 }
 
 impl BuildOptions<'_> {
@@ -152,7 +154,9 @@ pub fn build(
     for modes in basis_sizes(problem, &prepared.space) {
         let mut sized = problem.clone();
         sized.basis.modes = modes;
-        match stages.build(&sized, &mut watch) {
+        let built = stages.build(&sized, &mut watch);
+        prepared.symbolic.check_solves()?;
+        match built {
             Ok(built) if built.report.certificate.holds() => return Ok(Outcome::Kept(built)),
             Ok(built) => {
                 listener.note(&format!("{} modes do not keep the tolerance", built.report.modes));
@@ -181,7 +185,8 @@ fn model(
     listener: &dyn Listener,
 ) -> Result<(Prepared, f64), BuildError> {
     let memory = options.memory();
-    let prepared = prepare_within(problem, (memory, options.engine), watch, listener)?;
+    let means = Means { memory, engine: options.engine, precision: options.precision };
+    let prepared = prepare_within(problem, &means, watch, listener)?;
     plan::check_model(problem, &prepared, memory)?;
     let pencil = prepared.body.model.pencil();
     let first = || first_frequency(pencil, &prepared.symbolic);

@@ -56,7 +56,7 @@ pub fn build(
         let problem = problem.problem()?;
         let store = settings.work.as_ref().map(|folder| Store::new(folder, settings.fresh));
         let Settings { repair, long, memory, .. } = settings;
-        let options = BuildOptions { store: store.as_ref(), repair, long, memory, engine: None };
+        let options = BuildOptions { store: store.as_ref(), repair, long, memory, ..BuildOptions::default() };
         let outcome = pipeline::build(&problem, &options, listener)?;
         let built = if settings.keep_missed { outcome.either() } else { outcome.kept()? };
         Ok((Content::given(Path::new("built.vdm"), built.bytes)?, json(&built.report)?))

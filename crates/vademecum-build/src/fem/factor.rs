@@ -3,42 +3,53 @@
 //!
 //! The fill-reducing order is a nested dissection of the *node* graph by METIS, each node then standing for
 //! its free dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. faer
-//! finds the structure and solves; all threads make the numbers, in [`super::multifrontal`]. Solves run on
-//! one thread for each group of columns. The bits never depend on the number of threads.
+//! finds the structure; all threads make the numbers, in [`super::multifrontal`], and solve with them, in
+//! [`super::substitution`]. The bits never depend on the number of threads.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::sparse::FaerError;
-use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky,
 };
-use faer::{Conj, Mat, MatMut, Par, Side};
+use faer::sparse::{FaerError, SymbolicSparseColMatRef};
+use faer::{Index, Mat, MatMut, Side};
 use rayon::prelude::*;
 
-use super::engine::{Engine, EngineError, LocalRows, Rows, Search, Spread};
+use super::engine::{AT_ONCE, Engine, EngineError, LocalRows, Rows, Search, Spread};
 use super::model::Model;
 use super::multifrontal::factorise;
 use super::pencil::Pencil;
 use super::rigid::Rigid;
+use super::single::{Iteration, Single, TOLERANCE};
 use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
+use super::substitution::{LARGE, gather, scatter, substitute, substitute_by_groups};
 use super::supernodes::Supernodes;
-use crate::linalg::column_groups;
+use crate::linalg::{Random, column_groups};
 
-/// Right-hand sides solved together by one thread: 16 columns cost less than 4 single ones, and groups of 8
-/// leave work for two threads.
+/// Right-hand sides solved together by one thread with a small factor: 16 columns cost less than 4 single
+/// ones, and groups of 8 leave work for two threads.
 const SOLVE_GROUP: usize = 8;
 
 /// Below this many nodes minimum degree orders as well as a dissection, and faster.
 const METIS_NODES: usize = 200;
 
+/// What reading the entries of a factor takes for granted.
+const READABLE: &str = "a factor in this process and in double precision";
+
 /// Why a factorisation failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FactorError {
+    /// Conjugate gradients with a factor in single precision do not reach the tolerance.
+    #[error(
+        "systems cannot be solved to {TOLERANCE:e} with a factor in single precision (error {error:.0e} of the \
+         energy norm): the stiffness is too ill-conditioned for it"
+    )]
+    NotConverged {
+        /// The error that was reached, relative in the energy norm.
+        error: f64,
+    },
     /// The matrix is not positive definite: a body that can move freely, or a bad combination of weights.
     #[error(
         "the matrix is not positive definite (pivot {pivot} of {n}): is the body held, are all weights positive?"
@@ -49,9 +60,6 @@ pub enum FactorError {
         /// Size of the matrix.
         n: usize,
     },
-    /// The factor has more entries than an index can count.
-    #[error("the factor has more entries than a 32-bit index can count")]
-    TooLarge,
     /// The memory for the factor was refused.
     #[error("not enough memory for the factor")]
     OutOfMemory,
@@ -60,20 +68,11 @@ pub enum FactorError {
     Engine(#[from] EngineError),
 }
 
-impl From<FaerError> for FactorError {
-    fn from(error: FaerError) -> FactorError {
-        match error {
-            FaerError::IndexOverflow => FactorError::TooLarge,
-            _ => FactorError::OutOfMemory,
-        }
-    }
-}
-
 /// Order and structure of the factor of every matrix on one pattern.
 #[derive(Clone, Debug)]
 pub struct Symbolic {
     pattern: Arc<Pattern>,
-    cholesky: Arc<SymbolicCholesky<u32>>,
+    supernodes: Arc<Supernodes>,
     /// The factor that was last kept.
     kept: Arc<Mutex<Option<Arc<Factor>>>>,
     /// The rigid motions of a body without supports.
@@ -82,26 +81,24 @@ pub struct Symbolic {
     engine: Option<Arc<dyn Engine>>,
     /// The rigid motions of the body, held or not, where the engine iterates.
     motions: Option<Arc<Mat<f64>>>,
+    /// Whether the factors of the stiffness are in single precision.
+    single: bool,
+    /// The largest error that an iteration left, relative in the energy norm.
+    worst: Arc<Mutex<f64>>,
 }
 
 impl Symbolic {
     /// Orders the dofs of a pencil and finds the structure of the factor.
     ///
     /// # Errors
-    /// [`FactorError::TooLarge`] or [`FactorError::OutOfMemory`].
+    /// [`FactorError::OutOfMemory`].
     pub fn analyze(pencil: &Pencil) -> Result<Symbolic, FactorError> {
         let pattern = pencil.mass().pattern().clone();
         let order = pencil.dof_nodes().and_then(|nodes| dissection_order(&pattern, nodes));
-        let cholesky = match order {
-            Some((forward, inverse)) => {
-                let permutation = PermRef::new_checked(&forward, &inverse, pattern.n());
-                symbolic_cholesky(&pattern, SymmetricOrdering::Custom(permutation))?
-            }
-            None => symbolic_cholesky(&pattern, SymmetricOrdering::Amd)?,
-        };
+        let supernodes = Arc::new(structure(&pattern, order)?);
         let rigid = pencil.rigid().cloned();
-        let cholesky = Arc::new(cholesky);
-        Ok(Symbolic { pattern, cholesky, kept: Arc::default(), rigid, engine: None, motions: None })
+        let (kept, worst) = (Arc::default(), Arc::default());
+        Ok(Symbolic { pattern, supernodes, kept, rigid, engine: None, motions: None, single: false, worst })
     }
 
     /// The same, with every factor of a stiffness made and kept by an engine. Single factors
@@ -113,15 +110,56 @@ impl Symbolic {
         Symbolic { engine, motions, kept: Arc::default(), ..self }
     }
 
-    /// How an engine solves that has no factor.
+    /// The same, with every factor of a stiffness in single precision.
+    pub fn in_single_precision(self) -> Symbolic {
+        Symbolic { single: true, kept: Arc::default(), ..self }
+    }
+
+    /// Whether every system so far was solved to the tolerance.
+    ///
+    /// # Errors
+    /// [`FactorError::NotConverged`].
+    pub fn check_solves(&self) -> Result<(), FactorError> {
+        let error = *self.worst.lock().unwrap_or_else(PoisonError::into_inner);
+        if error <= TOLERANCE { Ok(()) } else { Err(FactorError::NotConverged { error }) }
+    }
+
+    /// How systems are solved, where not by a factor in double precision alone.
     pub fn solver(&self) -> Option<String> {
+        if self.single {
+            let preconditioner = "a factor in single precision";
+            return Some(format!(
+                "conjugate gradients with {preconditioner} to {TOLERANCE:e} of the energy norm"
+            ));
+        }
         self.engine.as_ref().and_then(|engine| engine.solver())
     }
 
-    /// The same with all factors in this process, where their entries can be read.
+    /// The same with all factors in this process and in double precision, where their entries can be read.
     pub fn here(&self) -> Symbolic {
         let here = self.clone();
-        if self.is_spread() { Symbolic { engine: None, kept: Arc::default(), ..here } } else { here }
+        if self.has_entries() {
+            here
+        } else {
+            Symbolic { engine: None, single: false, kept: Arc::default(), ..here }
+        }
+    }
+
+    /// Whether the entries of a factor of the stiffness can be read.
+    pub fn has_entries(&self) -> bool {
+        !self.is_spread() && !self.single
+    }
+
+    /// Memory of the factor of the stiffness in this process \[bytes\].
+    pub fn stiffness_bytes(&self) -> usize {
+        match (self.is_spread(), self.single) {
+            (true, _) => 0,
+            (false, true) => {
+                let iteration = Iteration::bytes(self.n(), AT_ONCE);
+                self.supernodes.len().saturating_mul(size_of::<f32>()).saturating_add(iteration)
+            }
+            (false, false) => self.factor_bytes(),
+        }
     }
 
     /// Whether factors of the stiffness are made by an engine and lie outside this process.
@@ -140,13 +178,13 @@ impl Symbolic {
     }
 
     /// The structure of the factor.
-    pub(super) fn cholesky(&self) -> &SymbolicCholesky<u32> {
-        &self.cholesky
+    pub(super) fn supernodes(&self) -> &Arc<Supernodes> {
+        &self.supernodes
     }
 
     /// Memory of one factor \[bytes\].
     pub fn factor_bytes(&self) -> usize {
-        self.cholesky.len_val().saturating_mul(size_of::<f64>())
+        self.supernodes.len().saturating_mul(size_of::<f64>())
     }
 
     /// Factorises a matrix, which is kept for refinement. All threads, whose number no bit depends on.
@@ -158,12 +196,9 @@ impl Symbolic {
     /// If the matrix is on another pattern.
     pub fn factorize(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
         assert!(Arc::ptr_eq(&self.pattern, matrix.pattern()), "one pattern per symbolic analysis");
-        match factorise(&Supernodes::new(&self.cholesky), &matrix) {
+        match factorise(&self.supernodes, &matrix, None) {
             // Of its own, or a factor would keep itself.
-            Ok(values) => {
-                let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
-                Ok(Factor { symbolic, matrix, values, spread: None, rigid: None })
-            }
+            Ok(values) => Ok(self.factor(matrix, Numbers::Double(values))),
             Err(pivot) => Err(FactorError::NotPositiveDefinite { pivot, n: self.n() }),
         }
     }
@@ -189,28 +224,34 @@ impl Symbolic {
             }
             None => self.factorize_stiffness(matrix.clone())?,
         });
+        if self.single {
+            // As good as any other right-hand side to show whether they can be solved for.
+            let mut random = Random::new(1);
+            let mut x = Mat::from_fn(self.n(), 1, |_, _| random.uniform() - 0.5);
+            Solve::new(self, 1, false).solve_in_place(&factor, x.as_mut());
+            self.check_solves()?;
+        }
         *self.kept() = Some(factor.clone());
         Ok(factor)
     }
 
     /// Factorises where the factors of a stiffness are.
     fn factorize_stiffness(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
+        if self.single {
+            let single = Single::new(&self.supernodes, &matrix);
+            let single = single.ok_or(FactorError::NotConverged { error: 1.0 })?;
+            return Ok(self.factor(matrix, Numbers::Single(single)));
+        }
         let Some(engine) = &self.engine else { return self.factorize(matrix) };
-        let spread = Some(engine.factorize(
-            &matrix,
-            &self.order(),
-            self.motions.as_ref().map(|motions| motions.as_ref().as_ref()),
-        )?);
-        let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
-        Ok(Factor { symbolic, matrix, values: vec![], spread, rigid: None })
+        let motions = self.motions.as_ref().map(|motions| motions.as_ref().as_ref());
+        let spread = engine.factorize(&matrix, self.supernodes.order(), motions)?;
+        Ok(self.factor(matrix, Numbers::Spread(spread)))
     }
 
-    /// The row of the matrix that stands at each place of the order of elimination.
-    fn order(&self) -> Vec<u32> {
-        match self.cholesky.perm() {
-            Some(permutation) => permutation.arrays().0.to_vec(),
-            None => (0..self.n() as u32).collect(),
-        }
+    fn factor(&self, matrix: SymmetricMatrix, numbers: Numbers) -> Factor {
+        // Of its own, or a factor would keep itself.
+        let symbolic = Symbolic { kept: Arc::default(), ..self.clone() };
+        Factor { symbolic, matrix, numbers, rigid: None }
     }
 
     /// The same factor to be used up, kept no longer.
@@ -245,14 +286,22 @@ impl Symbolic {
     }
 }
 
+/// Where the numbers of a factor are.
+#[derive(Clone, Debug)]
+enum Numbers {
+    /// Here, group by group.
+    Double(Vec<f64>),
+    Single(Single),
+    /// On other ranks too.
+    Spread(Arc<dyn Spread>),
+}
+
 /// A factorised matrix.
 #[derive(Clone, Debug)]
 pub struct Factor {
     symbolic: Symbolic,
     matrix: SymmetricMatrix,
-    /// Empty where the factor lies on other ranks too.
-    values: Vec<f64>,
-    spread: Option<Arc<dyn Spread>>,
+    numbers: Numbers,
     /// Present for the stiffness of a body without supports: the values are those of `Kₛ`, and what is solved
     /// with is `K⁺` of it.
     rigid: Option<Arc<Rigid>>,
@@ -288,61 +337,49 @@ impl Factor {
         pencil: &'a Pencil,
         search: &Search,
     ) -> Result<Box<dyn Rows + 'a>, EngineError> {
-        match &self.spread {
-            Some(spread) => spread.begin(pencil.mass(), self.rigid.as_deref(), search),
-            None => Ok(Box::new(LocalRows::new(pencil, self))),
+        match &self.numbers {
+            Numbers::Spread(spread) => spread.begin(pencil.mass(), self.rigid.as_deref(), search),
+            _ => Ok(Box::new(LocalRows::new(pencil, self))),
         }
     }
 
     /// `L` of `P A Pᵀ = L Lᵀ`, group by group of columns with the same rows below them.
     ///
     /// # Panics
-    /// If the factor is not in this process alone (see [`Symbolic::here`]).
+    /// If the factor is not in this process alone, or not in double precision (see [`Symbolic::here`]).
     pub fn columns(&self) -> FactorColumns {
-        assert!(self.spread.is_none(), "a factor in this process");
-        let cholesky = &self.symbolic.cholesky;
+        let values = self.values();
+        let supernodes = &self.symbolic.supernodes;
         let mut columns = FactorColumns {
-            order: self.symbolic.order(),
+            order: supernodes.order().to_vec(),
             groups: vec![],
             rows: vec![],
-            values: Vec::with_capacity(self.values.len()),
+            values: Vec::with_capacity(values.len()),
         };
-        match cholesky.raw() {
-            SymbolicCholeskyRaw::Simplicial(structure) => {
-                for (first, last) in structure.col_ptr().iter().zip(&structure.col_ptr()[1..]) {
-                    // The diagonal is the first of each column.
-                    let column = *first as usize..*last as usize;
-                    columns.rows.extend(&structure.row_idx()[column.clone()][1..]);
-                    columns.groups.push([1, column.len() as u32 - 1]);
-                    columns.values.extend(&self.values[column]);
-                }
-            }
-            SymbolicCholeskyRaw::Supernodal(structure) => {
-                let factor = SupernodalLltRef::new(structure, &self.values);
-                for s in 0..structure.n_supernodes() {
-                    let group = factor.supernode(s);
-                    let (values, rows) = (group.val(), group.pattern());
-                    columns.rows.extend(rows);
-                    columns.groups.push([values.ncols() as u32, rows.len() as u32]);
-                    for j in 0..values.ncols() {
-                        let below = |i: usize| if i < j { 0.0 } else { values[(i, j)] };
-                        columns.values.extend((0..values.nrows()).map(below));
-                    }
-                }
+        for group in &supernodes.groups {
+            columns.rows.extend(supernodes.rows(group));
+            columns.groups.push([group.columns as u32, group.below() as u32]);
+            for (j, column) in values[group.values.clone()].chunks_exact(group.height()).enumerate() {
+                columns.values.extend(column.iter().enumerate().map(|(i, &l)| if i < j { 0.0 } else { l }));
             }
         }
         columns
     }
 
-    /// The structure and the values of `L`; whatever is above a diagonal means nothing.
-    pub(super) fn into_values(self) -> (Symbolic, Vec<f64>) {
-        (self.symbolic, self.values)
+    /// The values of `L` in double precision.
+    fn values(&self) -> &[f64] {
+        match &self.numbers {
+            Numbers::Double(values) => values,
+            _ => panic!("{READABLE}"),
+        }
     }
 
-    /// Solves for the few columns of one group.
-    fn solve_group(&self, x: MatMut<'_, f64>, memory: &mut MemBuffer) {
-        let factor = LltRef::new(&self.symbolic.cholesky, &self.values);
-        factor.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(memory));
+    /// The structure and the values of `L`; whatever is above a diagonal means nothing.
+    pub(super) fn into_values(self) -> (Symbolic, Vec<f64>) {
+        match self.numbers {
+            Numbers::Double(values) => (self.symbolic, values),
+            _ => panic!("{READABLE}"),
+        }
     }
 }
 
@@ -361,9 +398,40 @@ pub struct FactorColumns {
 
 /// Memory for solves of up to a fixed number of right-hand sides, lent to one solve at a time.
 pub struct Solve {
-    groups: Vec<MemBuffer>,
+    columns: usize,
+    /// Made by the first solve, for the kind of its factor.
+    memory: Option<Memory>,
     /// Right-hand side and residual, present when refinement is asked for.
     refine: Option<[Mat<f64>; 2]>,
+}
+
+/// What a solve works in.
+enum Memory {
+    /// For each group of columns: these in the order of elimination, and what the tallest group of the factor
+    /// takes.
+    Small(Vec<(Mat<f64>, Vec<f64>)>),
+    /// As many columns as are solved for together, in the order of elimination.
+    Large(Vec<f64>),
+    Iteration(Iteration),
+}
+
+impl Memory {
+    fn new(factor: &Factor, columns: usize) -> Option<Memory> {
+        let supernodes = &factor.symbolic.supernodes;
+        let n = supernodes.n();
+        match &factor.numbers {
+            Numbers::Spread(_) => None,
+            Numbers::Single(_) => Some(Memory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
+            Numbers::Double(values) if values.len() > LARGE => {
+                Some(Memory::Large(vec![0.0; n * columns.min(AT_ONCE)]))
+            }
+            Numbers::Double(_) => {
+                let width = SOLVE_GROUP.min(columns);
+                let group = |_| (Mat::zeros(n, width), vec![0.0; supernodes.tallest() * width]);
+                Some(Memory::Small((0..columns.div_ceil(SOLVE_GROUP)).map(group).collect()))
+            }
+        }
+    }
 }
 
 impl Solve {
@@ -371,19 +439,14 @@ impl Solve {
     /// iterative refinement in each solve (a product and a second solve; for slender bodies, whose `K` is
     /// ill-conditioned).
     pub fn new(symbolic: &Symbolic, columns: usize, refine: bool) -> Solve {
-        let request = symbolic.cholesky.solve_in_place_scratch::<f64>(SOLVE_GROUP.min(columns), Par::Seq);
-        // An engine has memory of its own, but a factor of this process may be solved with all the same.
-        let groups = columns.div_ceil(SOLVE_GROUP);
         let n = symbolic.n();
-        Solve {
-            groups: (0..groups).map(|_| MemBuffer::new(request)).collect(),
-            refine: refine.then(|| [Mat::zeros(n, columns), Mat::zeros(n, columns)]),
-        }
+        let refine = refine && !symbolic.single;
+        let refine = refine.then(|| [Mat::zeros(n, columns), Mat::zeros(n, columns)]);
+        Solve { columns, memory: None, refine }
     }
 
-    /// Overwrites `rhs`, shape `(n, c)`, by `A⁻¹ rhs`; groups of columns in parallel, no allocation. For the
-    /// stiffness of a body without supports it is `K⁺ rhs` (see [`Rigid`]), which allocates six numbers a
-    /// column.
+    /// Overwrites `rhs`, shape `(n, c)`, by `A⁻¹ rhs`; all threads. For the stiffness of a body without
+    /// supports it is `K⁺ rhs` (see [`Rigid`]).
     ///
     /// # Panics
     /// If `rhs` has more columns than this memory was made for.
@@ -392,68 +455,132 @@ impl Solve {
         if let Some(rigid) = &factor.rigid {
             rigid.relieve(rhs.rb_mut());
         }
-        let Some([kept, residual]) = self.refine.as_mut() else {
-            return solve_centred(&mut self.groups, factor, rhs);
+        let Some([mut kept, mut residual]) = self.refine.take() else {
+            return self.solve_centred(factor, rhs);
         };
-        let mut kept = kept.as_mut().subcols_mut(0, columns);
-        let mut residual = residual.as_mut().subcols_mut(0, columns);
-        kept.copy_from(rhs.rb());
-        solve_centred(&mut self.groups, factor, rhs.rb_mut());
-        factor.matrix.mul_into(rhs.rb(), residual.rb_mut());
-        for c in 0..columns {
-            let target = contiguous(kept.rb(), c);
-            for (r, &b) in contiguous_mut(residual.rb_mut(), c).iter_mut().zip(target) {
-                *r = b - *r;
+        {
+            let mut kept = kept.as_mut().subcols_mut(0, columns);
+            let mut residual = residual.as_mut().subcols_mut(0, columns);
+            kept.copy_from(rhs.rb());
+            self.solve_centred(factor, rhs.rb_mut());
+            factor.matrix.mul_into(rhs.rb(), residual.rb_mut());
+            for c in 0..columns {
+                let target = contiguous(kept.rb(), c);
+                for (r, &b) in contiguous_mut(residual.rb_mut(), c).iter_mut().zip(target) {
+                    *r = b - *r;
+                }
             }
+            if let Some(rigid) = &factor.rigid {
+                rigid.relieve(residual.rb_mut());
+            }
+            self.solve_centred(factor, residual.rb_mut());
+            for c in 0..columns {
+                let correction = contiguous(residual.rb(), c);
+                for (x, &d) in contiguous_mut(rhs.rb_mut(), c).iter_mut().zip(correction) {
+                    *x += d;
+                }
+            }
+        }
+        self.refine = Some([kept, residual]);
+    }
+
+    /// Solves for forces that move no body as a whole, and takes such a motion off the answer.
+    fn solve_centred(&mut self, factor: &Factor, mut rhs: MatMut<'_, f64>) {
+        assert!(rhs.ncols() <= self.columns, "more columns than the memory was made for");
+        let supernodes = &*factor.symbolic.supernodes;
+        if self.memory.is_none() {
+            self.memory = Memory::new(factor, self.columns);
+        }
+        match (&factor.numbers, &mut self.memory) {
+            (Numbers::Spread(spread), _) => spread.solve_in_place(rhs.rb_mut()),
+            (Numbers::Double(values), Some(Memory::Small(groups))) => {
+                solve_groups(supernodes, values, rhs.rb_mut(), groups);
+            }
+            (Numbers::Double(values), Some(Memory::Large(x))) => {
+                for mut rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
+                    let k = rhs.ncols();
+                    let x = &mut x[..supernodes.n() * k];
+                    gather(supernodes, k, x, |row, column| rhs[(row, column)]);
+                    substitute_by_groups(supernodes, values, x, k);
+                    scatter(supernodes, x, rhs.rb_mut(), |x, _, _| x);
+                }
+            }
+            (Numbers::Single(single), Some(Memory::Iteration(memory))) => {
+                for rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
+                    let error = single.solve(supernodes, &factor.matrix, rhs, memory);
+                    let mut worst = factor.symbolic.worst.lock().unwrap_or_else(PoisonError::into_inner);
+                    *worst = worst.max(error);
+                }
+            }
+            _ => unreachable!("one memory is for factors of one kind"),
         }
         if let Some(rigid) = &factor.rigid {
-            rigid.relieve(residual.rb_mut());
-        }
-        solve_centred(&mut self.groups, factor, residual.rb_mut());
-        for c in 0..columns {
-            let correction = contiguous(residual.rb(), c);
-            for (x, &d) in contiguous_mut(rhs.rb_mut(), c).iter_mut().zip(correction) {
-                *x += d;
-            }
+            rigid.centre(rhs);
         }
     }
 }
 
-/// Solves for forces that move no body as a whole, and takes such a motion off the answer.
-fn solve_centred(memories: &mut [MemBuffer], factor: &Factor, mut rhs: MatMut<'_, f64>) {
-    match &factor.spread {
-        Some(spread) => spread.solve_in_place(rhs.rb_mut()),
-        None => solve_groups(memories, factor, rhs.rb_mut()),
-    }
-    if let Some(rigid) = &factor.rigid {
-        rigid.centre(rhs);
-    }
-}
-
-/// Solves group by group, each with its own memory.
-fn solve_groups(memories: &mut [MemBuffer], factor: &Factor, rhs: MatMut<'_, f64>) {
-    assert!(rhs.ncols() <= memories.len() * SOLVE_GROUP, "more columns than the memory was made for");
-    if rhs.ncols() <= SOLVE_GROUP {
-        if rhs.ncols() > 0 {
-            factor.solve_group(rhs, &mut memories[0]);
+/// Solves with a small factor; threads share groups of columns.
+fn solve_groups(
+    supernodes: &Supernodes,
+    values: &[f64],
+    rhs: MatMut<'_, f64>,
+    groups: &mut [(Mat<f64>, Vec<f64>)],
+) {
+    let solve = |(mut rhs, (x, spare)): (MatMut<'_, f64>, &mut (Mat<f64>, Vec<f64>))| {
+        let mut x = x.as_mut().subcols_mut(0, rhs.ncols());
+        for c in 0..rhs.ncols() {
+            let from = contiguous(rhs.rb(), c);
+            let rows = contiguous_mut(x.rb_mut(), c).iter_mut().zip(supernodes.order());
+            rows.for_each(|(x, &row)| *x = from[row as usize]);
         }
-        return;
+        substitute(supernodes, values, x.rb_mut(), spare);
+        for c in 0..rhs.ncols() {
+            let to = contiguous_mut(rhs.rb_mut(), c);
+            let rows = contiguous(x.rb(), c).iter().zip(supernodes.order());
+            rows.for_each(|(&x, &row)| to[row as usize] = x);
+        }
+    };
+    let some = column_groups(rhs, SOLVE_GROUP);
+    if some.len() > 1 {
+        some.into_par_iter().zip(groups.par_iter_mut()).for_each(solve);
+    } else {
+        some.into_iter().zip(groups).for_each(solve);
     }
-    column_groups(rhs, SOLVE_GROUP)
-        .into_par_iter()
-        .zip(memories.par_iter_mut())
-        .for_each(|(group, memory)| factor.solve_group(group, memory));
 }
 
-/// Structure of the factor under one order.
-fn symbolic_cholesky(
-    pattern: &Pattern,
-    order: SymmetricOrdering<'_, u32>,
-) -> Result<SymbolicCholesky<u32>, FactorError> {
+/// Structure of the factor under one order, or under one of minimum degree. Indices count the entries of the
+/// factor, and 32 bits are not enough for those of some million dofs.
+fn structure(pattern: &Pattern, order: Option<(Vec<u32>, Vec<u32>)>) -> Result<Supernodes, FactorError> {
+    match structure_by(pattern.as_faer(), order.as_ref().map(|(f, i)| [&f[..], &i[..]])) {
+        Err(FaerError::IndexOverflow) => wide_structure(pattern, order),
+        found => found.map_err(|_| FactorError::OutOfMemory),
+    }
+}
+
+/// The same by indices of 64 bits.
+fn wide_structure(pattern: &Pattern, order: Option<(Vec<u32>, Vec<u32>)>) -> Result<Supernodes, FactorError> {
+    let wide = |indices: &[u32]| indices.iter().map(|&index| index as usize).collect::<Vec<_>>();
+    let [starts, rows] = pattern.arrays().map(wide);
+    let order = order.map(|(forward, inverse)| [wide(&forward), wide(&inverse)]);
+    let n = pattern.n();
+    let wide = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
+    let order = order.as_ref().map(|order| order.each_ref().map(|indices| &indices[..]));
+    structure_by(wide, order).map_err(|_| FactorError::OutOfMemory)
+}
+
+/// The same by indices of one width; an order is (old of new, new of old).
+fn structure_by<I: Index>(
+    pattern: SymbolicSparseColMatRef<'_, I>,
+    order: Option<[&[I]; 2]>,
+) -> Result<Supernodes, FaerError> {
+    let n = pattern.nrows();
+    let order = order.map(|[forward, inverse]| PermRef::new_checked(forward, inverse, n));
+    let order = order.map_or(SymmetricOrdering::Amd, SymmetricOrdering::Custom);
     // Default parameters: faer chooses the supernodal form wherever it pays; forcing the simplicial one is 20
     // × slower.
     let params = CholeskySymbolicParams::default();
-    Ok(factorize_symbolic_cholesky(pattern.as_faer(), Side::Lower, order, params)?)
+    Ok(Supernodes::new(&factorize_symbolic_cholesky(pattern, Side::Lower, order, params)?))
 }
 
 /// The dof order that dissects the node graph, as (old of new, new of old); `None` where it would not pay.
@@ -555,5 +682,24 @@ mod tests {
         assert_eq!(first, [0, 2, 3, 4]);
         let (starts, neighbours) = node_graph(pencil.mass().pattern(), &dof_nodes, &first);
         assert_eq!((starts, neighbours), (vec![0, 2, 3, 4], vec![1, 2, 0, 0]));
+    }
+
+    #[test]
+    fn indices_of_both_widths_find_the_same_structure() {
+        let mesh = crate::mesh::block([1.0, 0.2, 0.2], [6, 3, 3], crate::mesh::Order::Quadratic);
+        let held = mesh.nodes.iter().flat_map(|node| [node[0] == 0.0; 3]).collect::<Vec<_>>();
+        let rubber = crate::fem::Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+        let model = Model::assemble(mesh, &[rubber], &held).unwrap();
+        let pattern = model.pencil().mass().pattern();
+        let order = dissection_order(pattern, model.pencil().dof_nodes().unwrap()).unwrap();
+        for order in [Some(order), None] {
+            let [narrow, wide] =
+                [structure, wide_structure].map(|find| find(pattern, order.clone()).unwrap());
+            assert_eq!(narrow.order(), wide.order());
+            let groups = |s: &Supernodes| -> Vec<(usize, Vec<u32>)> {
+                s.groups.iter().map(|group| (group.columns, s.rows(group).to_vec())).collect()
+            };
+            assert!(narrow.len() > 100_000 && groups(&narrow) == groups(&wide));
+        }
     }
 }

@@ -12,12 +12,16 @@ mod green;
 mod loads;
 mod model;
 mod multifrontal;
+mod number;
 mod pencil;
 mod rigid;
 mod selected;
+mod single;
 mod sparse;
 mod stress;
+mod substitution;
 mod supernodes;
+mod tree;
 
 #[cfg(test)]
 pub(crate) use element::cross;
@@ -37,6 +41,8 @@ pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points
 
 #[cfg(test)]
 mod convergence_tests;
+#[cfg(test)]
+mod factor_tests;
 #[cfg(test)]
 mod green_tests;
 #[cfg(test)]

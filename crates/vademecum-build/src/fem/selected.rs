@@ -20,6 +20,8 @@
 //! The odd thing: everything is computed in place, `Z` over the factor and `Y` over `Ȧ`. Dense products are
 //! cut in rows of a fixed height, and threads share those, so the bits never depend on their number.
 
+use std::sync::Arc;
+
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
@@ -42,7 +44,7 @@ const MOVE: f64 = 40.0;
 /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` on the pattern of the factor of `A`.
 #[derive(Clone, Debug)]
 pub struct Selected {
-    supernodes: Supernodes,
+    supernodes: Arc<Supernodes>,
     inverse: Vec<f64>,
     weighted: Vec<f64>,
     relief: Option<Relief>,
@@ -114,12 +116,12 @@ impl Relief {
 impl Symbolic {
     /// Multiplications of [`Factor::select`], and what takes as long.
     pub fn select_work(&self) -> f64 {
-        Supernodes::new(self.cholesky()).groups.iter().map(work).sum()
+        self.supernodes().groups.iter().map(work).sum()
     }
 
     /// Memory of [`Factor::select`] beside the factor \[bytes\].
     pub fn select_bytes(&self) -> usize {
-        let supernodes = Supernodes::new(self.cholesky());
+        let supernodes = self.supernodes();
         let workspace = 2 * supernodes.tallest().pow(2) + 2 * supernodes.largest();
         self.factor_bytes().saturating_add(size_of::<f64>() * workspace)
     }
@@ -148,8 +150,8 @@ impl Factor {
         let relief = self.rigid().map(|rigid| Relief::new(&self, rigid, weight));
         let (symbolic, mut inverse) = self.into_values();
         assert!(std::ptr::eq(symbolic.pattern(), &**weight.pattern()), "one pattern per symbolic analysis");
-        let supernodes = Supernodes::new(symbolic.cholesky());
-        let mut weighted = supernodes.scatter(weight);
+        let supernodes = symbolic.supernodes().clone();
+        let mut weighted = supernodes.scatter(weight, None);
         let mut fronts = [(); 2].map(|()| vec![0.0; supernodes.tallest().pow(2)]);
         let mut spare = [(); 2].map(|()| vec![0.0; supernodes.largest()]);
         let total: f64 = supernodes.groups.iter().map(work).sum();

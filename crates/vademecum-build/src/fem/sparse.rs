@@ -57,6 +57,11 @@ impl Pattern {
         &self.rows[self.range(j)]
     }
 
+    /// Starts of the columns, and rows.
+    pub(super) fn arrays(&self) -> [&[u32]; 2] {
+        [&self.column_starts, &self.rows]
+    }
+
     /// The pattern as faer reads it; checked in one pass over the indices.
     pub(crate) fn as_faer(&self) -> SymbolicSparseColMatRef<'_, u32> {
         SymbolicSparseColMatRef::new_checked(self.n(), self.n(), &self.column_starts, None, &self.rows)

@@ -6,9 +6,12 @@
 use std::ops::Range;
 
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
+use faer::{Index, MatRef};
 use rayon::prelude::*;
 
+use super::number::Number;
 use super::sparse::SymmetricMatrix;
+use super::tree::Tree;
 
 /// Columns with the same rows below them.
 #[derive(Clone, Debug)]
@@ -28,19 +31,54 @@ impl Group {
     pub fn below(&self) -> usize {
         self.rows.len()
     }
+
+    /// Columns, and rows below them.
+    pub fn height(&self) -> usize {
+        self.columns + self.below()
+    }
+
+    /// Multiplications to factorise the group, about.
+    fn work(&self) -> f64 {
+        self.columns as f64 * (self.height() as f64).powi(2)
+    }
+
+    /// The square on the columns of the group, and what stands below it.
+    pub fn parts<'v, T>(&self, values: &'v [T]) -> (MatRef<'v, T>, MatRef<'v, T>) {
+        MatRef::from_column_major_slice(&values[self.values.clone()], self.height(), self.columns)
+            .split_at_row(self.columns)
+    }
 }
 
 /// All groups of a factor.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Supernodes {
     pub groups: Vec<Group>,
+    pub tree: Tree,
     rows: Vec<u32>,
+    /// For each row, where it stands in the parent of its group.
+    in_parent: Vec<u32>,
     /// The group of each column.
     owner: Vec<u32>,
     /// The column that stands for each row of the matrix.
     place: Vec<u32>,
     /// The row of the matrix that each column stands for.
     order: Vec<u32>,
+}
+
+/// What stands in for a matrix `A`: `D A D + δ I`.
+#[derive(Clone, Debug)]
+pub(super) struct Scaling {
+    /// `D`.
+    pub scale: Vec<f64>,
+    /// `δ`.
+    pub shift: f64,
+}
+
+impl Scaling {
+    fn entry(&self, row: usize, column: usize, value: f64) -> f64 {
+        let scaled = self.scale[row] * value * self.scale[column];
+        if row == column { scaled + self.shift } else { scaled }
+    }
 }
 
 /// Rows below a group that are columns of one other group.
@@ -54,20 +92,22 @@ pub(super) struct Run {
 }
 
 impl Supernodes {
-    pub fn new(cholesky: &SymbolicCholesky<u32>) -> Self {
+    /// The groups of a structure, whose rows fit 32 bits whatever its entries need.
+    pub fn new<I: Index>(cholesky: &SymbolicCholesky<I>) -> Self {
         let n = cholesky.ncols();
+        let narrow = |indices: &[I]| indices.iter().map(|index| index.zx() as u32).collect::<Vec<_>>();
         let (order, place) = match cholesky.perm() {
             Some(permutation) => {
                 let (order, place) = permutation.arrays();
-                (order.to_vec(), place.to_vec())
+                (narrow(order), narrow(place))
             }
             None => ((0..n as u32).collect(), (0..n as u32).collect()),
         };
         let (mut groups, mut rows, mut owner) = (vec![], vec![], vec![0; n]);
         let mut values = 0;
-        let mut push = |first: usize, columns: usize, below: &[u32]| {
+        let mut push = |first: usize, columns: usize, below: &[I]| {
             let start = rows.len();
-            rows.extend_from_slice(below);
+            rows.extend(below.iter().map(|row| row.zx() as u32));
             let end = values + (columns + below.len()) * columns;
             owner[first..first + columns].fill(groups.len() as u32);
             groups.push(Group { first, columns, rows: start..rows.len(), values: values..end });
@@ -77,17 +117,53 @@ impl Supernodes {
             SymbolicCholeskyRaw::Simplicial(structure) => {
                 for (column, ends) in structure.col_ptr().windows(2).enumerate() {
                     // The diagonal is the first of each column.
-                    push(column, 1, &structure.row_idx()[ends[0] as usize + 1..ends[1] as usize]);
+                    push(column, 1, &structure.row_idx()[ends[0].zx() + 1..ends[1].zx()]);
                 }
             }
             SymbolicCholeskyRaw::Supernodal(structure) => {
                 for s in 0..structure.n_supernodes() {
-                    let [first, end] = [structure.supernode_begin()[s], structure.supernode_end()[s]];
-                    push(first as usize, (end - first) as usize, structure.supernode(s).pattern());
+                    let [first, end] = [structure.supernode_begin()[s], structure.supernode_end()[s]]
+                        .map(|column| column.zx());
+                    push(first, end - first, structure.supernode(s).pattern());
                 }
             }
         }
-        Self { groups, rows, owner, place, order }
+        let tree = Tree::new(vec![], vec![]);
+        let mut all = Self { groups, tree, rows, in_parent: vec![], owner, place, order };
+        let parent: Vec<_> = all.groups.iter().map(|group| all.parent(group)).collect();
+        let local = |(group, parent): (&Group, &Option<usize>)| {
+            parent.map_or(vec![], |parent| all.local(all.rows(group), &all.groups[parent]))
+        };
+        let places: Vec<Vec<u32>> = all.groups.par_iter().zip(&parent).map(local).collect();
+        all.in_parent = places.concat();
+        all.tree = Tree::new(parent, all.groups.iter().map(Group::work).collect());
+        all
+    }
+
+    /// The row of the matrix that each column stands for.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Where the rows below a group stand among the columns and rows of its parent.
+    pub fn in_parent(&self, group: &Group) -> &[u32] {
+        &self.in_parent[group.rows.clone()]
+    }
+
+    /// The values of each group.
+    pub fn parts<'v, T>(&self, values: &'v mut [T]) -> Vec<&'v mut [T]> {
+        let mut rest = values;
+        let mut part = |group: &Group| {
+            let (own, later) = std::mem::take(&mut rest).split_at_mut(group.values.len());
+            rest = later;
+            own
+        };
+        self.groups.iter().map(&mut part).collect()
+    }
+
+    /// Rows of the matrix.
+    pub fn n(&self) -> usize {
+        self.order.len()
     }
 
     /// Numbers in all groups.
@@ -152,7 +228,7 @@ impl Supernodes {
         let [a, b] = [self.place[row] as usize, self.place[column] as usize];
         let (low, high) = (a.min(b), a.max(b));
         let group = &self.groups[self.owner[low] as usize];
-        let height = group.columns + group.below();
+        let height = group.height();
         let local = match high - group.first {
             local if local < group.columns => local,
             _ => group.columns + self.rows(group).binary_search(&(high as u32)).ok()?,
@@ -160,34 +236,36 @@ impl Supernodes {
         Some(group.values.start + (low - group.first) * height + local)
     }
 
-    /// The lower triangle of a matrix in the places of the groups, zeros elsewhere; all threads.
-    pub fn scatter(&self, matrix: &SymmetricMatrix) -> Vec<f64> {
-        let mut values = vec![0.0; self.len()];
-        let (mut places, mut rest) = (vec![], &mut values[..]);
-        for group in &self.groups {
-            let (own, later) = rest.split_at_mut(group.values.len());
-            places.push(own);
-            rest = later;
-        }
-        self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, own));
+    /// The lower triangle of `A`, or of `D A D + δ I`, in the places of the groups, zeros elsewhere; all
+    /// threads.
+    pub fn scatter<T: Number>(&self, matrix: &SymmetricMatrix, scaling: Option<&Scaling>) -> Vec<T> {
+        let mut values = vec![T::nearest(0.0); self.len()];
+        let places = self.parts(&mut values);
+        self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, scaling, own));
         values
     }
 
     /// The same for one group.
-    fn fill(&self, group: &Group, matrix: &SymmetricMatrix, own: &mut [f64]) {
+    fn fill<T: Number>(
+        &self,
+        group: &Group,
+        matrix: &SymmetricMatrix,
+        scaling: Option<&Scaling>,
+        own: &mut [T],
+    ) {
         let (pattern, rows) = (matrix.pattern(), self.rows(group));
-        let height = group.columns + rows.len();
-        for (c, target) in own.chunks_exact_mut(height).enumerate() {
+        for (c, target) in own.chunks_exact_mut(group.height()).enumerate() {
             let column = self.order[group.first + c] as usize;
             let entries = pattern.rows_of(column).iter().zip(&matrix.values()[pattern.range(column)]);
             for (&row, &value) in entries {
+                let value = scaling.map_or(value, |scaling| scaling.entry(row as usize, column, value));
                 let place = self.place[row as usize];
                 match (place as usize).checked_sub(group.first) {
                     Some(local) if local >= group.columns => {
                         let at = rows.binary_search(&place).expect("a place of the factor");
-                        target[group.columns + at] = value;
+                        target[group.columns + at] = T::nearest(value);
                     }
-                    Some(local) if local >= c => target[local] = value,
+                    Some(local) if local >= c => target[local] = T::nearest(value),
                     // Above the diagonal.
                     _ => {}
                 }

@@ -87,7 +87,7 @@ pub(crate) fn column_groups(mut x: MatMut<'_, f64>, width: usize) -> Vec<MatMut<
 }
 
 /// The same by rows, `height` at a time.
-pub(crate) fn row_groups(mut x: MatMut<'_, f64>, height: usize) -> Vec<MatMut<'_, f64>> {
+pub(crate) fn row_groups<T>(mut x: MatMut<'_, T>, height: usize) -> Vec<MatMut<'_, T>> {
     let mut groups = vec![];
     while x.nrows() > height {
         let (group, rest) = x.split_at_row_mut(height);
@@ -105,9 +105,13 @@ pub(crate) const SHARED: f64 = 1e6;
 
 /// Some rows of a matrix at a time, with the first of them; `inner` multiplications make an entry. Threads
 /// share them where there is enough to do.
-pub(crate) fn by_rows(c: MatMut<'_, f64>, inner: usize, task: impl Fn(usize, MatMut<'_, f64>) + Sync) {
+pub(crate) fn by_rows<T: Send + Sync>(
+    c: MatMut<'_, T>,
+    inner: usize,
+    task: impl Fn(usize, MatMut<'_, T>) + Sync,
+) {
     let work = c.nrows() as f64 * c.ncols() as f64 * inner as f64;
-    let some = |(at, rows): (usize, MatMut<'_, f64>)| task(at * HEIGHT, rows);
+    let some = |(at, rows): (usize, MatMut<'_, T>)| task(at * HEIGHT, rows);
     let groups = row_groups(c, HEIGHT);
     if work > SHARED && groups.len() > 1 {
         groups.into_par_iter().enumerate().for_each(some);

@@ -35,17 +35,16 @@ fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
     // One per distinct stage matrix, and one of the stiffness; every thread has its own at the samples.
     let stages = prepared.scheme.active().len() as f64;
     let marches = !(prepared.exact && problem.basis_kind() == BasisKind::Modes);
-    // That of the stiffness may be an engine's.
-    let own = f64::from(u8::from(!(prepared.symbolic.is_spread() && prepared.exact)));
-    let count = own
-        + if live {
-            threads()
-        } else if marches {
-            stages
-        } else {
-            0.0
-        };
-    let factors = prepared.symbolic.factor_bytes() as f64 * count;
+    let count = if live {
+        threads()
+    } else if marches {
+        stages
+    } else {
+        0.0
+    };
+    let symbolic = &prepared.symbolic;
+    let own = if prepared.exact { symbolic.stiffness_bytes() } else { symbolic.factor_bytes() };
+    let factors = own as f64 + symbolic.factor_bytes() as f64 * count;
     let modes = problem.basis.modes.unwrap_or(8) as f64;
     let vectors = match problem.basis_kind() {
         // The Krylov space, and the block that joins it.
@@ -90,8 +89,9 @@ fn residual_ahead(problem: &Problem, prepared: &Prepared, full: bool) -> f64 {
     }
     let Prepared { body, symbolic, scheme, .. } = prepared;
     let modes = problem.basis.modes.unwrap_or(8);
-    let factors = usize::from(!symbolic.is_spread()) + if full { scheme.active().len() } else { 0 };
-    let kept = body.model.pencil().bytes() as f64 + factors as f64 * symbolic.factor_bytes() as f64;
+    let stages = if full { scheme.active().len() } else { 0 };
+    let factors = symbolic.stiffness_bytes() as f64 + stages as f64 * symbolic.factor_bytes() as f64;
+    let kept = body.model.pencil().bytes() as f64 + factors;
     let own = residual::memory(body, symbolic, modes);
     kept + NUMBER * body.n_dof() as f64 * modes as f64 + own
 }

@@ -21,10 +21,11 @@ pub enum Way {
 impl Way {
     /// The cheaper one for `r` modes and so many nodes, by the multiplications of both. Matrices of another
     /// program are solved with: nodes that are neighbours on the surface need not be coupled in them. A
-    /// factor on several ranks is solved with too: its entries are not here.
+    /// factor on several ranks or in single precision is solved with too: its entries are not here or not
+    /// exact.
     pub fn cheaper(body: &Body, symbolic: &Symbolic, r: usize, nodes: usize) -> Self {
         let assembled = !body.model.mesh().elements.is_empty();
-        let selects = assembled && !symbolic.is_spread() && selection_to_solves(symbolic, r, nodes) < 1.0;
+        let selects = assembled && symbolic.has_entries() && selection_to_solves(symbolic, r, nodes) < 1.0;
         if selects { Self::Selection } else { Self::Solves }
     }
 }

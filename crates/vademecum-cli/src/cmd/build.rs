@@ -6,6 +6,7 @@ use std::sync::Arc;
 use vademecum_build::fem::Engine;
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, Built, build};
+use vademecum_build::prepared::FactorPrecision;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place, read_regular};
 use vademecum_study::sweep::{State, look};
@@ -68,10 +69,9 @@ pub struct Build {
     /// deleted.
     #[arg(long, value_name = "DIR")]
     out_of_core: Option<PathBuf>,
-    /// How systems are solved, with `--engine petsc`: by a factor, or by conjugate gradients, which take
-    /// little memory and much time.
-    #[arg(long, value_enum, default_value_t, value_name = "SOLVER", conflicts_with = "out_of_core")]
-    solver: SolverName,
+    /// How systems are solved [default: direct; single where a factor in double precision would not fit].
+    #[arg(long, value_enum, value_name = "SOLVER", conflicts_with = "out_of_core")]
+    solver: Option<SolverName>,
     #[command(flatten)]
     outputs: OutputArguments,
 }
@@ -86,13 +86,16 @@ enum EngineName {
     Petsc,
 }
 
-/// The solvers of the engine `petsc`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+/// The solvers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum SolverName {
-    /// A factor L D Lᵀ by MUMPS.
-    #[default]
+    /// A factor in double precision.
     Direct,
-    /// Conjugate gradients with algebraic multigrid (GAMG).
+    /// Conjugate gradients with a factor in single precision, with `--engine local`: half the memory of a
+    /// factor, and longer.
+    Single,
+    /// Conjugate gradients with algebraic multigrid (GAMG), with `--engine petsc`: little memory, and much
+    /// longer.
     Iterative,
 }
 
@@ -102,8 +105,11 @@ impl Build {
             EngineName::Local if self.out_of_core.is_some() => {
                 Err(Failure::new(Cause::Usage, "`--out-of-core` is for `--engine petsc`"))
             }
-            EngineName::Local if self.solver == SolverName::Iterative => {
+            EngineName::Local if self.solver == Some(SolverName::Iterative) => {
                 Err(Failure::new(Cause::Usage, "`--solver iterative` is for `--engine petsc`"))
+            }
+            EngineName::Petsc if self.solver == Some(SolverName::Single) => {
+                Err(Failure::new(Cause::Usage, "`--solver single` is for `--engine local`"))
             }
             EngineName::Local => self.run_on(None, console),
             EngineName::Petsc => self.run_on_ranks(console),
@@ -113,7 +119,7 @@ impl Build {
     /// On all ranks; those that are not the first say and write nothing.
     #[cfg(feature = "petsc")]
     fn run_on_ranks(&self, console: &Console) -> Result<(), Failure> {
-        let iterative = self.solver == SolverName::Iterative;
+        let iterative = self.solver == Some(SolverName::Iterative);
         let options = vademecum_petsc::Options { out_of_core: self.out_of_core.clone(), iterative };
         let done = vademecum_petsc::run(&options, |engine| self.run_on(Some(engine), console));
         done.map_err(|error| Failure::new(Cause::Machine, error))?.unwrap_or(Ok(()))
@@ -170,7 +176,12 @@ impl Build {
         console: &Console,
     ) -> Result<Built, Failure> {
         let (long, memory) = (self.long, self.memory);
-        let options = BuildOptions { repair: self.repair, store, long, memory, engine };
+        let precision = match self.solver {
+            None | Some(SolverName::Iterative) => FactorPrecision::Fitting,
+            Some(SolverName::Direct) => FactorPrecision::Double,
+            Some(SolverName::Single) => FactorPrecision::Single,
+        };
+        let options = BuildOptions { repair: self.repair, store, long, memory, engine, precision };
         let outcome = build(problem, &options, console)?;
         let built = if self.keep_missed { outcome.either() } else { outcome.kept()? };
         if console.cancelled() {

@@ -1,0 +1,199 @@
+//! Solves with a factor in single precision, which takes half the memory of one in double precision.
+//!
+//! What is factorised is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one; and
+//! where its rounding makes it indefinite, `D A D + δ I` with the least δ of a few that mends it. The factor is
+//! only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes
+//! and Stiefel 1952; Arioli and Duff 2009 on factors of lower precision). Few iterations do, because the
+//! factor differs from `A` by its rounding. Iterative refinement would need more, and fail where the condition
+//! of `D A D` times that rounding exceeds one.
+
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Mat, MatMut, MatRef};
+use rayon::prelude::*;
+
+use super::multifrontal::factorise;
+use super::sparse::{SymmetricMatrix, contiguous, contiguous_mut};
+use super::substitution::{gather, scatter, substitute_by_groups};
+use super::supernodes::{Scaling, Supernodes};
+use crate::linalg::column_groups;
+
+/// The error of a solution, relative to it in the energy norm, at which an iteration ends.
+pub(super) const TOLERANCE: f64 = 1e-12;
+
+/// δ, beside a diagonal near one: from nothing to some thousand times the rounding of single precision.
+const SHIFTS: [f64; 4] = [0.0, 1e-6, 1e-5, 1e-4];
+
+/// Iterations after which a solution is given up.
+const MOST: usize = 200;
+
+/// A factor in single precision.
+#[derive(Clone, Debug)]
+pub(super) struct Single {
+    values: Vec<f32>,
+    scaling: Scaling,
+}
+
+/// Memory of an iteration for some columns.
+pub(super) struct Iteration {
+    /// Columns in the order of elimination.
+    image: Vec<f32>,
+    residual: Mat<f64>,
+    direction: Mat<f64>,
+    /// The residual under the preconditioner, then the direction under the matrix.
+    turned: Mat<f64>,
+}
+
+impl Iteration {
+    /// Memory for `columns` columns of `n` rows.
+    pub fn new(n: usize, columns: usize) -> Self {
+        let [residual, direction, turned] = [(); 3].map(|()| Mat::zeros(n, columns));
+        Self { image: vec![0.0; n * columns], residual, direction, turned }
+    }
+
+    /// The same \[bytes\].
+    pub fn bytes(n: usize, columns: usize) -> usize {
+        n.saturating_mul(columns).saturating_mul(3 * size_of::<f64>() + size_of::<f32>())
+    }
+}
+
+/// One column of an iteration.
+struct Column<'a> {
+    x: &'a mut [f64],
+    residual: &'a mut [f64],
+    direction: &'a mut [f64],
+    turned: &'a mut [f64],
+    state: &'a mut State,
+}
+
+/// How far the iteration for one column is.
+#[derive(Clone, Copy, Default)]
+struct State {
+    /// `rᵀ z` of the last iteration.
+    product: f64,
+    /// `xᵀ A x`, what the iterations have added up to.
+    energy: f64,
+    done: bool,
+}
+
+impl State {
+    /// The error of the solution in the energy norm, relative to it: `z` is nearly the error.
+    fn error(&self) -> f64 {
+        let squared = if self.product == 0.0 { 0.0 } else { self.product / self.energy };
+        // What is not a number is no small one.
+        if squared >= 0.0 { squared.sqrt() } else { f64::INFINITY }
+    }
+}
+
+impl Single {
+    /// Factorises a matrix; `None` where no δ makes it definite.
+    pub fn new(supernodes: &Supernodes, matrix: &SymmetricMatrix) -> Option<Self> {
+        let root = |i| 0.5 * matrix.diagonal(i).max(f64::MIN_POSITIVE).log2();
+        let scale: Vec<f64> = (0..matrix.n()).map(|i| (-root(i).round()).exp2()).collect();
+        let mut scaling = Scaling { scale, shift: 0.0 };
+        SHIFTS.into_iter().find_map(|shift| {
+            scaling.shift = shift;
+            let values = factorise(supernodes, matrix, Some(&scaling)).ok()?;
+            Some(Self { values, scaling: scaling.clone() })
+        })
+    }
+
+    /// Overwrites the columns of `x` by `A⁻¹ x`, and returns the largest error of them, relative in the energy
+    /// norm, as it was estimated. `memory` is for as many columns or more.
+    pub fn solve(
+        &self,
+        supernodes: &Supernodes,
+        matrix: &SymmetricMatrix,
+        mut x: MatMut<'_, f64>,
+        memory: &mut Iteration,
+    ) -> f64 {
+        let (n, k) = (x.nrows(), x.ncols());
+        let image = &mut memory.image[..n * k];
+        let [mut residual, mut direction, mut turned] =
+            [&mut memory.residual, &mut memory.direction, &mut memory.turned]
+                .map(|block| block.as_mut().subcols_mut(0, k));
+        residual.copy_from(x.rb());
+        x.fill(0.0);
+        direction.fill(0.0);
+        let mut states = vec![State::default(); k];
+        for _ in 0..MOST {
+            self.precondition(supernodes, residual.rb(), image, turned.rb_mut());
+            each(&mut x, [&mut residual, &mut direction, &mut turned], &mut states, |column| column.turn());
+            if states.iter().all(|state| state.done) {
+                break;
+            }
+            matrix.mul_into(direction.rb(), turned.rb_mut());
+            each(&mut x, [&mut residual, &mut direction, &mut turned], &mut states, |column| column.step());
+        }
+        states.iter().map(State::error).fold(0.0, f64::max)
+    }
+
+    /// `z ← D L⁻ᵀ L⁻¹ D r`, each column at the size of one.
+    fn precondition(
+        &self,
+        supernodes: &Supernodes,
+        r: MatRef<'_, f64>,
+        image: &mut [f32],
+        z: MatMut<'_, f64>,
+    ) {
+        let size = |column: usize| {
+            let scaled =
+                contiguous(r, column).iter().zip(&self.scaling.scale).map(|(r, scale)| (r * scale).abs());
+            let largest = scaled.fold(0.0, f64::max);
+            if largest > 0.0 { largest } else { 1.0 }
+        };
+        let sizes: Vec<f64> = (0..r.ncols()).into_par_iter().map(size).collect();
+        let scale = &self.scaling.scale;
+        gather(supernodes, sizes.len(), image, |row, column| {
+            (r[(row, column)] * scale[row] / sizes[column]) as f32
+        });
+        substitute_by_groups(supernodes, &self.values, image, sizes.len());
+        scatter(supernodes, image, z, |z, row, column| f64::from(z) * scale[row] * sizes[column]);
+    }
+}
+
+/// Does the same with each column; all threads.
+fn each(
+    x: &mut MatMut<'_, f64>,
+    blocks: [&mut MatMut<'_, f64>; 3],
+    states: &mut [State],
+    task: impl Fn(&mut Column<'_>) + Sync,
+) {
+    let [residual, direction, turned] = blocks.map(|block| column_groups(block.rb_mut(), 1));
+    let columns = column_groups(x.rb_mut(), 1).into_par_iter().zip(residual).zip(direction).zip(turned);
+    columns.zip(states).for_each(|((((x, residual), direction), turned), state)| {
+        if !state.done {
+            let [x, residual, direction, turned] =
+                [x, residual, direction, turned].map(|column| contiguous_mut(column, 0));
+            task(&mut Column { x, residual, direction, turned, state });
+        }
+    });
+}
+
+impl Column<'_> {
+    /// Takes the residual under the preconditioner, and turns the direction, unless the column is solved for.
+    fn turn(&mut self) {
+        let product = dot(self.residual, self.turned);
+        let State { product: before, energy, .. } = *self.state;
+        self.state.product = product;
+        // Not above the tolerance: nothing that is not a number goes on.
+        if !(product > TOLERANCE * TOLERANCE * energy) {
+            self.state.done = true;
+            return;
+        }
+        let share = if before > 0.0 { product / before } else { 0.0 };
+        self.direction.iter_mut().zip(&*self.turned).for_each(|(p, z)| *p = z + share * *p);
+    }
+
+    /// Takes a step along the direction, whose product with the matrix is there.
+    fn step(&mut self) {
+        let length = self.state.product / dot(self.direction, self.turned);
+        self.x.iter_mut().zip(&*self.direction).for_each(|(x, p)| *x += length * p);
+        self.residual.iter_mut().zip(&*self.turned).for_each(|(r, q)| *r -= length * q);
+        self.state.energy += length * self.state.product;
+    }
+}
+
+/// `aᵀb`, summed in one order.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
