@@ -1,11 +1,13 @@
 //! Solves with a factor in single precision, which takes half the memory of one in double precision.
 //!
 //! What is factorised is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one; and
-//! where its rounding makes it indefinite, `D A D + δ I` with the least δ of a few that mends it. The factor is
-//! only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes
-//! and Stiefel 1952; Arioli and Duff 2009 on factors of lower precision). Few iterations do, because the
-//! factor differs from `A` by its rounding. Iterative refinement would need more, and fail where the condition
-//! of `D A D` times that rounding exceeds one.
+//! where its rounding makes it indefinite, `D A D + δ I` with the least δ of a few that mends it. The factor
+//! is only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes and
+//! Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding. Iterative
+//! refinement would need more, and fail where the condition of `D A D` times that rounding exceeds one.
+//!
+//! What an iteration takes off the square of the error in the energy norm is known, and is nearly all of it.
+//! It falls by much the same factor each time, so the last one is foretold and not waited for.
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
@@ -22,6 +24,9 @@ pub(super) const TOLERANCE: f64 = 1e-12;
 
 /// δ, beside a diagonal near one: from nothing to some thousand times the rounding of single precision.
 const SHIFTS: [f64; 4] = [0.0, 1e-6, 1e-5, 1e-4];
+
+/// By how much the next gain may exceed what is foretold of it.
+const CAUTION: f64 = 10.0;
 
 /// Iterations after which a solution is given up.
 const MOST: usize = 200;
@@ -70,15 +75,19 @@ struct Column<'a> {
 struct State {
     /// `rᵀ z` of the last iteration.
     product: f64,
+    /// What the last iteration took off the square of the error.
+    gain: f64,
     /// `xᵀ A x`, what the iterations have added up to.
     energy: f64,
+    /// The square of the error that is left, as far as it is known.
+    left: f64,
     done: bool,
 }
 
 impl State {
-    /// The error of the solution in the energy norm, relative to it: `z` is nearly the error.
+    /// The error of the solution in the energy norm, relative to it.
     fn error(&self) -> f64 {
-        let squared = if self.product == 0.0 { 0.0 } else { self.product / self.energy };
+        let squared = if self.left == 0.0 { 0.0 } else { self.left / self.energy };
         // What is not a number is no small one.
         if squared >= 0.0 { squared.sqrt() } else { f64::INFINITY }
     }
@@ -97,8 +106,8 @@ impl Single {
         })
     }
 
-    /// Overwrites the columns of `x` by `A⁻¹ x`, and returns the largest error of them, relative in the energy
-    /// norm, as it was estimated. `memory` is for as many columns or more.
+    /// Overwrites the columns of `x` by `A⁻¹ x`, and returns the largest error of them, relative in the
+    /// energy norm, as it was estimated. `memory` is for as many columns or more.
     pub fn solve(
         &self,
         supernodes: &Supernodes,
@@ -123,6 +132,9 @@ impl Single {
             }
             matrix.mul_into(direction.rb(), turned.rb_mut());
             each(&mut x, [&mut residual, &mut direction, &mut turned], &mut states, |column| column.step());
+            if states.iter().all(|state| state.done) {
+                break;
+            }
         }
         states.iter().map(State::error).fold(0.0, f64::max)
     }
@@ -175,9 +187,10 @@ impl Column<'_> {
         let product = dot(self.residual, self.turned);
         let State { product: before, energy, .. } = *self.state;
         self.state.product = product;
-        // Not above the tolerance: nothing that is not a number goes on.
-        if !(product > TOLERANCE * TOLERANCE * energy) {
-            self.state.done = true;
+        // `z` is nearly the error. What is not a number does not go on.
+        let goes_on = product > TOLERANCE * TOLERANCE * energy;
+        if !goes_on {
+            (self.state.left, self.state.done) = (product, true);
             return;
         }
         let share = if before > 0.0 { product / before } else { 0.0 };
@@ -189,7 +202,12 @@ impl Column<'_> {
         let length = self.state.product / dot(self.direction, self.turned);
         self.x.iter_mut().zip(&*self.direction).for_each(|(x, p)| *x += length * p);
         self.residual.iter_mut().zip(&*self.turned).for_each(|(r, q)| *r -= length * q);
-        self.state.energy += length * self.state.product;
+        let state = &mut *self.state;
+        let gain = length * state.product;
+        state.energy += gain;
+        state.left = if state.gain > 0.0 { CAUTION * gain * (gain / state.gain) } else { gain };
+        state.done = state.left <= TOLERANCE * TOLERANCE * state.energy;
+        state.gain = gain;
     }
 }
 

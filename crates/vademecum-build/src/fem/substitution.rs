@@ -111,8 +111,8 @@ pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &
     });
 }
 
-/// The columns of a block over the rows of the matrix as [`substitute_by_groups`] takes them; `number` gives the
-/// entry at a row and a column.
+/// The columns of a block over the rows of the matrix as [`substitute_by_groups`] takes them; `number` gives
+/// the entry at a row and a column.
 pub(super) fn gather<T: Number>(
     supernodes: &Supernodes,
     k: usize,

@@ -1,7 +1,7 @@
 //! The elimination tree of a factor, and how threads share it.
 //!
-//! Threads share the subtrees that are small beside the whole. What stands above them is gone through group by
-//! group, and there threads share the rows of the dense products. Children are taken in one order, so the
+//! Threads share the subtrees that are small beside the whole. What stands above them is gone through group
+//! by group, and there threads share the rows of the dense products. Children are taken in one order, so the
 //! bits never depend on the number of threads.
 
 use std::collections::BTreeMap;
