@@ -37,3 +37,36 @@ fn a_file_tells_the_frequencies_of_its_modes() {
     assert_eq!(vademecum(&["pack", &file, "-o", &packed]).code, Some(0));
     assert_eq!(frequencies(&["info", &packed, "--json"], "mode_table"), built);
 }
+
+#[test]
+fn a_factor_in_single_precision_gives_the_same_file_to_rounding() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let text = std::fs::read_to_string(repository().join("fixtures/problems/short-beam.toml"));
+    let text = text.expect("the fixture").replace("modes = 4", "kind = \"modes\"\nmodes = 4");
+    std::fs::write(path("p.toml"), text).expect("written");
+    let info = |solver: &str| -> serde_json::Value {
+        let file = path(&format!("{solver}.vdm"));
+        let built = vademecum(&["build", &path("p.toml"), "-o", &file, "--keep-missed", "--solver", solver]);
+        assert_eq!(built.code, Some(0), "{}", built.stderr);
+        assert_eq!(built.stderr.contains("single precision"), solver == "single", "{}", built.stderr);
+        let told = vademecum(&["info", &file, "--json"]);
+        serde_json::from_str(&told.stdout).expect("JSON")
+    };
+    let [direct, single] = ["direct", "single"].map(info);
+    let program = |told: &serde_json::Value| told["program"].as_str().expect("a program").to_string();
+    assert!(program(&single).starts_with(&program(&direct)) && program(&single).contains("single precision"));
+    let [exact, found] = [&direct, &single].map(|told| told["mode_table"].as_array().expect("modes"));
+    assert_eq!((exact.len(), found.len()), (4, 4));
+    for (a, b) in exact.iter().zip(found) {
+        let [a, b] = [a, b].map(|row| row["frequency_hz"].as_f64().expect("a frequency"));
+        assert!((a - b).abs() < 1e-9 * a, "{a} Hz and {b} Hz");
+    }
+    for (engine, solver) in [("local", "iterative"), ("petsc", "single")] {
+        let arguments =
+            ["build", &path("p.toml"), "-o", &path("no.vdm"), "--engine", engine, "--solver", solver];
+        let refused = vademecum(&arguments);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        assert!(refused.stderr.contains("--engine"), "{}", refused.stderr);
+    }
+}

@@ -44,6 +44,11 @@ impl BuildOptions<'_> {
     fn memory(&self) -> Memory {
         Memory::asked_or_available(self.memory)
     }
+
+    /// The same with the memory that is free now, before the build itself takes of it.
+    fn at_the_start(&self) -> Self {
+        Self { memory: Some(self.memory().limit()), ..*self }
+    }
 }
 
 /// A finished build.
@@ -122,6 +127,7 @@ pub fn build(
     options: &BuildOptions<'_>,
     listener: &dyn Listener,
 ) -> Result<Outcome, BuildError> {
+    let options = &options.at_the_start();
     let mut watch = Stopwatch::new(listener);
     let (prepared, first_period) = &model(problem, options, &mut watch, listener)?;
     let (body, time_step, first_period) = (&prepared.body, prepared.step.time_step, *first_period);
@@ -207,6 +213,7 @@ pub fn plan_build(
     options: &BuildOptions<'_>,
     listener: &dyn Listener,
 ) -> Result<BuildPlan, BuildError> {
+    let options = &options.at_the_start();
     let (prepared, first_period) = &model(problem, options, &mut Stopwatch::new(listener), listener)?;
     let full = marches(problem, prepared).then(|| prepared.full_order()).transpose()?;
     let runs = Runs::plan(&problem.snapshots, &prepared.body, prepared.step.time_step, *first_period);

@@ -3,6 +3,7 @@
 mod body;
 mod gauge;
 mod matrices;
+mod means;
 mod parameters;
 mod proposed;
 mod size;
@@ -10,11 +11,10 @@ mod time_step;
 
 pub use body::{Body, BodyError, Probe, Support, read_mesh};
 pub use matrices::{MatricesError, MatrixModel};
+pub use means::{FactorPrecision, Means};
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
 pub use time_step::TimeStepError;
-
-use std::sync::Arc;
 
 use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
@@ -24,9 +24,9 @@ use crate::dynamics::{
     DampingError, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError, SchemeKind,
     first_frequency,
 };
-use crate::fem::{Engine, FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
+use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::{Problem, ProblemError};
-use crate::limits::{Memory, TooMuchMemory, memory_in_words};
+use crate::limits::TooMuchMemory;
 use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
@@ -127,56 +127,7 @@ pub fn prepare(
     watch: &mut Stopwatch<'_>,
     listener: &dyn Listener,
 ) -> Result<Prepared, PrepareError> {
-    let means =
-        Means { memory: Memory::asked_or_available(None), engine: None, precision: Default::default() };
-    prepare_within(problem, &means, watch, listener)
-}
-
-/// The precision of the factor of the stiffness.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FactorPrecision {
-    /// Double, or single where exact steps need no other factor and one in double precision would not fit.
-    #[default]
-    Fitting,
-    /// Double.
-    Double,
-    /// Single: half the memory. Conjugate gradients with it solve in double precision.
-    Single,
-}
-
-/// What a problem is computed with.
-pub struct Means<'a> {
-    /// Memory that may be used.
-    pub memory: Memory,
-    /// What makes factors of the stiffness; absent: this process.
-    pub engine: Option<&'a Arc<dyn Engine>>,
-    /// The precision of these, in this process.
-    pub precision: FactorPrecision,
-}
-
-/// Memory of a build beside its matrices, as a multiple of the factor: what a factorisation holds at its top,
-/// and the vectors of a search for modes. Measured on compact bodies of 106 000 to 591 000 dofs.
-const BESIDE_FACTOR: f64 = 1.4;
-
-impl Means<'_> {
-    /// The structure of a factor, in the precision that was asked for or that fits.
-    fn precise(&self, symbolic: Symbolic, body: &Body, exact: bool, listener: &dyn Listener) -> Symbolic {
-        let here = exact && !symbolic.is_spread();
-        let needed = BESIDE_FACTOR * symbolic.factor_bytes() as f64 + body.model.pencil().bytes() as f64;
-        match self.precision {
-            FactorPrecision::Single => symbolic.in_single_precision(),
-            FactorPrecision::Fitting if here && needed > self.memory.limit() as f64 => {
-                listener.note(&format!(
-                    "a factor in double precision would need about {} of memory in all, and {} can be had: it is \
-                     made in single precision, and every solve takes some iterations",
-                    memory_in_words(needed as u64),
-                    memory_in_words(self.memory.limit()),
-                ));
-                symbolic.in_single_precision()
-            }
-            _ => symbolic,
-        }
-    }
+    prepare_within(problem, &Means::default(), watch, listener)
 }
 
 /// The same within so much memory, with factors of the stiffness made by an engine if there is one.
@@ -216,7 +167,9 @@ pub fn prepare_within(
     note_free(&body, listener);
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     let symbolic = symbolic.on(means.engine.cloned(), &body.model);
-    let symbolic = means.precise(symbolic, &body, exact, listener);
+    // Matrices from elsewhere are factorised in double precision anyway, to see whether they are definite.
+    let open = exact && problem.mesh.matrices.is_none();
+    let symbolic = means.precise(symbolic, body.model.pencil(), open, listener);
     if let Some(solver) = symbolic.solver() {
         listener.note(&format!("every system is solved by {solver}: nothing is more exact than that"));
     }
