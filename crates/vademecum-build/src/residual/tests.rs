@@ -314,7 +314,10 @@ fn the_numbers_of_the_bound_are_in_order_and_fall_with_every_mode() {
         for r in 1..=12 {
             let bound = block.residual(way, &block.natural(r)).bound;
             assert!(bound.rigorous && 0.0 < bound.median);
-            assert!(bound.median <= bound.most && bound.most <= bound.worst && bound.worst <= before);
+            assert!(bound.median <= bound.most && bound.most <= bound.worst);
+            // A mode that the worst place does not feel leaves it as it was, to rounding.
+            let fall = before - bound.worst;
+            assert!(fall >= -1e-12 * bound.worst, "{fall:e} with mode {r}");
             before = bound.worst;
         }
         // With all modes nothing is left but rounding.
