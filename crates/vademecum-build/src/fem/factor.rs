@@ -452,6 +452,9 @@ impl Solve {
     /// If `rhs` has more columns than this memory was made for.
     pub fn solve_in_place(&mut self, factor: &Factor, mut rhs: MatMut<'_, f64>) {
         let columns = rhs.ncols();
+        if columns == 0 {
+            return;
+        }
         if let Some(rigid) = &factor.rigid {
             rigid.relieve(rhs.rb_mut());
         }

@@ -118,6 +118,11 @@ fn nothing_comes_of_nothing_and_an_indefinite_matrix_is_refused() {
     Solve::new(&symbolic, 2, false).solve_in_place(&factor, x.as_mut());
     assert!(x.col_as_slice(0).iter().all(|&x| x == 0.0) && x[(3, 1)] > 0.0);
     symbolic.check_solves().expect("solved to the tolerance");
+    let double = Symbolic::analyze(pencil).expect("a structure");
+    for symbolic in [&symbolic, &double] {
+        let factor = symbolic.factor_of(pencil.stiffness()).expect("a factor");
+        Solve::new(symbolic, 0, true).solve_in_place(&factor, Mat::zeros(pencil.n_dof(), 0).as_mut());
+    }
     let indefinite = pencil.combine(-1e12, 1.0);
     let refused = symbolic.factor_of(&indefinite).expect_err("no factor");
     assert!(matches!(refused, FactorError::NotConverged { .. }), "{refused}");
