@@ -38,7 +38,8 @@ pub(super) fn factorise<T: Number>(
     scaling: Option<&Scaling>,
 ) -> Result<Vec<T>, usize> {
     let mut values = supernodes.scatter(matrix, scaling);
-    supernodes.tree.upwards(supernodes.parts(&mut values), |at, own, children: Vec<(usize, Vec<T>)>| {
+    let parts = supernodes.split(&mut values, |group| group.values.len());
+    supernodes.tree.upwards(parts, |at, own, children: Vec<(usize, Vec<T>)>| {
         let group = &supernodes.groups[at];
         let mut update = vec![T::nearest(0.0); group.below().pow(2)];
         for (child, from) in children {

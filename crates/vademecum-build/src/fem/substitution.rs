@@ -90,25 +90,29 @@ pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &
         forward(group, values, own, MatMut::from_column_major_slice_mut(&mut update, below, k));
         Ok(update)
     };
-    let Ok(()) = supernodes.tree.upwards(parts(supernodes, x, k), up);
-    supernodes.tree.downwards(parts(supernodes, x, k), |at, own: &mut [T], above: Option<&Vec<T>>| {
-        let group = &supernodes.groups[at];
-        let (columns, below, height) = (group.columns, group.below(), group.height());
-        // All rows of the group, for its children.
-        let mut front = zeros(height);
-        if let Some(above) = above {
-            let local = supernodes.in_parent(group);
-            for (target, from) in front.chunks_exact_mut(height).zip(above.chunks_exact(above.len() / k)) {
-                target[columns..].iter_mut().zip(local).for_each(|(x, &place)| *x = from[place as usize]);
+    let Ok(()) = supernodes.tree.upwards(supernodes.split(x, |group| group.columns * k), up);
+    supernodes.tree.downwards(
+        supernodes.split(x, |group| group.columns * k),
+        |at, own: &mut [T], above: Option<&Vec<T>>| {
+            let group = &supernodes.groups[at];
+            let (columns, below, height) = (group.columns, group.below(), group.height());
+            // All rows of the group, for its children.
+            let mut front = zeros(height);
+            if let Some(above) = above {
+                let local = supernodes.in_parent(group);
+                for (target, from) in front.chunks_exact_mut(height).zip(above.chunks_exact(above.len() / k))
+                {
+                    target[columns..].iter_mut().zip(local).for_each(|(x, &place)| *x = from[place as usize]);
+                }
             }
-        }
-        let rows = MatRef::from_column_major_slice(&front, height, k).subrows(columns, below);
-        back(group, values, MatMut::from_column_major_slice_mut(own, columns, k), rows);
-        for (target, own) in front.chunks_exact_mut(height).zip(own.chunks_exact(columns)) {
-            target[..columns].copy_from_slice(own);
-        }
-        front
-    });
+            let rows = MatRef::from_column_major_slice(&front, height, k).subrows(columns, below);
+            back(group, values, MatMut::from_column_major_slice_mut(own, columns, k), rows);
+            for (target, own) in front.chunks_exact_mut(height).zip(own.chunks_exact(columns)) {
+                target[..columns].copy_from_slice(own);
+            }
+            front
+        },
+    );
 }
 
 /// The columns of a block over the rows of the matrix as [`substitute_by_groups`] takes them; `number` gives
@@ -119,7 +123,8 @@ pub(super) fn gather<T: Number>(
     x: &mut [T],
     number: impl Fn(usize, usize) -> T + Sync,
 ) {
-    let groups = supernodes.groups.par_iter().zip(parts(supernodes, x, k)).with_min_len(FEW);
+    let groups =
+        supernodes.groups.par_iter().zip(supernodes.split(x, |group| group.columns * k)).with_min_len(FEW);
     groups.for_each(|(group, own)| {
         let rows = &supernodes.order()[group.first..group.first + group.columns];
         for (j, own) in own.chunks_exact_mut(group.columns).enumerate() {
@@ -144,17 +149,6 @@ pub(super) fn scatter<T: Number>(
             rows.iter().zip(own).for_each(|(&row, &x)| to[row as usize] = number(x, row as usize, j));
         }
     });
-}
-
-/// The rows of each group.
-fn parts<'x, T>(supernodes: &Supernodes, x: &'x mut [T], k: usize) -> Vec<&'x mut [T]> {
-    let mut rest = x;
-    let mut part = |group: &Group| {
-        let (own, later) = std::mem::take(&mut rest).split_at_mut(group.columns * k);
-        rest = later;
-        own
-    };
-    supernodes.groups.iter().map(&mut part).collect()
 }
 
 /// `x_J ← L_JJ⁻¹ x_J`, and `L_IJ x_J` taken off `update`.

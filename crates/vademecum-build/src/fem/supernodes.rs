@@ -150,11 +150,11 @@ impl Supernodes {
         &self.in_parent[group.rows.clone()]
     }
 
-    /// The values of each group.
-    pub fn parts<'v, T>(&self, values: &'v mut [T]) -> Vec<&'v mut [T]> {
-        let mut rest = values;
+    /// Numbers of all groups, cut into those of each; `count` says how many a group has.
+    pub fn split<'v, T>(&self, numbers: &'v mut [T], count: impl Fn(&Group) -> usize) -> Vec<&'v mut [T]> {
+        let mut rest = numbers;
         let mut part = |group: &Group| {
-            let (own, later) = std::mem::take(&mut rest).split_at_mut(group.values.len());
+            let (own, later) = std::mem::take(&mut rest).split_at_mut(count(group));
             rest = later;
             own
         };
@@ -240,7 +240,7 @@ impl Supernodes {
     /// threads.
     pub fn scatter<T: Number>(&self, matrix: &SymmetricMatrix, scaling: Option<&Scaling>) -> Vec<T> {
         let mut values = vec![T::nearest(0.0); self.len()];
-        let places = self.parts(&mut values);
+        let places = self.split(&mut values, |group| group.values.len());
         self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, scaling, own));
         values
     }
