@@ -11,13 +11,16 @@ use crate::fem::{AT_ONCE, EngineError, Rows, agree_matrix, contiguous};
 use crate::linalg::{NoConvergence, Random};
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
-/// symmetry), and two full groups for the solver, which works on them side by side.
-const BLOCK: usize = 16;
+/// symmetry), and what is solved for together, which costs hardly more than less of it.
+const BLOCK: usize = AT_ONCE;
+
+/// The same where one mode is searched for.
+const NARROW: usize = 8;
 
 /// Vectors that the search for `count` modes takes at most: two to three times as many, and room for slow
 /// ones and for the probe.
 pub(crate) fn search_vectors(count: usize) -> usize {
-    3 * count + 12 * BLOCK
+    3 * count + 192
 }
 
 /// A growing basis, orthonormal in the mass, with the projection of `K⁻¹ M` on it.
@@ -28,6 +31,8 @@ pub(super) struct Krylov<'a> {
     used: usize,
     /// Columns whose image is known; the rest up to `used` is the frontier.
     expanded: usize,
+    /// Columns of a random block.
+    width: usize,
     /// `projected[(i, j)] = v_iᵀ M K⁻¹ M v_j` for expanded `j`.
     projected: Mat<f64>,
     random: Random,
@@ -52,6 +57,7 @@ impl<'a> Krylov<'a> {
             basis: Mat::zeros(own, capacity),
             used: 0,
             expanded: 0,
+            width: if count == 1 { NARROW } else { BLOCK },
             projected: Mat::zeros(capacity, capacity),
             random: Random::new(1),
         };
@@ -71,7 +77,7 @@ impl<'a> Krylov<'a> {
     /// that their weight lies on low modes.
     pub fn add_random_block(&mut self) -> Result<(), EngineError> {
         let own = self.basis.nrows();
-        let width = BLOCK.min(self.basis.ncols() - self.used);
+        let width = self.width.min(self.basis.ncols() - self.used);
         if width == 0 {
             return Ok(());
         }

@@ -1,11 +1,12 @@
 //! Columns made orthonormal in the mass, to each other and to columns that are so already.
 
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use crate::fem::{
     EngineError, LocalMass, MassProduct, SymmetricMatrix, contiguous, contiguous_mut, sum_matrix,
 };
-use crate::linalg::{subtract_product, transposed_product};
+use crate::linalg::{column_groups, subtract_product, transposed_product};
 
 /// A column that loses this fraction of its length to the columns before it is rounding.
 pub(super) const DEPENDENT: f64 = 1e-11;
@@ -91,19 +92,19 @@ fn pass(
                 columns[(row, used)] = columns[(row, c)] / left;
             }
         }
-        let along = |later| dot(weighted.col_as_slice(used), block.col_as_slice(later));
-        let mut parts: Vec<f64> = (c + 1..k).map(along).collect();
+        let direction = weighted.col_as_slice(used);
+        let along = |later| dot(direction, block.col_as_slice(later));
+        let mut parts: Vec<f64> = (c + 1..k).into_par_iter().map(along).collect();
         rows.sum(&mut parts)?;
-        for (later, part) in (c + 1..k).zip(parts) {
-            onto_new[(used, later)] = part;
-            // The product by the mass follows the column.
-            for columns in [&mut block, &mut weighted] {
-                let (earlier, mut from) = columns.as_mut().split_at_col_mut(later);
-                let column = contiguous_mut(from.as_mut(), 0);
-                let direction = contiguous(earlier.as_ref(), used);
-                column.iter_mut().zip(direction).for_each(|(x, w)| *x -= part * w);
-            }
+        // The product by the mass follows the column.
+        for columns in [&mut block, &mut weighted] {
+            let (earlier, later) = columns.as_mut().split_at_col_mut(c + 1);
+            let direction = contiguous(earlier.as_ref(), used);
+            column_groups(later, 1).into_par_iter().zip(&parts).for_each(|(column, part)| {
+                contiguous_mut(column, 0).iter_mut().zip(direction).for_each(|(x, w)| *x -= part * w);
+            });
         }
+        (c + 1..k).zip(parts).for_each(|(later, part)| onto_new[(used, later)] = part);
         used += 1;
     }
     let new = if used == k { block } else { block.subcols(0, used).to_owned() };

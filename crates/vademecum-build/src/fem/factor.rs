@@ -409,7 +409,7 @@ pub struct Solve {
 enum Memory {
     /// For each group of columns: these in the order of elimination, and what the tallest group of the factor
     /// takes.
-    Small(Vec<(Mat<f64>, Vec<f64>)>),
+    Small(Vec<[Vec<f64>; 2]>),
     /// As many columns as are solved for together, in the order of elimination.
     Large(Vec<f64>),
     Iteration(Iteration),
@@ -427,7 +427,7 @@ impl Memory {
             }
             Numbers::Double(_) => {
                 let width = SOLVE_GROUP.min(columns);
-                let group = |_| (Mat::zeros(n, width), vec![0.0; supernodes.tallest() * width]);
+                let group = |_| [n, supernodes.tallest()].map(|rows| vec![0.0; rows * width]);
                 Some(Memory::Small((0..columns.div_ceil(SOLVE_GROUP)).map(group).collect()))
             }
         }
@@ -524,25 +524,13 @@ impl Solve {
 }
 
 /// Solves with a small factor; threads share groups of columns.
-fn solve_groups(
-    supernodes: &Supernodes,
-    values: &[f64],
-    rhs: MatMut<'_, f64>,
-    groups: &mut [(Mat<f64>, Vec<f64>)],
-) {
-    let solve = |(mut rhs, (x, spare)): (MatMut<'_, f64>, &mut (Mat<f64>, Vec<f64>))| {
-        let mut x = x.as_mut().subcols_mut(0, rhs.ncols());
-        for c in 0..rhs.ncols() {
-            let from = contiguous(rhs.rb(), c);
-            let rows = contiguous_mut(x.rb_mut(), c).iter_mut().zip(supernodes.order());
-            rows.for_each(|(x, &row)| *x = from[row as usize]);
-        }
-        substitute(supernodes, values, x.rb_mut(), spare);
-        for c in 0..rhs.ncols() {
-            let to = contiguous_mut(rhs.rb_mut(), c);
-            let rows = contiguous(x.rb(), c).iter().zip(supernodes.order());
-            rows.for_each(|(&x, &row)| to[row as usize] = x);
-        }
+fn solve_groups(supernodes: &Supernodes, values: &[f64], rhs: MatMut<'_, f64>, groups: &mut [[Vec<f64>; 2]]) {
+    let solve = |(mut rhs, [x, spare]): (MatMut<'_, f64>, &mut [Vec<f64>; 2])| {
+        let k = rhs.ncols();
+        let x = &mut x[..supernodes.n() * k];
+        gather(supernodes, k, x, |row, column| rhs[(row, column)]);
+        substitute(supernodes, values, x, k, spare);
+        scatter(supernodes, x, rhs.rb_mut(), |x, _, _| x);
     };
     let some = column_groups(rhs, SOLVE_GROUP);
     if some.len() > 1 {

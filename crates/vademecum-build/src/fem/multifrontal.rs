@@ -41,7 +41,13 @@ pub(super) fn factorise<T: Number>(
     let parts = supernodes.split(&mut values, |group| group.values.len());
     supernodes.tree.upwards(parts, |at, own, children: Vec<(usize, Vec<T>)>| {
         let group = &supernodes.groups[at];
-        let mut update = vec![T::nearest(0.0); group.below().pow(2)];
+        let below = group.below();
+        let mut update = vec![T::nearest(0.0); below * below];
+        if (below * below) as f64 > SHARED {
+            // Fresh pages are written at once, as those of the factor are.
+            let columns = update.par_chunks_exact_mut(below).enumerate();
+            columns.for_each(|(column, rows)| rows[column..].fill(T::nearest(0.0)));
+        }
         for (child, from) in children {
             add(supernodes, &supernodes.groups[child], &from, group, own, &mut update);
         }

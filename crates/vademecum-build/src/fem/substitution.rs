@@ -1,8 +1,9 @@
 //! Forward and back substitution with a sparse Cholesky factor, `L y = b` and `Lᵀ x = y`.
 //!
-//! Small factors are gone through group by group, and threads share columns. A large one is read once for all
-//! columns: threads share its elimination tree, and every group hands what it takes off the rows below it to
-//! its parent, as a factorisation does (see [`super::multifrontal`]):
+//! Blocks of right-hand sides lie row by row, so that dense products take the factor as it lies and copy none
+//! of it. Small factors are gone through group by group, and threads share columns. A large one is read once
+//! for all columns: threads share its elimination tree, and every group hands what it takes off the rows
+//! below it to its parent, as a factorisation does (see [`super::multifrontal`]):
 //!
 //! ```text
 //! y_J = L_JJ⁻¹ (b_J + Σ_children u_J)      u_I = Σ_children u_I − L_IJ y_J      x_J = L_JJ⁻ᵀ (y_J − L_IJᵀ x_I)
@@ -17,123 +18,118 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::number::Number;
-use super::sparse::contiguous_mut;
 use super::supernodes::{Group, Supernodes};
 use crate::linalg::{by_rows, column_groups};
 
 /// Columns of a group that are solved for at a time.
 const PANEL: usize = 128;
 
-/// Groups at least that one thread copies at a time.
-const FEW: usize = 64;
+/// Rows at least that one thread copies at a time.
+const FEW: usize = 4096;
+
+/// Columns that one thread writes at a time.
+const SIDE_BY_SIDE: usize = 4;
 
 /// Factors of more numbers than this are read once for all columns: 16 MB in double precision, no longer in
 /// the caches.
 pub(super) const LARGE: usize = 1 << 21;
 
-/// Overwrites `x`, shape (n, k) in the order of elimination, by `L⁻ᵀ L⁻¹ x`, on one thread. `spare` holds k
-/// numbers for each row of the tallest group.
+/// Overwrites `x` by `L⁻ᵀ L⁻¹ x`, on one thread. `x` holds the rows in the order of elimination, k numbers
+/// each, and `spare` k numbers for each row of the tallest group.
 pub(super) fn substitute<T: Number>(
     supernodes: &Supernodes,
     values: &[T],
-    mut x: MatMut<'_, T>,
+    x: &mut [T],
+    k: usize,
     spare: &mut [T],
 ) {
-    let k = x.ncols();
     let [one, minus] = [1.0, -1.0].map(T::nearest);
     for group in &supernodes.groups {
         let (lower, ratio) = group.parts(values);
-        let mut own = x.rb_mut().subrows_mut(group.first, group.columns);
+        let (own, later) = x[group.first * k..].split_at_mut(group.columns * k);
+        let mut own = MatMut::from_row_major_slice_mut(own, group.columns, k);
         solve_lower_triangular_in_place(lower, own.rb_mut(), Par::Seq);
-        let below = group.below();
-        let mut image = MatMut::from_column_major_slice_mut(&mut spare[..below * k], below, k);
-        matmul(image.rb_mut(), Accum::Replace, ratio, own.rb(), one, Par::Seq);
-        for j in 0..k {
-            for (i, &row) in supernodes.rows(group).iter().enumerate() {
-                x[(row as usize, j)] -= image[(i, j)];
-            }
+        let image = &mut spare[..group.below() * k];
+        let rows = MatMut::from_row_major_slice_mut(image, group.below(), k);
+        matmul(rows, Accum::Replace, ratio, own.rb(), one, Par::Seq);
+        for (from, &row) in image.chunks_exact(k).zip(supernodes.rows(group)) {
+            let to = &mut later[(row as usize - group.end()) * k..];
+            to.iter_mut().zip(from).for_each(|(x, image)| *x -= *image);
         }
     }
     for group in supernodes.groups.iter().rev() {
         let (lower, ratio) = group.parts(values);
-        let below = group.below();
-        let mut image = MatMut::from_column_major_slice_mut(&mut spare[..below * k], below, k);
-        for j in 0..k {
-            for (i, &row) in supernodes.rows(group).iter().enumerate() {
-                image[(i, j)] = x[(row as usize, j)];
-            }
+        let (own, later) = x[group.first * k..].split_at_mut(group.columns * k);
+        let image = &mut spare[..group.below() * k];
+        for (to, &row) in image.chunks_exact_mut(k).zip(supernodes.rows(group)) {
+            to.copy_from_slice(&later[(row as usize - group.end()) * k..][..k]);
         }
-        let mut own = x.rb_mut().subrows_mut(group.first, group.columns);
-        matmul(own.rb_mut(), Accum::Add, ratio.transpose(), image.rb(), minus, Par::Seq);
+        let mut own = MatMut::from_row_major_slice_mut(own, group.columns, k);
+        let rows = MatRef::from_row_major_slice(image, group.below(), k);
+        matmul(own.rb_mut(), Accum::Add, ratio.transpose(), rows, minus, Par::Seq);
         solve_upper_triangular_in_place(lower.transpose(), own, Par::Seq);
     }
 }
 
-/// The same with all threads. `x` holds the rows of each group together, column by column.
+/// The same with all threads.
 pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &[T], x: &mut [T], k: usize) {
-    let zeros = |below: usize| vec![T::nearest(0.0); below * k];
+    // Fresh pages are written at once, as those of the factor are.
+    let zeros = |rows: usize| {
+        let mut zeros = Vec::with_capacity(rows * k);
+        zeros.resize(rows * k, T::nearest(0.0));
+        zeros
+    };
     let up = |at: usize, own: &mut [T], children: Vec<(usize, Vec<T>)>| -> Result<Vec<T>, Infallible> {
         let group = &supernodes.groups[at];
         let (columns, below) = (group.columns, group.below());
         let mut update = zeros(below);
         for (child, from) in children {
             let local = supernodes.in_parent(&supernodes.groups[child]);
-            for (j, from) in from.chunks_exact(local.len()).enumerate() {
-                let (own, update) = (&mut own[j * columns..], &mut update[j * below..]);
-                for (&place, &value) in local.iter().zip(from) {
-                    let place = place as usize;
-                    *if place < columns { &mut own[place] } else { &mut update[place - columns] } += value;
-                }
+            for (&place, from) in local.iter().zip(from.chunks_exact(k)) {
+                let to = match (place as usize).checked_sub(columns) {
+                    None => &mut own[place as usize * k..],
+                    Some(place) => &mut update[place * k..],
+                };
+                to.iter_mut().zip(from).for_each(|(x, from)| *x += *from);
             }
         }
-        let own = MatMut::from_column_major_slice_mut(own, columns, k);
-        forward(group, values, own, MatMut::from_column_major_slice_mut(&mut update, below, k));
+        let own = MatMut::from_row_major_slice_mut(own, columns, k);
+        forward(group, values, own, MatMut::from_row_major_slice_mut(&mut update, below, k));
         Ok(update)
     };
     let Ok(()) = supernodes.tree.upwards(supernodes.split(x, |group| group.columns * k), up);
-    supernodes.tree.downwards(
-        supernodes.split(x, |group| group.columns * k),
-        |at, own: &mut [T], above: Option<&Vec<T>>| {
-            let group = &supernodes.groups[at];
-            let (columns, below, height) = (group.columns, group.below(), group.height());
-            // All rows of the group, for its children.
-            let mut front = zeros(height);
-            if let Some(above) = above {
-                let local = supernodes.in_parent(group);
-                for (target, from) in front.chunks_exact_mut(height).zip(above.chunks_exact(above.len() / k))
-                {
-                    target[columns..].iter_mut().zip(local).for_each(|(x, &place)| *x = from[place as usize]);
-                }
+    let down = |at: usize, own: &mut [T], above: Option<&Vec<T>>| {
+        let group = &supernodes.groups[at];
+        let (columns, below) = (group.columns, group.below());
+        // All rows of the group, for its children.
+        let mut front = zeros(group.height());
+        let (first, rows) = front.split_at_mut(columns * k);
+        if let Some(above) = above {
+            for (to, &place) in rows.chunks_exact_mut(k).zip(supernodes.in_parent(group)) {
+                to.copy_from_slice(&above[place as usize * k..][..k]);
             }
-            let rows = MatRef::from_column_major_slice(&front, height, k).subrows(columns, below);
-            back(group, values, MatMut::from_column_major_slice_mut(own, columns, k), rows);
-            for (target, own) in front.chunks_exact_mut(height).zip(own.chunks_exact(columns)) {
-                target[..columns].copy_from_slice(own);
-            }
-            front
-        },
-    );
+        }
+        let rows = MatRef::from_row_major_slice(rows, below, k);
+        back(group, values, MatMut::from_row_major_slice_mut(own, columns, k), rows);
+        first.copy_from_slice(own);
+        front
+    };
+    supernodes.tree.downwards(supernodes.split(x, |group| group.columns * k), down);
 }
 
-/// The columns of a block over the rows of the matrix as [`substitute_by_groups`] takes them; `number` gives
-/// the entry at a row and a column.
+/// The columns of a block over the rows of the matrix as solves take them; `number` gives the entry at a row
+/// and a column. All threads.
 pub(super) fn gather<T: Number>(
     supernodes: &Supernodes,
     k: usize,
     x: &mut [T],
     number: impl Fn(usize, usize) -> T + Sync,
 ) {
-    let groups =
-        supernodes.groups.par_iter().zip(supernodes.split(x, |group| group.columns * k)).with_min_len(FEW);
-    groups.for_each(|(group, own)| {
-        let rows = &supernodes.order()[group.first..group.first + group.columns];
-        for (j, own) in own.chunks_exact_mut(group.columns).enumerate() {
-            own.iter_mut().zip(rows).for_each(|(x, &row)| *x = number(row as usize, j));
-        }
-    });
+    let rows = x.par_chunks_exact_mut(k).zip(supernodes.order()).with_min_len(FEW);
+    rows.for_each(|(x, &row)| x.iter_mut().enumerate().for_each(|(j, x)| *x = number(row as usize, j)));
 }
 
-/// Writes the columns back; `number` gives the entry at a row and a column.
+/// Writes the columns back; `number` gives the entry at a row and a column. All threads.
 pub(super) fn scatter<T: Number>(
     supernodes: &Supernodes,
     x: &[T],
@@ -141,12 +137,13 @@ pub(super) fn scatter<T: Number>(
     number: impl Fn(T, usize, usize) -> f64 + Sync,
 ) {
     let k = to.ncols();
-    column_groups(to, 1).into_par_iter().enumerate().for_each(|(j, to)| {
-        let to = contiguous_mut(to, 0);
-        for group in &supernodes.groups {
-            let rows = &supernodes.order()[group.first..group.first + group.columns];
-            let own = &x[group.first * k + j * group.columns..];
-            rows.iter().zip(own).for_each(|(&row, &x)| to[row as usize] = number(x, row as usize, j));
+    column_groups(to, SIDE_BY_SIDE).into_par_iter().enumerate().for_each(|(group, mut to)| {
+        let first = group * SIDE_BY_SIDE;
+        for (x, &row) in x.chunks_exact(k).zip(supernodes.order()) {
+            let row = row as usize;
+            for (j, &x) in x[first..].iter().take(to.ncols()).enumerate() {
+                to[(row, j)] = number(x, row, first + j);
+            }
         }
     });
 }

@@ -27,6 +27,11 @@ pub(super) struct Group {
 }
 
 impl Group {
+    /// The column after the last one.
+    pub fn end(&self) -> usize {
+        self.first + self.columns
+    }
+
     /// Rows below the columns.
     pub fn below(&self) -> usize {
         self.rows.len()
@@ -194,8 +199,7 @@ impl Supernodes {
         while start < rows.len() {
             let owner = self.owner[rows[start] as usize] as usize;
             let other = &self.groups[owner];
-            let end_column = other.first + other.columns;
-            let end = start + rows[start..].partition_point(|&row| (row as usize) < end_column);
+            let end = start + rows[start..].partition_point(|&row| (row as usize) < other.end());
             let local = self.local(&rows[start..], other);
             runs.push(Run { owner, places: start..end, local });
             start = end;
@@ -254,6 +258,9 @@ impl Supernodes {
         own: &mut [T],
     ) {
         let (pattern, rows) = (matrix.pattern(), self.rows(group));
+        // Fresh pages are written at once: a first read would map the page of zeros, and the write after it
+        // would interrupt all threads.
+        own.fill(T::nearest(0.0));
         for (c, target) in own.chunks_exact_mut(group.height()).enumerate() {
             let column = self.order[group.first + c] as usize;
             let entries = pattern.rows_of(column).iter().zip(&matrix.values()[pattern.range(column)]);

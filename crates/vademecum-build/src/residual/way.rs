@@ -5,7 +5,7 @@ use crate::prepared::Body;
 
 /// How much longer a multiplication of a solve takes than one of a dense product: a solve of a few columns
 /// waits for the memory of the factor.
-const SOLVE: f64 = 4.0;
+const SOLVE: f64 = 2.0;
 /// Multiplications of a mode with a column, as a column is projected twice and its `G` taken.
 const PROJECTIONS: f64 = 6.0;
 

@@ -170,7 +170,7 @@ impl<'a> Truth<'a> {
         let mut aim = (given + FIRST.max(3 * (space.used() - given))).min(most);
         loop {
             while space.used() < aim && !space.is_closed() {
-                space.grow_to((space.used() + 8).min(aim));
+                space.grow(aim);
                 listener.checkpoint(space.used(), most)?;
             }
             space.project();

@@ -91,17 +91,14 @@ impl<'a> Space<'a> {
         self.expanded == self.used || self.used == self.vectors.nrows()
     }
 
-    /// Grows to `count` vectors, or less if the space closes.
-    pub fn grow_to(&mut self, count: usize) {
-        let n = self.vectors.nrows();
-        while self.used < count && !self.is_closed() {
-            let width = (self.used - self.expanded).min(GROUP).min(count - self.used);
-            let mut image = Mat::zeros(n, width);
-            self.pencil.mass().mul_into(self.vectors.subcols(self.expanded, width), image.as_mut());
-            self.solve.solve_in_place(self.factor, image.as_mut());
-            self.expanded += width;
-            self.append(image);
-        }
+    /// Takes the images of what was added last, as far as there is room for them in `count` vectors.
+    pub fn grow(&mut self, count: usize) {
+        let width = (self.used - self.expanded).min(GROUP).min(count - self.used);
+        let mut image = Mat::zeros(self.vectors.nrows(), width);
+        self.pencil.mass().mul_into(self.vectors.subcols(self.expanded, width), image.as_mut());
+        self.solve.solve_in_place(self.factor, image.as_mut());
+        self.expanded += width;
+        self.append(image);
     }
 
     fn append(&mut self, block: Mat<f64>) {
