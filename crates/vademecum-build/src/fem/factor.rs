@@ -1,25 +1,20 @@
 //! Sparse Cholesky factorisation of `m M + k K`: symbolic once per pattern, numeric per matrix, a solve per
 //! block of right-hand sides.
 //!
-//! The fill-reducing order is a nested dissection of the *node* graph by METIS, each node then standing for
-//! its free dofs: a third of the graph, and 1.3–2.7 times faster factors than minimum degree on solids. faer
-//! finds the structure; all threads make the numbers, in [`super::multifrontal`], and solve with them, in
-//! [`super::substitution`]. The bits never depend on the number of threads.
+//! The order and the structure are those of [`super::ordering`]; all threads make the numbers, in
+//! [`super::multifrontal`], and solve with them, in [`super::substitution`]. The bits never depend on the
+//! number of threads.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use faer::perm::PermRef;
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{FaerError, SymbolicSparseColMatRef};
-use faer::{Index, Mat, MatMut, Side};
+use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
 use super::engine::{AT_ONCE, Engine, EngineError, LocalRows, Rows, Search, Spread};
 use super::model::Model;
 use super::multifrontal::factorise;
+use super::ordering::structure;
 use super::pencil::Pencil;
 use super::rigid::Rigid;
 use super::single::{Iteration, Single, TOLERANCE};
@@ -31,9 +26,6 @@ use crate::linalg::{Random, column_groups};
 /// Right-hand sides solved together by one thread with a small factor: 16 columns cost less than 4 single
 /// ones, and groups of 8 leave work for two threads.
 const SOLVE_GROUP: usize = 8;
-
-/// Below this many nodes minimum degree orders as well as a dissection, and faster.
-const METIS_NODES: usize = 200;
 
 /// What reading the entries of a factor takes for granted.
 const READABLE: &str = "a factor in this process and in double precision";
@@ -94,8 +86,7 @@ impl Symbolic {
     /// [`FactorError::OutOfMemory`].
     pub fn analyze(pencil: &Pencil) -> Result<Symbolic, FactorError> {
         let pattern = pencil.mass().pattern().clone();
-        let order = pencil.dof_nodes().and_then(|nodes| dissection_order(&pattern, nodes));
-        let supernodes = Arc::new(structure(&pattern, order)?);
+        let supernodes = Arc::new(structure(pencil).map_err(|_| FactorError::OutOfMemory)?);
         let rigid = pencil.rigid().cloned();
         let (kept, worst) = (Arc::default(), Arc::default());
         Ok(Symbolic { pattern, supernodes, kept, rigid, engine: None, motions: None, single: false, worst })
@@ -537,160 +528,5 @@ fn solve_groups(supernodes: &Supernodes, values: &[f64], rhs: MatMut<'_, f64>, g
         some.into_par_iter().zip(groups.par_iter_mut()).for_each(solve);
     } else {
         some.into_iter().zip(groups).for_each(solve);
-    }
-}
-
-/// Structure of the factor under one order, or under one of minimum degree. Indices count the entries of the
-/// factor, and 32 bits are not enough for those of some million dofs.
-fn structure(pattern: &Pattern, order: Option<(Vec<u32>, Vec<u32>)>) -> Result<Supernodes, FactorError> {
-    match structure_by(pattern.as_faer(), order.as_ref().map(|(f, i)| [&f[..], &i[..]])) {
-        Err(FaerError::IndexOverflow) => wide_structure(pattern, order),
-        found => found.map_err(|_| FactorError::OutOfMemory),
-    }
-}
-
-/// The same by indices of 64 bits.
-fn wide_structure(pattern: &Pattern, order: Option<(Vec<u32>, Vec<u32>)>) -> Result<Supernodes, FactorError> {
-    let wide = |indices: &[u32]| indices.iter().map(|&index| index as usize).collect::<Vec<_>>();
-    let [starts, rows] = pattern.arrays().map(wide);
-    let order = order.map(|(forward, inverse)| [wide(&forward), wide(&inverse)]);
-    let n = pattern.n();
-    let wide = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
-    let order = order.as_ref().map(|order| order.each_ref().map(|indices| &indices[..]));
-    structure_by(wide, order).map_err(|_| FactorError::OutOfMemory)
-}
-
-/// The same by indices of one width; an order is (old of new, new of old).
-fn structure_by<I: Index>(
-    pattern: SymbolicSparseColMatRef<'_, I>,
-    order: Option<[&[I]; 2]>,
-) -> Result<Supernodes, FaerError> {
-    let n = pattern.nrows();
-    let order = order.map(|[forward, inverse]| PermRef::new_checked(forward, inverse, n));
-    let order = order.map_or(SymmetricOrdering::Amd, SymmetricOrdering::Custom);
-    // Default parameters: faer chooses the supernodal form wherever it pays; forcing the simplicial one is 20
-    // × slower.
-    let params = CholeskySymbolicParams::default();
-    Ok(Supernodes::new(&factorize_symbolic_cholesky(pattern, Side::Lower, order, params)?))
-}
-
-/// The dof order that dissects the node graph, as (old of new, new of old); `None` where it would not pay.
-fn dissection_order(pattern: &Pattern, dof_nodes: &[u32]) -> Option<(Vec<u32>, Vec<u32>)> {
-    let first_dofs = first_dofs(dof_nodes);
-    if first_dofs.len() - 1 < METIS_NODES {
-        return None;
-    }
-    let (starts, neighbours) = node_graph(pattern, dof_nodes, &first_dofs);
-    let node_order = nested_dissection(starts, neighbours)?;
-    let mut forward = Vec::with_capacity(pattern.n());
-    for node in node_order {
-        forward.extend(first_dofs[node as usize]..first_dofs[node as usize + 1]);
-    }
-    let mut inverse = vec![0; forward.len()];
-    for (new, &old) in forward.iter().enumerate() {
-        inverse[old as usize] = new as u32;
-    }
-    Some((forward, inverse))
-}
-
-/// First dof of each node that has one, and the number of dofs at the end.
-fn first_dofs(dof_nodes: &[u32]) -> Vec<u32> {
-    let mut first: Vec<u32> = (0..dof_nodes.len())
-        .filter(|&d| d == 0 || dof_nodes[d] != dof_nodes[d - 1])
-        .map(|d| d as u32)
-        .collect();
-    first.push(dof_nodes.len() as u32);
-    first
-}
-
-/// Adjacency of nodes without loops: two nodes are neighbours where any of their dofs share a place.
-fn node_graph(pattern: &Pattern, dof_nodes: &[u32], first_dofs: &[u32]) -> (Vec<i32>, Vec<i32>) {
-    // Nodes as METIS counts them: those that have a dof, without gaps.
-    let mut node_of_dof = vec![0; pattern.n()];
-    for dof in 1..pattern.n() {
-        node_of_dof[dof] = node_of_dof[dof - 1] + i32::from(dof_nodes[dof] != dof_nodes[dof - 1]);
-    }
-    let mut starts = vec![0];
-    let mut neighbours = Vec::new();
-    let mut row = Vec::new();
-    for (node, dofs) in first_dofs.windows(2).enumerate() {
-        row.clear();
-        // Blocks of a mesh are dense, but matrices of another program may leave out their zeros.
-        for dof in dofs[0]..dofs[1] {
-            row.extend(pattern.rows_of(dof as usize).iter().map(|&other| node_of_dof[other as usize]));
-        }
-        row.sort_unstable();
-        row.dedup();
-        neighbours.extend(row.iter().filter(|&&other| other != node as i32));
-        starts.push(neighbours.len() as i32);
-    }
-    (starts, neighbours)
-}
-
-/// METIS draws from one process-wide random sequence; two analyses at once would disturb each other's.
-static METIS_LOCK: Mutex<()> = Mutex::new(());
-
-/// Elimination order of the nodes (old number of each new one); `None` if METIS refuses.
-fn nested_dissection(mut starts: Vec<i32>, mut neighbours: Vec<i32>) -> Option<Vec<i32>> {
-    let mut n = i32::try_from(starts.len() - 1).ok()?;
-    i32::try_from(neighbours.len()).ok()?;
-    if neighbours.is_empty() {
-        return None;
-    }
-    let mut order = vec![0; n as usize];
-    let mut inverse = vec![0; n as usize];
-    let _guard = METIS_LOCK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    // SAFETY: METIS_NodeND reads `starts` (n + 1 ascending offsets, the last equal to the length of
-    // `neighbours`) and `neighbours` (indices in 0..n, symmetric, no loops), takes null for "no weights" and
-    // "default options", and writes n numbers to each of `order` and `inverse`. All outlive the call, none
-    // alias, and no pointer is kept.
-    #[allow(unsafe_code)]
-    let status = unsafe {
-        metis_sys::METIS_NodeND(
-            &mut n,
-            starts.as_mut_ptr(),
-            neighbours.as_mut_ptr(),
-            std::ptr::null_mut(),
-            std::ptr::null_mut(),
-            order.as_mut_ptr(),
-            inverse.as_mut_ptr(),
-        )
-    };
-    (status == metis_sys::rstatus_et_METIS_OK).then_some(order)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nodes_are_neighbours_where_any_of_their_dofs_meet() {
-        // Nodes 4 (x, y), 5 (x) and 9 (y): 4x meets 5x, 4y meets 9y.
-        let dof_nodes = [4, 4, 5, 9];
-        let couplings = [(0, 2), (2, 0), (1, 3), (3, 1)].map(|(i, j)| (i, j, 1.0));
-        let pencil = Pencil::from_triplets(4, &[], &couplings).unwrap();
-        let first = first_dofs(&dof_nodes);
-        assert_eq!(first, [0, 2, 3, 4]);
-        let (starts, neighbours) = node_graph(pencil.mass().pattern(), &dof_nodes, &first);
-        assert_eq!((starts, neighbours), (vec![0, 2, 3, 4], vec![1, 2, 0, 0]));
-    }
-
-    #[test]
-    fn indices_of_both_widths_find_the_same_structure() {
-        let mesh = crate::mesh::block([1.0, 0.2, 0.2], [6, 3, 3], crate::mesh::Order::Quadratic);
-        let held = mesh.nodes.iter().flat_map(|node| [node[0] == 0.0; 3]).collect::<Vec<_>>();
-        let rubber = crate::fem::Material { young: 1e7, poisson: 0.3, density: 1000.0 };
-        let model = Model::assemble(mesh, &[rubber], &held).unwrap();
-        let pattern = model.pencil().mass().pattern();
-        let order = dissection_order(pattern, model.pencil().dof_nodes().unwrap()).unwrap();
-        for order in [Some(order), None] {
-            let [narrow, wide] =
-                [structure, wide_structure].map(|find| find(pattern, order.clone()).unwrap());
-            assert_eq!(narrow.order(), wide.order());
-            let groups = |s: &Supernodes| -> Vec<(usize, Vec<u32>)> {
-                s.groups.iter().map(|group| (group.columns, s.rows(group).to_vec())).collect()
-            };
-            assert!(narrow.len() > 100_000 && groups(&narrow) == groups(&wide));
-        }
     }
 }

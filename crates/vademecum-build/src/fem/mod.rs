@@ -13,6 +13,7 @@ mod loads;
 mod model;
 mod multifrontal;
 mod number;
+mod ordering;
 mod pencil;
 mod rigid;
 mod selected;
