@@ -33,22 +33,22 @@ modes = 32
 [time]
 step = 1e-3
 """
-# Half the width of the loadable patch, in spacings of nodes: 13 by 13 nodes, or 11 where no corner lies in its middle.
-HALF = 6.75
+# Half the loadable patch, in spacings of nodes, around a corner of cells: 17 by 13 nodes.
+HALF_ALONG, HALF_ACROSS = 8.75, 6.75
 STAGES = ["first natural mode", "snapshots and basis", "static residual", "certificate"]
 
 
 def problem(work, cells, long):
     """A file of the problem whose loadable patch lies near x = 3 on the upper side."""
     across, along = 0.5 / cells, 2.0 / long
-    x, y = 3.0 - 3.0 % along, 0.5
+    x, y = 3.0 - 3.0 % (2.0 * along), 0.5
     text = PROBLEM.format(
         long=long,
         cells=cells,
-        x0=x - HALF * along,
-        x1=x + HALF * along,
-        y0=y - HALF * across,
-        y1=y + HALF * across,
+        x0=x - HALF_ALONG * along,
+        x1=x + HALF_ALONG * along,
+        y0=y - HALF_ACROSS * across,
+        y1=y + HALF_ACROSS * across,
     )
     path = os.path.join(work, f"block-{cells}.toml")
     with open(path, "w") as file:

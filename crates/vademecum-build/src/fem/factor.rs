@@ -146,8 +146,7 @@ impl Symbolic {
         match (self.is_spread(), self.single) {
             (true, _) => 0,
             (false, true) => {
-                let iteration = Iteration::bytes(self.n(), AT_ONCE);
-                self.supernodes.len().saturating_mul(size_of::<f32>()).saturating_add(iteration)
+                Single::bytes(&self.supernodes).saturating_add(Iteration::bytes(self.n(), AT_ONCE))
             }
             (false, false) => self.factor_bytes(),
         }
@@ -204,7 +203,7 @@ impl Symbolic {
     /// If the matrix is on another pattern.
     pub fn factor_of(&self, matrix: &SymmetricMatrix) -> Result<Arc<Factor>, FactorError> {
         let kept = self.kept().clone();
-        if let Some(factor) = kept.filter(|factor| factor.matrix.values() == matrix.values()) {
+        if let Some(factor) = kept.filter(|factor| factor.matrix.is_same(matrix)) {
             return Ok(factor);
         }
         self.forget();

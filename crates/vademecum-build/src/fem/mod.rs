@@ -5,6 +5,7 @@
 //! problem given as two matrices runs the same road as a solid.
 
 mod assembly;
+mod coarse;
 mod element;
 mod engine;
 mod factor;

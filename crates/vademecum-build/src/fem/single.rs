@@ -3,16 +3,19 @@
 //! What is factorised is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one; and
 //! where its rounding makes it indefinite, `D A D + δ I` with the least δ of a few that mends it. The factor
 //! is only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes and
-//! Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding. Iterative
-//! refinement would need more, and fail where the condition of `D A D` times that rounding exceeds one.
+//! Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding, and what that
+//! spoils most is solved for apart ([`super::coarse`]). Iterative refinement would need more, and fail where
+//! the condition of `D A D` times that rounding exceeds one.
 //!
 //! What an iteration takes off the square of the error in the energy norm is known, and is nearly all of it.
 //! It falls by much the same factor each time, so the last one is foretold and not waited for.
 
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Mat, MatMut, MatRef};
+use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
+use super::coarse::Coarse;
+use super::engine::AT_ONCE;
 use super::multifrontal::factorise;
 use super::sparse::{SymmetricMatrix, contiguous, contiguous_mut};
 use super::substitution::{gather, scatter, substitute_by_groups};
@@ -36,6 +39,8 @@ const MOST: usize = 200;
 pub(super) struct Single {
     values: Vec<f32>,
     scaling: Scaling,
+    /// Absent where none was found, which only costs iterations.
+    coarse: Option<Coarse>,
 }
 
 /// Memory of an iteration for some columns.
@@ -44,7 +49,7 @@ pub(super) struct Iteration {
     image: Vec<f32>,
     residual: Mat<f64>,
     direction: Mat<f64>,
-    /// The residual under the preconditioner, then the direction under the matrix.
+    /// The residual, the same under the preconditioner, then the direction under the matrix.
     turned: Mat<f64>,
 }
 
@@ -102,8 +107,17 @@ impl Single {
         SHIFTS.into_iter().find_map(|shift| {
             scaling.shift = shift;
             let values = factorise(supernodes, matrix, Some(&scaling)).ok()?;
-            Some(Self { values, scaling: scaling.clone() })
+            let mut single = Self { values, scaling: scaling.clone(), coarse: None };
+            let mut image = vec![0.0; supernodes.n() * AT_ONCE];
+            single.coarse = Coarse::find(matrix, |x| single.precondition(supernodes, &mut image, x));
+            Some(single)
         })
+    }
+
+    /// Memory of one \[bytes\].
+    pub fn bytes(supernodes: &Supernodes) -> usize {
+        let values = supernodes.len().saturating_mul(size_of::<f32>());
+        values.saturating_add(Coarse::bytes(supernodes.n()))
     }
 
     /// Overwrites the columns of `x` by `A⁻¹ x`, and returns the largest error of them, relative in the
@@ -121,11 +135,12 @@ impl Single {
             [&mut memory.residual, &mut memory.direction, &mut memory.turned]
                 .map(|block| block.as_mut().subcols_mut(0, k));
         residual.copy_from(x.rb());
+        turned.copy_from(x.rb());
         x.fill(0.0);
         direction.fill(0.0);
         let mut states = vec![State::default(); k];
         for _ in 0..MOST {
-            self.precondition(supernodes, residual.rb(), image, turned.rb_mut());
+            self.precondition(supernodes, image, turned.rb_mut());
             each(&mut x, [&mut residual, &mut direction, &mut turned], &mut states, |column| column.turn());
             if states.iter().all(|state| state.done) {
                 break;
@@ -139,27 +154,25 @@ impl Single {
         states.iter().map(State::error).fold(0.0, f64::max)
     }
 
-    /// `z ← D L⁻ᵀ L⁻¹ D r`, each column at the size of one.
-    fn precondition(
-        &self,
-        supernodes: &Supernodes,
-        r: MatRef<'_, f64>,
-        image: &mut [f32],
-        z: MatMut<'_, f64>,
-    ) {
+    /// Overwrites the columns of `z`, each taken at the size of one, by `D L⁻ᵀ L⁻¹ D z` beside the coarse
+    /// space.
+    fn precondition(&self, supernodes: &Supernodes, image: &mut [f32], mut z: MatMut<'_, f64>) {
+        let shares = self.coarse.as_ref().map(|coarse| coarse.take_off(z.rb_mut()));
+        let scale = &self.scaling.scale;
         let size = |column: usize| {
-            let scaled =
-                contiguous(r, column).iter().zip(&self.scaling.scale).map(|(r, scale)| (r * scale).abs());
+            let scaled = contiguous(z.rb(), column).iter().zip(scale).map(|(z, scale)| (z * scale).abs());
             let largest = scaled.fold(0.0, f64::max);
             if largest > 0.0 { largest } else { 1.0 }
         };
-        let sizes: Vec<f64> = (0..r.ncols()).into_par_iter().map(size).collect();
-        let scale = &self.scaling.scale;
+        let sizes: Vec<f64> = (0..z.ncols()).into_par_iter().map(size).collect();
         gather(supernodes, sizes.len(), image, |row, column| {
-            (r[(row, column)] * scale[row] / sizes[column]) as f32
+            (z[(row, column)] * scale[row] / sizes[column]) as f32
         });
         substitute_by_groups(supernodes, &self.values, image, sizes.len());
-        scatter(supernodes, image, z, |z, row, column| f64::from(z) * scale[row] * sizes[column]);
+        scatter(supernodes, image, z.rb_mut(), |z, row, column| f64::from(z) * scale[row] * sizes[column]);
+        if let Some((coarse, shares)) = self.coarse.as_ref().zip(shares) {
+            coarse.put_back(shares, z);
+        }
     }
 }
 
@@ -197,11 +210,14 @@ impl Column<'_> {
         self.direction.iter_mut().zip(&*self.turned).for_each(|(p, z)| *p = z + share * *p);
     }
 
-    /// Takes a step along the direction, whose product with the matrix is there.
+    /// Takes a step along the direction, whose product with the matrix is there, and leaves the residual.
     fn step(&mut self) {
         let length = self.state.product / dot(self.direction, self.turned);
         self.x.iter_mut().zip(&*self.direction).for_each(|(x, p)| *x += length * p);
-        self.residual.iter_mut().zip(&*self.turned).for_each(|(r, q)| *r -= length * q);
+        self.residual.iter_mut().zip(&mut *self.turned).for_each(|(r, q)| {
+            *r -= length * *q;
+            *q = *r;
+        });
         let state = &mut *self.state;
         let gain = length * state.product;
         state.energy += gain;

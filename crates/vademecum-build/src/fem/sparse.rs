@@ -68,18 +68,18 @@ impl Pattern {
     }
 }
 
-/// A symmetric matrix: values on a shared [`Pattern`].
+/// A symmetric matrix: values on a shared [`Pattern`]. Its copies share the values too.
 #[derive(Clone, Debug)]
 pub struct SymmetricMatrix {
     pattern: Arc<Pattern>,
-    values: Vec<f64>,
+    values: Arc<Vec<f64>>,
 }
 
 impl SymmetricMatrix {
     /// Joins values, in the pattern's order, to their pattern.
     pub(crate) fn new(pattern: Arc<Pattern>, values: Vec<f64>) -> SymmetricMatrix {
         assert_eq!(pattern.n_stored(), values.len());
-        SymmetricMatrix { pattern, values }
+        SymmetricMatrix { pattern, values: Arc::new(values) }
     }
 
     /// Number of rows and columns.
@@ -97,6 +97,11 @@ impl SymmetricMatrix {
         &self.values
     }
 
+    /// Whether two matrices have the same values, on one pattern.
+    pub(super) fn is_same(&self, other: &SymmetricMatrix) -> bool {
+        Arc::ptr_eq(&self.values, &other.values) || self.values == other.values
+    }
+
     /// Entry `(row, column)`; `None` where the pattern has no place.
     pub(crate) fn get(&self, row: usize, column: usize) -> Option<f64> {
         let at = self.pattern.rows_of(column).binary_search(&(row as u32)).ok()?;
@@ -110,7 +115,7 @@ impl SymmetricMatrix {
 
     /// The same matrix with `stiffness` added to the diagonal at each `(dof, stiffness)`.
     pub(crate) fn with_springs(&self, springs: &[(usize, f64)]) -> SymmetricMatrix {
-        let mut values = self.values.clone();
+        let mut values = self.values.to_vec();
         for &(dof, stiffness) in springs {
             let at = self.pattern.rows_of(dof).binary_search(&(dof as u32));
             values[self.pattern.range(dof).start + at.expect("a diagonal entry")] += stiffness;
@@ -131,11 +136,16 @@ impl SymmetricMatrix {
     /// # Panics
     /// If `parts` is empty or the matrices do not share one pattern.
     pub fn combine(parts: &[(f64, &SymmetricMatrix)]) -> SymmetricMatrix {
+        if let [(weight, only)] = *parts
+            && weight == 1.0
+        {
+            return only.clone();
+        }
         let pattern = &parts[0].1.pattern;
         let mut values = vec![0.0; pattern.n_stored()];
         for &(weight, matrix) in parts {
             assert!(Arc::ptr_eq(pattern, &matrix.pattern));
-            for (sum, &value) in values.iter_mut().zip(&matrix.values) {
+            for (sum, &value) in values.iter_mut().zip(matrix.values()) {
                 *sum += weight * value;
             }
         }
