@@ -118,7 +118,7 @@ fn serve(session: &mut Session, options: &Options) -> Result<bool, EngineError> 
             let mass = Matrix::new(held.total, &held.starts, &held.columns, &values)?;
             let mut rows = SpreadRows { session, id, mass, relief, order: Arc::default() };
             // Whatever else ends a search, ends it on all ranks.
-            if let Err(ModesError::Engine(error)) = search_on(&mut rows, &search) {
+            if let Err(ModesError::Engine(error)) = search_on(&mut rows, &search, None) {
                 return Err(error);
             }
         }

@@ -180,6 +180,22 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
         Ok(())
     }
 
+    /// Hands every rank its rows of a block that the first one has whole.
+    fn scattered(&self, whole: Option<&Mat<f64>>, mut own: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let (ranks, columns) = (&self.session.ranks, own.ncols());
+        let part = match whole {
+            Some(whole) => {
+                let part = |rank| take(whole.as_ref(), &self.order[ranks.rows_of(rank, whole.nrows())]);
+                ranks.others().try_for_each(|rank| ranks.send(&part(rank), rank))?;
+                part(0)
+            }
+            None => ranks.receive(own.nrows() * columns, 0)?,
+        };
+        let rows = own.nrows();
+        (0..columns).for_each(|c| column_mut(own.rb_mut(), c).copy_from_slice(&part[c * rows..][..rows]));
+        Ok(())
+    }
+
     /// All rows of a block on the first rank.
     fn gathered(&self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
         if !self.session.ranks.is_first() {
@@ -250,6 +266,11 @@ impl<S: DerefMut<Target = Session>> Rows for SpreadRows<S> {
 
     fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
         let done = self.gathered(x);
+        self.session.noting(done)
+    }
+
+    fn scatter(&mut self, whole: Option<&Mat<f64>>, own: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let done = self.scattered(whole, own);
         self.session.noting(done)
     }
 }

@@ -7,13 +7,13 @@ use super::error::BasisError;
 use super::pod::{Apply, Pod, apply};
 use super::ritz::{Basis, modes_basis, pod_basis, ritz_basis};
 use super::snapshots::{KeptRuns, Runs, SnapshotError, compute, import};
-use crate::dynamics::{FullOrder, Modes, lowest_modes};
+use crate::dynamics::{FullOrder, Modes, lowest_modes_kept};
 use crate::fem::Solve;
 use crate::input::{BasisKind, InnerProduct, Problem};
 use crate::prepared::{Body, Prepared};
 use crate::progress::Listener;
 use crate::residual::{Enough, modes_within};
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, Kept, KeptSolves};
 
 /// The snapshots of the plan, or those of another program, decomposed; none for natural modes, which need
 /// none.
@@ -81,8 +81,11 @@ pub fn find_basis(
     let inputs = |inputs: Inputs| basis_inputs(inputs, problem, prepared, runs);
     let Prepared { scheme, step, body, .. } = prepared;
     let kept_runs = KeptRuns { kept, inputs: &|inputs| inputs.value(&(scheme, step)) };
-    let found = kept.stage("basis", inputs, || nominal_basis(problem, prepared, full, runs, &kept_runs))?;
+    let solves = &kept.solves(&prepared.symbolic.solver());
+    let find = || nominal_basis(problem, prepared, full, runs, (&kept_runs, solves));
+    let found = kept.stage("basis", inputs, find)?;
     kept_runs.forget(body, runs);
+    solves.forget();
     Ok(found)
 }
 
@@ -92,15 +95,15 @@ fn nominal_basis(
     prepared: &Prepared,
     full: Option<&FullOrder<'_>>,
     runs: &Runs,
-    kept: &KeptRuns<'_>,
+    (kept, solves): (&KeptRuns<'_>, &KeptSolves<'_>),
 ) -> Result<(Basis, usize), BasisError> {
     let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
     let Some(pod) = decompose(problem, body, full, runs, kept)? else {
         let Modes { vectors, eigenvalues, .. } = match problem.basis.error {
-            Some(error) => enough_modes(problem, prepared, error, kept.kept.listener)?,
+            Some(error) => enough_modes(problem, prepared, error, kept.kept.listener, solves)?,
             None => {
                 let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
-                lowest_modes(pencil, &prepared.symbolic, count)?
+                lowest_modes_kept(pencil, &prepared.symbolic, count, solves)?
             }
         };
         return Ok((modes_basis(vectors, eigenvalues), 0));
@@ -123,8 +126,9 @@ fn enough_modes(
     prepared: &Prepared,
     error: f64,
     listener: &dyn Listener,
+    solves: &KeptSolves<'_>,
 ) -> Result<Modes, BasisError> {
-    match modes_within(&prepared.body, &prepared.symbolic, error, listener)? {
+    match modes_within(&prepared.body, &prepared.symbolic, error, listener, solves)? {
         Enough::Modes(modes, reached) => {
             listener
                 .note(&format!("{} natural modes have a bound of {reached:.2e}", modes.eigenvalues.len()));

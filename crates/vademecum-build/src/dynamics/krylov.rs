@@ -1,14 +1,18 @@
 //! The Krylov space of `K⁻¹ M` that the search for modes grows, orthonormal in the mass.
 
+use std::time::Instant;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par, Spec};
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
 use crate::fem::{AT_ONCE, EngineError, Rows, agree_matrix, contiguous};
 use crate::linalg::{NoConvergence, Random};
+use crate::store::KeptSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
 /// symmetry), and what is solved for together, which costs hardly more than less of it.
@@ -36,6 +40,7 @@ pub(super) struct Krylov<'a> {
     /// `projected[(i, j)] = v_iᵀ M K⁻¹ M v_j` for expanded `j`.
     projected: Mat<f64>,
     random: Random,
+    kept: Option<&'a KeptSolves<'a>>,
 }
 
 /// Rayleigh–Ritz pairs, `θ` descending.
@@ -49,7 +54,12 @@ pub(super) struct Ritz {
 
 impl<'a> Krylov<'a> {
     /// A space for so many modes of those that there are.
-    pub fn new(rows: &'a mut dyn Rows, count: usize, available: usize) -> Result<Krylov<'a>, EngineError> {
+    pub fn new(
+        rows: &'a mut dyn Rows,
+        count: usize,
+        available: usize,
+        kept: Option<&'a KeptSolves<'a>>,
+    ) -> Result<Krylov<'a>, EngineError> {
         let own = rows.own();
         let capacity = search_vectors(count).min(available);
         let mut space = Krylov {
@@ -60,6 +70,7 @@ impl<'a> Krylov<'a> {
             width: if count == 1 { NARROW } else { BLOCK },
             projected: Mat::zeros(capacity, capacity),
             random: Random::new(1),
+            kept,
         };
         space.add_random_block()?;
         Ok(space)
@@ -90,7 +101,7 @@ impl<'a> Krylov<'a> {
         }
         let mut smooth = Mat::zeros(own, width);
         self.rows.mul_mass(noise.as_ref(), smooth.as_mut())?;
-        self.rows.solve(smooth.as_mut())?;
+        self.solve(smooth.as_mut())?;
         self.append(smooth, None)
     }
 
@@ -100,9 +111,33 @@ impl<'a> Krylov<'a> {
         let first = self.expanded;
         let mut image = Mat::zeros(self.basis.nrows(), width);
         self.rows.mul_mass(self.basis.subcols(first, width), image.as_mut())?;
-        self.rows.solve(image.as_mut())?;
+        self.solve(image.as_mut())?;
         self.expanded += width;
         self.append(image, Some(first))
+    }
+
+    /// `x ← K⁻¹ x`, or what that was before the search was stopped. The first rank knows for all.
+    fn solve(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let address = self.kept.map(|kept| (kept, kept.address(x.rb())));
+        let found = address.and_then(|(kept, address)| kept.find(address));
+        if self.rows.agree_whether(found.is_some())? {
+            return self.rows.scatter(found.as_ref(), x);
+        }
+        let begun = Instant::now();
+        self.rows.solve(x.rb_mut())?;
+        let keeps = self.kept.is_some_and(|kept| kept.keeps(begun.elapsed()));
+        if self.rows.agree_whether(keeps)? {
+            let answers = self.rows.gather(x.rb().to_owned())?;
+            if let Some((kept, address)) = address {
+                kept.keep(address, answers);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the user wants the search to stop.
+    pub fn is_stopped(&mut self) -> Result<bool, EngineError> {
+        self.rows.agree_whether(self.kept.is_some_and(KeptSolves::cancelled))
     }
 
     /// Orthonormalises a block against the basis and appends what is left of it, as far as there is room.

@@ -30,6 +30,7 @@ pub use march::{
     ErrorMeter, INSTANTS, MarchError, TimedLoad, TrajectoryError, factors, march_full_order, stage_amplitudes,
 };
 pub use mode_table::{ModeRow, mode_table, table_matrix};
+pub(crate) use modes::lowest_modes_kept;
 pub use modes::{Modes, ModesError, first_frequency, lowest_modes, search_on};
 pub use schemes::{SchemeError, SchemeKind};
 pub use truth::{

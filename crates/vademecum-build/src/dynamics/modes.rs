@@ -12,6 +12,8 @@ use faer::Mat;
 use super::krylov::Krylov;
 use crate::fem::{EngineError, FactorError, Pencil, Rows, Search, Symbolic};
 use crate::linalg::NoConvergence;
+use crate::progress::Cancelled;
+use crate::store::KeptSolves;
 
 /// Ritz residual `‖K⁻¹M x − θ x‖ / θ`, in the mass norm, at which a mode counts as converged. It bounds the
 /// relative error of its eigenvalue (whose true error is of the order of its square over the gap).
@@ -73,6 +75,9 @@ pub enum ModesError {
     /// Ranks that searched together had to stop.
     #[error("the search for natural modes on several ranks")]
     Engine(#[from] EngineError),
+    /// The user wants to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// The search for modes met numbers that double precision does not hold.
     #[error("the search for natural modes")]
     NoConvergence(#[from] NoConvergence),
@@ -95,7 +100,20 @@ pub enum ModesError {
 /// # Errors
 /// [`ModesError`]. Modes that have not converged are no error: see [`Modes::residuals`].
 pub fn lowest_modes(pencil: &Pencil, symbolic: &Symbolic, count: usize) -> Result<Modes, ModesError> {
-    search(pencil, symbolic, count, (TOLERANCE, PROBES))
+    search(pencil, symbolic, count, (TOLERANCE, PROBES), None)
+}
+
+/// The same, of which solves are kept while it goes on; it ends when the user wants to stop.
+///
+/// # Errors
+/// As [`lowest_modes`]; [`Cancelled`].
+pub(crate) fn lowest_modes_kept(
+    pencil: &Pencil,
+    symbolic: &Symbolic,
+    count: usize,
+    kept: &KeptSolves<'_>,
+) -> Result<Modes, ModesError> {
+    search(pencil, symbolic, count, (TOLERANCE, PROBES), Some(kept))
 }
 
 /// The first natural frequency \[Hz\], to nine digits, as far as the matrices have them: a third of the work
@@ -104,7 +122,7 @@ pub fn lowest_modes(pencil: &Pencil, symbolic: &Symbolic, count: usize) -> Resul
 /// # Errors
 /// [`ModesError`].
 pub fn first_frequency(pencil: &Pencil, symbolic: &Symbolic) -> Result<f64, ModesError> {
-    let first = search(pencil, symbolic, 1, (ROUGH, 0))?;
+    let first = search(pencil, symbolic, 1, (ROUGH, 0), None)?;
     Ok(first.frequencies_hz()[0])
 }
 
@@ -114,6 +132,7 @@ fn search(
     symbolic: &Symbolic,
     count: usize,
     (tolerance, probes): (f64, usize),
+    kept: Option<&KeptSolves<'_>>,
 ) -> Result<Modes, ModesError> {
     let n = pencil.n_elastic();
     if count == 0 || count > n {
@@ -125,21 +144,29 @@ fn search(
         other => ModesError::Factor(other),
     })?;
     let search = Search { count, available: n, tolerance, probes };
-    let modes = search_on(factor.rows(pencil, &search)?.as_mut(), &search)?;
+    let modes = search_on(factor.rows(pencil, &search)?.as_mut(), &search, kept)?;
     let share = f64::EPSILON * stiffest_dof(pencil) / modes.eigenvalues[0].max(0.0);
     if share <= LOST { Ok(modes) } else { Err(ModesError::LostInRounding { share }) }
 }
 
 /// The modes of a search, on rows that are all here or spread over ranks, each of which calls this. The
-/// shapes are whole on the first rank and have no rows on the others.
+/// shapes are whole on the first rank and have no rows on the others. Only the first rank knows of kept
+/// solves.
 ///
 /// # Errors
-/// As [`lowest_modes`].
-pub fn search_on(rows: &mut dyn Rows, search: &Search) -> Result<Modes, ModesError> {
+/// As [`lowest_modes`]; [`Cancelled`].
+pub fn search_on(
+    rows: &mut dyn Rows,
+    search: &Search,
+    kept: Option<&KeptSolves<'_>>,
+) -> Result<Modes, ModesError> {
     let Search { count, available, tolerance, probes } = *search;
-    let mut space = Krylov::new(rows, count, available)?;
+    let mut space = Krylov::new(rows, count, available, kept)?;
     let mut settled: Option<usize> = None; // expansions since convergence
     let ritz = loop {
+        if space.is_stopped()? {
+            return Err(Cancelled.into());
+        }
         space.expand()?;
         let ritz = space.ritz()?;
         let converged = ritz.values.len() >= count && ritz.residuals[..count].iter().all(|&r| r <= tolerance);
@@ -170,11 +197,15 @@ fn stiffest_dof(pencil: &Pencil) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
     use crate::dynamics::krylov::symmetric_eigen;
     use crate::fem::Model;
     use crate::fem::test_mesh::{block, hold};
     use crate::fem::{Material, ModelError};
+    use crate::progress::{Listener, Silent};
+    use crate::store::Store;
 
     fn beam(cells: [usize; 3], size: [f64; 3]) -> Result<Model, ModelError> {
         let mesh = block(cells, size);
@@ -295,5 +326,42 @@ mod tests {
             // Backward error of a symmetric eigensolver: a few n units in the last place of the norm.
             assert!((value * 1e16 - (i + 1) as f64).abs() < 200.0 * 200.0 * f64::EPSILON * 4.0);
         }
+    }
+
+    /// Wants to stop when asked for the fifth time.
+    struct Impatient(AtomicUsize);
+
+    impl Listener for Impatient {
+        fn stage(&self, _: &str) {}
+        fn advance(&self, _: usize, _: usize) {}
+        fn note(&self, _: &str) {}
+        fn cancelled(&self) -> bool {
+            self.0.fetch_add(1, Ordering::Relaxed) == 4
+        }
+    }
+
+    #[test]
+    fn a_search_that_was_stopped_goes_on_to_the_same_bits() {
+        let model = beam([12, 3, 3], [1.0, 0.1, 0.1]).unwrap();
+        let (pencil, folder) = (model.pencil(), tempfile::tempdir().unwrap());
+        let symbolic = Symbolic::analyze(pencil).unwrap();
+        let whole = lowest_modes(pencil, &symbolic, 40).unwrap();
+        let store = Store::new(&folder.path().join("work"), false);
+        let listener = Impatient(AtomicUsize::new(0));
+        let first = KeptSolves::of_all(&store, &listener);
+        let stopped = lowest_modes_kept(pencil, &symbolic, 40, &first);
+        assert!(matches!(stopped, Err(ModesError::Cancelled(_))));
+        // The start, and four expansions.
+        let files = || std::fs::read_dir(store.folder()).unwrap().map(|file| file.unwrap().path());
+        assert_eq!((files().count(), first.found()), (5, 0));
+        // One of them is damaged, and solved for again.
+        std::fs::write(files().next().unwrap(), b"half").unwrap();
+        let again = KeptSolves::of_all(&store, &Silent);
+        let modes = lowest_modes_kept(pencil, &symbolic, 40, &again).unwrap();
+        assert_eq!(again.found(), 4);
+        assert_eq!(modes.eigenvalues, whole.eigenvalues);
+        assert_eq!(modes.vectors, whole.vectors);
+        again.forget();
+        assert_eq!(files().count(), 0);
     }
 }

@@ -79,11 +79,27 @@ pub trait Rows: MassProduct {
     /// As [`MassProduct::mul_mass`].
     fn agree(&mut self, numbers: &mut [f64]) -> Result<(), EngineError>;
 
+    /// What the first rank says, on all of them.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn agree_whether(&mut self, yes: bool) -> Result<bool, EngineError> {
+        let mut numbers = [f64::from(u8::from(yes))];
+        self.agree(&mut numbers)?;
+        Ok(numbers != [0.0])
+    }
+
     /// All rows of a block on the first rank; no rows at all on the others.
     ///
     /// # Errors
     /// As [`MassProduct::mul_mass`].
     fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError>;
+
+    /// Hands every rank its rows of a block that the first one has whole.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn scatter(&mut self, whole: Option<&Mat<f64>>, own: MatMut<'_, f64>) -> Result<(), EngineError>;
 }
 
 /// Columns solved for together at most.
@@ -205,6 +221,11 @@ impl Rows for LocalRows<'_> {
 
     fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
         Ok(x)
+    }
+
+    fn scatter(&mut self, whole: Option<&Mat<f64>>, mut own: MatMut<'_, f64>) -> Result<(), EngineError> {
+        own.copy_from(whole.expect("the one rank has all rows"));
+        Ok(())
     }
 }
 

@@ -14,11 +14,12 @@ use super::selected::static_answers;
 use super::small::{Symmetric, semidefinite};
 use super::sweep::sweep;
 use super::way::Way;
-use crate::dynamics::{Modes, lowest_modes, search_vectors};
+use crate::dynamics::{Modes, lowest_modes_kept, search_vectors};
 use crate::fem::Symbolic;
 use crate::limits::Memory;
 use crate::prepared::Body;
 use crate::progress::Listener;
+use crate::store::KeptSolves;
 
 /// Natural modes tried first.
 const FIRST: usize = 16;
@@ -39,7 +40,7 @@ pub enum Enough {
 }
 
 /// The fewest natural modes whose relative bound is at most `error` at every loadable node and in every
-/// direction; at most 512, and no more than memory holds.
+/// direction; at most 512, and no more than memory holds. Their search keeps its solves while it goes on.
 ///
 /// # Errors
 /// [`ResidualError`].
@@ -48,6 +49,7 @@ pub fn modes_within(
     symbolic: &Symbolic,
     error: f64,
     listener: &dyn Listener,
+    solves: &KeptSolves<'_>,
 ) -> Result<Enough, ResidualError> {
     let (pencil, nodes) = (body.model.pencil(), &body.load_nodes);
     let none = Mat::<f64>::zeros(pencil.n_dof(), 0);
@@ -63,7 +65,7 @@ pub fn modes_within(
     let mut missed = 0;
     let mut count = FIRST.min(pencil.n_elastic());
     loop {
-        let modes = lowest_modes(pencil, symbolic, count)?;
+        let modes = lowest_modes_kept(pencil, symbolic, count, solves)?;
         // From the beginning: two modes of one frequency may have turned.
         let mut grams = answers.clone();
         let mut reached = f64::INFINITY;

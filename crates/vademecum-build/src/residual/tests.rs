@@ -17,6 +17,7 @@ use crate::input::Problem;
 use crate::linalg::Random;
 use crate::prepared::{Prepared, prepare};
 use crate::progress::{Silent, Stopwatch, is_cancelled};
+use crate::store::KeptSolves;
 
 const BLOCK: &str = r#"
 [mesh]
@@ -331,7 +332,8 @@ fn an_error_chooses_the_fewest_modes() {
     for (block, errors) in [(&*TOP, [0.2, 0.05, 0.02]), (&*WHOLE, [0.5, 0.1, 0.03])] {
         let Prepared { body, symbolic, .. } = &block.prepared;
         for error in errors {
-            let Enough::Modes(modes, reached) = modes_within(body, symbolic, error, &Silent).expect("modes")
+            let Enough::Modes(modes, reached) =
+                modes_within(body, symbolic, error, &Silent, &KeptSolves::new(None, &Silent)).expect("modes")
             else {
                 panic!("all modes reach any error")
             };
@@ -353,7 +355,7 @@ fn an_error_chooses_the_fewest_modes() {
 fn no_number_of_modes_is_found_for_a_bound_out_of_reach() {
     let finer = BLOCK.replace("divisions = [4, 2, 2]", "divisions = [8, 4, 4]");
     let Prepared { body, symbolic, .. } = &prepared(&finer);
-    match modes_within(body, symbolic, 1e-5, &Silent).expect("an answer") {
+    match modes_within(body, symbolic, 1e-5, &Silent, &KeptSolves::new(None, &Silent)).expect("an answer") {
         Enough::Missed { modes: 512, reached } => assert!(reached > 1e-5 && reached < 1.0),
         Enough::Missed { modes, .. } => panic!("{modes} modes were tried"),
         Enough::Modes(modes, _) => panic!("{} modes", modes.eigenvalues.len()),

@@ -19,6 +19,7 @@ mod inputs;
 mod kind;
 mod part;
 mod read;
+mod solves;
 
 pub use disk::{OutputError, Outputs, goes_through, is_same_place, write_atomic};
 pub use folder::Store;
@@ -26,6 +27,9 @@ pub use growing::Growing;
 pub use inputs::{Hashed, Inputs};
 pub use kind::Kind;
 pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text, read_text_within};
+pub use solves::KeptSolves;
+
+use std::fmt::Debug;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -75,6 +79,12 @@ impl<'a> Kept<'a> {
             self.listener.note(&format!("{name}: not kept in {}: {error}", store.folder().display()));
         }
         Ok(result)
+    }
+
+    /// The solves of a search, as far as they are kept; `solver` is how they are done.
+    pub(crate) fn solves(&self, solver: &impl Debug) -> KeptSolves<'a> {
+        let store = self.store.as_ref();
+        KeptSolves::new(store.map(|(store, model)| (*store, model.clone().value(solver))), self.listener)
     }
 
     /// Removes the result of a stage, where another one that is kept has taken its place.

@@ -1,0 +1,96 @@
+//! The checkpoints of a search for modes: what its solves gave, each found again by what was solved for.
+
+use std::cell::{Cell, RefCell};
+use std::time::Duration;
+
+use faer::{Mat, MatRef};
+use serde::{Deserialize, Serialize};
+
+use super::folder::{Found, Store};
+use super::inputs::Inputs;
+use crate::progress::Listener;
+
+/// Solves that took less than this are not worth a file.
+const WORTH: Duration = Duration::from_secs(1);
+
+/// The name of a kept solve among the stages.
+const NAME: &str = "solve";
+
+/// Kept solves of one search. A search is deterministic, so one that begins anew asks for the same solves as
+/// before it was stopped, and goes on behind the last one that is here.
+pub struct KeptSolves<'a> {
+    store: Option<(&'a Store, Inputs)>,
+    listener: &'a dyn Listener,
+    worth: Duration,
+    /// Addresses of those that were found or written.
+    own: RefCell<Vec<u128>>,
+    /// How many were found that an earlier run wrote.
+    found: Cell<usize>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Answers(#[serde(with = "crate::linalg::stored")] Mat<f64>);
+
+impl<'a> KeptSolves<'a> {
+    /// Of a model, whose address is begun; without a store nothing is kept.
+    pub(crate) fn new(store: Option<(&'a Store, Inputs)>, listener: &'a dyn Listener) -> Self {
+        Self { store, listener, worth: WORTH, own: RefCell::default(), found: Cell::new(0) }
+    }
+
+    /// The address of a solve, by the rows of the right-hand sides that this process has.
+    pub(crate) fn address(&self, forces: MatRef<'_, f64>) -> u128 {
+        self.store.as_ref().map_or(0, |(_, model)| model.clone().matrix(forces).address())
+    }
+
+    /// What a solve gave, all rows, if it is kept. What is damaged is not there.
+    pub(crate) fn find(&self, address: u128) -> Option<Mat<f64>> {
+        let (store, _) = self.store.as_ref()?;
+        let Found::Whole(Answers(answers)) = store.read(NAME, address) else { return None };
+        if !self.own.borrow().contains(&address) {
+            if self.found.replace(self.found.get() + 1) == 0 {
+                self.listener.note("the search for natural modes goes on where it was stopped");
+            }
+            self.own.borrow_mut().push(address);
+        }
+        Some(answers)
+    }
+
+    /// Whether a solve that took so long is to be kept.
+    pub(crate) fn keeps(&self, took: Duration) -> bool {
+        self.store.is_some() && took >= self.worth
+    }
+
+    /// Keeps what a solve gave, all rows. What cannot be written is solved for again.
+    pub(crate) fn keep(&self, address: u128, answers: Mat<f64>) {
+        if let Some((store, _)) = &self.store
+            && store.write(NAME, address, &Answers(answers)).is_ok()
+        {
+            self.own.borrow_mut().push(address);
+        }
+    }
+
+    /// Whether the user wants the search to stop.
+    pub(crate) fn cancelled(&self) -> bool {
+        self.listener.cancelled()
+    }
+
+    /// Removes them all, once what was searched for is kept itself.
+    pub(crate) fn forget(&self) {
+        if let Some((store, _)) = &self.store {
+            self.own.take().into_iter().for_each(|address| store.forget(NAME, address));
+        }
+    }
+}
+
+#[cfg(test)]
+impl<'a> KeptSolves<'a> {
+    /// Of all solves, however short, in a folder.
+    pub(crate) fn of_all(store: &'a Store, listener: &'a dyn Listener) -> Self {
+        Self { worth: Duration::ZERO, ..Self::new(Some((store, Inputs::none())), listener) }
+    }
+
+    /// How many were found that an earlier run wrote.
+    pub(crate) fn found(&self) -> usize {
+        self.found.get()
+    }
+}
