@@ -14,16 +14,13 @@ use faer::{Mat, MatMut, Par, Side};
 use rayon::prelude::*;
 
 use super::sparse::SymmetricMatrix;
-use crate::linalg::{Random, row_groups, subtract_product, transposed_product};
+use crate::linalg::{Random, TALL, row_groups, subtract_product, transposed_product};
 
 /// Columns of a coarse space.
 const COLUMNS: usize = 24;
 
 /// Inverse iterations that find it.
 const PASSES: usize = 2;
-
-/// Rows that one thread works on at a time.
-const TALL: usize = 4096;
 
 /// Columns near the lowest modes of a matrix, orthonormal in its energy.
 #[derive(Clone, Debug)]

@@ -39,7 +39,7 @@ pub fn project(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> {
 }
 
 /// Rows of a tall matrix that one thread works on at a time.
-const TALL: usize = 4096;
+pub(crate) const TALL: usize = 4096;
 
 /// `VᵀX` of two tall matrices, shape (columns of `V`, columns of `X`): all threads, summed in one order.
 pub(crate) fn transposed_product(v: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Mat<f64> {
