@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Builds blocks of growing size and prints a table of time, memory and traffic, one row for each.
 
-    docs/benchmarks/scale.py WORK CELLS[:RANKS[:SCRATCH]] ...
+    docs/benchmarks/scale.py [--traffic] WORK CELLS[:RANKS[:SCRATCH]] ...
 
 WORK is a folder for problems and files. CELLS are those of an edge of the cross-section; the block is four times as long. Without
 RANKS the build is one process; with RANKS it is `mpirun` with the engine petsc, whose factor lies in SCRATCH if that is given. Wants
-an idle machine, the program at target/release/vademecum (with the feature petsc for RANKS), /usr/bin/time, and for the traffic an
-Open MPI with its monitoring component.
+an idle machine, the program at target/release/vademecum (with the feature petsc for RANKS) and /usr/bin/time. With --traffic it
+counts what ranks send, by an Open MPI with its monitoring component, which makes builds slower.
 """
 
 import json
@@ -69,7 +69,7 @@ def traffic(prefix):
     return sent
 
 
-def build(work, cells, ranks, scratch):
+def build(work, cells, ranks, scratch, counts):
     # Four times as long, of cells that are nearly cubes.
     long = {22: 86}.get(cells, 4 * cells)
     path, out = problem(work, cells, long), os.path.join(work, f"block-{cells}.vdm")
@@ -81,8 +81,10 @@ def build(work, cells, ranks, scratch):
     if ranks:
         environment.update(OPENBLAS_NUM_THREADS="1", OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
         monitor = {"enable": 1, "enable_output": 3, "filename": monitored}
-        options = [word for key, value in monitor.items() for word in ("--mca", f"pml_monitoring_{key}", str(value))]
-        command = ["mpirun", "--oversubscribe", "-n", str(ranks)] + options + command + ["--engine", "petsc"]
+        options = [word for key, value in monitor.items() for word in ("--mca", f"pml_monitoring_{key}", str(value)) if counts]
+        # Ranks that share a core yield it while they wait, which costs time where they have one each.
+        options += ["--oversubscribe"] if ranks > os.cpu_count() else []
+        command = ["mpirun", "-n", str(ranks)] + options + command + ["--engine", "petsc"]
         command += ["--out-of-core", scratch] if scratch else []
     done = subprocess.run(["/usr/bin/time", "-f", "WALL %e"] + command, capture_output=True, text=True, env=environment)
     if done.returncode:
@@ -98,21 +100,23 @@ def build(work, cells, ranks, scratch):
         *(f"{seconds.get(stage, 0.0):.1f}" for stage in STAGES),
         " + ".join(f"{rank:.2f}" for rank in memory),
         f"{os.path.getsize(out) / 1e6:.1f}",
-        f"{traffic(monitored) / 1e9:.2f}" if ranks else "",
+        f"{traffic(monitored) / 1e9:.2f}" if ranks and counts else "",
     ]
     print("| " + " | ".join(cells_of_row) + " |", flush=True)
 
 
 def main():
-    if len(sys.argv) < 3:
+    counts = "--traffic" in sys.argv
+    words = [word for word in sys.argv[1:] if word != "--traffic"]
+    if len(words) < 2:
         sys.exit(__doc__)
-    work = sys.argv[1]
+    work = words[0]
     os.makedirs(work, exist_ok=True)
     names = ["dofs", "engine", "all, s", *(f"{stage}, s" for stage in STAGES), "memory, GB", "file, MB", "sent, GB"]
     print("| " + " | ".join(names) + " |\n|" + "---|" * len(names))
-    for size in sys.argv[2:]:
+    for size in words[1:]:
         cells, ranks, scratch = (size.split(":") + ["", ""])[:3]
-        build(work, int(cells), int(ranks or 0), scratch)
+        build(work, int(cells), int(ranks or 0), scratch, counts)
 
 
 main()

@@ -32,7 +32,7 @@ impl Full {
     #[must_use]
     pub fn of(problem: &Problem) -> Self {
         let mesh = read_mesh(problem).expect("a mesh");
-        let body = Body::build(problem, mesh.clone()).expect("a body");
+        let body = Body::build(problem, mesh.clone(), None).expect("a body");
         let order = NodeOrder::new(&body);
         let dofs = body.model.dofs();
         let (all, n) = (dofs.n_dof(), dofs.n_free());

@@ -4,6 +4,8 @@
 mod error;
 mod large;
 mod plan;
+#[cfg(test)]
+mod ranks_tests;
 mod vademecum;
 
 pub use error::BuildError;
@@ -162,6 +164,9 @@ pub fn build(
         sized.basis.modes = modes;
         let built = stages.build(&sized, &mut watch);
         prepared.symbolic.check_solves()?;
+        if body.model.pencil().was_assembled_here() {
+            listener.note("something needed entries of the matrices: the first rank assembled them whole");
+        }
         match built {
             Ok(built) if built.report.certificate.holds() => return Ok(Outcome::Kept(built)),
             Ok(built) => {

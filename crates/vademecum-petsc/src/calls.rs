@@ -28,7 +28,17 @@ unsafe extern "C" {
         values: *const f64,
         made: *mut *mut c_void,
     ) -> c_int;
-    fn vp_matrix_multiply(matrix: *mut c_void, x: *const f64, y: *mut f64) -> c_int;
+    fn vp_matrix_scaled(from: *const c_void, weight: f64, made: *mut *mut c_void) -> c_int;
+    fn vp_matrix_held(
+        from: *const c_void,
+        springy: c_int,
+        rows: *const i64,
+        springs: *const f64,
+        count: i64,
+        made: *mut *mut c_void,
+    ) -> c_int;
+    fn vp_matrix_multiply(matrix: *mut c_void, x: *const f64, y: *mut f64, columns: i64) -> c_int;
+    fn vp_matrix_multiply_closely(matrix: *mut c_void, x: *const f64, y: *mut f64) -> c_int;
     fn vp_matrix_free(matrix: *mut c_void);
     fn vp_factor(matrix: *mut c_void, folder: *const c_char, made: *mut *mut c_void) -> c_int;
     fn vp_factor_fill(matrix: *mut c_void, factor: *mut c_void, room: i64) -> c_int;
@@ -138,6 +148,8 @@ impl Calls {
 pub struct Matrix {
     made: *mut c_void,
     own: usize,
+    total: usize,
+    entries: usize,
 }
 
 // SAFETY: the value is one of PETSc's, which belong to no thread; calls are made one at a time.
@@ -148,19 +160,59 @@ impl Matrix {
     pub fn new(total: usize, starts: &[i64], columns: &[i64], values: &[f64]) -> Result<Self, EngineError> {
         let own = starts.len() - 1;
         assert!(starts[own] as usize == columns.len() && columns.len() == values.len());
+        let entries = values.len();
         let mut made = ptr::null_mut();
         let (starts, columns, values) = (starts.as_ptr(), columns.as_ptr(), values.as_ptr());
         // SAFETY: the shim reads `own + 1` starts and as many columns and values as the last of them says,
         // keeps no pointer to them, and writes one pointer.
         checked(unsafe { vp_matrix(own as i64, total as i64, starts, columns, values, &mut made) })?;
-        Ok(Self { made, own })
+        Ok(Self { made, own, total, entries })
     }
 
-    /// `y ← A x`.
-    pub fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<(), EngineError> {
-        assert!(x.len() == self.own && y.len() == self.own);
-        // SAFETY: the shim reads and writes as many numbers as there are own rows, and keeps no pointer.
-        checked(unsafe { vp_matrix_multiply(self.made, x.as_ptr(), y.as_mut_ptr()) })
+    /// The matrix to factorise: the same one, which takes no more memory; or a copy with springs on the
+    /// diagonal, at rows of all ranks of which this one has some.
+    pub fn held(&self, springs: Option<&[(i64, f64)]>) -> Result<Self, EngineError> {
+        let (rows, stiffness): (Vec<i64>, Vec<f64>) = springs.into_iter().flatten().copied().unzip();
+        let (springy, count) = (springs.is_some().into(), rows.len() as i64);
+        let mut made = ptr::null_mut();
+        let (rows, stiffness) = (rows.as_ptr(), stiffness.as_ptr());
+        // SAFETY: the shim reads a matrix that it made and so many rows and springs, keeps no pointer to
+        // these, and writes one pointer; what both matrices share is counted by PETSc.
+        checked(unsafe { vp_matrix_held(self.made, springy, rows, stiffness, count, &mut made) })?;
+        Ok(Self { made, ..*self })
+    }
+
+    /// The matrix times a number.
+    pub fn scaled(&self, weight: f64) -> Result<Self, EngineError> {
+        let mut made = ptr::null_mut();
+        // SAFETY: the shim reads a matrix that it made and writes one pointer.
+        checked(unsafe { vp_matrix_scaled(self.made, weight, &mut made) })?;
+        Ok(Self { made, ..*self })
+    }
+
+    /// Entries of the own rows.
+    pub fn entries(&self) -> usize {
+        self.entries
+    }
+
+    /// `A x`, own rows column after column.
+    pub fn multiply(&mut self, x: &[f64], columns: usize) -> Result<Vec<f64>, EngineError> {
+        assert_eq!(x.len(), self.own * columns);
+        let mut product = vec![0.0; x.len()];
+        let to = product.as_mut_ptr();
+        // SAFETY: the shim reads and writes so many columns of own rows, and keeps no pointer.
+        checked(unsafe { vp_matrix_multiply(self.made, x.as_ptr(), to, columns as i64) })?;
+        Ok(product)
+    }
+}
+
+impl Matrix {
+    /// Own rows of `A x`, each summed in extended precision; `x` has all rows, by their places.
+    pub fn multiply_closely(&mut self, x: &[f64], y: &mut [f64]) -> Result<(), EngineError> {
+        assert!(x.len() == self.total && y.len() == self.own);
+        // SAFETY: the shim reads as many numbers as there are columns, writes as many as there are own rows,
+        // and keeps no pointer.
+        checked(unsafe { vp_matrix_multiply_closely(self.made, x.as_ptr(), y.as_mut_ptr()) })
     }
 }
 

@@ -1,8 +1,9 @@
-//! Rows of a matrix, dealt to ranks.
+//! Rows of a matrix, dealt to ranks; or the elements that a rank assembles its rows of.
 
 use std::ops::Range;
 
-use vademecum_build::fem::{EngineError, SymmetricMatrix};
+use vademecum_build::fem::{EngineError, Material, Part, SymmetricMatrix};
+use vademecum_build::mesh::Order;
 
 use crate::ranks::Ranks;
 
@@ -14,59 +15,34 @@ pub struct Share {
     pub columns: Vec<i64>,
     /// Values.
     pub values: Vec<f64>,
-    /// The row of the whole matrix that each own row is.
-    pub places: Vec<i64>,
-}
-
-/// An order of rows, both ways.
-pub struct Order {
-    /// The row of the matrix at each place.
-    pub row: Vec<u32>,
-    /// The place of each row of the matrix.
-    place: Vec<u32>,
-}
-
-impl Order {
-    /// From the row at each place.
-    pub fn new(row: &[u32]) -> Self {
-        let mut place = vec![0; row.len()];
-        row.iter().enumerate().for_each(|(at, &row)| place[row as usize] = at as u32);
-        Self { row: row.to_vec(), place }
-    }
-
-    /// The rows at some places.
-    pub fn share(&self, matrix: &SymmetricMatrix, places: Range<usize>) -> Share {
-        let pattern = matrix.pattern();
-        let own = &self.row[places];
-        let entries = own.iter().map(|&row| pattern.rows_of(row as usize).len()).sum();
-        let mut share = Share {
-            starts: vec![0],
-            columns: Vec::with_capacity(entries),
-            values: Vec::with_capacity(entries),
-            places: own.iter().map(|&row| row.into()).collect(),
-        };
-        let mut entries: Vec<(u32, f64)> = vec![];
-        for &row in own {
-            // A column of a symmetric matrix is its row.
-            let columns = pattern.rows_of(row as usize).iter().map(|&column| self.place[column as usize]);
-            entries.clear();
-            entries.extend(columns.zip(matrix.values()[pattern.range(row as usize)].iter().copied()));
-            entries.sort_unstable_by_key(|&(column, _)| column);
-            share.columns.extend(entries.iter().map(|&(column, _)| i64::from(column)));
-            share.values.extend(entries.iter().map(|&(_, value)| value));
-            share.starts.push(share.columns.len() as i64);
-        }
-        share
-    }
 }
 
 impl Share {
+    /// Some rows of a matrix, whose columns stand at such places.
+    pub fn of(matrix: &SymmetricMatrix, rows: &[u32], place: impl Fn(u32) -> i64) -> Self {
+        let pattern = matrix.pattern();
+        let entries = rows.iter().map(|&row| pattern.rows_of(row as usize).len()).sum();
+        let (mut starts, mut columns) = (vec![0], Vec::with_capacity(entries));
+        let mut values = Vec::with_capacity(entries);
+        let mut entries: Vec<(i64, f64)> = vec![];
+        for &row in rows {
+            // A column of a symmetric matrix is its row.
+            let columns_of = pattern.rows_of(row as usize).iter().map(|&column| place(column));
+            entries.clear();
+            entries.extend(columns_of.zip(matrix.values()[pattern.range(row as usize)].iter().copied()));
+            entries.sort_unstable_by_key(|&(column, _)| column);
+            columns.extend(entries.iter().map(|&(column, _)| column));
+            values.extend(entries.iter().map(|&(_, value)| value));
+            starts.push(columns.len() as i64);
+        }
+        Self { starts, columns, values }
+    }
+
     /// Sends it all.
     pub fn send(&self, ranks: &Ranks, to: usize) -> Result<(), EngineError> {
         ranks.send_list(&self.starts, to)?;
         ranks.send_list(&self.columns, to)?;
-        ranks.send_list(&self.values, to)?;
-        ranks.send_list(&self.places, to)
+        ranks.send_list(&self.values, to)
     }
 
     /// Receives it.
@@ -75,9 +51,55 @@ impl Share {
             starts: ranks.receive_list(from)?,
             columns: ranks.receive_list(from)?,
             values: ranks.receive_list(from)?,
-            places: ranks.receive_list(from)?,
         })
     }
+}
+
+/// The rows of the part that are at its places: their numbers in the part, in the order of the places.
+pub fn own_rows(part: &Part, places: &[i64]) -> Vec<u32> {
+    let first = part.rows.start as i64;
+    let mut rows = vec![0; part.rows.len()];
+    for (row, place) in places.iter().enumerate() {
+        if let Some(at) = usize::try_from(place - first).ok().filter(|&at| at < rows.len()) {
+            rows[at] = row as u32;
+        }
+    }
+    rows
+}
+
+/// Sends a part of a body.
+pub fn send_part(part: &Part, ranks: &Ranks, to: usize) -> Result<(), EngineError> {
+    let wide = |list: &[u32]| list.iter().map(|&number| number.into()).collect::<Vec<u64>>();
+    let constants: Vec<f64> = part.materials.iter().flat_map(|m| [m.young, m.poisson, m.density]).collect();
+    let quadratic = u64::from(part.order == Order::Quadratic);
+    ranks.send(&[quadratic, part.rows.start as u64, part.rows.end as u64], to)?;
+    ranks.send_list(part.nodes.as_flattened(), to)?;
+    for list in [&part.elements, &part.regions, &part.numbers] {
+        ranks.send_list(&wide(list), to)?;
+    }
+    ranks.send_list(&constants, to)?;
+    ranks.send_list(&part.places, to)
+}
+
+/// Receives one.
+pub fn receive_part(ranks: &Ranks, from: usize) -> Result<Part, EngineError> {
+    let narrow = |list: Vec<u64>| list.into_iter().map(|number| number as u32).collect();
+    let numbers: Vec<u64> = ranks.receive(3, from)?;
+    let nodes: Vec<f64> = ranks.receive_list(from)?;
+    let [elements, regions, of_mesh] =
+        [ranks.receive_list(from)?, ranks.receive_list(from)?, ranks.receive_list(from)?].map(narrow);
+    let constants: Vec<f64> = ranks.receive_list(from)?;
+    let material = |&[young, poisson, density]: &[f64; 3]| Material { young, poisson, density };
+    Ok(Part {
+        order: if numbers[0] == 1 { Order::Quadratic } else { Order::Linear },
+        nodes: nodes.as_chunks().0.to_vec(),
+        elements,
+        regions,
+        numbers: of_mesh,
+        materials: constants.as_chunks().0.iter().map(material).collect(),
+        places: ranks.receive_list(from)?,
+        rows: Range { start: numbers[1] as usize, end: numbers[2] as usize },
+    })
 }
 
 #[cfg(test)]
@@ -89,12 +111,27 @@ mod tests {
     fn shares_are_the_rows_of_the_permuted_matrix() {
         let entries = [(0, 0, 1.0), (1, 1, 2.0), (2, 2, 3.0), (0, 2, 4.0), (2, 0, 4.0)];
         let pencil = Pencil::from_triplets(3, &entries, &entries).expect("a pencil");
-        let order = Order::new(&[2, 1, 0]);
-        let first = order.share(pencil.mass(), 0..1);
-        assert_eq!((first.starts, first.columns), (vec![0, 2], vec![0, 2]));
-        assert_eq!((first.values, first.places), (vec![3.0, 4.0], vec![2]));
-        let rest = order.share(pencil.mass(), 1..3);
+        let order = [2, 1, 0];
+        let share = |places: Range<usize>| Share::of(pencil.mass(), &order[places], |row| 2 - i64::from(row));
+        let first = share(0..1);
+        assert_eq!((first.starts, first.columns, first.values), (vec![0, 2], vec![0, 2], vec![3.0, 4.0]));
+        let rest = share(1..3);
         assert_eq!((rest.starts, rest.columns), (vec![0, 1, 3], vec![1, 0, 2]));
-        assert_eq!((rest.values, rest.places), (vec![2.0, 4.0, 1.0], vec![1, 0]));
+        assert_eq!(rest.values, vec![2.0, 4.0, 1.0]);
+    }
+
+    #[test]
+    fn own_rows_of_a_part_are_found_by_their_places() {
+        let part = Part {
+            order: Order::Linear,
+            nodes: vec![],
+            elements: vec![],
+            regions: vec![],
+            numbers: vec![],
+            materials: vec![],
+            places: vec![],
+            rows: 4..7,
+        };
+        assert_eq!(own_rows(&part, &[9, 6, 4, 0, 5]), [2, 4, 1]);
     }
 }

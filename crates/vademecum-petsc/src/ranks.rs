@@ -4,51 +4,70 @@ use vademecum_build::fem::{EngineError, Search};
 
 use crate::calls::Calls;
 
-/// What the first rank has the others do. Numbers name a factor.
+/// What the first rank has the others do. Numbers name matrices and factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Word {
-    /// Factorise the rows that follow.
-    Factorise(u64),
-    /// Solve for so many columns, which follow, and send the answers.
+    /// Take the rows of a matrix that follow.
+    Deal(u64),
+    /// Assemble the rows of two matrices, mass and stiffness, of the elements that follow.
+    Assemble(u64, u64),
+    /// Make a matrix that is another one times a number.
+    Scale(u64, u64, f64),
+    /// Make a factor, of a matrix.
+    Factorise(u64, u64),
+    /// Multiply a matrix by so many columns, which follow, and send the product.
+    Multiply(u64, usize),
+    /// Solve with a factor for so many columns, which follow, and send the answers.
     Solve(u64, usize),
-    /// Search for modes with the mass that follows; `true`: of a body without supports.
-    Search(u64, Search, bool),
-    /// Free a factor.
+    /// Search for modes with a factor and a mass; `true`: of a body without supports.
+    Search(u64, u64, Search, bool),
+    /// Free a matrix or a factor.
     Release(u64),
     /// Go home.
     Stop,
 }
 
-/// A word on its way: its kind and up to six numbers.
-type Sent = [u64; 7];
+/// A word on its way: its kind and up to eight numbers.
+type Sent = [u64; 9];
 
 impl Word {
     fn sent(self) -> Sent {
         match self {
-            Self::Factorise(id) => [0, id, 0, 0, 0, 0, 0],
-            Self::Solve(id, columns) => [1, id, columns as u64, 0, 0, 0, 0],
-            Self::Search(id, search, free) => {
-                let Search { count, available, tolerance, probes } = search;
+            Self::Deal(id) => [0, id, 0, 0, 0, 0, 0, 0, 0],
+            Self::Assemble(mass, stiffness) => [1, mass, stiffness, 0, 0, 0, 0, 0, 0],
+            Self::Scale(id, of, weight) => [2, id, of, weight.to_bits(), 0, 0, 0, 0, 0],
+            Self::Factorise(id, of) => [3, id, of, 0, 0, 0, 0, 0, 0],
+            Self::Multiply(id, columns) => [4, id, columns as u64, 0, 0, 0, 0, 0, 0],
+            Self::Solve(id, columns) => [5, id, columns as u64, 0, 0, 0, 0, 0, 0],
+            Self::Search(id, mass, search, free) => {
+                let Search { count, available, tolerance, probes, stiffest } = search;
                 let [count, available, probes] = [count, available, probes].map(|number| number as u64);
-                [2, id, count, available, tolerance.to_bits(), probes, free.into()]
+                let [tolerance, stiffest] = [tolerance, stiffest].map(f64::to_bits);
+                [6, id, mass, count, available, tolerance, probes, stiffest, free.into()]
             }
-            Self::Release(id) => [3, id, 0, 0, 0, 0, 0],
-            Self::Stop => [4, 0, 0, 0, 0, 0, 0],
+            Self::Release(id) => [7, id, 0, 0, 0, 0, 0, 0, 0],
+            Self::Stop => [8, 0, 0, 0, 0, 0, 0, 0, 0],
         }
     }
 
-    fn received([kind, id, a, b, tolerance, probes, free]: Sent) -> Option<Self> {
-        let [count, available] = [a, b].map(|number| number as usize);
-        let tolerance = f64::from_bits(tolerance);
+    fn received(
+        [kind, id, other, third, available, tolerance, probes, stiffest, free]: Sent,
+    ) -> Option<Self> {
         Some(match kind {
-            0 => Self::Factorise(id),
-            1 => Self::Solve(id, count),
-            2 => {
-                let search = Search { count, available, tolerance, probes: probes as usize };
-                Self::Search(id, search, free != 0)
+            0 => Self::Deal(id),
+            1 => Self::Assemble(id, other),
+            2 => Self::Scale(id, other, f64::from_bits(third)),
+            3 => Self::Factorise(id, other),
+            4 => Self::Multiply(id, other as usize),
+            5 => Self::Solve(id, other as usize),
+            6 => {
+                let [count, available, probes] = [third, available, probes].map(|number| number as usize);
+                let [tolerance, stiffest] = [tolerance, stiffest].map(f64::from_bits);
+                let search = Search { count, available, tolerance, probes, stiffest };
+                Self::Search(id, other, search, free != 0)
             }
-            3 => Self::Release(id),
-            4 => Self::Stop,
+            7 => Self::Release(id),
+            8 => Self::Stop,
             _ => return None,
         })
     }
@@ -126,7 +145,7 @@ impl Ranks {
     /// Waits for a word.
     pub fn hear(&self) -> Result<Word, EngineError> {
         self.calls.idle()?;
-        let mut sent = [[0; 8]; 7];
+        let mut sent = [[0; 8]; size_of::<Sent>() / 8];
         self.calls.receive(sent.as_flattened_mut(), 0)?;
         let unknown = || EngineError { call: "MPI_Recv".into(), reason: "a word that no rank knows".into() };
         Word::received(sent.map(u64::from_ne_bytes)).ok_or_else(unknown)
@@ -170,17 +189,21 @@ mod tests {
 
     #[test]
     fn words_arrive_as_they_were_said() {
-        let search = Search { count: 3, available: 40, tolerance: 5e-9, probes: 2 };
+        let search = Search { count: 3, available: 40, tolerance: 5e-9, probes: 2, stiffest: 1e12 };
         let words = [
-            Word::Factorise(7),
+            Word::Deal(6),
+            Word::Assemble(1, 2),
+            Word::Scale(5, 6, 1.5),
+            Word::Factorise(7, 6),
+            Word::Multiply(6, 3),
             Word::Solve(8, 24),
-            Word::Search(9, search, true),
+            Word::Search(9, 6, search, true),
             Word::Release(1),
             Word::Stop,
         ];
         for word in words {
             assert_eq!(Word::received(word.sent()), Some(word));
         }
-        assert_eq!(Word::received([9; 7]), None);
+        assert_eq!(Word::received([9; 9]), None);
     }
 }

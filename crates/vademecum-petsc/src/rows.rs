@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
-use vademecum_build::fem::{EngineError, MassProduct, Rows};
+use vademecum_build::fem::{EngineError, MassProduct, Rows, SpreadMatrix};
 
 use crate::calls::{Factor, Iteration, Matrix};
+use crate::deal::Share;
 use crate::ranks::Ranks;
 
 /// What solves with a matrix, and the matrix.
@@ -37,16 +38,37 @@ impl Solver {
     }
 }
 
+/// A matrix, this rank's rows of it.
+pub struct Lying {
+    /// The rows.
+    pub matrix: Matrix,
+    /// The row of the whole matrix that each own row is.
+    pub places: Arc<Vec<i64>>,
+    /// Rows of all ranks.
+    pub total: usize,
+}
+
+impl Lying {
+    /// Makes a matrix of the rows of all ranks.
+    pub fn new(total: usize, share: &Share, places: &Arc<Vec<i64>>) -> Result<Self, EngineError> {
+        let matrix = Matrix::new(total, &share.starts, &share.columns, &share.values)?;
+        Ok(Self { matrix, places: places.clone(), total })
+    }
+
+    /// The matrix times a number.
+    pub fn scaled(&self, weight: f64) -> Result<Self, EngineError> {
+        Ok(Self { matrix: self.matrix.scaled(weight)?, places: self.places.clone(), ..*self })
+    }
+}
+
 /// A stiffness to solve with, this rank's rows of it.
 pub struct Held {
     /// The solver with its matrix.
     pub solver: Solver,
-    /// Where each own row starts, for the mass too.
-    pub starts: Vec<i64>,
-    /// Columns of the entries, for the mass too.
-    pub columns: Vec<i64>,
+    /// Own rows with a spring that holds a body without supports, and its stiffness.
+    pub springs: Vec<(usize, f64)>,
     /// The row of the whole matrix that each own row is.
-    pub places: Vec<i64>,
+    pub places: Arc<Vec<i64>>,
     /// Rows of all ranks.
     pub total: usize,
     /// The folder of a factor out of core, which goes with it.
@@ -63,30 +85,52 @@ impl Drop for Scratch {
     }
 }
 
-/// What a body without supports needs beside its matrices, whose stiffness is held by springs.
+/// What a body without supports needs beside its matrices.
 pub struct Relief {
     /// `Φ`, own rows.
     pub motions: Mat<f64>,
     /// `MΦ`, own rows.
     pub momenta: Mat<f64>,
-    /// Own rows with a spring, and its stiffness.
-    pub springs: Vec<(usize, f64)>,
 }
 
-/// The ranks, and the factors that lie on them.
+/// The ranks, and the matrices and factors that lie on them.
 pub struct Session {
     pub ranks: Ranks,
+    /// This rank's part of each matrix, by its number.
+    pub lying: BTreeMap<u64, Lying>,
     /// This rank's part of each factor, by its number.
     pub held: BTreeMap<u64, Held>,
-    /// The number of the next one.
-    pub next: u64,
+    /// The number of the next matrix or factor.
+    next: u64,
     /// Whether a call failed: then the others may wait for what will not come.
     pub lost: bool,
 }
 
 impl Session {
     pub fn new(ranks: Ranks) -> Self {
-        Self { ranks, held: BTreeMap::new(), next: 0, lost: false }
+        Self { ranks, lying: BTreeMap::new(), held: BTreeMap::new(), next: 0, lost: false }
+    }
+
+    /// A new number.
+    pub fn number(&mut self) -> u64 {
+        self.next += 1;
+        self.next
+    }
+
+    /// A matrix.
+    pub fn lying(&mut self, id: u64) -> Result<&mut Lying, EngineError> {
+        self.lying.get_mut(&id).ok_or_else(unknown)
+    }
+
+    /// A factor.
+    pub fn held(&mut self, id: u64) -> Result<&mut Held, EngineError> {
+        self.held.get_mut(&id).ok_or_else(unknown)
+    }
+
+    /// Frees what has a number.
+    pub fn free(&mut self, id: u64) {
+        self.lying.remove(&id);
+        self.held.remove(&id);
     }
 
     /// Remembers that a call failed.
@@ -96,21 +140,39 @@ impl Session {
     }
 }
 
+fn unknown() -> EngineError {
+    EngineError {
+        call: "MPI_Recv".into(),
+        reason: "the number of a matrix or factor that this rank does not hold".into(),
+    }
+}
+
 /// Rows of the mass and of a factorised stiffness on one rank. `S` is how the session is reached: through a
 /// lock on the first rank, which has several threads, and directly on the others.
 pub struct SpreadRows<S> {
     pub session: S,
     /// The number of the factor.
     pub id: u64,
-    pub mass: Matrix,
+    /// The number of the mass.
+    pub mass: u64,
     pub relief: Option<Relief>,
     /// The row of the whole matrix at each place, on the first rank.
     pub order: Arc<Vec<u32>>,
+    /// The mass as the first rank knows it, to be freed after the session is.
+    pub _kept: Option<Arc<dyn SpreadMatrix>>,
 }
 
-/// `y ← A x`, column by column.
-fn multiply(matrix: &mut Matrix, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
-    (0..x.ncols()).try_for_each(|c| matrix.multiply(column(x, c), column_mut(y.rb_mut(), c)))
+/// `y ← A x`.
+fn multiply(matrix: &mut Matrix, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
+    let product = matrix.multiply(&packed(x), x.ncols())?;
+    unpack(&product, y);
+    Ok(())
+}
+
+/// Columns that stand one after the other.
+fn unpack(columns: &[f64], mut to: MatMut<'_, f64>) {
+    let rows = to.nrows();
+    (0..to.ncols()).for_each(|c| column_mut(to.rb_mut(), c).copy_from_slice(&columns[c * rows..][..rows]));
 }
 
 fn column<'a>(x: MatRef<'a, f64>, c: usize) -> &'a [f64] {
@@ -158,12 +220,25 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
     /// Solves for forces that are relieved, and takes off what moves mass as a whole.
     fn solve_relieved(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
         let answers = self.solver().solve(packed(x.rb()), x.ncols())?;
-        let own = x.nrows();
-        for c in 0..x.ncols() {
-            column_mut(x.rb_mut(), c).copy_from_slice(&answers[c * own..][..own]);
-        }
+        unpack(&answers, x.rb_mut());
         let Some(relief) = &self.relief else { return Ok(()) };
         take_off(&self.session.ranks, x, &relief.motions, &relief.momenta)
+    }
+
+    /// `y ← K x`, each row summed closely. Every rank needs all rows of a column for that.
+    fn multiply_closely(&mut self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let ranks = &self.session.ranks;
+        let places = ranks.rows_of(ranks.calls.rank, self.held().total);
+        for c in 0..x.ncols() {
+            let mut whole = vec![0.0; self.held().total];
+            whole[places.clone()].copy_from_slice(column(x, c));
+            self.session.ranks.calls.sum(&mut whole)?;
+            self.solver().matrix().multiply_closely(&whole, column_mut(y.rb_mut(), c))?;
+        }
+        for &(row, spring) in &self.held().springs {
+            (0..x.ncols()).for_each(|c| y[(row, c)] -= spring * x[(row, c)]);
+        }
+        Ok(())
     }
 
     /// A solve with one step of refinement.
@@ -191,8 +266,7 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
             }
             None => ranks.receive(own.nrows() * columns, 0)?,
         };
-        let rows = own.nrows();
-        (0..columns).for_each(|c| column_mut(own.rb_mut(), c).copy_from_slice(&part[c * rows..][..rows]));
+        unpack(&part, own.rb_mut());
         Ok(())
     }
 
@@ -217,7 +291,8 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
 
 impl<S: DerefMut<Target = Session>> MassProduct for SpreadRows<S> {
     fn mul_mass(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
-        let done = multiply(&mut self.mass, x, y);
+        let mass = self.mass;
+        let done = self.session.lying(mass).and_then(|mass| multiply(&mut mass.matrix, x, y));
         self.session.noting(done)
     }
 
@@ -237,16 +312,21 @@ impl<S: DerefMut<Target = Session>> Rows for SpreadRows<S> {
     }
 
     fn part_into(&self, whole: &[f64], own: &mut [f64]) {
-        own.iter_mut().zip(&self.held().places).for_each(|(own, &place)| *own = whole[place as usize]);
+        own.iter_mut().zip(self.held().places.iter()).for_each(|(own, &place)| *own = whole[place as usize]);
     }
 
     fn mul_stiffness(&mut self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
         let done = multiply(self.solver().matrix(), x, y.rb_mut());
         self.session.noting(done)?;
-        for &(row, spring) in self.relief.iter().flat_map(|relief| &relief.springs) {
+        for &(row, spring) in &self.held().springs {
             (0..x.ncols()).for_each(|c| y[(row, c)] -= spring * x[(row, c)]);
         }
         Ok(())
+    }
+
+    fn mul_stiffness_closely(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        let done = self.multiply_closely(x, y);
+        self.session.noting(done)
     }
 
     fn solve(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {

@@ -144,12 +144,16 @@ static PetscInt *narrow(const int64_t *numbers, int64_t length) {
     return narrowed;
 }
 
-static int fill(struct vp_matrix *m, const PetscInt *starts, const PetscInt *columns, const double *values) {
-    PETSC(MatCreateMPIAIJWithArrays, PETSC_COMM_WORLD, m->own, m->own, m->total, m->total, starts, columns, values, &m->a);
-    PETSC(MatSetOption, m->a, MAT_SYMMETRIC, PETSC_TRUE);
+static int vectors(struct vp_matrix *m) {
     PETSC(VecCreateMPIWithArray, PETSC_COMM_WORLD, 1, m->own, m->total, NULL, &m->x);
     PETSC(VecCreateMPIWithArray, PETSC_COMM_WORLD, 1, m->own, m->total, NULL, &m->y);
     return 0;
+}
+
+static int fill(struct vp_matrix *m, const PetscInt *starts, const PetscInt *columns, const double *values) {
+    PETSC(MatCreateMPIAIJWithArrays, PETSC_COMM_WORLD, m->own, m->own, m->total, m->total, starts, columns, values, &m->a);
+    PETSC(MatSetOption, m->a, MAT_SYMMETRIC, PETSC_TRUE);
+    return vectors(m);
 }
 
 /* Own rows, one after the other; `starts` has one more than there are rows. */
@@ -175,13 +179,104 @@ int vp_matrix(int64_t own, int64_t total, const int64_t *starts, const int64_t *
     return status;
 }
 
-/* y = A x, one column of own rows. */
-int vp_matrix_multiply(struct vp_matrix *m, const double *x, double *y) {
-    PETSC(VecPlaceArray, m->x, x);
-    PETSC(VecPlaceArray, m->y, y);
-    PETSC(MatMult, m->a, m->x, m->y);
-    PETSC(VecResetArray, m->x);
-    PETSC(VecResetArray, m->y);
+/* A matrix of the same rows, without entries. */
+static struct vp_matrix *sized_like(const struct vp_matrix *from) {
+    struct vp_matrix *m = calloc(1, sizeof *m);
+    if (m) {
+        m->own = from->own;
+        m->total = from->total;
+    } else {
+        fail("malloc", "not enough memory for the rows of a matrix");
+    }
+    return m;
+}
+
+/* The same entries again, which are kept as long as one of the two is. */
+static int share(const struct vp_matrix *from, struct vp_matrix *m) {
+    PETSC(PetscObjectReference, (PetscObject)from->a);
+    m->a = from->a;
+    return vectors(m);
+}
+
+/* A copy with springs on the diagonal; rows are those of all ranks, of which this one has these. */
+static int stiffen(const struct vp_matrix *from, const int64_t *rows, const double *springs, int64_t count,
+                   struct vp_matrix *m) {
+    PETSC(MatDuplicate, from->a, MAT_COPY_VALUES, &m->a);
+    for (int64_t i = 0; i < count; i++)
+        PETSC(MatSetValue, m->a, (PetscInt)rows[i], (PetscInt)rows[i], springs[i], ADD_VALUES);
+    PETSC(MatAssemblyBegin, m->a, MAT_FINAL_ASSEMBLY);
+    PETSC(MatAssemblyEnd, m->a, MAT_FINAL_ASSEMBLY);
+    PETSC(MatSetOption, m->a, MAT_SYMMETRIC, PETSC_TRUE);
+    return vectors(m);
+}
+
+static int multiple(const struct vp_matrix *from, double weight, struct vp_matrix *m) {
+    PETSC(MatDuplicate, from->a, MAT_COPY_VALUES, &m->a);
+    PETSC(MatScale, m->a, weight);
+    PETSC(MatSetOption, m->a, MAT_SYMMETRIC, PETSC_TRUE);
+    return vectors(m);
+}
+
+/* A matrix times a number. */
+int vp_matrix_scaled(const struct vp_matrix *from, double weight, struct vp_matrix **made) {
+    struct vp_matrix *m = sized_like(from);
+    if (!m) return 1;
+    if (multiple(from, weight, m)) {
+        vp_matrix_free(m);
+        return 1;
+    }
+    *made = m;
+    return 0;
+}
+
+/* A matrix to factorise: the same one, or where there are springs on any rank a copy with them. */
+int vp_matrix_held(const struct vp_matrix *from, int springy, const int64_t *rows, const double *springs, int64_t count,
+                   struct vp_matrix **made) {
+    struct vp_matrix *m = sized_like(from);
+    if (!m) return 1;
+    if (springy ? stiffen(from, rows, springs, count, m) : share(from, m)) {
+        vp_matrix_free(m);
+        return 1;
+    }
+    *made = m;
+    return 0;
+}
+
+static int product(struct vp_matrix *m, Mat x, Mat y) {
+    PETSC(MatProductCreateWithMat, m->a, x, NULL, y);
+    PETSC(MatProductSetType, y, MATPRODUCT_AB);
+    PETSC(MatProductSetFromOptions, y);
+    PETSC(MatProductSymbolic, y);
+    PETSC(MatProductNumeric, y);
+    PETSC(MatProductClear, y);
+    return 0;
+}
+
+/* y = A x, own rows of so many columns, which are contiguous: the entries are read for several columns at once. */
+int vp_matrix_multiply(struct vp_matrix *m, const double *x, double *y, int64_t columns) {
+    Mat right = NULL, left = NULL;
+    PETSC(MatCreateDense, PETSC_COMM_WORLD, m->own, PETSC_DECIDE, m->total, (PetscInt)columns, (double *)x, &right);
+    PETSC(MatCreateDense, PETSC_COMM_WORLD, m->own, PETSC_DECIDE, m->total, (PetscInt)columns, y, &left);
+    int status = product(m, right, left);
+    (void)MatDestroy(&right);
+    (void)MatDestroy(&left);
+    return status;
+}
+
+/* y = A x, own rows of one column, of which x has all rows: each sum is made in extended precision and rounded once. */
+int vp_matrix_multiply_closely(struct vp_matrix *m, const double *x, double *y) {
+    PetscInt first = 0;
+    PETSC(MatGetOwnershipRange, m->a, &first, NULL);
+    for (PetscInt i = 0; i < m->own; i++) {
+        const PetscInt *columns = NULL;
+        const PetscScalar *values = NULL;
+        PetscInt count = 0;
+        long double sum = 0.0L;
+        PETSC(MatGetRow, m->a, first + i, &count, &columns, &values);
+        for (PetscInt k = 0; k < count; k++) sum += (long double)values[k] * x[columns[k]];
+        y[i] = (double)sum;
+        PETSC(MatRestoreRow, m->a, first + i, &count, &columns, &values);
+    }
     return 0;
 }
 

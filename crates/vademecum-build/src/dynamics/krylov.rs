@@ -10,13 +10,17 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
-use crate::fem::{AT_ONCE, EngineError, Rows, agree_matrix, contiguous};
+use crate::fem::{AT_ONCE, EngineError, Rows, Search, agree_matrix, contiguous};
 use crate::linalg::{NoConvergence, Random};
 use crate::store::KeptSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
 /// symmetry), and what is solved for together, which costs hardly more than less of it.
 const BLOCK: usize = AT_ONCE;
+
+/// Share of a mode's stiffness that may be lost in the rounding of the stiffest dof before products with it
+/// are summed closely: what is lost is some 1e-3 of that.
+const CANCELS: f64 = 1e-7;
 
 /// The same where one mode is searched for.
 const NARROW: usize = 8;
@@ -40,6 +44,8 @@ pub(super) struct Krylov<'a> {
     /// `projected[(i, j)] = v_iᵀ M K⁻¹ M v_j` for expanded `j`.
     projected: Mat<f64>,
     random: Random,
+    /// A Rayleigh quotient near the largest.
+    stiffest: f64,
     kept: Option<&'a KeptSolves<'a>>,
 }
 
@@ -53,11 +59,10 @@ pub(super) struct Ritz {
 }
 
 impl<'a> Krylov<'a> {
-    /// A space for so many modes of those that there are.
+    /// A space for a search.
     pub fn new(
         rows: &'a mut dyn Rows,
-        count: usize,
-        available: usize,
+        &Search { count, available, stiffest, .. }: &Search,
         kept: Option<&'a KeptSolves<'a>>,
     ) -> Result<Krylov<'a>, EngineError> {
         let own = rows.own();
@@ -70,6 +75,7 @@ impl<'a> Krylov<'a> {
             width: if count == 1 { NARROW } else { BLOCK },
             projected: Mat::zeros(capacity, capacity),
             random: Random::new(1),
+            stiffest,
             kept,
         };
         space.add_random_block()?;
@@ -204,7 +210,8 @@ impl<'a> Krylov<'a> {
     }
 
     /// `xᵀKx / xᵀMx`: stationary at a mode, so a vector error counts by its square, and free of the factor's
-    /// rounding, which on slender bodies shifts the lowest `1/θ` by some 1e-9.
+    /// rounding, which on slender bodies shifts the lowest `1/θ` by some 1e-9. So does that of a plain
+    /// product on still more slender ones.
     fn rayleigh_quotients(&mut self, vectors: MatRef<'_, f64>) -> Result<Vec<f64>, EngineError> {
         let mut image = Mat::zeros(vectors.nrows(), vectors.ncols());
         self.rows.mul_stiffness(vectors, image.as_mut())?;
@@ -213,6 +220,15 @@ impl<'a> Krylov<'a> {
         let mut inert = squares(vectors, image.as_ref());
         self.rows.sum(&mut elastic)?;
         self.rows.sum(&mut inert)?;
+        for c in 0..vectors.ncols() {
+            if f64::EPSILON * self.stiffest * inert[c] > CANCELS * elastic[c] {
+                let (vector, mut image) = (vectors.subcols(c, 1), image.as_mut().subcols_mut(c, 1));
+                self.rows.mul_stiffness_closely(vector, image.rb_mut())?;
+                let mut close = squares(vector, image.rb());
+                self.rows.sum(&mut close)?;
+                elastic[c] = close[0];
+            }
+        }
         Ok(elastic.iter().zip(inert).map(|(elastic, inert)| elastic / inert).collect())
     }
 

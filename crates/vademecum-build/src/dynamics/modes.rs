@@ -143,9 +143,10 @@ fn search(
         FactorError::NotPositiveDefinite { .. } => ModesError::LostInRounding { share: f64::INFINITY },
         other => ModesError::Factor(other),
     })?;
-    let search = Search { count, available: n, tolerance, probes };
+    let stiffest = stiffest_dof(pencil);
+    let search = Search { count, available: n, tolerance, probes, stiffest };
     let modes = search_on(factor.rows(pencil, &search)?.as_mut(), &search, kept)?;
-    let share = f64::EPSILON * stiffest_dof(pencil) / modes.eigenvalues[0].max(0.0);
+    let share = f64::EPSILON * stiffest / modes.eigenvalues[0].max(0.0);
     if share <= LOST { Ok(modes) } else { Err(ModesError::LostInRounding { share }) }
 }
 
@@ -160,8 +161,8 @@ pub fn search_on(
     search: &Search,
     kept: Option<&KeptSolves<'_>>,
 ) -> Result<Modes, ModesError> {
-    let Search { count, available, tolerance, probes } = *search;
-    let mut space = Krylov::new(rows, count, available, kept)?;
+    let Search { count, tolerance, probes, .. } = *search;
+    let mut space = Krylov::new(rows, search, kept)?;
     let mut settled: Option<usize> = None; // expansions since convergence
     let ritz = loop {
         if space.is_stopped()? {

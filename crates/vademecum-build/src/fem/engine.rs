@@ -12,19 +12,12 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 
 use super::factor::{Factor, FactorError, Solve};
+use super::model_error::ModelError;
 use super::pencil::Pencil;
 use super::rigid::Rigid;
 use super::sparse::SymmetricMatrix;
-
-/// Why ranks that work together had to stop.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{call} failed: {reason}")]
-pub struct EngineError {
-    /// What was called, as the library names it.
-    pub call: String,
-    /// What the library says of it.
-    pub reason: String,
-}
+use super::spread::{EngineError, SpreadMatrix};
+use super::whole::Whole;
 
 /// The inner product of the mass over the rows of all ranks.
 pub trait MassProduct {
@@ -60,6 +53,13 @@ pub trait Rows: MassProduct {
     /// # Errors
     /// As [`MassProduct::mul_mass`].
     fn mul_stiffness(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError>;
+
+    /// The same with each row summed in more than the working precision and rounded once: in a slow mode of a
+    /// slender body nearly all of a row cancels. Column by column, and much slower.
+    ///
+    /// # Errors
+    /// As [`MassProduct::mul_mass`].
+    fn mul_stiffness_closely(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError>;
 
     /// `x ← K⁻¹ x` by the factor alone: always the same linear map. At most [`AT_ONCE`] columns.
     ///
@@ -116,27 +116,45 @@ pub struct Search {
     pub tolerance: f64,
     /// Expansions of a probe block before the answer stands.
     pub probes: usize,
+    /// A Rayleigh quotient near the largest \[1/s²\], by which rounding of the stiffness is judged.
+    pub stiffest: f64,
 }
 
-/// Factorises matrices on other ranks than this one alone.
+/// Has other ranks do their share of the work on matrices.
 pub trait Engine: Debug + Send + Sync {
     /// How it solves, with the tolerance, where it does so by iteration and not by a factor.
     fn solver(&self) -> Option<String> {
         None
     }
 
-    /// Spreads a matrix over the ranks and factorises it there, or sets up an iteration. `order` gives the
-    /// row of the matrix that stands at each place of an elimination order: rows at near places are coupled.
-    /// `motions`, shape (n, 6), are the rigid motions of the body, three shifts first; an iteration needs
-    /// them.
+    /// Ranks that share the work.
+    fn ranks(&self) -> usize;
+
+    /// Has each rank assemble its rows of mass and stiffness.
+    ///
+    /// # Errors
+    /// [`ModelError::FoldedElement`], [`ModelError::TooLarge`], [`ModelError::Engine`].
+    fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError>;
+
+    /// Deals the rows of a matrix out. `order` gives the row of the matrix that stands at each place of an
+    /// elimination order: rows at near places are coupled.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    fn deal(&self, matrix: &SymmetricMatrix, order: &[u32]) -> Result<Arc<dyn SpreadMatrix>, EngineError>;
+
+    /// Factorises a matrix whose rows lie on the ranks in this order, or sets up an iteration. `motions`,
+    /// shape (n, 6), are the rigid motions of the body, three shifts first; an iteration needs them. The
+    /// stiffness of a body without supports is held by springs at the dofs that its motions name.
     ///
     /// # Errors
     /// [`FactorError::NotPositiveDefinite`], [`FactorError::Engine`].
     fn factorize(
         &self,
-        matrix: &SymmetricMatrix,
+        matrix: &dyn SpreadMatrix,
         order: &[u32],
         motions: Option<MatRef<'_, f64>>,
+        rigid: Option<&Arc<Rigid>>,
     ) -> Result<Arc<dyn Spread>, FactorError>;
 }
 
@@ -146,16 +164,14 @@ pub trait Spread: Debug + Send + Sync {
     /// program with its cause.
     fn solve_in_place(&self, rhs: MatMut<'_, f64>);
 
-    /// Spreads the mass beside the matrix and has all other ranks begin this search; the caller is the first
-    /// rank. `rigid` are the motions of a body without supports, whose stiffness the matrix is when springs
-    /// hold it.
+    /// Has all other ranks begin this search with a mass that lies beside the matrix; the caller is the first
+    /// rank.
     ///
     /// # Errors
     /// [`EngineError`].
     fn begin<'a>(
         &'a self,
-        mass: &SymmetricMatrix,
-        rigid: Option<&Rigid>,
+        mass: Arc<dyn SpreadMatrix>,
         search: &Search,
     ) -> Result<Box<dyn Rows + 'a>, EngineError>;
 }
@@ -201,6 +217,11 @@ impl Rows for LocalRows<'_> {
 
     fn mul_stiffness(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
         self.pencil.stiffness().mul_into(x, y);
+        Ok(())
+    }
+
+    fn mul_stiffness_closely(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
+        self.pencil.stiffness().mul_closely_into(x, y);
         Ok(())
     }
 

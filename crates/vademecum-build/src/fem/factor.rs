@@ -5,20 +5,20 @@
 //! [`super::multifrontal`], and solve with them, in [`super::substitution`]. The bits never depend on the
 //! number of threads.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
-use super::engine::{AT_ONCE, Engine, EngineError, LocalRows, Rows, Search, Spread};
-use super::model::Model;
+use super::engine::{AT_ONCE, Engine, LocalRows, Rows, Search, Spread};
 use super::multifrontal::factorise;
 use super::ordering::structure;
-use super::pencil::Pencil;
+use super::pencil::{Away, Pencil};
 use super::rigid::Rigid;
 use super::single::{Iteration, Single, TOLERANCE};
 use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
+use super::spread::{EngineError, SpreadMatrix};
 use super::substitution::{LARGE, gather, scatter, substitute, substitute_by_groups};
 use super::supernodes::Supernodes;
 use crate::linalg::{Random, column_groups};
@@ -63,8 +63,10 @@ pub enum FactorError {
 /// Order and structure of the factor of every matrix on one pattern.
 #[derive(Clone, Debug)]
 pub struct Symbolic {
-    pattern: Arc<Pattern>,
-    supernodes: Arc<Supernodes>,
+    n: usize,
+    found: Arc<OnceLock<(Arc<Pattern>, Arc<Supernodes>)>>,
+    /// What they are found of once a factor in this process needs them, where rows lie on ranks.
+    away: Option<Arc<Away>>,
     /// The factor that was last kept.
     kept: Arc<Mutex<Option<Arc<Factor>>>>,
     /// The rigid motions of a body without supports.
@@ -80,24 +82,49 @@ pub struct Symbolic {
 }
 
 impl Symbolic {
-    /// Orders the dofs of a pencil and finds the structure of the factor.
+    /// Orders the dofs of a pencil and finds the structure of the factor. Where rows lie on ranks this waits
+    /// until a factor in this process is asked for.
     ///
     /// # Errors
     /// [`FactorError::OutOfMemory`].
     pub fn analyze(pencil: &Pencil) -> Result<Symbolic, FactorError> {
-        let pattern = pencil.mass().pattern().clone();
-        let supernodes = Arc::new(structure(pencil).map_err(|_| FactorError::OutOfMemory)?);
-        let rigid = pencil.rigid().cloned();
-        let (kept, worst) = (Arc::default(), Arc::default());
-        Ok(Symbolic { pattern, supernodes, kept, rigid, engine: None, motions: None, single: false, worst })
+        let away = pencil.away().cloned();
+        let found = match away {
+            Some(_) => OnceLock::new(),
+            None => OnceLock::from(analysis(pencil)?),
+        };
+        Ok(Symbolic {
+            n: pencil.n_dof(),
+            found: Arc::new(found),
+            away,
+            kept: Arc::default(),
+            rigid: pencil.rigid().cloned(),
+            engine: None,
+            motions: None,
+            single: false,
+            worst: Arc::default(),
+        })
+    }
+
+    /// Pattern and structure.
+    fn found(&self) -> &(Arc<Pattern>, Arc<Supernodes>) {
+        self.found.get_or_init(|| {
+            let away = self.away.as_ref().expect("it is found at once without ranks");
+            analysis(away.here.get()).expect("memory for the structure of a factor")
+        })
+    }
+
+    /// The free dof at each place of the order of elimination.
+    fn order(&self) -> &[u32] {
+        self.away.as_ref().map_or_else(|| self.supernodes().order(), |away| &away.order)
     }
 
     /// The same, with every factor of a stiffness made and kept by an engine. Single factors
     /// ([`Symbolic::factorize`]) stay in this process.
-    /// One that iterates needs to know how the body moves as a whole.
-    pub fn on(self, engine: Option<Arc<dyn Engine>>, model: &Model) -> Symbolic {
+    /// One that iterates needs to know how the body moves as a whole, shape (n, 6).
+    pub fn on(self, engine: Option<Arc<dyn Engine>>, motions: impl FnOnce() -> Mat<f64>) -> Symbolic {
         let iterates = engine.as_ref().is_some_and(|engine| engine.solver().is_some());
-        let motions = iterates.then(|| Arc::new(model.rigid_motions()));
+        let motions = iterates.then(|| Arc::new(motions()));
         Symbolic { engine, motions, kept: Arc::default(), ..self }
     }
 
@@ -146,7 +173,7 @@ impl Symbolic {
         match (self.is_spread(), self.single) {
             (true, _) => 0,
             (false, true) => {
-                Single::bytes(&self.supernodes).saturating_add(Iteration::bytes(self.n(), AT_ONCE))
+                Single::bytes(self.supernodes()).saturating_add(Iteration::bytes(self.n(), AT_ONCE))
             }
             (false, false) => self.factor_bytes(),
         }
@@ -159,22 +186,26 @@ impl Symbolic {
 
     /// Number of rows.
     pub fn n(&self) -> usize {
-        self.pattern.n()
+        self.n
     }
 
     /// The pattern of the matrices.
     pub(super) fn pattern(&self) -> &Pattern {
-        &self.pattern
+        &self.found().0
     }
 
     /// The structure of the factor.
     pub(super) fn supernodes(&self) -> &Arc<Supernodes> {
-        &self.supernodes
+        &self.found().1
     }
 
-    /// Memory of one factor \[bytes\].
+    /// Memory of one factor in this process \[bytes\]; a close estimate where rows lie on ranks.
     pub fn factor_bytes(&self) -> usize {
-        self.supernodes.len().saturating_mul(size_of::<f64>())
+        let entries = match (&self.away, self.found.get()) {
+            (Some(away), None) => away.factor_entries,
+            _ => self.supernodes().len(),
+        };
+        entries.saturating_mul(size_of::<f64>())
     }
 
     /// Factorises a matrix, which is kept for refinement. All threads, whose number no bit depends on.
@@ -185,8 +216,8 @@ impl Symbolic {
     /// # Panics
     /// If the matrix is on another pattern.
     pub fn factorize(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
-        assert!(Arc::ptr_eq(&self.pattern, matrix.pattern()), "one pattern per symbolic analysis");
-        match factorise(&self.supernodes, &matrix, None) {
+        assert!(std::ptr::eq(self.pattern(), &**matrix.pattern()), "one pattern per symbolic analysis");
+        match factorise(self.supernodes(), &matrix, None) {
             // Of its own, or a factor would keep itself.
             Ok(values) => Ok(self.factor(matrix, Numbers::Double(values))),
             Err(pivot) => Err(FactorError::NotPositiveDefinite { pivot, n: self.n() }),
@@ -207,13 +238,9 @@ impl Symbolic {
             return Ok(factor);
         }
         self.forget();
-        let factor = Arc::new(match &self.rigid {
-            Some(rigid) => {
-                let held = self.factorize_stiffness(rigid.held(matrix))?;
-                Factor { matrix: matrix.clone(), rigid: Some(rigid.clone()), ..held }
-            }
-            None => self.factorize_stiffness(matrix.clone())?,
-        });
+        let numbers = self.numbers_of(matrix)?;
+        let factor = Factor { rigid: self.rigid.clone(), ..self.factor(matrix.clone(), numbers) };
+        let factor = Arc::new(factor);
         if self.single {
             // As good as any other right-hand side to show whether they can be solved for.
             let mut random = Random::new(1);
@@ -225,17 +252,20 @@ impl Symbolic {
         Ok(factor)
     }
 
-    /// Factorises where the factors of a stiffness are.
-    fn factorize_stiffness(&self, matrix: SymmetricMatrix) -> Result<Factor, FactorError> {
-        if self.single {
-            let single = Single::new(&self.supernodes, &matrix);
-            let single = single.ok_or(FactorError::NotConverged { error: 1.0 })?;
-            return Ok(self.factor(matrix, Numbers::Single(single)));
+    /// Factorises a stiffness where the factors of stiffnesses are.
+    fn numbers_of(&self, matrix: &SymmetricMatrix) -> Result<Numbers, FactorError> {
+        if let Some(engine) = &self.engine {
+            let motions = self.motions.as_ref().map(|motions| motions.as_ref().as_ref());
+            let rows = on_ranks(matrix, engine, self.order())?;
+            let spread = engine.factorize(&*rows, self.order(), motions, self.rigid.as_ref())?;
+            return Ok(Numbers::Spread(spread));
         }
-        let Some(engine) = &self.engine else { return self.factorize(matrix) };
-        let motions = self.motions.as_ref().map(|motions| motions.as_ref().as_ref());
-        let spread = engine.factorize(&matrix, self.supernodes.order(), motions)?;
-        Ok(self.factor(matrix, Numbers::Spread(spread)))
+        let held = self.rigid.as_ref().map_or_else(|| matrix.clone(), |rigid| rigid.held(matrix));
+        if self.single {
+            let single = Single::new(self.supernodes(), &held);
+            return Ok(Numbers::Single(single.ok_or(FactorError::NotConverged { error: 1.0 })?));
+        }
+        Ok(self.factorize(held)?.numbers)
     }
 
     fn factor(&self, matrix: SymmetricMatrix, numbers: Numbers) -> Factor {
@@ -274,6 +304,21 @@ impl Symbolic {
         let factors: Vec<_> = matrices.into_par_iter().map(|matrix| self.factorize(matrix)).collect();
         factors.into_iter().collect()
     }
+}
+
+/// Pattern, order and structure of a factor.
+fn analysis(pencil: &Pencil) -> Result<(Arc<Pattern>, Arc<Supernodes>), FactorError> {
+    let supernodes = structure(pencil).map_err(|_| FactorError::OutOfMemory)?;
+    Ok((pencil.mass().pattern().clone(), Arc::new(supernodes)))
+}
+
+/// The rows of a matrix on the ranks, dealt out if they are here.
+fn on_ranks(
+    matrix: &SymmetricMatrix,
+    engine: &Arc<dyn Engine>,
+    order: &[u32],
+) -> Result<Arc<dyn SpreadMatrix>, EngineError> {
+    matrix.spread().map_or_else(|| engine.deal(matrix, order), |rows| Ok(rows.clone()))
 }
 
 /// Where the numbers of a factor are.
@@ -328,7 +373,11 @@ impl Factor {
         search: &Search,
     ) -> Result<Box<dyn Rows + 'a>, EngineError> {
         match &self.numbers {
-            Numbers::Spread(spread) => spread.begin(pencil.mass(), self.rigid.as_deref(), search),
+            Numbers::Spread(spread) => {
+                let symbolic = &self.symbolic;
+                let engine = symbolic.engine.as_ref().expect("what is spread has an engine");
+                spread.begin(on_ranks(pencil.mass(), engine, symbolic.order())?, search)
+            }
             _ => Ok(Box::new(LocalRows::new(pencil, self))),
         }
     }
@@ -339,7 +388,7 @@ impl Factor {
     /// If the factor is not in this process alone, or not in double precision (see [`Symbolic::here`]).
     pub fn columns(&self) -> FactorColumns {
         let values = self.values();
-        let supernodes = &self.symbolic.supernodes;
+        let supernodes = self.symbolic.supernodes();
         let mut columns = FactorColumns {
             order: supernodes.order().to_vec(),
             groups: vec![],
@@ -407,8 +456,7 @@ enum Memory {
 
 impl Memory {
     fn new(factor: &Factor, columns: usize) -> Option<Memory> {
-        let supernodes = &factor.symbolic.supernodes;
-        let n = supernodes.n();
+        let n = factor.symbolic.n();
         match &factor.numbers {
             Numbers::Spread(_) => None,
             Numbers::Single(_) => Some(Memory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
@@ -416,8 +464,8 @@ impl Memory {
                 Some(Memory::Large(vec![0.0; n * columns.min(AT_ONCE)]))
             }
             Numbers::Double(_) => {
-                let width = SOLVE_GROUP.min(columns);
-                let group = |_| [n, supernodes.tallest()].map(|rows| vec![0.0; rows * width]);
+                let (width, tallest) = (SOLVE_GROUP.min(columns), factor.symbolic.supernodes().tallest());
+                let group = |_| [n, tallest].map(|rows| vec![0.0; rows * width]);
                 Some(Memory::Small((0..columns.div_ceil(SOLVE_GROUP)).map(group).collect()))
             }
         }
@@ -480,16 +528,17 @@ impl Solve {
     /// Solves for forces that move no body as a whole, and takes such a motion off the answer.
     fn solve_centred(&mut self, factor: &Factor, mut rhs: MatMut<'_, f64>) {
         assert!(rhs.ncols() <= self.columns, "more columns than the memory was made for");
-        let supernodes = &*factor.symbolic.supernodes;
+        let supernodes = || factor.symbolic.supernodes();
         if self.memory.is_none() {
             self.memory = Memory::new(factor, self.columns);
         }
         match (&factor.numbers, &mut self.memory) {
             (Numbers::Spread(spread), _) => spread.solve_in_place(rhs.rb_mut()),
             (Numbers::Double(values), Some(Memory::Small(groups))) => {
-                solve_groups(supernodes, values, rhs.rb_mut(), groups);
+                solve_groups(supernodes(), values, rhs.rb_mut(), groups);
             }
             (Numbers::Double(values), Some(Memory::Large(x))) => {
+                let supernodes = supernodes();
                 for mut rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
                     let k = rhs.ncols();
                     let x = &mut x[..supernodes.n() * k];
@@ -500,7 +549,7 @@ impl Solve {
             }
             (Numbers::Single(single), Some(Memory::Iteration(memory))) => {
                 for rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
-                    let error = single.solve(supernodes, &factor.matrix, rhs, memory);
+                    let error = single.solve(supernodes(), &factor.matrix, rhs, memory);
                     let mut worst = factor.symbolic.worst.lock().unwrap_or_else(PoisonError::into_inner);
                     *worst = worst.max(error);
                 }

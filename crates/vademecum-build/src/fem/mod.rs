@@ -6,12 +6,15 @@
 
 mod assembly;
 mod coarse;
+mod dofs;
 mod element;
 mod engine;
 mod factor;
 mod green;
+mod late;
 mod loads;
 mod model;
+mod model_error;
 mod multifrontal;
 mod number;
 mod ordering;
@@ -20,26 +23,33 @@ mod rigid;
 mod selected;
 mod single;
 mod sparse;
+mod spread;
 mod stress;
 mod substitution;
 mod supernodes;
 mod tree;
+mod whole;
 
+pub(crate) use assembly::{pair_bytes, pairs};
+pub use dofs::DofMap;
 #[cfg(test)]
 pub(crate) use element::cross;
 pub use element::{ElementError, Material};
-pub use engine::{AT_ONCE, Engine, EngineError, LocalRows, MassProduct, Rows, Search, Spread};
+pub use engine::{AT_ONCE, Engine, LocalRows, MassProduct, Rows, Search, Spread};
 pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use green::{GreenError, GreenStrain, SOFTENING};
 pub use loads::{Facet, LoadError, surface_facets};
-pub use model::{DofMap, Model, ModelError};
+pub use model::Model;
+pub use model_error::ModelError;
 pub use pencil::{Pencil, PencilError};
 pub use rigid::Rigid;
 pub use selected::Selected;
 pub use sparse::{Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
+pub use spread::{EngineError, SpreadMatrix};
 pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points};
+pub use whole::{Part, Whole};
 
 #[cfg(test)]
 mod convergence_tests;

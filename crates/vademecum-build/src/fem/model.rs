@@ -1,178 +1,26 @@
 //! A body: mesh, supports and materials, with its matrices; or nodes and the matrices of another program.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 
 use super::assembly::{NodeGraph, assemble, couple};
-use super::element::{ElementError, Material};
+use super::dofs::DofMap;
+use super::element::Material;
+use super::engine::Engine;
+use super::model_error::ModelError;
 use super::pencil::Pencil;
 use super::rigid::Rigid;
+use super::whole::Whole;
 use crate::mesh::Mesh;
 use crate::store::{Hashed, Inputs};
-
-/// Marks a constrained dof in the map from dofs to free indices.
-const CONSTRAINED: u32 = u32::MAX;
-
-/// Why a mesh, its materials and supports make no model.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ModelError {
-    /// Not one material per region.
-    #[error("{found} materials for {expected} regions")]
-    MaterialCount {
-        /// Materials given.
-        found: usize,
-        /// Regions of the mesh.
-        expected: usize,
-    },
-    /// A constant that no solid has.
-    #[error("material of region \"{region}\" must have E > 0, -1 < nu < 0.5, rho > 0; found {material:?}")]
-    UnsoundMaterial {
-        /// Name of the region.
-        region: String,
-        /// The material found.
-        material: Material,
-    },
-    /// Not one support flag per dof.
-    #[error("{found} support flags for {expected} dofs (3 per node)")]
-    SupportCount {
-        /// Flags given.
-        found: usize,
-        /// Dofs of the mesh.
-        expected: usize,
-    },
-    /// An element folds over.
-    #[error("element {element} (counted from 0)")]
-    FoldedElement {
-        /// Index of the element.
-        element: u32,
-        /// What was found.
-        source: ElementError,
-    },
-    /// The mesh has no element, or every dof is held.
-    #[error("nothing can move: the mesh has no element or all of its dofs are held")]
-    NothingFree,
-    /// A part of the body is not held.
-    #[error(
-        "the part of the body with node {node} ({n_nodes} nodes) can still move in {n_modes} of the 6 rigid ways: \
-         support it"
-    )]
-    Unsupported {
-        /// A node of the part, as the mesh file numbers it.
-        node: u64,
-        /// Nodes of the part.
-        n_nodes: usize,
-        /// Rigid-body modes left to it.
-        n_modes: usize,
-    },
-    /// A body without supports that hangs together in several parts.
-    #[error(
-        "the body has no support, and {parts} parts that no element connects; the part with node {node} has {n_nodes} \
-         nodes: expected one part, which may then move freely; support each part, or mesh them as one"
-    )]
-    FreeParts {
-        /// Parts.
-        parts: usize,
-        /// A node of the second part, as the mesh file numbers it.
-        node: u64,
-        /// Nodes of that part.
-        n_nodes: usize,
-    },
-    /// A part of the body is held, but at so small a place that double precision does not see it.
-    #[error(
-        "the part of the body with node {node} ({n_nodes} nodes) is {size:.1e} long and held over {span:.1e} of it: less than \
-         a millionth does not hold it in double precision; support more of it, or correct its dimensions"
-    )]
-    SupportTooSmall {
-        /// A node of the part, as the mesh file numbers it.
-        node: u64,
-        /// Nodes of the part.
-        n_nodes: usize,
-        /// Largest extent of the part.
-        size: f64,
-        /// Largest extent of its held nodes.
-        span: f64,
-    },
-    /// Matrices of another size than the number of free dofs.
-    #[error("matrices of {found} rows for {expected} free dofs")]
-    PencilSize {
-        /// Rows of the matrices.
-        found: usize,
-        /// Free dofs.
-        expected: usize,
-    },
-    /// More matrix entries than a 32-bit index counts.
-    #[error("the matrices have more entries than a 32-bit index can count")]
-    TooLarge,
-}
-
-/// Which dofs are free. Dof `3 · node + component` is a number or held at zero.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DofMap {
-    free_of_dof: Vec<u32>,
-    dof_of_free: Vec<u32>,
-}
-
-impl DofMap {
-    /// Numbers the free dofs in ascending order.
-    pub(crate) fn new(constrained: &[bool]) -> DofMap {
-        let dof_of_free: Vec<u32> =
-            (0..constrained.len() as u32).filter(|&d| !constrained[d as usize]).collect();
-        let mut free_of_dof = vec![CONSTRAINED; constrained.len()];
-        for (free, &dof) in dof_of_free.iter().enumerate() {
-            free_of_dof[dof as usize] = free as u32;
-        }
-        DofMap { free_of_dof, dof_of_free }
-    }
-
-    /// Number of free dofs.
-    pub fn n_free(&self) -> usize {
-        self.dof_of_free.len()
-    }
-
-    /// Number of dofs, three per node.
-    pub fn n_dof(&self) -> usize {
-        self.free_of_dof.len()
-    }
-
-    /// Free index of a dof; `None` if it is held.
-    pub fn free(&self, dof: usize) -> Option<u32> {
-        Some(self.free_of_dof[dof]).filter(|&free| free != CONSTRAINED)
-    }
-
-    /// Dof of each free index, ascending.
-    pub fn dof_of_free(&self) -> &[u32] {
-        &self.dof_of_free
-    }
-
-    /// Free values to all dofs, zero where held.
-    ///
-    /// # Panics
-    /// If the lengths are not `n_free` and `n_dof`.
-    pub fn expand_into(&self, free: &[f64], full: &mut [f64]) {
-        assert!(free.len() == self.n_free() && full.len() == self.n_dof());
-        full.fill(0.0);
-        for (&value, &dof) in free.iter().zip(&self.dof_of_free) {
-            full[dof as usize] = value;
-        }
-    }
-
-    /// The free part of values at all dofs.
-    ///
-    /// # Panics
-    /// If the lengths are not `n_dof` and `n_free`.
-    pub fn restrict_into(&self, full: &[f64], free: &mut [f64]) {
-        assert!(free.len() == self.n_free() && full.len() == self.n_dof());
-        for (value, &dof) in free.iter_mut().zip(&self.dof_of_free) {
-            *value = full[dof as usize];
-        }
-    }
-}
 
 /// A supported body at full order.
 #[derive(Clone, Debug)]
 pub struct Model {
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     materials: Vec<Material>,
-    dofs: DofMap,
+    dofs: Arc<DofMap>,
     pencil: Pencil,
 }
 
@@ -188,6 +36,20 @@ impl Model {
     /// [`ModelError`]: counts that do not fit, an unsound material, a folded element, a part of the body left
     /// free to move.
     pub fn assemble(mesh: Mesh, materials: &[Material], constrained: &[bool]) -> Result<Model, ModelError> {
+        Model::assemble_on(None, mesh, materials, constrained)
+    }
+
+    /// The same, with an engine each rank its own rows. The matrices are then not in this process unless
+    /// something asks for their entries.
+    ///
+    /// # Errors
+    /// As [`Model::assemble`]; [`ModelError::Engine`].
+    pub fn assemble_on(
+        engine: Option<&Arc<dyn Engine>>,
+        mesh: Mesh,
+        materials: &[Material],
+        constrained: &[bool],
+    ) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
         let free = !constrained.contains(&true);
         if free {
@@ -195,11 +57,18 @@ impl Model {
         } else {
             check_supports(&mesh, constrained)?;
         }
-        let dofs = DofMap::new(constrained);
+        let (mesh, dofs) = (Arc::new(mesh), Arc::new(DofMap::new(constrained)));
         if dofs.n_free() == 0 || mesh.elements.is_empty() {
             return Err(ModelError::NothingFree);
         }
-        let mut pencil = assemble(&mesh, materials, &dofs)?;
+        let mut pencil = match engine {
+            None => assemble(&mesh, materials, &dofs)?,
+            Some(engine) => {
+                let whole = Arc::new(Whole::new(mesh.clone(), materials, dofs.clone())?);
+                let rows = engine.assemble(&whole)?;
+                Pencil::spread(rows, whole.away())
+            }
+        };
         if free {
             let rigid = Rigid::new(&mesh.nodes, pencil.mass());
             pencil = pencil.with_rigid(rigid);
@@ -215,7 +84,7 @@ impl Model {
     /// [`ModelError::SupportCount`], [`ModelError::NothingFree`], [`ModelError::PencilSize`].
     pub fn from_matrices(mesh: Mesh, constrained: &[bool], pencil: Pencil) -> Result<Model, ModelError> {
         check_support_count(&mesh, constrained)?;
-        let dofs = DofMap::new(constrained);
+        let dofs = Arc::new(DofMap::new(constrained));
         let (found, expected) = (pencil.n_dof(), dofs.n_free());
         if expected == 0 {
             return Err(ModelError::NothingFree);
@@ -224,6 +93,7 @@ impl Model {
             return Err(ModelError::PencilSize { found, expected });
         }
         let nodes = dofs.dof_of_free().iter().map(|dof| dof / 3).collect();
+        let mesh = Arc::new(mesh);
         Ok(Model { mesh, materials: vec![], dofs, pencil: pencil.with_dof_nodes(nodes) })
     }
 
@@ -406,8 +276,15 @@ fn rank(mut gram: [[f64; 6]; 6]) -> usize {
 /// act on the dynamics through these alone.
 impl Hashed for Model {
     fn add_to(&self, inputs: Inputs) -> Inputs {
-        let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());
         let shape = inputs.indices(self.dofs().dof_of_free()).value(&self.dofs().n_dof());
+        if let Some(away) = self.pencil().away() {
+            // Matrices on ranks are known by what they are assembled of.
+            let mesh = self.mesh();
+            let shape = shape.numbers(mesh.nodes.as_flattened()).indices(&mesh.elements);
+            let shape = shape.indices(&mesh.element_region).indices(&away.order);
+            return shape.value(&(mesh.order, self.materials()));
+        }
+        let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());
         let shape = (0..pattern.n()).fold(shape, |inputs, j| inputs.indices(pattern.rows_of(j)));
         (0..pencil.n_regions()).fold(shape, |inputs, q| {
             inputs.numbers(pencil.region_mass(q).values()).numbers(pencil.region_stiffness(q).values())

@@ -4,8 +4,8 @@
 use faer::{Mat, MatRef};
 
 use super::assembly::{assemble, element_nodes};
+use super::dofs::DofMap;
 use super::element::cross;
-use super::model::DofMap;
 use super::test_mesh::{block, hold, moved, quadratic};
 use super::*;
 use crate::mesh::{Mesh, Region};

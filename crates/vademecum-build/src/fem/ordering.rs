@@ -13,6 +13,8 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{FaerError, SymbolicSparseColMatRef};
 use faer::{Index, Side};
 
+use super::assembly::NodeGraph;
+use super::dofs::DofMap;
 use super::pencil::Pencil;
 use super::sparse::Pattern;
 use super::supernodes::Supernodes;
@@ -27,6 +29,52 @@ const METIS_NODES: usize = 200;
 pub(super) fn structure(pencil: &Pencil) -> Result<Supernodes, FaerError> {
     let pattern = pencil.mass().pattern();
     structure_under(pattern, pencil.dof_nodes().and_then(|nodes| dissection_order(pattern, nodes)))
+}
+
+/// An order of the free dofs of a mesh, without their matrices: the dof at each place. With it the numbers of
+/// a factor, nearly: nine for each pair of nodes.
+///
+/// # Errors
+/// Memory that is not there.
+pub(super) fn order_of_nodes(graph: &NodeGraph, dofs: &DofMap) -> Result<(Vec<u32>, usize), FaerError> {
+    let dof_nodes: Vec<u32> = dofs.dof_of_free().iter().map(|dof| dof / 3).collect();
+    let first_dofs = first_dofs(&dof_nodes);
+    // Nodes as METIS counts them: those that have a free dof, without gaps.
+    let nodes: Vec<u32> = first_dofs[..first_dofs.len() - 1].iter().map(|&d| dof_nodes[d as usize]).collect();
+    let mut number = vec![u32::MAX; dofs.n_dof() / 3];
+    nodes.iter().enumerate().for_each(|(at, &node)| number[node as usize] = at as u32);
+    let (mut starts, mut neighbours) = (vec![0], vec![]);
+    for &node in &nodes {
+        let row = graph.row(node as usize).iter().map(|&other| number[other as usize]);
+        neighbours.extend(row.filter(|&other| other != u32::MAX));
+        starts.push(neighbours.len() as u32);
+    }
+    let pattern = Pattern::new(starts, neighbours);
+    let (starts, neighbours) = without_loops(&pattern);
+    let order = match nodes.len() {
+        few if few < METIS_NODES => None,
+        _ => nested_dissection(starts, neighbours),
+    };
+    let order: Vec<u32> = order.map_or_else(
+        || (0..nodes.len() as u32).collect(),
+        |order| order.into_iter().map(|node| node as u32).collect(),
+    );
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
+    let blocks = structure_under(&pattern, Some((order.clone(), place)))?.len();
+    let dofs_of = |&node: &u32| first_dofs[node as usize]..first_dofs[node as usize + 1];
+    Ok((order.iter().flat_map(dofs_of).collect(), 9 * blocks))
+}
+
+/// A pattern as METIS reads it.
+fn without_loops(pattern: &Pattern) -> (Vec<i32>, Vec<i32>) {
+    let (mut starts, mut neighbours) = (vec![0], vec![]);
+    for node in 0..pattern.n() {
+        let row = pattern.rows_of(node).iter();
+        neighbours.extend(row.filter(|&&other| other as usize != node).map(|&other| other as i32));
+        starts.push(neighbours.len() as i32);
+    }
+    (starts, neighbours)
 }
 
 /// Structure of the factor under one order, or under one of minimum degree. Indices count the entries of the

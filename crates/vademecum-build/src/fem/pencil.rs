@@ -8,8 +8,10 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
+use super::late::Late;
 use super::rigid::Rigid;
 use super::sparse::{Pattern, SymmetricMatrix};
+use super::spread::SpreadMatrix;
 
 /// Mass and stiffness of one region.
 #[derive(Clone, Debug)]
@@ -29,6 +31,33 @@ pub struct Pencil {
     dof_nodes: Option<Vec<u32>>,
     /// The rigid motions of a body without supports.
     rigid: Option<Arc<Rigid>>,
+    /// What is behind matrices whose rows lie on ranks.
+    away: Option<Arc<Away>>,
+}
+
+/// What is behind matrices whose rows lie on ranks.
+#[derive(Debug)]
+pub(super) struct Away {
+    /// The free dof at each place of the order in which rows are dealt.
+    pub order: Arc<Vec<u32>>,
+    /// Number of material regions.
+    pub regions: usize,
+    /// About how many numbers a factor has.
+    pub factor_entries: usize,
+    /// Both matrices in this process, once something needs their entries.
+    pub here: Arc<Late<Pencil>>,
+}
+
+impl Away {
+    /// The same behind matrices whose regions are scaled.
+    fn scaled(&self, m: &[f64], k: &[f64]) -> Away {
+        let (nominal, m, k) = (self.here.clone(), m.to_vec(), k.to_vec());
+        Away {
+            order: self.order.clone(),
+            here: Arc::new(Late::new(move || nominal.get().scaled(&m, &k))),
+            ..*self
+        }
+    }
 }
 
 /// Why two matrices are no pencil.
@@ -87,7 +116,43 @@ impl Pencil {
             let stiffnesses: Vec<_> = regions.iter().map(|r| (1.0, &r.stiffness)).collect();
             (SymmetricMatrix::combine(&masses), SymmetricMatrix::combine(&stiffnesses))
         };
-        Pencil { mass, stiffness, regions, dof_nodes, rigid: None }
+        Pencil { mass, stiffness, regions, dof_nodes, rigid: None, away: None }
+    }
+
+    /// Mass and stiffness of a body whose rows lie on ranks.
+    pub(super) fn spread([mass, stiffness]: [Arc<dyn SpreadMatrix>; 2], away: Away) -> Pencil {
+        let away = Arc::new(away);
+        let [of_mass, of_stiffness] = [(); 2].map(|()| away.clone());
+        Pencil {
+            mass: SymmetricMatrix::spread_over(mass, move || of_mass.here.get().mass.clone()),
+            stiffness: SymmetricMatrix::spread_over(stiffness, move || {
+                of_stiffness.here.get().stiffness.clone()
+            }),
+            regions: vec![],
+            dof_nodes: None,
+            rigid: None,
+            away: Some(away),
+        }
+    }
+
+    /// What is behind matrices whose rows lie on ranks.
+    pub(super) fn away(&self) -> Option<&Arc<Away>> {
+        self.away.as_ref()
+    }
+
+    /// The rows of mass and stiffness on the ranks, if they lie there.
+    fn rows_on_ranks(&self) -> [Option<&Arc<dyn SpreadMatrix>>; 2] {
+        [self.mass.spread(), self.stiffness.spread()]
+    }
+
+    /// Whether something needed entries of matrices whose rows lie on ranks, and had them assembled here.
+    pub fn was_assembled_here(&self) -> bool {
+        self.away.as_ref().is_some_and(|away| away.here.is_made())
+    }
+
+    /// The same pencil, or that in this process where rows lie on ranks and entries are needed.
+    fn here(&self) -> &Pencil {
+        self.away.as_ref().map_or(self, |away| away.here.get())
     }
 
     /// A pencil of two dense symmetric matrices `(n, n)`; zeros of both are not stored.
@@ -126,7 +191,7 @@ impl Pencil {
             Ok(matrix)
         };
         let (mass, stiffness) = (matrix(mass)?, matrix(stiffness)?);
-        Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None, rigid: None })
+        Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None, rigid: None, away: None })
     }
 
     /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects
@@ -159,15 +224,18 @@ impl Pencil {
         self.n_dof().saturating_sub(if self.rigid.is_some() { 6 } else { 0 })
     }
 
-    /// Memory of all matrices \[bytes\].
+    /// Memory of all matrices in this process \[bytes\]; none where their rows lie on ranks.
     pub fn bytes(&self) -> usize {
+        if self.away.is_some() {
+            return 0;
+        }
         let stored = self.mass.pattern().n_stored();
         stored.saturating_mul(size_of::<u32>() + 2 * size_of::<f64>() * (1 + self.regions.len()))
     }
 
     /// Number of material regions, at least 1.
     pub fn n_regions(&self) -> usize {
-        self.regions.len().max(1)
+        self.away.as_ref().map_or(self.regions.len().max(1), |away| away.regions)
     }
 
     /// Consistent mass `M`, kg.
@@ -182,12 +250,14 @@ impl Pencil {
 
     /// Mass `M_q` of region `q`.
     pub fn region_mass(&self, q: usize) -> &SymmetricMatrix {
-        self.regions.get(q).map_or(&self.mass, |r| &r.mass)
+        let here = self.here();
+        here.regions.get(q).map_or(&here.mass, |r| &r.mass)
     }
 
     /// Stiffness `K_q` of region `q`.
     pub fn region_stiffness(&self, q: usize) -> &SymmetricMatrix {
-        self.regions.get(q).map_or(&self.stiffness, |r| &r.stiffness)
+        let here = self.here();
+        here.regions.get(q).map_or(&here.stiffness, |r| &r.stiffness)
     }
 
     /// `m M + k K`.
@@ -203,18 +273,33 @@ impl Pencil {
     /// If the two slices do not hold one weight per region.
     pub fn scaled(&self, m: &[f64], k: &[f64]) -> Pencil {
         assert!(m.len() == self.n_regions() && k.len() == self.n_regions());
+        if m.iter().chain(k).all(|&weight| weight == 1.0) {
+            return self.clone();
+        }
+        let alike = |weights: &[f64]| weights.iter().all(|&weight| weight == weights[0]);
+        if let (Some(away), [Some(mass), Some(stiffness)]) = (&self.away, self.rows_on_ranks())
+            && alike(m)
+            && alike(k)
+        {
+            let times = |rows: &Arc<dyn SpreadMatrix>, weight: f64| match weight {
+                1.0 => rows.clone(),
+                _ => rows.scaled(weight),
+            };
+            let rows = [times(mass, m[0]), times(stiffness, k[0])];
+            return Pencil { rigid: self.rigid.clone(), ..Pencil::spread(rows, away.scaled(m, k)) };
+        }
         let regions = (0..self.n_regions())
             .map(|q| RegionMatrices {
                 mass: SymmetricMatrix::combine(&[(m[q], self.region_mass(q))]),
                 stiffness: SymmetricMatrix::combine(&[(k[q], self.region_stiffness(q))]),
             })
             .collect();
-        Pencil { rigid: self.rigid.clone(), ..Pencil::from_regions(regions, self.dof_nodes.clone()) }
+        Pencil { rigid: self.rigid.clone(), ..Pencil::from_regions(regions, self.here().dof_nodes.clone()) }
     }
 
     /// The node each free dof belongs to, ascending; `None` for matrices without a mesh.
     pub fn dof_nodes(&self) -> Option<&[u32]> {
-        self.dof_nodes.as_deref()
+        self.here().dof_nodes.as_deref()
     }
 }
 

@@ -4,15 +4,20 @@
 //! is a vector of values on it. Both triangles are kept: a column is then also a row, and a product is a
 //! gather that runs in parallel over rows with no sums across threads, hence the same bits for any number of
 //! threads.
+//!
+//! Where ranks share the work on a body, the rows of a matrix lie on them. Products are then made there, and
+//! whatever asks for entries has the matrix assembled here.
 
 use std::cell::Cell;
 use std::sync::Arc;
 
 use faer::prelude::ReborrowMut;
 use faer::sparse::SymbolicSparseColMatRef;
-use faer::{MatMut, MatRef};
+use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
+use super::late::Late;
+use super::spread::SpreadMatrix;
 use crate::linalg::row_groups;
 
 /// Rows one parallel task handles: some 100 µs of work, far above the cost of handing a task over.
@@ -68,65 +73,106 @@ impl Pattern {
     }
 }
 
-/// A symmetric matrix: values on a shared [`Pattern`]. Its copies share the values too.
+/// A symmetric matrix: values on a shared [`Pattern`], or rows on several ranks. Its copies share them too.
 #[derive(Clone, Debug)]
-pub struct SymmetricMatrix {
-    pattern: Arc<Pattern>,
-    values: Arc<Vec<f64>>,
+pub struct SymmetricMatrix(Entries);
+
+/// Where the entries of a matrix are.
+#[derive(Clone, Debug)]
+enum Entries {
+    Here(Arc<Pattern>, Arc<Vec<f64>>),
+    /// On the ranks; here only once something needs them here.
+    Spread(Arc<dyn SpreadMatrix>, Arc<Late<SymmetricMatrix>>),
 }
 
 impl SymmetricMatrix {
     /// Joins values, in the pattern's order, to their pattern.
     pub(crate) fn new(pattern: Arc<Pattern>, values: Vec<f64>) -> SymmetricMatrix {
         assert_eq!(pattern.n_stored(), values.len());
-        SymmetricMatrix { pattern, values: Arc::new(values) }
+        SymmetricMatrix(Entries::Here(pattern, Arc::new(values)))
+    }
+
+    /// A matrix whose rows lie on the ranks, and how to have it here.
+    pub(super) fn spread_over(
+        rows: Arc<dyn SpreadMatrix>,
+        here: impl Fn() -> SymmetricMatrix + Send + Sync + 'static,
+    ) -> Self {
+        SymmetricMatrix(Entries::Spread(rows, Arc::new(Late::new(here))))
     }
 
     /// Number of rows and columns.
     pub fn n(&self) -> usize {
-        self.pattern.n()
+        match &self.0 {
+            Entries::Here(pattern, _) => pattern.n(),
+            Entries::Spread(rows, ..) => rows.diagonal().len(),
+        }
     }
 
-    /// The shared pattern.
+    /// The rows on the ranks, if they lie there.
+    pub(super) fn spread(&self) -> Option<&Arc<dyn SpreadMatrix>> {
+        match &self.0 {
+            Entries::Here(..) => None,
+            Entries::Spread(rows, ..) => Some(rows),
+        }
+    }
+
+    /// The entries in this process, assembled if they are not there yet.
+    fn here(&self) -> (&Arc<Pattern>, &Arc<Vec<f64>>) {
+        match &self.0 {
+            Entries::Here(pattern, values) => (pattern, values),
+            Entries::Spread(_, here) => here.get().here(),
+        }
+    }
+
+    /// The shared pattern; of rows on ranks, the matrix is assembled here.
     pub fn pattern(&self) -> &Arc<Pattern> {
-        &self.pattern
+        self.here().0
     }
 
-    /// Values in the order of the pattern, both triangles.
+    /// Values in the order of the pattern, both triangles; as [`SymmetricMatrix::pattern`].
     pub fn values(&self) -> &[f64] {
-        &self.values
+        self.here().1
     }
 
     /// Whether two matrices have the same values, on one pattern.
     pub(super) fn is_same(&self, other: &SymmetricMatrix) -> bool {
-        Arc::ptr_eq(&self.values, &other.values) || self.values == other.values
+        match (&self.0, &other.0) {
+            (Entries::Here(_, own), Entries::Here(_, other)) => Arc::ptr_eq(own, other) || own == other,
+            (Entries::Spread(own, ..), Entries::Spread(other, ..)) => Arc::ptr_eq(own, other),
+            _ => false,
+        }
     }
 
     /// Entry `(row, column)`; `None` where the pattern has no place.
     pub(crate) fn get(&self, row: usize, column: usize) -> Option<f64> {
-        let at = self.pattern.rows_of(column).binary_search(&(row as u32)).ok()?;
-        Some(self.values[self.pattern.range(column).start + at])
+        let (pattern, values) = self.here();
+        let at = pattern.rows_of(column).binary_search(&(row as u32)).ok()?;
+        Some(values[pattern.range(column).start + at])
     }
 
     /// Diagonal entry `j`.
     pub fn diagonal(&self, j: usize) -> f64 {
-        self.get(j, j).unwrap_or(0.0)
+        match &self.0 {
+            Entries::Here(..) => self.get(j, j).unwrap_or(0.0),
+            Entries::Spread(rows, ..) => rows.diagonal()[j],
+        }
     }
 
     /// The same matrix with `stiffness` added to the diagonal at each `(dof, stiffness)`.
     pub(crate) fn with_springs(&self, springs: &[(usize, f64)]) -> SymmetricMatrix {
-        let mut values = self.values.to_vec();
+        let (pattern, mut values) = (self.pattern(), self.values().to_vec());
         for &(dof, stiffness) in springs {
-            let at = self.pattern.rows_of(dof).binary_search(&(dof as u32));
-            values[self.pattern.range(dof).start + at.expect("a diagonal entry")] += stiffness;
+            let at = pattern.rows_of(dof).binary_search(&(dof as u32));
+            values[pattern.range(dof).start + at.expect("a diagonal entry")] += stiffness;
         }
-        SymmetricMatrix::new(self.pattern.clone(), values)
+        SymmetricMatrix::new(pattern.clone(), values)
     }
 
     /// Whether every entry off the diagonal is zero.
     pub(crate) fn is_diagonal(&self) -> bool {
+        let (pattern, values) = self.here();
         (0..self.n()).all(|j| {
-            let mut column = self.pattern.rows_of(j).iter().zip(&self.values[self.pattern.range(j)]);
+            let mut column = pattern.rows_of(j).iter().zip(&values[pattern.range(j)]);
             column.all(|(&i, &value)| i as usize == j || value == 0.0)
         })
     }
@@ -141,10 +187,10 @@ impl SymmetricMatrix {
         {
             return only.clone();
         }
-        let pattern = &parts[0].1.pattern;
+        let pattern = parts[0].1.pattern();
         let mut values = vec![0.0; pattern.n_stored()];
         for &(weight, matrix) in parts {
-            assert!(Arc::ptr_eq(pattern, &matrix.pattern));
+            assert!(Arc::ptr_eq(pattern, matrix.pattern()));
             for (sum, &value) in values.iter_mut().zip(matrix.values()) {
                 *sum += weight * value;
             }
@@ -160,7 +206,29 @@ impl SymmetricMatrix {
     /// # Panics
     /// If the shapes differ.
     pub fn mul_into(&self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) {
-        mul_rows(&self.pattern, [(self.values.as_slice(), x)], y);
+        match &self.0 {
+            Entries::Here(pattern, values) => mul_rows(pattern, [(values.as_slice(), x)], y),
+            Entries::Spread(rows, ..) => rows.mul_into(x, y),
+        }
+    }
+
+    /// `y ← A x`, shapes as of [`SymmetricMatrix::mul_into`], each row summed in twice the working precision
+    /// and rounded once. Column by column, and some ten times slower.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub(super) fn mul_closely_into(&self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
+        let (pattern, values) = self.here();
+        for c in 0..x.ncols() {
+            let x = contiguous(x, c);
+            let row = |i: usize| {
+                let range = pattern.range(i);
+                let row = pattern.rows[range.clone()].iter().zip(&values[range]);
+                dot_closely(row.map(|(&j, &a)| (a, x[j as usize])))
+            };
+            let y = contiguous_mut(y.rb_mut(), c);
+            y.par_iter_mut().with_min_len(ROW_CHUNK).enumerate().for_each(|(i, y)| *y = row(i));
+        }
     }
 
     /// `y ← A x + B z` in one pass over the common pattern: one read of the indices for both products.
@@ -174,21 +242,50 @@ impl SymmetricMatrix {
         z: MatRef<'_, f64>,
         y: MatMut<'_, f64>,
     ) {
-        assert!(Arc::ptr_eq(&self.pattern, &other.pattern));
-        mul_rows(&self.pattern, [(self.values.as_slice(), x), (other.values.as_slice(), z)], y);
+        let ((pattern, own), (same, others)) = (self.here(), other.here());
+        assert!(Arc::ptr_eq(pattern, same));
+        mul_rows(pattern, [(own.as_slice(), x), (others.as_slice(), z)], y);
     }
 
     /// `xᵀ A y` of two columns, summed in row order.
     pub fn inner(&self, x: &[f64], y: &[f64]) -> f64 {
-        assert!(x.len() == self.n() && y.len() == self.n());
-        (0..self.n())
+        let n = self.n();
+        assert!(x.len() == n && y.len() == n);
+        let Entries::Here(pattern, values) = &self.0 else {
+            let mut image = Mat::zeros(n, 1);
+            self.mul_into(MatRef::from_column_major_slice(y, n, 1), image.as_mut());
+            return x.iter().zip(image.col_as_slice(0)).map(|(x, y)| x * y).sum();
+        };
+        (0..n)
             .map(|i| {
-                let range = self.pattern.range(i);
-                let row = self.pattern.rows[range.clone()].iter().zip(&self.values[range]);
+                let range = pattern.range(i);
+                let row = pattern.rows[range.clone()].iter().zip(&values[range]);
                 x[i] * row.map(|(&j, &a)| a * y[j as usize]).sum::<f64>()
             })
             .sum()
     }
+}
+
+/// A sum of products in twice the working precision (Ogita, Rump and Oishi 2005, algorithm 5.3, with the
+/// products split after Dekker 1971).
+fn dot_closely(factors: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let split = |a: f64| {
+        let c = 134_217_729.0 * a;
+        let high = c - (c - a);
+        (high, a - high)
+    };
+    let (mut sum, mut rest) = (0.0, 0.0);
+    for (a, b) in factors {
+        let product = a * b;
+        let ((ah, al), (bh, bl)) = (split(a), split(b));
+        let of_product = ((ah * bh - product) + ah * bl + al * bh) + al * bl;
+        let new = sum + product;
+        let back = new - sum;
+        let of_sum = (sum - (new - back)) + (product - back);
+        sum = new;
+        rest += of_product + of_sum;
+    }
+    sum + rest
 }
 
 /// Sum of `N` products on one pattern, split over rows.
@@ -298,4 +395,21 @@ pub(crate) fn contiguous<'a>(x: MatRef<'a, f64>, c: usize) -> &'a [f64] {
 /// Column `c` as a mutable slice.
 pub(crate) fn contiguous_mut<'a>(x: MatMut<'a, f64>, c: usize) -> &'a mut [f64] {
     x.col_mut(c).try_as_col_major_mut().expect("columns are contiguous").as_slice_mut()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::dot_closely;
+
+    #[test]
+    fn what_cancels_is_summed_in_twice_the_precision() {
+        // 1e16 (1 + ε) − 1e16 − 1e16 ε + 3: nothing of the 3 survives a plain sum.
+        let large = 1e16_f64;
+        let factors =
+            [(large, 1.0 + f64::EPSILON), (0.1, 0.1), (-large, 1.0), (-large, f64::EPSILON), (3.0, 1.0)];
+        let plain: f64 = factors.iter().map(|(a, b)| a * b).sum();
+        let close = dot_closely(factors.into_iter());
+        let exact = 3.01;
+        assert!((close - exact).abs() < 1e-14 && (plain - exact).abs() > 1e-3, "{close} {plain}");
+    }
 }

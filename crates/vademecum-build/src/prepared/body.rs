@@ -5,9 +5,13 @@
 
 use vademecum_format::{BASE_PATTERNS, base_field};
 
+use std::sync::Arc;
+
 use super::gauge::{self, GaugeError};
 use super::matrices::{MatricesError, MatrixModel};
-use crate::fem::{LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets};
+use crate::fem::{
+    Engine, LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets,
+};
 use crate::input::{CENTRIFUGAL, Fields, GaugeEntry, PatternEntry, Problem, StressPlaces};
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
@@ -223,11 +227,11 @@ impl Body {
         probe.nodes.iter().flat_map(of_node).collect()
     }
 
-    /// Builds the body a problem describes.
+    /// Builds the body a problem describes; with an engine each rank assembles its rows of the matrices.
     ///
     /// # Errors
     /// [`BodyError`], by cause.
-    pub fn build(problem: &Problem, mesh: Mesh) -> Result<Self, BodyError> {
+    pub fn build(problem: &Problem, mesh: Mesh, engine: Option<&Arc<dyn Engine>>) -> Result<Self, BodyError> {
         let mesh_hash = mesh::hash(&mesh);
         let (constrained, supports) = supports(problem, &mesh)?;
         let materials = region_materials(problem, &mesh)?;
@@ -237,7 +241,7 @@ impl Body {
         probes.extend(gauges(problem, &mesh, &surface)?);
         let stress = stress_places(problem, &mesh, &surface)?;
         let unusable = |source| BodyError::Model { path: problem.place("support"), source };
-        let model = Model::assemble(mesh, &materials, &constrained).map_err(unusable)?;
+        let model = Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?;
         let (mut patterns, mut held_loads) = (vec![], vec![]);
         for (i, entry) in problem.load.patterns.iter().enumerate() {
             let force = pattern_force(problem, i, entry, &model, &surface)?;

@@ -25,7 +25,7 @@ use crate::dynamics::{
     first_frequency,
 };
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
-use crate::input::{Problem, ProblemError};
+use crate::input::{BasisKind, Problem, ProblemError};
 use crate::limits::TooMuchMemory;
 use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
@@ -152,21 +152,24 @@ pub fn prepare_within(
         let space = ParameterSpace::new(problem, &matrices.mesh, rayleigh)?;
         (Body::of_matrices(problem, matrices)?, space)
     } else {
+        // What needs entries of the matrices has them assembled in this process.
+        let engine = means.engine.filter(|_| exact && entries_stay_away(problem));
+        let ranks = engine.map_or(1, |engine| engine.ranks());
         if let Some(block) = &problem.mesh.block {
-            size::check_block(block, memory)?;
+            size::check_block(block, ranks, memory)?;
         }
         let mesh = watch.stage("read mesh", || read_mesh(problem))?;
-        size::check_mesh(&mesh, memory)?;
+        size::check_mesh(&mesh, ranks, memory)?;
         mesh.notes.iter().for_each(|note| listener.note(note));
         problem.check_free()?;
         note_locking(problem, &mesh, listener);
         let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
-        (watch.stage("assemble", || Body::build(problem, mesh))?, space)
+        (watch.stage("assemble", || Body::build(problem, mesh, engine))?, space)
     };
     note_probes(problem, &body, listener);
     note_free(&body, listener);
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
-    let symbolic = symbolic.on(means.engine.cloned(), &body.model);
+    let symbolic = symbolic.on(means.engine.cloned(), || body.model.rigid_motions());
     // Matrices from elsewhere are factorised in double precision anyway, to see whether they are definite.
     let open = exact && problem.mesh.matrices.is_none();
     let symbolic = means.precise(symbolic, body.model.pencil(), open, listener);
@@ -193,6 +196,12 @@ pub fn prepare_within(
     let step = space.setting(&space.nominal()).step;
     let ratios = problem.damping.modal_ratios();
     Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios, first_period })
+}
+
+/// Whether a file that is exact in time is built from products with the matrices and solves alone.
+fn entries_stay_away(problem: &Problem) -> bool {
+    let whole_factor = problem.output.static_fields == Some(true);
+    problem.basis_kind() == BasisKind::Modes && !problem.is_large() && !whole_factor
 }
 
 /// A matrix whose inverse is so many times larger than one over its largest diagonal entry is singular to

@@ -3,6 +3,7 @@
 //! Everything is counted from below, so that nothing is refused that would have fitted: a mesh of tetrahedra
 //! has at least so many pairs of neighbouring nodes per element, and each pair takes so many numbers.
 
+use crate::fem::{pair_bytes, pairs};
 use crate::input::{BlockSource, OrderEntry};
 use crate::limits::{Memory, TooMuchMemory};
 use crate::mesh::{Mesh, Order};
@@ -12,19 +13,10 @@ const PER_CELL: f64 = 6.0;
 /// Bytes of one tetrahedron in a mesh and its tables, from below.
 const MESH: f64 = 100.0;
 
-/// Pairs of nodes that share an element, per element, from below: a large block has 2.5 with linear
-/// tetrahedra and 37 with quadratic ones, and smaller or looser meshes have more.
-fn pairs(order: Order) -> f64 {
-    match order {
-        Order::Linear => 2.0,
-        Order::Quadratic => 30.0,
-    }
-}
-
-/// Bytes of a model while it is assembled: a place, a mass and a 3 × 3 stiffness for each pair, and their
-/// nine entries in the pattern and in the matrices of every region.
-fn model_bytes(elements: f64, order: Order, regions: usize) -> f64 {
-    let pair = 4.0 + 80.0 + 9.0 * (4.0 + 16.0 * regions as f64);
+/// Bytes of a model while it is assembled: a place for each pair, and its matrices. Of several ranks each has
+/// its share of these.
+fn model_bytes(elements: f64, order: Order, regions: usize, ranks: usize) -> f64 {
+    let pair = 4.0 + pair_bytes(regions) / ranks as f64;
     elements * (MESH + pairs(order) * pair)
 }
 
@@ -32,14 +24,14 @@ fn model_bytes(elements: f64, order: Order, regions: usize) -> f64 {
 ///
 /// # Errors
 /// [`TooMuchMemory`].
-pub(super) fn check_block(block: &BlockSource, memory: Memory) -> Result<(), TooMuchMemory> {
+pub(super) fn check_block(block: &BlockSource, ranks: usize, memory: Memory) -> Result<(), TooMuchMemory> {
     let cells: f64 = block.divisions.iter().map(|&d| d as f64).product();
     let order = Order::from(block.order);
     let instead = match block.order {
         OrderEntry::Quadratic => ": smaller `mesh.block.divisions`, or `order = \"linear\"`",
         OrderEntry::Linear => ": smaller `mesh.block.divisions`",
     };
-    memory.check(model_bytes(PER_CELL * cells, order, 1), instead, || {
+    memory.check(model_bytes(PER_CELL * cells, order, 1, ranks), instead, || {
         format!("the {cells} cells of `mesh.block.divisions`")
     })
 }
@@ -48,9 +40,10 @@ pub(super) fn check_block(block: &BlockSource, memory: Memory) -> Result<(), Too
 ///
 /// # Errors
 /// [`TooMuchMemory`].
-pub(super) fn check_mesh(mesh: &Mesh, memory: Memory) -> Result<(), TooMuchMemory> {
+pub(super) fn check_mesh(mesh: &Mesh, ranks: usize, memory: Memory) -> Result<(), TooMuchMemory> {
     let (elements, regions) = (mesh.element_count(), mesh.regions.len().max(1));
-    memory.check(model_bytes(elements as f64, mesh.order, regions), ": a coarser mesh, fewer regions", || {
+    let needed = model_bytes(elements as f64, mesh.order, regions, ranks);
+    memory.check(needed, ": a coarser mesh, fewer regions", || {
         format!("the matrices of {elements} elements in {regions} region(s)")
     })
 }

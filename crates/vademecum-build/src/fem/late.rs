@@ -1,0 +1,36 @@
+//! A value that is made when someone asks for it, and only then.
+
+use std::fmt;
+use std::sync::OnceLock;
+
+/// What makes a value.
+type Make<T> = Box<dyn Fn() -> T + Send + Sync>;
+
+/// A value, or how to make it.
+pub(super) struct Late<T> {
+    found: OnceLock<T>,
+    make: Make<T>,
+}
+
+impl<T> Late<T> {
+    /// A value that is not there yet.
+    pub fn new(make: impl Fn() -> T + Send + Sync + 'static) -> Self {
+        Self { found: OnceLock::new(), make: Box::new(make) }
+    }
+
+    /// The value, made by the first who asks.
+    pub fn get(&self) -> &T {
+        self.found.get_or_init(|| (self.make)())
+    }
+
+    /// Whether anyone has asked.
+    pub fn is_made(&self) -> bool {
+        self.found.get().is_some()
+    }
+}
+
+impl<T> fmt::Debug for Late<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Late").field("is_made", &self.is_made()).finish_non_exhaustive()
+    }
+}

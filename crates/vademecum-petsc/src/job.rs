@@ -1,0 +1,28 @@
+//! What holds for a whole job: what the user chose, and how it ends early.
+
+use std::path::PathBuf;
+
+use vademecum_build::fem::EngineError;
+
+use crate::ranks::Ranks;
+
+/// The exit code of a job that a rank ended: that of numerics.
+const ENDED: u8 = 5;
+
+/// What the user may choose.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Where factors lie on disk; absent: in memory. Every rank makes a folder of its own in it.
+    pub out_of_core: Option<PathBuf>,
+    /// Conjugate gradients with algebraic multigrid, and no factor, to [`TOLERANCE`].
+    pub iterative: bool,
+}
+
+/// What conjugate gradients leave of the error, in the energy norm, as a share of the answer.
+pub const TOLERANCE: f64 = 1e-10;
+
+/// Names an error and ends the job.
+pub fn end(ranks: &Ranks, error: &EngineError) -> ! {
+    eprintln!("error: rank {} of {}: {error}", ranks.calls.rank, ranks.calls.size);
+    ranks.calls.abort(ENDED)
+}

@@ -1,0 +1,155 @@
+//! What every rank does with its rows when the first one says so.
+
+use std::ffi::CString;
+use std::path::Path;
+use std::sync::Arc;
+
+use vademecum_build::fem::{EngineError, FactorError, ModelError, Part, Pencil};
+use vademecum_build::limits::{Memory, memory_in_words};
+
+use crate::calls::{Factor, Iteration, Matrix};
+use crate::deal::{Share, own_rows};
+use crate::job::{Options, TOLERANCE};
+use crate::ranks::Ranks;
+use crate::rows::{Lying, Scratch, Solver};
+
+/// Memory of conjugate gradients with multigrid as a multiple of that of the matrix: the whole processes of a
+/// prototype held 2.7 times their matrix at 282 576 dofs and 5.4 times at 1 044 900.
+const MULTIGRID: f64 = 5.5;
+
+/// This rank's share of the free memory of its machine \[bytes\].
+fn free(ranks: &Ranks) -> f64 {
+    Memory::asked_or_available(None).limit() as f64 / ranks.calls.near as f64
+}
+
+/// Assembles the rows of a part, if the memory is there.
+pub fn assemble(ranks: &Ranks, part: &Part) -> Result<Pencil, ModelError> {
+    let (needed, free) = (part.bytes(), free(ranks));
+    if needed > free {
+        let [needed, free] = [needed, free].map(|bytes| memory_in_words(bytes as u64));
+        let reason = format!(
+            "the rows of rank {} take {needed} while they are assembled, and {free} can be had: more machines",
+            ranks.calls.rank
+        );
+        return Err(EngineError { call: "the assembly".into(), reason }.into());
+    }
+    part.assemble()
+}
+
+/// Mass and stiffness of all ranks, once each has assembled its part: this one's rows, and their diagonals.
+pub fn lay(
+    total: usize,
+    part: &Part,
+    pencil: Pencil,
+    places: Vec<i64>,
+) -> Result<[(Lying, Vec<f64>); 2], EngineError> {
+    let of_columns = part.free_places();
+    let rows = own_rows(part, &of_columns);
+    let places = Arc::new(places);
+    let one = |matrix| {
+        let share = Share::of(matrix, &rows, |column| of_columns[column as usize]);
+        let diagonal = rows.iter().map(|&row| matrix.diagonal(row as usize)).collect();
+        Ok((Lying::new(total, &share, &places)?, diagonal))
+    };
+    Ok([one(pencil.mass())?, one(pencil.stiffness())?])
+}
+
+/// Room beside MUMPS's estimate of its memory that is tried, one after the other \[%\].
+const ROOM: [i64; 3] = [30, 100, 400];
+
+/// What solves with a matrix, and the folder of a factor on disk; or why there is none, which all ranks agree
+/// on.
+pub type Made = Result<(Solver, Option<Scratch>), FactorError>;
+
+/// A factor of the rows of all ranks.
+pub fn factorise(
+    ranks: &Ranks,
+    matrix: Matrix,
+    total: usize,
+    options: &Options,
+) -> Result<Made, EngineError> {
+    let scratch =
+        options.out_of_core.as_deref().map(|folder| scratch(folder, ranks.calls.rank)).transpose()?;
+    let folder = scratch.as_ref().map(|(_, name)| name);
+    let mut factor = Factor::analyse(matrix, folder)?;
+    let refused =
+        |call: &str, reason: String| Ok(Err(FactorError::Engine(EngineError { call: call.into(), reason })));
+    match factor.says_of_all(1)? {
+        code if code < 0 => return refused("the analysis of MUMPS", mumps_words(&factor)?),
+        _ => {}
+    }
+    // Numbers 15 and 16 are for a factor in memory, 17 and 26 for one on disk; in MB.
+    let (own, most) = if folder.is_some() { (17, 26) } else { (15, 16) };
+    let free = free(ranks);
+    let mut without = [f64::from(u8::from(factor.says(own)? as f64 * 1e6 > free))];
+    ranks.calls.sum(&mut without)?;
+    if without[0] > 0.0 {
+        let needed = factor.says_of_all(most)?;
+        let reason = format!(
+            "MUMPS asks for {needed} MB on the rank that takes most, and {without:.0} of {} ranks have less (the \
+             first has {:.0} MB): more machines, or `--out-of-core DIR`",
+            ranks.calls.size,
+            free / 1e6,
+            without = without[0]
+        );
+        return refused("the factorisation of MUMPS", reason);
+    }
+    for room in ROOM {
+        factor.fill(room)?;
+        // Too little room for what pivoting needs.
+        if ![-8, -9].contains(&factor.says_of_all(1)?) {
+            break;
+        }
+    }
+    let negative = factor.says_of_all(12)?;
+    match factor.says_of_all(1)? {
+        -10 => Ok(Err(FactorError::NotPositiveDefinite { pivot: total, n: total })),
+        -13 => Ok(Err(FactorError::OutOfMemory)),
+        code if code < 0 => refused("the factorisation of MUMPS", mumps_words(&factor)?),
+        _ if negative > 0 => Ok(Err(FactorError::NotPositiveDefinite {
+            pivot: total.saturating_sub(negative as usize),
+            n: total,
+        })),
+        _ => Ok(Ok((Solver::Direct(factor), scratch.map(|(folder, _)| folder)))),
+    }
+}
+
+/// Conjugate gradients on the rows of all ranks.
+pub fn iterate(ranks: &Ranks, matrix: Matrix, motions: &[f64], blocks: bool) -> Result<Made, EngineError> {
+    // A value and an index of 32 bits for each entry.
+    let needed = MULTIGRID * 12.0 * matrix.entries() as f64;
+    let free = free(ranks);
+    let mut without = [f64::from(u8::from(needed > free))];
+    ranks.calls.sum(&mut without)?;
+    if without[0] > 0.0 {
+        let reason = format!(
+            "multigrid takes about {:.0} MB on the first rank, and {:.0} of {} ranks have less: more machines",
+            needed / 1e6,
+            without[0],
+            ranks.calls.size,
+        );
+        return Ok(Err(FactorError::Engine(EngineError { call: "GAMG".into(), reason })));
+    }
+    Ok(Ok((Solver::Iterative(Iteration::new(matrix, motions, blocks, TOLERANCE)?), None)))
+}
+
+/// What MUMPS says of an error.
+fn mumps_words(factor: &Factor) -> Result<String, EngineError> {
+    let [code, detail] = [factor.says_of_all(1)?, factor.says_of_all(2)?];
+    let words = match code {
+        -90 => "the disk refused a factor out of core: is there room in the folder of `--out-of-core`? ",
+        -9 | -8 => "more room than five times the estimate is needed: ",
+        _ => "",
+    };
+    Ok(format!("{words}INFOG(1) = {code}, INFOG(2) = {detail} (MUMPS users' guide, error diagnostics)"))
+}
+
+/// A new folder of this rank for a factor out of core, and its name for MUMPS.
+fn scratch(folder: &Path, rank: usize) -> Result<(Scratch, CString), EngineError> {
+    let own = folder.join(format!("vademecum-{}-{rank}", std::process::id()));
+    let refused = |reason: String| EngineError { call: format!("the folder {}", own.display()), reason };
+    std::fs::create_dir_all(&own).map_err(|error| refused(error.to_string()))?;
+    let scratch = Scratch(own.clone());
+    let name = own.to_str().and_then(|name| CString::new(name).ok());
+    Ok((scratch, name.ok_or_else(|| refused("its name is no plain text".into()))?))
+}
