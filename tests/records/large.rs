@@ -11,20 +11,15 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use vademecum_build::dynamics::first_frequency;
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::prepared::prepare;
-use vademecum_build::progress::{Silent, Stopwatch};
+use vademecum_build::progress::Silent;
 use vademecum_build::store::Store;
 use vademecum_eval::{Contact, Scalar, SceneOptions};
 use vademecum_format::File;
-use vademecum_tests::bending::{BendingBody, bending_bodies};
+use vademecum_tests::bending::{BendingBody, bending_bodies, in_forty_steps};
 use vademecum_tests::program::repository;
 use vademecum_tests::stage::with_scene;
-
-/// Steps to a first period.
-const STEPS: f64 = 40.0;
 
 fn main() {
     let (mut names, mut coordinates, mut pushes, mut work) = (vec![], 32, 4, None);
@@ -66,14 +61,8 @@ fn record(body: &BendingBody, coordinates: usize, pushes: usize, work: Option<&P
         Problem::parse(&text(more), &format!("{}.toml", body.name), repository())
             .unwrap_or_else(|error| panic!("{error}"))
     };
-    let prepared = |problem: &Problem| {
-        prepare(problem, &mut Stopwatch::new(&Silent), &Silent).unwrap_or_else(|error| panic!("{error}"))
-    };
-    let rough = prepared(&problem(""));
-    let pencil = rough.body.model.pencil();
-    let period = 1.0 / first_frequency(pencil, &rough.symbolic).expect("a first mode");
-    let problem = problem(&format!("[time]\nstep = {:e}\n", period / STEPS));
-    println!("## {}\n\n{}; {} dofs, first period {period:.3} s.\n", body.name, body.what, pencil.n_dof());
+    let (problem, period, dofs) = in_forty_steps(problem);
+    println!("## {}\n\n{}; {dofs} dofs, first period {period:.3} s.\n", body.name, body.what);
 
     let start = Instant::now();
     let store = work.map(|folder| Store::new(folder, false));

@@ -3,6 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use vademecum_build::dynamics::first_frequency;
+use vademecum_build::input::Problem;
+use vademecum_build::prepared::prepare;
+use vademecum_build::progress::{Silent, Stopwatch};
+
 use crate::total_error::real_bodies;
 
 /// A body whose step is a fortieth of its first period.
@@ -18,6 +23,19 @@ pub struct BendingBody {
     pub displacement: f64,
     /// Tables of the problem file: mesh, material, support, load.
     pub text: String,
+}
+
+/// Gives a problem a fortieth of its first period as its step: the problem, that period \[s\], and the dofs.
+/// `parse` makes the problem of what is appended to its text.
+///
+/// # Panics
+/// If it is no problem, or has no first mode.
+pub fn in_forty_steps(parse: impl Fn(&str) -> Problem) -> (Problem, f64, usize) {
+    let prepared = prepare(&parse(""), &mut Stopwatch::new(&Silent), &Silent);
+    let prepared = prepared.unwrap_or_else(|error| panic!("{error}"));
+    let pencil = prepared.body.model.pencil();
+    let period = 1.0 / first_frequency(pencil, &prepared.symbolic).expect("a first mode");
+    (parse(&format!("[time]\nstep = {:e}\n", period / 40.0)), period, pencil.n_dof())
 }
 
 /// Those of the bodies whose meshes are there. The mesh of the diamond is written to `folder`.

@@ -21,7 +21,7 @@
 /*
  Version of this interface: callers compare it with the header they were compiled with.
  */
-#define VDM_ABI 2
+#define VDM_ABI 3
 
 /*
  What a call found.
@@ -184,6 +184,10 @@ typedef struct VdmOptions {
    */
   uint32_t terms;
   /*
+   Sub-steps of a step at large displacements; 0: those the file was built with.
+   */
+  uint32_t substeps;
+  /*
    Relative error of a trajectory that `VDM_AUTO` accepts.
    */
   double tolerance;
@@ -211,6 +215,10 @@ typedef struct VdmOptions {
    An unloaded body whose state sums up to less is put at rest.
    */
   double rest_below;
+  /*
+   Numerical viscosity of strain rows at large displacements; 0 keeps the energy exactly.
+   */
+  double viscosity;
 } VdmOptions;
 
 /*

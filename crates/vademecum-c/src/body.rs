@@ -129,6 +129,8 @@ impl Asked {
         scene.alpha = (given.alpha.is_nan() || given.alpha >= 0.0).then_some(given.alpha);
         scene.beta = (given.beta.is_nan() || given.beta >= 0.0).then_some(given.beta);
         scene.rest_below = given.rest_below;
+        scene.substeps = (given.substeps != 0).then_some(given.substeps as usize);
+        scene.viscosity = given.viscosity;
         let places = given.places as usize;
         (places <= MOST_PLACES).then_some(Self { scene, double, places, keep_loads: given.keep_loads != 0 })
     }

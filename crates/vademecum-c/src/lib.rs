@@ -79,6 +79,7 @@ pub unsafe extern "C" fn vdm_default_options(options: *mut VdmOptions) {
             places: 64,
             keep_loads: 0,
             terms: 0,
+            substeps: 0,
             tolerance: 0.0,
             time_step: 0.0,
             stiffness: 1.0,
@@ -86,6 +87,7 @@ pub unsafe extern "C" fn vdm_default_options(options: *mut VdmOptions) {
             alpha: -1.0,
             beta: -1.0,
             rest_below: 0.0,
+            viscosity: vademecum_eval::SceneOptions::default().viscosity,
         };
     }
 }

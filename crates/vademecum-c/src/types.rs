@@ -1,7 +1,7 @@
 //! What crosses the boundary.
 
 /// Version of this interface: callers compare it with the header they were compiled with.
-pub const VDM_ABI: u32 = 2;
+pub const VDM_ABI: u32 = 3;
 
 /// What a call found.
 #[repr(C)]
@@ -95,6 +95,8 @@ pub struct VdmOptions {
     pub keep_loads: u32,
     /// Of the separated solution only the first so many terms; 0: all.
     pub terms: u32,
+    /// Sub-steps of a step at large displacements; 0: those the file was built with.
+    pub substeps: u32,
     /// Relative error of a trajectory that `VDM_AUTO` accepts.
     pub tolerance: f64,
     /// Step in s; 0: the file's.
@@ -109,6 +111,8 @@ pub struct VdmOptions {
     pub beta: f64,
     /// An unloaded body whose state sums up to less is put at rest.
     pub rest_below: f64,
+    /// Numerical viscosity of strain rows at large displacements; 0 keeps the energy exactly.
+    pub viscosity: f64,
 }
 
 /// How much memory to lend, and what the file holds.

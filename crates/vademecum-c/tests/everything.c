@@ -41,6 +41,10 @@ static struct Bound bound(const struct VdmOptions *options) {
     return b;
 }
 
+static enum VdmStatus rebound(struct Bound *b, const struct VdmOptions *options) {
+    return vdm_bind(file, length, options, b->memory, b->needs.memory, b->work, b->needs.work, &b->body, NULL, 0);
+}
+
 static void released(struct Bound *b) {
     free(b->memory);
     free(b->work);
@@ -161,7 +165,7 @@ static void states(struct VdmOptions options) {
     const int strain = vdm_structure(body) == VDM_STRAIN;
     const size_t parts = strain || vdm_structure(body) == VDM_EXACT ? 2 : 3, rows = parts * b.needs.modes;
     double *map = (double *)malloc(rows * rows * sizeof(double));
-    struct VdmCost cost;
+    struct VdmCost cost, finer;
     uint32_t k;
     CHECK(zeta && rate && read && speed && map);
     zeta[0] = 1e-3;
@@ -186,6 +190,18 @@ static void states(struct VdmOptions options) {
     CHECK(vdm_energy(body, &here) == VDM_OK && vdm_energy(other.body, &there) == VDM_OK);
     CHECK(here > 0 && there - here < 1e-5 * here && here - there < 1e-5 * here);
     printf("states\n");
+
+    /* Sub-steps are a choice of who binds; the other structures have none. */
+    released(&other);
+    options.substeps = 3;
+    other = bound(&options);
+    CHECK(vdm_cost(other.body, &finer) == VDM_OK);
+    CHECK(strain == (finer.step_operations > 2 * cost.step_operations));
+    options.substeps = 1025;
+    CHECK((rebound(&other, &options) == VDM_BIND) == strain);
+    options.viscosity = -1;
+    options.substeps = 3;
+    CHECK((rebound(&other, &options) == VDM_BIND) == strain);
 
     if (vdm_structure(body) != VDM_BLOCK) {
         CHECK(vdm_at_node(body, b.needs.load_nodes - 1, &place) == VDM_OK);

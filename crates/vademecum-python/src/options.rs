@@ -63,6 +63,8 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
             "terms" => options.terms = value.extract()?,
             "residual" => options.residual = value.extract()?,
             "contacts" => options.contacts = value.extract()?,
+            "substeps" => options.substeps = value.extract()?,
+            "viscosity" => options.viscosity = value.extract()?,
             _ => live.push((name, value.extract()?)),
         }
     }

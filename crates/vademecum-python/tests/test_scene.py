@@ -391,3 +391,16 @@ def test_large_displacements_are_stepped_by_their_own_structure():
     assert scene.step(20) and scene.energy > 0.0
     with pytest.raises(vademecum.Error):
         vademecum.open(file).scene(structure="exact")
+    # Sub-steps and viscosity are choices of the scene.
+    energies = []
+    for options in ({"substeps": 2}, {"substeps": 2, "viscosity": 0.0}, {"substeps": 2, "viscosity": 5.0}):
+        other = vademecum.open(file).scene(**options)
+        other.pattern("pull", 1.0)
+        other.step(20)
+        other.clear()
+        other.step(200)
+        energies.append(other.energy)
+    finer, kept, lost = energies
+    assert kept > finer > lost > 0.0
+    with pytest.raises(vademecum.Error, match="sub-steps"):
+        vademecum.open(file).scene(substeps=1025)

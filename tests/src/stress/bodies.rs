@@ -167,9 +167,14 @@ impl Cube {
     pub fn problem(&self) -> Problem {
         let text = Beam { modes: 16, ..Beam::default() }.text();
         let (_, rest) = text.split_once("[[material]]").expect("a material");
-        let tables =
-            "[mesh]\ntables = { coordinates = \"nodes.txt\", connectivity = \"elements.txt\" }\n[[material]]";
-        let text = format!("{tables}{rest}")
+        self.parse(&format!("[[material]]{rest}"))
+    }
+
+    /// A problem of this mesh from what follows it, with the groups of a block.
+    #[must_use]
+    pub fn parse(&self, rest: &str) -> Problem {
+        let mesh = "mesh = { tables = { coordinates = \"nodes.txt\", connectivity = \"elements.txt\" } }\n";
+        let text = format!("{mesh}{rest}")
             .replace("{ group = \"x_min\" }", "{ plane = { axis = \"x\", at = 0.0 } }")
             .replace("{ group = \"x_max\" }", "{ plane = { axis = \"x\", at = 1.0 } }");
         Problem::parse(&text, "stress.toml", self.folder.path().into())

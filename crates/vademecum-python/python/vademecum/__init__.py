@@ -97,8 +97,9 @@ class Vademecum:
 
         `dtype` is the precision of the step: `float64` gives the bits of `vademecum run`, `float32` is about twice
         as fast. Options are `structure` ("auto", "diagonal", "block", "exact", "strain"), `time_step`, `tolerance`, `terms`,
-        `rest_below`, `residual` and `contacts`; all other keywords are live parameters of the file. A parameter
-        whose name is no keyword is given with `_` for every other sign, or as `**{"tip stiffness": 1.5}`.
+        `rest_below`, `residual` and `contacts`, and of large displacements `substeps` and `viscosity`; all other
+        keywords are live parameters of the file. A parameter whose name is no keyword is given with `_` for every
+        other sign, or as `**{"tip stiffness": 1.5}`.
         """
         return self._native.scene(dtype, options)
 
