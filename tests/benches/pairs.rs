@@ -322,6 +322,8 @@ fn main() {
             for r in [8, 64] {
                 batch::<f32>(StructureChoice::Diagonal, r);
                 batch::<f64>(StructureChoice::Diagonal, r);
+                batch::<f32>(StructureChoice::Exact, r);
+                batch::<f64>(StructureChoice::Exact, r);
             }
             batch::<f32>(StructureChoice::Block, 8);
             batch::<f64>(StructureChoice::Block, 8);

@@ -20,6 +20,7 @@ use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::state::State;
+use crate::vectors::{Kernel, vectorised};
 
 /// One number of every instance of a group.
 type Lane<T> = [T; WIDTH];
@@ -294,7 +295,10 @@ impl<'m, T: Scalar> Batch<'m, T> {
         let known = self.magnitudes.get(instance).zip(self.loaded.get(instance));
         let (&magnitude, &loaded) =
             known.filter(|_| instance < self.n_instances).ok_or(StepError::NoInstance)?;
-        judge(magnitude, loaded)
+        if !finite(magnitude) {
+            return Err(StepError::NotFinite);
+        }
+        Ok(if rests(magnitude, loaded, T::ZERO) { Status::AtRest } else { Status::Moving })
     }
 
     /// Carries all states over to the parameters of `scene`; see [`State::carry`]. Loads from before are
@@ -361,15 +365,13 @@ impl<'m, T: Scalar> Batch<'m, T> {
         if self.some_unstarted {
             self.started()?;
         }
-        let mut status = BatchStatus::default();
+        let (mut at_rest, mut refused) = (0u32, 0u32);
         for (&magnitude, &loaded) in self.magnitudes.iter().zip(&*self.loaded).take(self.n_instances) {
-            match judge(magnitude, loaded) {
-                Ok(Status::Moving) => status.moving += 1,
-                Ok(Status::AtRest) => status.at_rest += 1,
-                Err(_) => status.refused += 1,
-            }
+            at_rest += u32::from(rests(magnitude, loaded, T::ZERO));
+            refused += u32::from(!finite(magnitude));
         }
-        Ok(status)
+        let (at_rest, refused) = (at_rest as usize, refused as usize);
+        Ok(BatchStatus { moving: self.n_instances.saturating_sub(at_rest + refused), at_rest, refused })
     }
 
     /// Gives every loaded instance that has not started yet the acceleration that its load demands; one that
@@ -421,28 +423,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
     }
 
     fn step_groups<const N: usize>(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
-        let length = group_len(self.shape).max(1);
-        let (mut states, mut loads) = (self.states.chunks_exact_mut(length), self.loads.chunks_exact(length));
-        let mut news = self.next.chunks_exact_mut(length);
-        let loaded = self.loaded.as_chunks::<WIDTH>().0;
-        for (magnitudes, loaded) in self.magnitudes.as_chunks_mut::<WIDTH>().0.iter_mut().zip(loaded) {
-            let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
-                return Err(StepError::Mismatch);
-            };
-            if magnitudes.iter().chain(loaded).all(|&value| value == T::ZERO) {
-                continue;
-            }
-            let (old, load) = (old.as_chunks_mut().0, load.as_chunks().0);
-            let new = new.as_chunks_mut().0;
-            *magnitudes = step_modes::<T, N>(
-                blocks(scene.map),
-                old.as_chunks().0,
-                load.as_chunks().0,
-                new.as_chunks_mut().0,
-            );
-            settle(scene.rest_below, loaded, magnitudes, old, new);
-        }
-        Ok(())
+        vectorised(Groups::<'_, '_, '_, T, N> { batch: self, scene })
     }
 
     fn step_each(&mut self, scene: &Scene<'_, T>) -> Result<(), StepError> {
@@ -504,22 +485,20 @@ const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     }
 }
 
+#[inline(always)]
 fn rests<T: Scalar>(magnitude: T, loaded: T, below: T) -> bool {
-    loaded == T::ZERO && magnitude <= below
+    (loaded == T::ZERO) & (magnitude <= below)
 }
 
-fn judge<T: Scalar>(magnitude: T, loaded: T) -> Result<Status, StepError> {
-    if !magnitude.to_f64().is_finite() {
-        Err(StepError::NotFinite)
-    } else if rests(magnitude, loaded, T::ZERO) {
-        Ok(Status::AtRest)
-    } else {
-        Ok(Status::Moving)
-    }
+/// Without a branch, so that many are asked at once.
+#[inline(always)]
+fn finite<T: Scalar>(magnitude: T) -> bool {
+    magnitude * T::ZERO == T::ZERO
 }
 
 /// Puts right the new states of a group: an instance that is refused keeps the old one, one that rests is
 /// zero in both.
+#[inline(always)]
 fn settle<T: Scalar>(
     rest_below: T,
     loaded: &Lane<T>,
@@ -527,18 +506,61 @@ fn settle<T: Scalar>(
     old: &mut [Lane<T>],
     new: &mut [Lane<T>],
 ) {
+    let goes_on = |lane: usize| finite(magnitudes[lane]) & !rests(magnitudes[lane], loaded[lane], rest_below);
+    if (0..WIDTH).fold(true, |all, lane| all & goes_on(lane)) {
+        return;
+    }
     for lane in 0..WIDTH {
         if rests(magnitudes[lane], loaded[lane], rest_below) {
             magnitudes[lane] = T::ZERO;
             old.iter_mut().chain(&mut *new).for_each(|row| row[lane] = T::ZERO);
-        } else if !magnitudes[lane].to_f64().is_finite() {
+        } else if !finite(magnitudes[lane]) {
             old.iter().zip(&mut *new).for_each(|(old, new)| new[lane] = old[lane]);
         }
     }
 }
 
+/// The groups of a batch whose modes are independent.
+struct Groups<'a, 'b, 's, T: Scalar, const N: usize> {
+    batch: &'a mut Batch<'b, T>,
+    scene: &'a Scene<'s, T>,
+}
+
+impl<T: Scalar, const N: usize> Kernel for Groups<'_, '_, '_, T, N> {
+    type Output = Result<(), StepError>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { batch, scene } = self;
+        let length = group_len(batch.shape).max(1);
+        let (mut states, mut loads) =
+            (batch.states.chunks_exact_mut(length), batch.loads.chunks_exact(length));
+        let mut news = batch.next.chunks_exact_mut(length);
+        let loaded = batch.loaded.as_chunks::<WIDTH>().0;
+        for (magnitudes, loaded) in batch.magnitudes.as_chunks_mut::<WIDTH>().0.iter_mut().zip(loaded) {
+            let (Some(old), Some(load), Some(new)) = (states.next(), loads.next(), news.next()) else {
+                return Err(StepError::Mismatch);
+            };
+            if magnitudes.iter().chain(loaded).all(|&value| value == T::ZERO) {
+                continue;
+            }
+            let (old, load) = (old.as_chunks_mut().0, load.as_chunks().0);
+            let new = new.as_chunks_mut().0;
+            *magnitudes = step_modes::<T, N>(
+                blocks(scene.map),
+                old.as_chunks().0,
+                load.as_chunks().0,
+                new.as_chunks_mut().0,
+            );
+            settle(scene.rest_below, loaded, magnitudes, old, new);
+        }
+        Ok(())
+    }
+}
+
 /// [`step_diagonal`](crate::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at
 /// once.
+#[inline(always)]
 fn step_modes<T: Scalar, const N: usize>(
     blocks: &[ModeBlock<T, N>],
     old: &[[Lane<T>; N]],

@@ -92,6 +92,7 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
 
     /// Takes the new state written beside the old one, of the given `Σ|y|`; an unloaded one that is small
     /// enough rests.
+    #[inline(always)]
     pub fn settle(&mut self, magnitude: T, loaded: bool, rest_below: T) -> Result<Status, StepError> {
         if !magnitude.to_f64().is_finite() {
             return Err(StepError::NotFinite);

@@ -4,6 +4,7 @@
 
 use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;
+use crate::vectors::{Kernel, vectorised};
 use vademecum_format::Numbers;
 
 /// Modes handled at once by the diagonal kernel; strides are multiples of it.
@@ -15,54 +16,87 @@ pub(crate) const TILE: usize = 24;
 pub(crate) type ModeBlock<T, const N: usize> = [[[T; LANES]; N]; N];
 
 /// A map in memory as blocks of modes.
+#[inline(always)]
 pub(crate) fn blocks<T, const N: usize>(map: &[T]) -> &[ModeBlock<T, N>] {
     map.as_chunks().0.as_chunks().0.as_chunks().0
 }
 
 /// One diagonal step: for each mode, `y + D y + ℓ` with a 3×3 `D`. All state slices are `(3, stride)`.
+#[inline(always)]
 pub(crate) fn step_diagonal<T: Scalar>(
     blocks: &[ModeBlock<T, 3>],
     old: &[T],
     load: &[T],
     new: &mut [T],
 ) -> Result<T, Short> {
-    let stride = old.len() / 3;
-    let ([z, v, a], [lz, lv, la]) = (parts(old, stride)?, parts(load, stride)?);
-    let mut new = Lender::new(new);
-    let (nz, nv, na) = (new.take(stride)?, new.take(stride)?, new.take(stride)?);
-    let (nz, nv, na) = (nz.as_chunks_mut().0, nv.as_chunks_mut().0, na.as_chunks_mut().0);
-    let state = z.iter().zip(v).zip(a);
-    let load = lz.iter().zip(lv).zip(la);
-    let new = nz.iter_mut().zip(nv).zip(na);
-    let mut sums = [T::ZERO; LANES];
-    for (((d, ((z, v), a)), ((lz, lv), la)), ((nz, nv), na)) in blocks.iter().zip(state).zip(load).zip(new) {
-        let old: [&[T; LANES]; 3] = [z, v, a];
-        *nz = mode_row(&d[0], old, z, lz, &mut sums);
-        *nv = mode_row(&d[1], old, v, lv, &mut sums);
-        *na = mode_row(&d[2], old, a, la, &mut sums);
+    vectorised(ModeStep { blocks, old, load, new })
+}
+
+impl<T: Scalar> Kernel for ModeStep<'_, T, 3> {
+    type Output = Result<T, Short>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { blocks, old, load, new } = self;
+        let stride = old.len() / 3;
+        let ([z, v, a], [lz, lv, la]) = (parts(old, stride)?, parts(load, stride)?);
+        let mut new = Lender::new(new);
+        let (nz, nv, na) = (new.take(stride)?, new.take(stride)?, new.take(stride)?);
+        let (nz, nv, na) = (nz.as_chunks_mut().0, nv.as_chunks_mut().0, na.as_chunks_mut().0);
+        let state = z.iter().zip(v).zip(a);
+        let load = lz.iter().zip(lv).zip(la);
+        let new = nz.iter_mut().zip(nv).zip(na);
+        let mut sums = [T::ZERO; LANES];
+        for (((d, ((z, v), a)), ((lz, lv), la)), ((nz, nv), na)) in
+            blocks.iter().zip(state).zip(load).zip(new)
+        {
+            let old: [&[T; LANES]; 3] = [z, v, a];
+            *nz = mode_row(&d[0], old, z, lz, &mut sums);
+            *nv = mode_row(&d[1], old, v, lv, &mut sums);
+            *na = mode_row(&d[2], old, a, la, &mut sums);
+        }
+        Ok(total(&sums))
     }
-    Ok(total(&sums))
 }
 
 /// One exact step: for each mode, `y + D y + ℓ` with a 2×2 `D`. All state slices are `(2, stride)`.
+#[inline(always)]
 pub(crate) fn step_exact<T: Scalar>(
     blocks: &[ModeBlock<T, 2>],
     old: &[T],
     load: &[T],
     new: &mut [T],
 ) -> Result<T, Short> {
-    let stride = old.len() / 2;
-    let ([z, v], [lz, lv]) = (parts(old, stride)?, parts(load, stride)?);
-    let mut new = Lender::new(new);
-    let (nz, nv) = (new.take(stride)?.as_chunks_mut().0, new.take(stride)?.as_chunks_mut().0);
-    let mut sums = [T::ZERO; LANES];
-    for (((d, (z, v)), (lz, lv)), (nz, nv)) in
-        blocks.iter().zip(z.iter().zip(v)).zip(lz.iter().zip(lv)).zip(nz.iter_mut().zip(nv))
-    {
-        *nz = mode_row(&d[0], [z, v], z, lz, &mut sums);
-        *nv = mode_row(&d[1], [z, v], v, lv, &mut sums);
+    vectorised(ModeStep { blocks, old, load, new })
+}
+
+/// A step of independent modes.
+struct ModeStep<'a, T, const N: usize> {
+    blocks: &'a [ModeBlock<T, N>],
+    old: &'a [T],
+    load: &'a [T],
+    new: &'a mut [T],
+}
+
+impl<T: Scalar> Kernel for ModeStep<'_, T, 2> {
+    type Output = Result<T, Short>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { blocks, old, load, new } = self;
+        let stride = old.len() / 2;
+        let ([z, v], [lz, lv]) = (parts(old, stride)?, parts(load, stride)?);
+        let mut new = Lender::new(new);
+        let (nz, nv) = (new.take(stride)?.as_chunks_mut().0, new.take(stride)?.as_chunks_mut().0);
+        let mut sums = [T::ZERO; LANES];
+        for (((d, (z, v)), (lz, lv)), (nz, nv)) in
+            blocks.iter().zip(z.iter().zip(v)).zip(lz.iter().zip(lv)).zip(nz.iter_mut().zip(nv))
+        {
+            *nz = mode_row(&d[0], [z, v], z, lz, &mut sums);
+            *nv = mode_row(&d[1], [z, v], v, lv, &mut sums);
+        }
+        Ok(total(&sums))
     }
-    Ok(total(&sums))
 }
 
 /// One row of the blocks: `kept + (ℓ + d₀ y₀ + d₁ y₁ + …)`, the small sum first.
@@ -132,6 +166,7 @@ pub(crate) fn flushed<T: Scalar>(value: T, sum: &mut T) -> T {
     if magnitude < T::FLOOR { T::ZERO } else { value }
 }
 
+#[inline(always)]
 fn parts<T, const N: usize>(all: &[T], stride: usize) -> Result<[&[[T; LANES]]; N], Short> {
     let (mut all, mut parts) = (Lender::new(all), [&[][..]; N]);
     for part in &mut parts {

@@ -186,6 +186,7 @@ mod stress_rows;
 mod supports;
 mod surface;
 mod tree;
+mod vectors;
 
 pub use batch::{Batch, BatchStatus};
 pub use contact::Contact;

@@ -209,7 +209,7 @@ impl<'m, T: Scalar> Statics<'m, T> {
     }
 
     /// What acts on another. Every step does this, so it does no more than it must.
-    #[inline]
+    #[inline(always)]
     pub fn copy(&mut self, other: &Statics<'_, T>) {
         self.forgotten = false;
         if let (Some(to), Some(from)) = (self.forces.get_mut(..other.used), other.forces.get(..other.used)) {

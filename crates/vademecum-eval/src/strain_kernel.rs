@@ -11,6 +11,7 @@
 use crate::kernel::{columns_times, total};
 use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;
+use crate::vectors::{Kernel, vectorised};
 
 /// Numbers of a row handled at once; rows are padded to multiples of it.
 pub(crate) const PANEL: usize = 8;
@@ -417,12 +418,7 @@ pub(crate) fn sub_step<T: Scalar>(
     force: Force<'_, T>,
     scratch: &mut Scratch<'_, T>,
 ) -> Result<(), Short> {
-    let step = SubStep { map, mean, p, force, scratch };
-    #[cfg(all(feature = "std", target_arch = "x86_64"))]
-    if let Some(with_avx2) = pulp::x86::V3::try_new() {
-        return with_avx2.vectorize(step);
-    }
-    step.take()
+    vectorised(SubStep { map, mean, p, force, scratch })
 }
 
 /// A sub-step and what it works on.
@@ -434,21 +430,11 @@ struct SubStep<'a, 's, T> {
     scratch: &'a mut Scratch<'s, T>,
 }
 
-/// The same code once more, compiled for vectors of twice the length. A product and a sum stay two roundings
-/// there, so the bits are the same.
-#[cfg(all(feature = "std", target_arch = "x86_64"))]
-impl<T: Scalar> pulp::NullaryFnOnce for SubStep<'_, '_, T> {
+impl<T: Scalar> Kernel for SubStep<'_, '_, T> {
     type Output = Result<(), Short>;
 
     #[inline(always)]
-    fn call(self) -> Self::Output {
-        self.take()
-    }
-}
-
-impl<T: Scalar> SubStep<'_, '_, T> {
-    #[inline(always)]
-    fn take(self) -> Result<(), Short> {
+    fn run(self) -> Self::Output {
         let Self { map, mean, p, force, scratch } = self;
         place(map, mean, p, scratch);
         let leading = map.shape.leading;
