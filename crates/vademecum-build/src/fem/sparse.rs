@@ -9,7 +9,7 @@
 //! whatever asks for entries has the matrix assembled here.
 
 use std::cell::Cell;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use faer::prelude::ReborrowMut;
 use faer::sparse::SymbolicSparseColMatRef;
@@ -80,16 +80,47 @@ pub struct SymmetricMatrix(Entries);
 /// Where the entries of a matrix are.
 #[derive(Clone, Debug)]
 enum Entries {
-    Here(Arc<Pattern>, Arc<Vec<f64>>),
+    Here(Arc<Pattern>, Arc<Vec<f64>>, Arc<OnceLock<Option<NonZero>>>),
     /// On the ranks; here only once something needs them here.
     Spread(Arc<dyn SpreadMatrix>, Arc<Late<SymmetricMatrix>>),
+}
+
+/// The entries of a matrix that are not zero, where they are few beside the places of its pattern: a mass
+/// couples no two components, so two thirds of its places hold zeros.
+#[derive(Clone, Debug)]
+struct NonZero {
+    pattern: Pattern,
+    values: Vec<f64>,
+}
+
+impl NonZero {
+    /// Absent where more than half of the places are taken.
+    fn of(pattern: &Pattern, values: &[f64]) -> Option<NonZero> {
+        let count = values.iter().filter(|&&value| value != 0.0).count();
+        if 2 * count > values.len() {
+            return None;
+        }
+        let mut found = NonZero {
+            pattern: Pattern { column_starts: vec![0], rows: Vec::with_capacity(count) },
+            values: Vec::with_capacity(count),
+        };
+        for j in 0..pattern.n() {
+            let column = pattern.rows_of(j).iter().zip(&values[pattern.range(j)]);
+            for (&row, &value) in column.filter(|&(_, &value)| value != 0.0) {
+                found.pattern.rows.push(row);
+                found.values.push(value);
+            }
+            found.pattern.column_starts.push(found.values.len() as u32);
+        }
+        Some(found)
+    }
 }
 
 impl SymmetricMatrix {
     /// Joins values, in the pattern's order, to their pattern.
     pub(crate) fn new(pattern: Arc<Pattern>, values: Vec<f64>) -> SymmetricMatrix {
         assert_eq!(pattern.n_stored(), values.len());
-        SymmetricMatrix(Entries::Here(pattern, Arc::new(values)))
+        SymmetricMatrix(Entries::Here(pattern, Arc::new(values), Arc::default()))
     }
 
     /// A matrix whose rows lie on the ranks, and how to have it here.
@@ -103,7 +134,7 @@ impl SymmetricMatrix {
     /// Number of rows and columns.
     pub fn n(&self) -> usize {
         match &self.0 {
-            Entries::Here(pattern, _) => pattern.n(),
+            Entries::Here(pattern, ..) => pattern.n(),
             Entries::Spread(rows, ..) => rows.diagonal().len(),
         }
     }
@@ -119,7 +150,7 @@ impl SymmetricMatrix {
     /// The entries in this process, assembled if they are not there yet.
     fn here(&self) -> (&Arc<Pattern>, &Arc<Vec<f64>>) {
         match &self.0 {
-            Entries::Here(pattern, values) => (pattern, values),
+            Entries::Here(pattern, values, _) => (pattern, values),
             Entries::Spread(_, here) => here.get().here(),
         }
     }
@@ -137,7 +168,7 @@ impl SymmetricMatrix {
     /// Whether two matrices have the same values, on one pattern.
     pub(super) fn is_same(&self, other: &SymmetricMatrix) -> bool {
         match (&self.0, &other.0) {
-            (Entries::Here(_, own), Entries::Here(_, other)) => Arc::ptr_eq(own, other) || own == other,
+            (Entries::Here(_, own, _), Entries::Here(_, other, _)) => Arc::ptr_eq(own, other) || own == other,
             (Entries::Spread(own, ..), Entries::Spread(other, ..)) => Arc::ptr_eq(own, other),
             _ => false,
         }
@@ -201,13 +232,20 @@ impl SymmetricMatrix {
     /// `y ← A x` for `x` and `y` of shape `(n, c)`, column-major with contiguous columns.
     ///
     /// Parallel over rows, the same bits for any number of threads. A thread keeps memory for eight columns
-    /// from its first product to its next.
+    /// from its first product to its next, and a matrix of few entries has them once more without its zeros.
     ///
     /// # Panics
     /// If the shapes differ.
     pub fn mul_into(&self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) {
         match &self.0 {
-            Entries::Here(pattern, values) => mul_rows(pattern, [(values.as_slice(), x)], y),
+            Entries::Here(pattern, values, few) => {
+                // What is left out are products with zeros.
+                let (pattern, values) = match few.get_or_init(|| NonZero::of(pattern, values)) {
+                    Some(few) => (&few.pattern, &few.values),
+                    None => (&**pattern, &**values),
+                };
+                mul_rows(pattern, [(values.as_slice(), x)], y);
+            }
             Entries::Spread(rows, ..) => rows.mul_into(x, y),
         }
     }
@@ -251,7 +289,7 @@ impl SymmetricMatrix {
     pub fn inner(&self, x: &[f64], y: &[f64]) -> f64 {
         let n = self.n();
         assert!(x.len() == n && y.len() == n);
-        let Entries::Here(pattern, values) = &self.0 else {
+        let Entries::Here(pattern, values, _) = &self.0 else {
             let mut image = Mat::zeros(n, 1);
             self.mul_into(MatRef::from_column_major_slice(y, n, 1), image.as_mut());
             return x.iter().zip(image.col_as_slice(0)).map(|(x, y)| x * y).sum();
@@ -399,7 +437,31 @@ pub(crate) fn contiguous_mut<'a>(x: MatMut<'a, f64>, c: usize) -> &'a mut [f64] 
 
 #[cfg(test)]
 mod tests {
-    use super::dot_closely;
+    use std::sync::Arc;
+
+    use faer::Mat;
+
+    use super::{NonZero, Pattern, SymmetricMatrix, dot_closely};
+
+    #[test]
+    fn zeros_on_the_pattern_are_left_out_of_products() {
+        // Couples the first with the last of three alone; all nine places are there.
+        let pattern = Arc::new(Pattern::new(vec![0, 3, 6, 9], vec![0, 1, 2, 0, 1, 2, 0, 1, 2]));
+        let sparse = vec![2.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 5.0];
+        let few = NonZero::of(&pattern, &sparse).expect("four of nine places");
+        assert_eq!((few.pattern.rows, few.values), (vec![0, 2, 0, 2], vec![2.0, -1.0, -1.0, 5.0]));
+        assert_eq!(few.pattern.column_starts, [0, 2, 2, 4]);
+        let full: Vec<f64> = sparse.iter().map(|value| if *value == 0.0 { 1.0 } else { *value }).collect();
+        assert!(NonZero::of(&pattern, &full).is_none());
+        for (values, expected) in [(sparse, [-1.0, 0.0, 14.0]), (full, [1.0, 6.0, 16.0])] {
+            let x = Mat::from_fn(3, 2, |i, j| (i + 1) as f64 * (j + 1) as f64);
+            let mut y = Mat::zeros(3, 2);
+            SymmetricMatrix::new(pattern.clone(), values).mul_into(x.as_ref(), y.as_mut());
+            for j in 0..2 {
+                assert_eq!(y.col_as_slice(j), expected.map(|value| (j + 1) as f64 * value));
+            }
+        }
+    }
 
     #[test]
     fn what_cancels_is_summed_in_twice_the_precision() {

@@ -47,6 +47,9 @@ pub(super) fn substitute<T: Number>(
     for group in &supernodes.groups {
         let (lower, ratio) = group.parts(values);
         let (own, later) = x[group.first * k..].split_at_mut(group.columns * k);
+        if is_zero(own) {
+            continue;
+        }
         let mut own = MatMut::from_row_major_slice_mut(own, group.columns, k);
         solve_lower_triangular_in_place(lower, own.rb_mut(), Par::Seq);
         let image = &mut spare[..group.below() * k];
@@ -71,6 +74,11 @@ pub(super) fn substitute<T: Number>(
     }
 }
 
+/// Whether a part of the right-hand sides holds zeros alone.
+fn is_zero<T: Number>(part: &[T]) -> bool {
+    part.iter().all(|x| *x == T::nearest(0.0))
+}
+
 /// The same with all threads.
 pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &[T], x: &mut [T], k: usize) {
     // Fresh pages are written at once, as those of the factor are.
@@ -82,6 +90,10 @@ pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &
     let up = |at: usize, own: &mut [T], children: Vec<(usize, Vec<T>)>| -> Result<Vec<T>, Infallible> {
         let group = &supernodes.groups[at];
         let (columns, below) = (group.columns, group.below());
+        // Forces at a few nodes are felt above them in the tree alone.
+        if children.iter().all(|(_, from)| from.is_empty()) && is_zero(own) {
+            return Ok(vec![]);
+        }
         let mut update = zeros(below);
         for (child, from) in children {
             let local = supernodes.in_parent(&supernodes.groups[child]);
