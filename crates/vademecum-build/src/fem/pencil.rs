@@ -230,9 +230,7 @@ impl Pencil {
             return 0;
         }
         let stored = self.mass.pattern().n_stored();
-        // A third of the mass is not zero, and products read that apart.
-        let apart = (size_of::<u32>() + size_of::<f64>()) / 3;
-        stored.saturating_mul(size_of::<u32>() + 2 * size_of::<f64>() * (1 + self.regions.len()) + apart)
+        stored.saturating_mul(size_of::<u32>() + 2 * size_of::<f64>() * (1 + self.regions.len()))
     }
 
     /// Number of material regions, at least 1.
