@@ -9,7 +9,7 @@ use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::prepared::FactorPrecision;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place, read_regular};
-use vademecum_study::sweep::{State, look};
+use vademecum_study::sweep::{Meshes, State, look};
 
 use crate::arguments::{OutputArguments, size};
 use crate::console::Console;
@@ -47,8 +47,8 @@ pub struct Build {
     /// Compute every stage anew, whatever is kept.
     #[arg(long)]
     fresh: bool,
-    /// Do nothing where the output is whole and was built from this very problem file: for jobs that may be
-    /// run more than once.
+    /// Do nothing where the output is whole and was built from this very problem file and mesh: for jobs that
+    /// may be run more than once.
     #[arg(long, conflicts_with_all = ["fresh", "json"])]
     once: bool,
     /// Where the step over live parameters is unstable, add terms until it is stable; report and file say
@@ -191,10 +191,10 @@ impl Build {
         Ok(built)
     }
 
-    /// Whether the output is there and whole, and holds the text of the problem.
+    /// Whether the output is there and whole, and holds the text of the problem and the hash of its mesh.
     fn is_built(&self, problem: &Problem) -> bool {
         let bytes = read_regular(&self.output).ok();
-        look(bytes.as_deref(), &problem.text).0 == State::Done
+        look(bytes.as_deref(), &problem.text, &self.problem, &mut Meshes::default()).0 == State::Done
     }
 
     /// Beside the file, under its name: found again without being told, by the build it belongs to alone.
