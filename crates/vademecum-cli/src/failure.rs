@@ -134,6 +134,12 @@ impl Failure {
         failure
     }
 
+    /// Tells it, and gives the process's exit code.
+    pub fn tell(&self) -> u8 {
+        eprintln!("{self}");
+        self.exit_code()
+    }
+
     /// Who can act.
     pub fn cause(&self) -> Cause {
         self.cause

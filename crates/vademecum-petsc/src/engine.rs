@@ -21,12 +21,16 @@ use crate::work::{assemble, lay};
 /// Starts MPI and PETSc. The first rank does `work` with an engine of all ranks, and its result comes back;
 /// the others serve it until it is done, and come back without one.
 ///
-/// Where a rank was lost during the work, the others may wait for what will not come: the process then has
-/// to end, by which `mpirun` ends them.
+/// Where a rank was lost during the work, the others may wait for what will not come. Then `tell` says what
+/// became of the work and gives an exit code, with which all ranks end: no launcher has to notice.
 ///
 /// # Errors
 /// [`EngineError`]: MPI or PETSc do not start.
-pub fn run<T>(options: &Options, work: impl FnOnce(&Arc<dyn Engine>) -> T) -> Result<Option<T>, EngineError> {
+pub fn run<T>(
+    options: &Options,
+    work: impl FnOnce(&Arc<dyn Engine>) -> T,
+    tell: impl FnOnce(&T) -> u8,
+) -> Result<Option<T>, EngineError> {
     let mut session = Session::new(Ranks { calls: Calls::start()? });
     if !session.ranks.is_first() {
         while heard(&mut session, options) {}
@@ -43,10 +47,11 @@ pub fn run<T>(options: &Options, work: impl FnOnce(&Arc<dyn Engine>) -> T) -> Re
     drop(engine);
     let session = Arc::into_inner(session).expect("factors end with the work");
     let Session { ranks, lost, .. } = session.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if !lost {
-        ranks.say(Word::Stop)?;
-        ranks.calls.finish()?;
+    if lost {
+        ranks.calls.abort(tell(&done));
     }
+    ranks.say(Word::Stop)?;
+    ranks.calls.finish()?;
     Ok(Some(done))
 }
 

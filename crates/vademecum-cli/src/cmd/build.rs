@@ -121,7 +121,12 @@ impl Build {
     fn run_on_ranks(&self, console: &Console) -> Result<(), Failure> {
         let iterative = self.solver == Some(SolverName::Iterative);
         let options = vademecum_petsc::Options { out_of_core: self.out_of_core.clone(), iterative };
-        let done = vademecum_petsc::run(&options, |engine| self.run_on(Some(engine), console));
+        // Where the ranks do not end together, this one tells why and ends them all.
+        let tell = |done: &Result<(), Failure>| {
+            console.clear();
+            done.as_ref().map_or_else(Failure::tell, |()| 0)
+        };
+        let done = vademecum_petsc::run(&options, |engine| self.run_on(Some(engine), console), tell);
         done.map_err(|error| Failure::new(Cause::Machine, error))?.unwrap_or(Ok(()))
     }
 
