@@ -11,6 +11,9 @@
 #if defined(PETSC_USE_COMPLEX)
 #error "vademecum needs a PETSc of real numbers; this one is built for complex ones"
 #endif
+#if !defined(PETSC_HAVE_MUMPS)
+#error "vademecum needs a PETSc with MUMPS; this one has none: install libpetsc-real-dev, or configure PETSc with --download-mumps"
+#endif
 _Static_assert(sizeof(PetscScalar) == sizeof(double), "vademecum needs a PETSc in double precision");
 
 enum { TAG = 7, CHUNK = 1 << 28 };
@@ -54,6 +57,7 @@ int vp_start(int64_t *ranks) {
     MPI(MPI_Init_thread, NULL, NULL, MPI_THREAD_SERIALIZED, &given);
     if (given < MPI_THREAD_SERIALIZED) return fail("MPI_Init_thread", "this MPI cannot be called from more than one thread");
     MPI(MPI_Comm_set_errhandler, MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+    MPI(MPI_Comm_set_errhandler, MPI_COMM_SELF, MPI_ERRORS_RETURN);
     MPI(MPI_Comm_rank, MPI_COMM_WORLD, &rank);
     MPI(MPI_Comm_size, MPI_COMM_WORLD, &size);
     MPI(MPI_Comm_split_type, MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
