@@ -291,6 +291,8 @@ int vp_factor(struct vp_matrix *m, const char *folder, Mat *made) {
     if (folder && setenv("MUMPS_OOC_TMPDIR", folder, 1)) return fail("setenv", "not enough memory for a name");
     PETSC(MatGetFactor, m->a, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, made);
     PETSC(MatMumpsSetIcntl, *made, 22, folder ? 1 : 0);
+    /* No ScaLAPACK for the last front: MUMPS does not count its negative pivots, which are how an indefinite matrix shows. */
+    PETSC(MatMumpsSetIcntl, *made, 13, 1);
     PETSC(MatCholeskyFactorSymbolic, *made, m->a, NULL, &info);
     return 0;
 }
