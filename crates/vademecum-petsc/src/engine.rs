@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 use vademecum_build::fem::{
-    AT_ONCE, ElementError, Engine, EngineError, FactorError, ModelError, Rigid, Rows, Search, Spread,
-    SpreadMatrix, SymmetricMatrix, Whole,
+    AT_ONCE, ElementError, Engine, EngineError, FactorError, ModelError, Resource, Rigid, Rows, Search,
+    Spread, SpreadMatrix, SymmetricMatrix, Whole,
 };
 
 use crate::calls::Calls;
@@ -95,7 +95,7 @@ impl Engine for Petsc {
     fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
         let mut session = self.shared.locked();
         let ids = [session.number(), session.number()];
-        let made = assemble_all(&mut session, ids, body);
+        let made = assemble_all(&mut session, ids, body, &self.shared.options);
         let diagonals = session.noting(made)??;
         let mut diagonals = diagonals.into_iter();
         Ok(ids.map(|id| self.spread(id, body.order(), diagonals.next().unwrap_or_default())))
@@ -184,6 +184,7 @@ fn assemble_all(
     session: &mut Session,
     ids: [u64; 2],
     body: &Whole,
+    options: &Options,
 ) -> Result<Result<[Vec<f64>; 2], ModelError>, EngineError> {
     let (ranks, order) = (&session.ranks, body.order());
     let total = order.len();
@@ -193,7 +194,7 @@ fn assemble_all(
         send_part(&body.part(ranks.rows_of(rank, total)), ranks, rank)?;
     }
     let part = body.part(ranks.rows_of(0, total));
-    let own = assemble(ranks, &part);
+    let own = assemble(ranks, &part, options);
     let mut failed: Vec<ModelError> = own.as_ref().err().cloned().into_iter().collect();
     for rank in ranks.others() {
         failed.extend(receive_verdict(ranks, rank)?);
@@ -242,7 +243,8 @@ fn receive_verdict(ranks: &Ranks, rank: usize) -> Result<Option<ModelError>, Eng
             let bytes: Vec<u64> = ranks.receive_list(rank)?;
             let words: Vec<u8> = bytes.into_iter().map(|byte| byte as u8).collect();
             let reason = String::from_utf8_lossy(&words).into_owned();
-            Some(EngineError { call: format!("rank {rank}"), reason }.into())
+            let short = (said[1] != 0.0).then_some(Resource::Memory);
+            Some(EngineError { call: format!("rank {rank}"), reason, short }.into())
         }
     })
 }

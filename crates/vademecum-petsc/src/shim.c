@@ -19,13 +19,17 @@ _Static_assert(sizeof(PetscScalar) == sizeof(double), "vademecum needs a PETSc i
 enum { TAG = 7, CHUNK = 1 << 28 };
 
 static char failed_call[64], failed_words[512];
+static int failed_short;
 
 const char *vp_failed_call(void) { return failed_call; }
 const char *vp_failed_words(void) { return failed_words; }
+/* Whether memory was refused. */
+int vp_failed_short(void) { return failed_short; }
 
 static int fail(const char *call, const char *words) {
     snprintf(failed_call, sizeof failed_call, "%s", call);
     snprintf(failed_words, sizeof failed_words, "%s", words);
+    failed_short = !strcmp(call, "malloc");
     return 1;
 }
 
@@ -44,7 +48,9 @@ static int petsc(PetscErrorCode code, const char *call) {
     (void)PetscErrorMessage(code, &general, &specific);
     snprintf(words, sizeof words, "%s (error %d)%s%s", general ? general : "no words for it", (int)code,
              specific && *specific ? ": " : "", specific ? specific : "");
-    return fail(call, words);
+    (void)fail(call, words);
+    failed_short = code == PETSC_ERR_MEM;
+    return 1;
 }
 
 #define MPI(call, ...) do { if (mpi(call(__VA_ARGS__), #call)) return 1; } while (0)
@@ -284,15 +290,17 @@ int vp_matrix_multiply_closely(struct vp_matrix *m, const double *x, double *y) 
     return 0;
 }
 
-/* The analysis of a factorisation L D L^T by MUMPS. With a folder, the factor goes there. */
-int vp_factor(struct vp_matrix *m, const char *folder, Mat *made) {
+/* The analysis of a factorisation L D L^T by MUMPS. With a folder, the factor goes there. `room` is the share of memory beside
+   what is needed that its estimates count [per cent]. */
+int vp_factor(struct vp_matrix *m, const char *folder, int64_t room, Mat *made) {
     MatFactorInfo info;
     PETSC(MatFactorInfoInitialize, &info);
-    if (folder && setenv("MUMPS_OOC_TMPDIR", folder, 1)) return fail("setenv", "not enough memory for a name");
+    if (folder && setenv("MUMPS_OOC_TMPDIR", folder, 1)) return fail("malloc", "not enough memory for the name of a folder");
     PETSC(MatGetFactor, m->a, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, made);
     PETSC(MatMumpsSetIcntl, *made, 22, folder ? 1 : 0);
     /* No ScaLAPACK for the last front: MUMPS does not count its negative pivots, which are how an indefinite matrix shows. */
     PETSC(MatMumpsSetIcntl, *made, 13, 1);
+    PETSC(MatMumpsSetIcntl, *made, 14, (PetscInt)room);
     PETSC(MatCholeskyFactorSymbolic, *made, m->a, NULL, &info);
     return 0;
 }

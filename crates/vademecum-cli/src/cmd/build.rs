@@ -58,7 +58,8 @@ pub struct Build {
     /// Do what is estimated to take more than four hours or 2e7 full-order steps, too.
     #[arg(long)]
     long: bool,
-    /// Memory the build may use, such as 8G or 500M [default: what the machine and `ulimit -v` leave].
+    /// Memory the build may use on a machine, such as 8G or 500M [default: what the machine, its control groups
+    /// and `ulimit -v` leave].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory: Option<u64>,
     /// What factorises the stiffness and searches for modes: this process, or PETSc on all ranks that
@@ -120,7 +121,8 @@ impl Build {
     #[cfg(feature = "petsc")]
     fn run_on_ranks(&self, console: &Console) -> Result<(), Failure> {
         let iterative = self.solver == Some(SolverName::Iterative);
-        let options = vademecum_petsc::Options { out_of_core: self.out_of_core.clone(), iterative };
+        let (out_of_core, memory) = (self.out_of_core.clone(), self.memory);
+        let options = vademecum_petsc::Options { out_of_core, iterative, memory };
         // Where the ranks do not end together, this one tells why and ends them all.
         let tell = |done: &Result<(), Failure>| {
             console.clear();
