@@ -59,8 +59,8 @@ pub fn lay(
     Ok([one(pencil.mass())?, one(pencil.stiffness())?])
 }
 
-/// Room beside what MUMPS needs without pivoting that is tried, one after the other \[%\]; its estimates count
-/// the first.
+/// Room beside what MUMPS needs without pivoting that is tried, one after the other \[%\]; its estimates
+/// count the first.
 const ROOM: [i64; 3] = [30, 100, 400];
 
 /// What solves with a matrix, and the folder of a factor on disk; or why there is none, which all ranks agree

@@ -58,7 +58,7 @@ pub struct Build {
     /// Do what is estimated to take more than four hours or 2e7 full-order steps, too.
     #[arg(long)]
     long: bool,
-    /// Memory the build may use on a machine, such as 8G or 500M [default: what the machine, its control groups
+    /// Memory the build may use on a machine, such as 8G or 500M [default: what the machine, control groups
     /// and `ulimit -v` leave].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory: Option<u64>,

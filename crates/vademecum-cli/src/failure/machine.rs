@@ -20,8 +20,8 @@ pub enum Blame {
     Library,
 }
 
-/// Who can act on an error that goes back to the memory for a factor or to ranks, whichever stage met it; none
-/// if it goes back to neither.
+/// Who can act on an error that goes back to the memory for a factor or to ranks, whichever stage met it;
+/// none if it goes back to neither.
 pub fn blame(error: &(dyn Error + 'static)) -> Option<Blame> {
     let mut next = Some(error);
     while let Some(error) = next {
