@@ -13,6 +13,10 @@ fn examples() -> Vec<String> {
     blocks.map(|block| block.split("```").next().unwrap_or_default().to_string()).collect()
 }
 
+/// A problem whose mesh is a file beside it.
+const CUBE: &str = "[mesh]\nfile = \"cube.msh\"\n[[material]]\nyoung = 1e9\npoisson = 0.3\ndensity = 1000.0\n\
+                    [[support]]\non = { fraction = { axis = \"z\", side = \"min\", fraction = 0.01 } }\n[load]\n";
+
 /// A folder with the example's problem and a sweep.
 fn folder(sweep: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
@@ -158,6 +162,53 @@ fn a_line_that_is_killed_goes_on() {
     assert!(std::fs::read(folder.join("a folder's jobs/1.vdm")).expect("a file") == bytes);
 }
 
+/// The text of a problem says which mesh it means, and not what is in it.
+#[test]
+fn a_mesh_that_changes_makes_its_jobs_stale() {
+    let folder = folder(
+        "problems = [\"cube.toml\"]\narguments = [\"--keep-missed\"]\n[[vary]]\nkey = \"basis.modes\"\nvalues = [2, 3]\n\
+         [[vary]]\nkey = \"mesh.scale\"\nvalues = [1.0, 0.5]\n",
+    );
+    let path = folder.path();
+    let mesh = std::fs::read_to_string(repository().join("fixtures/meshes/cube.msh")).expect("a mesh");
+    std::fs::write(path.join("cube.msh"), &mesh).expect("written");
+    std::fs::write(path.join("cube.toml"), CUBE).expect("written");
+    assert_eq!(plan(path), (Some(0), String::new()));
+    let lines = lines(path);
+    let runs = |line: &String| run(line).status.success();
+    assert!(lines.iter().all(runs));
+    let (code, collected) = collect(path);
+    assert_eq!((code, states(&collected)), (Some(0), vec!["done"; 4]));
+    let first = |collected: &Value| collected["jobs"][0]["first_frequency_hz"].as_f64().expect("a frequency");
+    let before = first(&collected);
+
+    // One corner is moved: the same text, the same topology, another body.
+    let other = mesh.replace("\n7 1 1 1\n", "\n7 1 1 1.5\n");
+    assert_ne!(other, mesh);
+    std::fs::write(path.join("cube.msh"), &other).expect("written");
+    let (code, collected) = collect(path);
+    assert_eq!((code, states(&collected)), (Some(7), vec!["stale"; 4]));
+    let reason = |collected: &Value| collected["jobs"][0]["reason"].as_str().expect("a reason").to_string();
+    assert_eq!(reason(&collected), "it was built from another mesh");
+    let ran = vademecum(&["collect", &at(path, "a folder's jobs")]);
+    assert_eq!(ran.stdout.matches("it was built from another mesh").count(), 4, "{}", ran.stdout);
+    assert!(runs(&lines[0]));
+    let (_, collected) = collect(path);
+    assert_eq!(states(&collected), ["done", "stale", "stale", "stale"]);
+    assert!((first(&collected) / before - 1.0).abs() > 1e-3, "{collected}");
+    assert!(lines.iter().all(runs));
+    assert_eq!(collect(path).0, Some(0));
+
+    // What cannot be compared is not called done.
+    std::fs::remove_file(path.join("cube.msh")).expect("removed");
+    let (code, collected) = collect(path);
+    assert_eq!((code, states(&collected)), (Some(7), vec!["stale"; 4]));
+    assert!(reason(&collected).contains("cube.msh"), "{collected}");
+    let kept = std::fs::read(path.join("a folder's jobs/1.vdm")).expect("a file");
+    assert!(!runs(&lines[0]));
+    assert!(std::fs::read(path.join("a folder's jobs/1.vdm")).expect("a file") == kept);
+}
+
 #[test]
 fn what_cannot_be_planned_is_refused_by_name_and_nothing_is_written() {
     let vary = |key: &str, values: &str| {
@@ -207,9 +258,7 @@ fn a_gallery_and_values_that_belong_together() {
     std::fs::create_dir(path.join("sub")).expect("a folder");
     let mesh = repository().join("fixtures/meshes/cube.msh");
     std::fs::copy(mesh, path.join("sub/cube.msh")).expect("copied");
-    let cube = "[mesh]\nfile = \"cube.msh\"\n[[material]]\nyoung = 1e9\npoisson = 0.3\ndensity = 1000.0\n\
-                [[support]]\non = { fraction = { axis = \"z\", side = \"min\", fraction = 0.01 } }\n[load]\n";
-    std::fs::write(path.join("sub/cube.toml"), cube).expect("written");
+    std::fs::write(path.join("sub/cube.toml"), CUBE).expect("written");
     assert_eq!(plan(path), (Some(0), String::new()));
     for line in lines(path) {
         assert!(line.ends_with(" --once --quiet --keep-missed"), "{line}");

@@ -3,6 +3,8 @@
 //! Everything that is asked for by name is compared with a bound before anything is allocated, so that a
 //! hostile or a mistyped problem ends in a sentence and not in an abort.
 
+mod groups;
+
 /// Smallest and largest magnitude of a physical number in any unit system.
 ///
 /// Energies are sums of products of four such numbers (a modulus, two displacements, a length), and double
@@ -82,13 +84,13 @@ impl Memory {
 }
 
 /// Memory that can still be had (Linux): what the machine has free, and what a limit on the address space of
-/// this process (`ulimit -v`) leaves.
+/// this process (`ulimit -v`) and those of its control groups leave.
 fn available() -> Option<u64> {
     let free = kilobytes(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:");
     let used = || kilobytes(&std::fs::read_to_string("/proc/self/status").ok()?, "VmSize:");
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let space = address_space(&limits).map(|limit| limit.saturating_sub(used().unwrap_or(0)));
-    free.into_iter().chain(space).min()
+    free.into_iter().chain(space).chain(groups::left_by_groups()).min()
 }
 
 /// The number behind `name` in a table of the kernel, in bytes.

@@ -1,5 +1,9 @@
 //! Every way a command can fail: one exit code per cause, the chain of causes, and what to do.
 
+mod machine;
+#[cfg(test)]
+mod tests;
+
 use std::error::Error;
 use std::fmt;
 use std::io::ErrorKind;
@@ -22,6 +26,8 @@ use vademecum_study::{FileError, StudyError};
 
 use crate::looks::{Looks, look};
 
+use machine::{Blame, MEMORY, blame};
+
 /// What to do about a mesh that was read and cannot be used.
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
 
@@ -29,8 +35,6 @@ const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every pr
 pub const UNREAD: &str = "name a file that exists and that you may read";
 /// What to do about a disk that refuses.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
-/// What to do when memory runs out.
-const MEMORY: &str = "close other programs, lift the limit on this one, or ask for fewer modes or cells";
 /// What to do about a vademecum file that says what cannot be.
 pub const DAMAGED: &str =
     "the file was damaged after it was written, or not written by this program: copy or build it again";
@@ -132,6 +136,12 @@ impl Failure {
             failure.file = Some(scenario.to_path_buf());
         }
         failure
+    }
+
+    /// Tells it, and gives the process's exit code.
+    pub fn tell(&self) -> u8 {
+        eprintln!("{self}");
+        self.exit_code()
     }
 
     /// Who can act.
@@ -264,6 +274,11 @@ impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
         if is_cancelled(&error) {
             return Self::new(Cause::Stopped, "stopped on request; nothing was written");
+        }
+        match blame(&error) {
+            Some(Blame::Machine(remedy)) => return Self::new(Cause::Machine, error).remedy(remedy),
+            Some(Blame::Library) => return Self::new(Cause::Numerics, error),
+            None => {}
         }
         let (cause, remedy) = match &error {
             BuildError::Memory(_) | BuildError::Prepare(PrepareError::Memory(_)) => (Cause::Machine, ""),

@@ -110,10 +110,7 @@ pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     console.clear();
     match result {
         Ok(()) => 0,
-        Err(failure) => {
-            eprintln!("{failure}");
-            failure.exit_code()
-        }
+        Err(failure) => failure.tell(),
     }
 }
 

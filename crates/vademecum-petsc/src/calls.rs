@@ -7,11 +7,12 @@
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
 
-use vademecum_build::fem::EngineError;
+use vademecum_build::fem::{EngineError, Resource};
 
 unsafe extern "C" {
     fn vp_failed_call() -> *const c_char;
     fn vp_failed_words() -> *const c_char;
+    fn vp_failed_short() -> c_int;
     fn vp_start(ranks: *mut i64) -> c_int;
     fn vp_finish() -> c_int;
     fn vp_abort(code: c_int);
@@ -40,7 +41,7 @@ unsafe extern "C" {
     fn vp_matrix_multiply(matrix: *mut c_void, x: *const f64, y: *mut f64, columns: i64) -> c_int;
     fn vp_matrix_multiply_closely(matrix: *mut c_void, x: *const f64, y: *mut f64) -> c_int;
     fn vp_matrix_free(matrix: *mut c_void);
-    fn vp_factor(matrix: *mut c_void, folder: *const c_char, made: *mut *mut c_void) -> c_int;
+    fn vp_factor(matrix: *mut c_void, folder: *const c_char, room: i64, made: *mut *mut c_void) -> c_int;
     fn vp_factor_fill(matrix: *mut c_void, factor: *mut c_void, room: i64) -> c_int;
     fn vp_factor_says(factor: *mut c_void, of_all: c_int, which: i64, said: *mut i64) -> c_int;
     fn vp_factor_solve(
@@ -77,7 +78,9 @@ fn checked(status: c_int) -> Result<(), EngineError> {
     // shim.
     let [call, reason] = unsafe { [CStr::from_ptr(vp_failed_call()), CStr::from_ptr(vp_failed_words())] }
         .map(|text| text.to_string_lossy().into_owned());
-    Err(EngineError { call, reason })
+    // SAFETY: as above; it gives a number.
+    let short = (unsafe { vp_failed_short() } != 0).then_some(Resource::Memory);
+    Err(EngineError { call, reason, short })
 }
 
 /// MPI and PETSc, started.
@@ -233,12 +236,13 @@ pub struct Factor {
 unsafe impl Send for Factor {}
 
 impl Factor {
-    /// Analyses a matrix. With a folder the factor will lie there.
-    pub fn analyse(matrix: Matrix, folder: Option<&CString>) -> Result<Self, EngineError> {
+    /// Analyses a matrix. With a folder the factor will lie there. What is said of memory counts so much room
+    /// beside what is needed \[%\].
+    pub fn analyse(matrix: Matrix, folder: Option<&CString>, room: i64) -> Result<Self, EngineError> {
         let mut factor = Self { matrix, made: ptr::null_mut() };
         let folder = folder.map_or(ptr::null(), |folder| folder.as_ptr());
         // SAFETY: the shim reads the text to its zero, or is given none, and writes one pointer.
-        checked(unsafe { vp_factor(factor.matrix.made, folder, &mut factor.made) })?;
+        checked(unsafe { vp_factor(factor.matrix.made, folder, room, &mut factor.made) })?;
         Ok(factor)
     }
 

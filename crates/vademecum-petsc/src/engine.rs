@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 use vademecum_build::fem::{
-    AT_ONCE, ElementError, Engine, EngineError, FactorError, ModelError, Rigid, Rows, Search, Spread,
-    SpreadMatrix, SymmetricMatrix, Whole,
+    AT_ONCE, ElementError, Engine, EngineError, FactorError, ModelError, Resource, Rigid, Rows, Search,
+    Spread, SpreadMatrix, SymmetricMatrix, Whole,
 };
 
 use crate::calls::Calls;
@@ -21,12 +21,16 @@ use crate::work::{assemble, lay};
 /// Starts MPI and PETSc. The first rank does `work` with an engine of all ranks, and its result comes back;
 /// the others serve it until it is done, and come back without one.
 ///
-/// Where a rank was lost during the work, the others may wait for what will not come: the process then has
-/// to end, by which `mpirun` ends them.
+/// Where a rank was lost during the work, the others may wait for what will not come. Then `tell` says what
+/// became of the work and gives an exit code, with which all ranks end: no launcher has to notice.
 ///
 /// # Errors
 /// [`EngineError`]: MPI or PETSc do not start.
-pub fn run<T>(options: &Options, work: impl FnOnce(&Arc<dyn Engine>) -> T) -> Result<Option<T>, EngineError> {
+pub fn run<T>(
+    options: &Options,
+    work: impl FnOnce(&Arc<dyn Engine>) -> T,
+    tell: impl FnOnce(&T) -> u8,
+) -> Result<Option<T>, EngineError> {
     let mut session = Session::new(Ranks { calls: Calls::start()? });
     if !session.ranks.is_first() {
         while heard(&mut session, options) {}
@@ -43,10 +47,11 @@ pub fn run<T>(options: &Options, work: impl FnOnce(&Arc<dyn Engine>) -> T) -> Re
     drop(engine);
     let session = Arc::into_inner(session).expect("factors end with the work");
     let Session { ranks, lost, .. } = session.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if !lost {
-        ranks.say(Word::Stop)?;
-        ranks.calls.finish()?;
+    if lost {
+        ranks.calls.abort(tell(&done));
     }
+    ranks.say(Word::Stop)?;
+    ranks.calls.finish()?;
     Ok(Some(done))
 }
 
@@ -90,7 +95,7 @@ impl Engine for Petsc {
     fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
         let mut session = self.shared.locked();
         let ids = [session.number(), session.number()];
-        let made = assemble_all(&mut session, ids, body);
+        let made = assemble_all(&mut session, ids, body, &self.shared.options);
         let diagonals = session.noting(made)??;
         let mut diagonals = diagonals.into_iter();
         Ok(ids.map(|id| self.spread(id, body.order(), diagonals.next().unwrap_or_default())))
@@ -179,6 +184,7 @@ fn assemble_all(
     session: &mut Session,
     ids: [u64; 2],
     body: &Whole,
+    options: &Options,
 ) -> Result<Result<[Vec<f64>; 2], ModelError>, EngineError> {
     let (ranks, order) = (&session.ranks, body.order());
     let total = order.len();
@@ -188,7 +194,7 @@ fn assemble_all(
         send_part(&body.part(ranks.rows_of(rank, total)), ranks, rank)?;
     }
     let part = body.part(ranks.rows_of(0, total));
-    let own = assemble(ranks, &part);
+    let own = assemble(ranks, &part, options);
     let mut failed: Vec<ModelError> = own.as_ref().err().cloned().into_iter().collect();
     for rank in ranks.others() {
         failed.extend(receive_verdict(ranks, rank)?);
@@ -237,7 +243,8 @@ fn receive_verdict(ranks: &Ranks, rank: usize) -> Result<Option<ModelError>, Eng
             let bytes: Vec<u64> = ranks.receive_list(rank)?;
             let words: Vec<u8> = bytes.into_iter().map(|byte| byte as u8).collect();
             let reason = String::from_utf8_lossy(&words).into_owned();
-            Some(EngineError { call: format!("rank {rank}"), reason }.into())
+            let short = (said[1] != 0.0).then_some(Resource::Memory);
+            Some(EngineError { call: format!("rank {rank}"), reason, short }.into())
         }
     })
 }

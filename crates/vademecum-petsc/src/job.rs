@@ -6,8 +6,10 @@ use vademecum_build::fem::EngineError;
 
 use crate::ranks::Ranks;
 
-/// The exit code of a job that a rank ended: that of numerics.
-const ENDED: u8 = 5;
+/// The exit code of a job that a rank ended: that of numerics, or of the machine where something ran short.
+fn exit_code(error: &EngineError) -> u8 {
+    if error.short.is_some() { 1 } else { 5 }
+}
 
 /// What the user may choose.
 #[derive(Clone, Debug, Default)]
@@ -16,6 +18,8 @@ pub struct Options {
     pub out_of_core: Option<PathBuf>,
     /// Conjugate gradients with algebraic multigrid, and no factor, to [`TOLERANCE`].
     pub iterative: bool,
+    /// Memory that the ranks of one machine may use together \[bytes\]; absent: what the machine has free.
+    pub memory: Option<u64>,
 }
 
 /// What conjugate gradients leave of the error, in the energy norm, as a share of the answer.
@@ -24,5 +28,5 @@ pub const TOLERANCE: f64 = 1e-10;
 /// Names an error and ends the job.
 pub fn end(ranks: &Ranks, error: &EngineError) -> ! {
     eprintln!("error: rank {} of {}: {error}", ranks.calls.rank, ranks.calls.size);
-    ranks.calls.abort(ENDED)
+    ranks.calls.abort(exit_code(error))
 }

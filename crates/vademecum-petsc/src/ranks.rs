@@ -147,7 +147,8 @@ impl Ranks {
         self.calls.idle()?;
         let mut sent = [[0; 8]; size_of::<Sent>() / 8];
         self.calls.receive(sent.as_flattened_mut(), 0)?;
-        let unknown = || EngineError { call: "MPI_Recv".into(), reason: "a word that no rank knows".into() };
+        let reason = "a word that no rank knows";
+        let unknown = || EngineError { call: "MPI_Recv".into(), reason: reason.into(), short: None };
         Word::received(sent.map(u64::from_ne_bytes)).ok_or_else(unknown)
     }
 

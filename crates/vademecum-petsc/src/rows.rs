@@ -144,6 +144,7 @@ fn unknown() -> EngineError {
     EngineError {
         call: "MPI_Recv".into(),
         reason: "the number of a matrix or factor that this rank does not hold".into(),
+        short: None,
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use faer::Mat;
 use vademecum_build::dynamics::{ModesError, search_on};
-use vademecum_build::fem::{EngineError, ModelError};
+use vademecum_build::fem::{EngineError, ModelError, Resource};
 
 use crate::deal::{Share, receive_part};
 use crate::job::{Options, end};
@@ -40,7 +40,7 @@ fn serve(session: &mut Session, options: &Options) -> Result<bool, EngineError> 
             let ranks = &session.ranks;
             let (total, places) = receive_places(ranks)?;
             let part = receive_part(ranks, 0)?;
-            let assembled = assemble(ranks, &part);
+            let assembled = assemble(ranks, &part, options);
             send_verdict(ranks, assembled.as_ref().err())?;
             let goes = ranks.receive::<u64>(1, 0)?[0] != 0;
             // The first rank tells why it does not.
@@ -117,7 +117,7 @@ pub fn make(
     };
     let matrix = matrix.held(springs.as_ref().map(on_rows).as_deref())?;
     let made = match multigrid {
-        Some((blocks, motions)) => iterate(&session.ranks, matrix, motions, *blocks)?,
+        Some(multigrid) => iterate(&session.ranks, matrix, multigrid, options)?,
         None => factorise(&session.ranks, matrix, total, options)?,
     };
     Ok(made.map(|(solver, _scratch)| {
@@ -126,7 +126,8 @@ pub fn make(
     }))
 }
 
-/// What became of the assembly on this rank: whether it failed, at which element, with which volume form.
+/// What became of the assembly on this rank: whether it failed, at which element, with which volume form; or
+/// whether memory was short, and the words.
 fn send_verdict(ranks: &Ranks, error: Option<&ModelError>) -> Result<(), EngineError> {
     match error {
         None => ranks.send(&[0.0; 3], 0),
@@ -134,7 +135,9 @@ fn send_verdict(ranks: &Ranks, error: Option<&ModelError>) -> Result<(), EngineE
             ranks.send(&[1.0, f64::from(*element), source.determinant], 0)
         }
         Some(other) => {
-            ranks.send(&[2.0, 0.0, 0.0], 0)?;
+            let short =
+                matches!(other, ModelError::Engine(EngineError { short: Some(Resource::Memory), .. }));
+            ranks.send(&[2.0, f64::from(u8::from(short)), 0.0], 0)?;
             ranks.send_list(&other.to_string().bytes().map(u64::from).collect::<Vec<_>>(), 0)
         }
     }

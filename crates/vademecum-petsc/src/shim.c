@@ -11,18 +11,25 @@
 #if defined(PETSC_USE_COMPLEX)
 #error "vademecum needs a PETSc of real numbers; this one is built for complex ones"
 #endif
+#if !defined(PETSC_HAVE_MUMPS)
+#error "vademecum needs a PETSc with MUMPS; this one has none: install libpetsc-real-dev, or configure PETSc with --download-mumps"
+#endif
 _Static_assert(sizeof(PetscScalar) == sizeof(double), "vademecum needs a PETSc in double precision");
 
 enum { TAG = 7, CHUNK = 1 << 28 };
 
 static char failed_call[64], failed_words[512];
+static int failed_short;
 
 const char *vp_failed_call(void) { return failed_call; }
 const char *vp_failed_words(void) { return failed_words; }
+/* Whether memory was refused. */
+int vp_failed_short(void) { return failed_short; }
 
 static int fail(const char *call, const char *words) {
     snprintf(failed_call, sizeof failed_call, "%s", call);
     snprintf(failed_words, sizeof failed_words, "%s", words);
+    failed_short = !strcmp(call, "malloc");
     return 1;
 }
 
@@ -41,7 +48,9 @@ static int petsc(PetscErrorCode code, const char *call) {
     (void)PetscErrorMessage(code, &general, &specific);
     snprintf(words, sizeof words, "%s (error %d)%s%s", general ? general : "no words for it", (int)code,
              specific && *specific ? ": " : "", specific ? specific : "");
-    return fail(call, words);
+    (void)fail(call, words);
+    failed_short = code == PETSC_ERR_MEM;
+    return 1;
 }
 
 #define MPI(call, ...) do { if (mpi(call(__VA_ARGS__), #call)) return 1; } while (0)
@@ -54,6 +63,7 @@ int vp_start(int64_t *ranks) {
     MPI(MPI_Init_thread, NULL, NULL, MPI_THREAD_SERIALIZED, &given);
     if (given < MPI_THREAD_SERIALIZED) return fail("MPI_Init_thread", "this MPI cannot be called from more than one thread");
     MPI(MPI_Comm_set_errhandler, MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+    MPI(MPI_Comm_set_errhandler, MPI_COMM_SELF, MPI_ERRORS_RETURN);
     MPI(MPI_Comm_rank, MPI_COMM_WORLD, &rank);
     MPI(MPI_Comm_size, MPI_COMM_WORLD, &size);
     MPI(MPI_Comm_split_type, MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
@@ -280,13 +290,17 @@ int vp_matrix_multiply_closely(struct vp_matrix *m, const double *x, double *y) 
     return 0;
 }
 
-/* The analysis of a factorisation L D L^T by MUMPS. With a folder, the factor goes there. */
-int vp_factor(struct vp_matrix *m, const char *folder, Mat *made) {
+/* The analysis of a factorisation L D L^T by MUMPS. With a folder, the factor goes there. `room` is the share of memory beside
+   what is needed that its estimates count [per cent]. */
+int vp_factor(struct vp_matrix *m, const char *folder, int64_t room, Mat *made) {
     MatFactorInfo info;
     PETSC(MatFactorInfoInitialize, &info);
-    if (folder && setenv("MUMPS_OOC_TMPDIR", folder, 1)) return fail("setenv", "not enough memory for a name");
+    if (folder && setenv("MUMPS_OOC_TMPDIR", folder, 1)) return fail("malloc", "not enough memory for the name of a folder");
     PETSC(MatGetFactor, m->a, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, made);
     PETSC(MatMumpsSetIcntl, *made, 22, folder ? 1 : 0);
+    /* No ScaLAPACK for the last front: MUMPS does not count its negative pivots, which are how an indefinite matrix shows. */
+    PETSC(MatMumpsSetIcntl, *made, 13, 1);
+    PETSC(MatMumpsSetIcntl, *made, 14, (PetscInt)room);
     PETSC(MatCholeskyFactorSymbolic, *made, m->a, NULL, &info);
     return 0;
 }

@@ -4,7 +4,7 @@ use std::ffi::CString;
 use std::path::Path;
 use std::sync::Arc;
 
-use vademecum_build::fem::{EngineError, FactorError, ModelError, Part, Pencil};
+use vademecum_build::fem::{EngineError, FactorError, ModelError, Part, Pencil, Resource};
 use vademecum_build::limits::{Memory, memory_in_words};
 
 use crate::calls::{Factor, Iteration, Matrix};
@@ -17,21 +17,26 @@ use crate::rows::{Lying, Scratch, Solver};
 /// prototype held 2.7 times their matrix at 282 576 dofs and 5.4 times at 1 044 900.
 const MULTIGRID: f64 = 5.5;
 
-/// This rank's share of the free memory of its machine \[bytes\].
-fn free(ranks: &Ranks) -> f64 {
-    Memory::asked_or_available(None).limit() as f64 / ranks.calls.near as f64
+/// This rank's share of the memory of its machine that is free, or that the user allows \[bytes\].
+fn free(ranks: &Ranks, options: &Options) -> f64 {
+    Memory::asked_or_available(options.memory).limit() as f64 / ranks.calls.near as f64
+}
+
+/// Memory is short.
+fn short_of_memory(call: &str, reason: String) -> EngineError {
+    EngineError { call: call.into(), reason, short: Some(Resource::Memory) }
 }
 
 /// Assembles the rows of a part, if the memory is there.
-pub fn assemble(ranks: &Ranks, part: &Part) -> Result<Pencil, ModelError> {
-    let (needed, free) = (part.bytes(), free(ranks));
+pub fn assemble(ranks: &Ranks, part: &Part, options: &Options) -> Result<Pencil, ModelError> {
+    let (needed, free) = (part.bytes(), free(ranks, options));
     if needed > free {
         let [needed, free] = [needed, free].map(|bytes| memory_in_words(bytes as u64));
         let reason = format!(
             "the rows of rank {} take {needed} while they are assembled, and {free} can be had: more machines",
             ranks.calls.rank
         );
-        return Err(EngineError { call: "the assembly".into(), reason }.into());
+        return Err(short_of_memory("the assembly", reason).into());
     }
     part.assemble()
 }
@@ -54,7 +59,8 @@ pub fn lay(
     Ok([one(pencil.mass())?, one(pencil.stiffness())?])
 }
 
-/// Room beside MUMPS's estimate of its memory that is tried, one after the other \[%\].
+/// Room beside what MUMPS needs without pivoting that is tried, one after the other \[%\]; its estimates
+/// count the first.
 const ROOM: [i64; 3] = [30, 100, 400];
 
 /// What solves with a matrix, and the folder of a factor on disk; or why there is none, which all ranks agree
@@ -71,30 +77,29 @@ pub fn factorise(
     let scratch =
         options.out_of_core.as_deref().map(|folder| scratch(folder, ranks.calls.rank)).transpose()?;
     let folder = scratch.as_ref().map(|(_, name)| name);
-    let mut factor = Factor::analyse(matrix, folder)?;
-    let refused =
-        |call: &str, reason: String| Ok(Err(FactorError::Engine(EngineError { call: call.into(), reason })));
-    match factor.says_of_all(1)? {
-        code if code < 0 => return refused("the analysis of MUMPS", mumps_words(&factor)?),
-        _ => {}
+    let mut factor = Factor::analyse(matrix, folder, ROOM[0])?;
+    if factor.says_of_all(1)? < 0 {
+        return Ok(Err(mumps_error("the analysis of MUMPS", &factor)?.into()));
     }
     // Numbers 15 and 16 are for a factor in memory, 17 and 26 for one on disk; in MB.
     let (own, most) = if folder.is_some() { (17, 26) } else { (15, 16) };
-    let free = free(ranks);
-    let mut without = [f64::from(u8::from(factor.says(own)? as f64 * 1e6 > free))];
-    ranks.calls.sum(&mut without)?;
-    if without[0] > 0.0 {
-        let needed = factor.says_of_all(most)?;
-        let reason = format!(
-            "MUMPS asks for {needed} MB on the rank that takes most, and {without:.0} of {} ranks have less (the \
-             first has {:.0} MB): more machines, or `--out-of-core DIR`",
-            ranks.calls.size,
-            free / 1e6,
-            without = without[0]
-        );
-        return refused("the factorisation of MUMPS", reason);
-    }
+    let [own, most] = [factor.says(own)? as f64, factor.says_of_all(most)? as f64];
+    let free = free(ranks, options);
     for room in ROOM {
+        let with_room = (100 + room) as f64 / (100 + ROOM[0]) as f64;
+        let mut without = [f64::from(u8::from(own * with_room * 1e6 > free))];
+        ranks.calls.sum(&mut without)?;
+        if without[0] > 0.0 {
+            let reason = format!(
+                "MUMPS asks for {:.0} MB on the rank that takes most, and {:.0} of {} ranks have less (the first has \
+                 {:.0} MB): more machines, or `--out-of-core DIR`",
+                most * with_room,
+                without[0],
+                ranks.calls.size,
+                free / 1e6,
+            );
+            return Ok(Err(short_of_memory("the factorisation of MUMPS", reason).into()));
+        }
         factor.fill(room)?;
         // Too little room for what pivoting needs.
         if ![-8, -9].contains(&factor.says_of_all(1)?) {
@@ -105,7 +110,7 @@ pub fn factorise(
     match factor.says_of_all(1)? {
         -10 => Ok(Err(FactorError::NotPositiveDefinite { pivot: total, n: total })),
         -13 => Ok(Err(FactorError::OutOfMemory)),
-        code if code < 0 => refused("the factorisation of MUMPS", mumps_words(&factor)?),
+        code if code < 0 => Ok(Err(mumps_error("the factorisation of MUMPS", &factor)?.into())),
         _ if negative > 0 => Ok(Err(FactorError::NotPositiveDefinite {
             pivot: total.saturating_sub(negative as usize),
             n: total,
@@ -115,10 +120,15 @@ pub fn factorise(
 }
 
 /// Conjugate gradients on the rows of all ranks.
-pub fn iterate(ranks: &Ranks, matrix: Matrix, motions: &[f64], blocks: bool) -> Result<Made, EngineError> {
+pub fn iterate(
+    ranks: &Ranks,
+    matrix: Matrix,
+    (blocks, motions): &(bool, Vec<f64>),
+    options: &Options,
+) -> Result<Made, EngineError> {
     // A value and an index of 32 bits for each entry.
     let needed = MULTIGRID * 12.0 * matrix.entries() as f64;
-    let free = free(ranks);
+    let free = free(ranks, options);
     let mut without = [f64::from(u8::from(needed > free))];
     ranks.calls.sum(&mut without)?;
     if without[0] > 0.0 {
@@ -128,26 +138,34 @@ pub fn iterate(ranks: &Ranks, matrix: Matrix, motions: &[f64], blocks: bool) -> 
             without[0],
             ranks.calls.size,
         );
-        return Ok(Err(FactorError::Engine(EngineError { call: "GAMG".into(), reason })));
+        return Ok(Err(short_of_memory("GAMG", reason).into()));
     }
-    Ok(Ok((Solver::Iterative(Iteration::new(matrix, motions, blocks, TOLERANCE)?), None)))
+    Ok(Ok((Solver::Iterative(Iteration::new(matrix, motions, *blocks, TOLERANCE)?), None)))
 }
 
 /// What MUMPS says of an error.
-fn mumps_words(factor: &Factor) -> Result<String, EngineError> {
+fn mumps_error(call: &str, factor: &Factor) -> Result<EngineError, EngineError> {
     let [code, detail] = [factor.says_of_all(1)?, factor.says_of_all(2)?];
-    let words = match code {
-        -90 => "the disk refused a factor out of core: is there room in the folder of `--out-of-core`? ",
-        -9 | -8 => "more room than five times the estimate is needed: ",
-        _ => "",
+    let (words, short) = match code {
+        -90 => {
+            let words =
+                "the disk refused a factor out of core: is there room in the folder of `--out-of-core`? ";
+            (words, Some(Resource::Disk))
+        }
+        -9 | -8 => ("more room than five times the estimate is needed: ", Some(Resource::Memory)),
+        -7 | -13 | -19 => ("", Some(Resource::Memory)),
+        _ => ("", None),
     };
-    Ok(format!("{words}INFOG(1) = {code}, INFOG(2) = {detail} (MUMPS users' guide, error diagnostics)"))
+    let reason =
+        format!("{words}INFOG(1) = {code}, INFOG(2) = {detail} (MUMPS users' guide, error diagnostics)");
+    Ok(EngineError { call: call.into(), reason, short })
 }
 
 /// A new folder of this rank for a factor out of core, and its name for MUMPS.
 fn scratch(folder: &Path, rank: usize) -> Result<(Scratch, CString), EngineError> {
     let own = folder.join(format!("vademecum-{}-{rank}", std::process::id()));
-    let refused = |reason: String| EngineError { call: format!("the folder {}", own.display()), reason };
+    let call = || format!("the folder {}", own.display());
+    let refused = |reason: String| EngineError { call: call(), reason, short: Some(Resource::Disk) };
     std::fs::create_dir_all(&own).map_err(|error| refused(error.to_string()))?;
     let scratch = Scratch(own.clone());
     let name = own.to_str().and_then(|name| CString::new(name).ok());

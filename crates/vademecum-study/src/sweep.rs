@@ -3,7 +3,9 @@
 //!
 //! A job is a line that any scheduler can run, and that can be run again: a build finds its finished stages,
 //! and does nothing where the file of its problem is there. So nobody has to keep a list of what is done. A
-//! vademecum file holds the text of its problem, which says what it belongs to.
+//! vademecum file holds the text of its problem and the hash of its mesh, which say what it belongs to.
+
+mod look;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,10 +15,8 @@ use toml::{Table, Value};
 
 use vademecum_build::input::toml_file::{self, TomlError};
 use vademecum_build::input::{FILE_KEYS, Problem, ProblemError};
-use vademecum_format::File;
 
-use crate::contents::mode_table;
-use crate::error::FileError;
+pub use look::{Meshes, Outcome, State, look};
 
 /// Version of [`Plan`].
 pub const VERSION: u32 = 1;
@@ -348,79 +348,4 @@ pub struct Planned {
     pub values: Table,
     /// What a shell runs.
     pub line: String,
-}
-
-/// What became of a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum State {
-    /// The file is whole and belongs to the problem.
-    Done,
-    /// There is no file.
-    Missing,
-    /// The file is not what was written.
-    Damaged,
-    /// The file was built from another problem.
-    Foreign,
-}
-
-impl State {
-    /// In a word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Done => "done",
-            Self::Missing => "missing",
-            Self::Damaged => "damaged",
-            Self::Foreign => "foreign",
-        }
-    }
-}
-
-/// What a finished file says of itself.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Outcome {
-    /// Length \[bytes\].
-    pub file_bytes: usize,
-    /// Modes.
-    pub modes: u32,
-    /// Step \[s\].
-    pub time_step: f64,
-    /// The lowest natural frequency \[Hz\]; none in a file without its table of modes.
-    pub first_frequency_hz: Option<f64>,
-    /// As certified: relative, over all dofs and steps, in the mass norm.
-    pub trajectory_error: f64,
-    /// What no motion in the basis is below.
-    pub projection_floor: f64,
-}
-
-/// Looks at the bytes of a job's file, if there are any, and at the text of its problem file. The reason is
-/// empty where the state says all.
-pub fn look(bytes: Option<&[u8]>, problem: &str) -> (State, String, Option<Outcome>) {
-    let Some(bytes) = bytes else { return (State::Missing, String::new(), None) };
-    match outcome(bytes, problem) {
-        Ok(Some(outcome)) => (State::Done, String::new(), Some(outcome)),
-        Ok(None) => (State::Foreign, "it holds the text of another problem file".into(), None),
-        Err(error) => (State::Damaged, error.to_string(), None),
-    }
-}
-
-/// What a whole file of this problem says of itself; nothing of a file of another problem.
-fn outcome(bytes: &[u8], problem: &str) -> Result<Option<Outcome>, FileError> {
-    let file = File::parse(bytes)?;
-    file.verify_all()?;
-    let metadata = file.metadata();
-    if metadata.problem != problem {
-        return Ok(None);
-    }
-    let certificate = metadata.certificate;
-    let (diagonal, block) = (certificate.diagonal, certificate.block);
-    Ok(Some(Outcome {
-        file_bytes: bytes.len(),
-        modes: metadata.n_modes,
-        time_step: metadata.time_step,
-        first_frequency_hz: mode_table(&file)?.first().map(|mode| mode.frequency_hz),
-        // Not a number where a structure is not there.
-        trajectory_error: diagonal.trajectory_error.max(block.trajectory_error),
-        projection_floor: diagonal.projection_floor.max(block.projection_floor),
-    }))
 }

@@ -76,7 +76,7 @@ pub enum ModesError {
     #[error("the search for natural modes on several ranks")]
     Engine(#[from] EngineError),
     /// The user wants to stop.
-    #[error(transparent)]
+    #[error("the search for natural modes")]
     Cancelled(#[from] Cancelled),
     /// The search for modes met numbers that double precision does not hold.
     #[error("the search for natural modes")]

@@ -47,7 +47,7 @@ pub use rigid::Rigid;
 pub use selected::Selected;
 pub use sparse::{Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
-pub use spread::{EngineError, SpreadMatrix};
+pub use spread::{EngineError, Resource, SpreadMatrix};
 pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points};
 pub use whole::{Part, Whole};
 

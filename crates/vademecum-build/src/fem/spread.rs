@@ -13,6 +13,17 @@ pub struct EngineError {
     pub call: String,
     /// What the library says of it.
     pub reason: String,
+    /// What ran short, where that is the cause.
+    pub short: Option<Resource>,
+}
+
+/// What a machine may run short of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resource {
+    /// Memory.
+    Memory,
+    /// Disk.
+    Disk,
 }
 
 /// A symmetric matrix whose rows lie on several ranks.

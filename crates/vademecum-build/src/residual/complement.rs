@@ -91,9 +91,14 @@ impl<'a> Complement<'a> {
         self.body.model.pencil()
     }
 
-    /// Columns worked on at once: one group a thread.
-    pub fn at_once() -> usize {
-        GROUP * rayon::current_num_threads().max(1)
+    /// Columns worked on at once: one group a thread, and one in all where an engine solves.
+    pub fn at_once(symbolic: &Symbolic) -> usize {
+        if symbolic.is_spread() { GROUP } else { GROUP * rayon::current_num_threads().max(1) }
+    }
+
+    /// Columns of this complement worked on at once.
+    pub fn columns_at_once(&self) -> usize {
+        Self::at_once(self.symbolic)
     }
 
     /// Memory for `columns` columns.

@@ -77,7 +77,7 @@ pub struct StaticResidual {
 pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
     let nodes = body.load_nodes.len();
     let column = size_of::<f64>() as f64 * symbolic.n() as f64;
-    let solves = 4.0 * column * Complement::at_once() as f64;
+    let solves = 4.0 * column * Complement::at_once(symbolic) as f64;
     match Way::cheaper(body, symbolic, r, nodes) {
         Way::Solves => solves,
         // What is taken of the entries, and memory to find it.

@@ -29,7 +29,7 @@ pub(super) fn sweep<T: Send>(
     listener: &dyn Listener,
     take: impl Fn(usize, MatRef<'_, f64>) -> T + Sync,
 ) -> Result<Vec<AtNode<T>>, ResidualError> {
-    let at_once = (Complement::at_once() / 3).min(nodes.len());
+    let at_once = (complement.columns_at_once() / 3).min(nodes.len());
     let mut memory = complement.workspace(3 * at_once);
     let mut found = Vec::with_capacity(nodes.len());
     let start = Instant::now();
@@ -83,7 +83,7 @@ pub(super) fn answers<T: Send>(
     listener: &dyn Listener,
     take: impl Fn(MatRef<'_, f64>) -> T + Sync,
 ) -> Result<Vec<T>, ResidualError> {
-    let at_once = Complement::at_once().min(count);
+    let at_once = complement.columns_at_once().min(count);
     let mut memory = complement.workspace(at_once);
     let mut found = Vec::with_capacity(count);
     while found.len() < count {

@@ -26,6 +26,8 @@ pub struct KeptSolves<'a> {
     own: RefCell<Vec<u128>>,
     /// How many were found that an earlier run wrote.
     found: Cell<usize>,
+    /// Whether it was told that one cannot be written.
+    told: Cell<bool>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -34,7 +36,8 @@ struct Answers(#[serde(with = "crate::linalg::stored")] Mat<f64>);
 impl<'a> KeptSolves<'a> {
     /// Of a model, whose address is begun; without a store nothing is kept.
     pub(crate) fn new(store: Option<(&'a Store, Inputs)>, listener: &'a dyn Listener) -> Self {
-        Self { store, listener, worth: WORTH, own: RefCell::default(), found: Cell::new(0) }
+        let (own, found, told) = Default::default();
+        Self { store, listener, worth: WORTH, own, found, told }
     }
 
     /// The address of a solve, by the rows of the right-hand sides that this process has.
@@ -60,12 +63,17 @@ impl<'a> KeptSolves<'a> {
         self.store.is_some() && took >= self.worth
     }
 
-    /// Keeps what a solve gave, all rows. What cannot be written is solved for again.
+    /// Keeps what a solve gave, all rows. What cannot be written is solved for again, which is told once.
     pub(crate) fn keep(&self, address: u128, answers: Mat<f64>) {
-        if let Some((store, _)) = &self.store
-            && store.write(NAME, address, &Answers(answers)).is_ok()
-        {
-            self.own.borrow_mut().push(address);
+        let Some((store, _)) = &self.store else { return };
+        match store.write(NAME, address, &Answers(answers)) {
+            Ok(()) => self.own.borrow_mut().push(address),
+            Err(error) if !self.told.replace(true) => self.listener.note(&format!(
+                "a solve of the search for natural modes cannot be kept in {}: {error}; where the build is stopped, \
+                 the search does this solve again",
+                store.folder().display()
+            )),
+            Err(_) => {}
         }
     }
 
@@ -92,5 +100,37 @@ impl<'a> KeptSolves<'a> {
     /// How many were found that an earlier run wrote.
     pub(crate) fn found(&self) -> usize {
         self.found.get()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    /// Keeps what is said.
+    #[derive(Default)]
+    struct Said(Mutex<Vec<String>>);
+
+    impl Listener for Said {
+        fn stage(&self, _: &str) {}
+        fn advance(&self, _: usize, _: usize) {}
+        fn note(&self, text: &str) {
+            self.0.lock().unwrap().push(text.into());
+        }
+    }
+
+    #[test]
+    fn that_solves_cannot_be_kept_is_told_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a file");
+        std::fs::write(&file, b"").unwrap();
+        let (store, said) = (Store::new(&file.join("work"), false), Said::default());
+        let solves = KeptSolves::of_all(&store, &said);
+        (0..3).for_each(|address| solves.keep(address, Mat::zeros(2, 1)));
+        assert!(solves.find(0).is_none());
+        let said = said.0.into_inner().unwrap();
+        assert!(said.len() == 1 && said[0].contains("cannot be kept in"), "{said:?}");
     }
 }

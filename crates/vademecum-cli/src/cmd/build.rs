@@ -9,7 +9,7 @@ use vademecum_build::pipeline::{BuildOptions, Built, build};
 use vademecum_build::prepared::FactorPrecision;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place, read_regular};
-use vademecum_study::sweep::{State, look};
+use vademecum_study::sweep::{Meshes, State, look};
 
 use crate::arguments::{OutputArguments, size};
 use crate::console::Console;
@@ -47,8 +47,8 @@ pub struct Build {
     /// Compute every stage anew, whatever is kept.
     #[arg(long)]
     fresh: bool,
-    /// Do nothing where the output is whole and was built from this very problem file: for jobs that may be
-    /// run more than once.
+    /// Do nothing where the output is whole and was built from this very problem file and mesh: for jobs that
+    /// may be run more than once.
     #[arg(long, conflicts_with_all = ["fresh", "json"])]
     once: bool,
     /// Where the step over live parameters is unstable, add terms until it is stable; report and file say
@@ -58,7 +58,8 @@ pub struct Build {
     /// Do what is estimated to take more than four hours or 2e7 full-order steps, too.
     #[arg(long)]
     long: bool,
-    /// Memory the build may use, such as 8G or 500M [default: what the machine and `ulimit -v` leave].
+    /// Memory the build may use on a machine, such as 8G or 500M [default: what the machine, control groups
+    /// and `ulimit -v` leave].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory: Option<u64>,
     /// What factorises the stiffness and searches for modes: this process, or PETSc on all ranks that
@@ -120,8 +121,14 @@ impl Build {
     #[cfg(feature = "petsc")]
     fn run_on_ranks(&self, console: &Console) -> Result<(), Failure> {
         let iterative = self.solver == Some(SolverName::Iterative);
-        let options = vademecum_petsc::Options { out_of_core: self.out_of_core.clone(), iterative };
-        let done = vademecum_petsc::run(&options, |engine| self.run_on(Some(engine), console));
+        let (out_of_core, memory) = (self.out_of_core.clone(), self.memory);
+        let options = vademecum_petsc::Options { out_of_core, iterative, memory };
+        // Where the ranks do not end together, this one tells why and ends them all.
+        let tell = |done: &Result<(), Failure>| {
+            console.clear();
+            done.as_ref().map_or_else(Failure::tell, |()| 0)
+        };
+        let done = vademecum_petsc::run(&options, |engine| self.run_on(Some(engine), console), tell);
         done.map_err(|error| Failure::new(Cause::Machine, error))?.unwrap_or(Ok(()))
     }
 
@@ -191,10 +198,10 @@ impl Build {
         Ok(built)
     }
 
-    /// Whether the output is there and whole, and holds the text of the problem.
+    /// Whether the output is there and whole, and holds the text of the problem and the hash of its mesh.
     fn is_built(&self, problem: &Problem) -> bool {
         let bytes = read_regular(&self.output).ok();
-        look(bytes.as_deref(), &problem.text).0 == State::Done
+        look(bytes.as_deref(), &problem.text, &self.problem, &mut Meshes::default()).0 == State::Done
     }
 
     /// Beside the file, under its name: found again without being told, by the build it belongs to alone.

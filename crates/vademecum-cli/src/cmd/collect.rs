@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use vademecum_build::store::{Kind, read_regular, read_text};
-use vademecum_study::sweep::{Outcome, Plan, Planned, State, VERSION, look};
+use vademecum_study::sweep::{Meshes, Outcome, Plan, Planned, State, VERSION, look};
 
 use crate::arguments::OutputArguments;
 use crate::failure::{Cause, Failure, UNREAD};
@@ -17,8 +17,8 @@ use crate::print::{bytes, print_json};
   vademecum collect sweep                        what is done, and the figures of it
   vademecum collect sweep -o sweep.csv           the same as a table
   vademecum collect sweep --left left.txt        the lines that are still to run
-Every file is compared with its checksums, and with the problem file of its job. The exit code is 7 while a
-job is left.")]
+Every file is compared with its checksums, and with the problem file and the mesh of its job. The exit code is
+7 while a job is left.")]
 pub struct Collect {
     /// The folder of `vademecum plan`.
     folder: PathBuf,
@@ -65,9 +65,10 @@ impl Collect {
         let plan = self.plan()?;
         let mut jobs = vec![];
         let mut left = String::new();
+        let mut meshes = Meshes::default();
         for planned in plan.jobs {
             let line = planned.line.clone();
-            let collected = self.collected(planned)?;
+            let collected = self.collected(planned, &mut meshes)?;
             if collected.state != State::Done {
                 left.push_str(&line);
                 left.push('\n');
@@ -110,7 +111,7 @@ impl Collect {
         }
     }
 
-    fn collected(&self, planned: Planned) -> Result<Collected, Failure> {
+    fn collected(&self, planned: Planned, meshes: &mut Meshes) -> Result<Collected, Failure> {
         let Planned { name, problem, values, .. } = planned;
         // The name of a plan that was edited may be a path to anywhere.
         if !name.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -119,12 +120,12 @@ impl Collect {
                 format!("the plan has a job `{name}`; names are numbers"),
             ));
         }
-        let text = self.folder.join(format!("{name}.toml"));
-        let text = read_text(&text).map_err(|error| {
-            Failure::new(Cause::Input, format!("{}: {error}", text.display())).remedy(UNREAD)
+        let path = self.folder.join(format!("{name}.toml"));
+        let text = read_text(&path).map_err(|error| {
+            Failure::new(Cause::Input, format!("{}: {error}", path.display())).remedy(UNREAD)
         })?;
         let found = found(&self.folder.join(format!("{name}.vdm")))?;
-        let (state, reason, outcome) = look(found.as_deref(), &text);
+        let (state, reason, outcome) = look(found.as_deref(), &text, &path, meshes);
         Ok(Collected { name, problem, values, state, reason, outcome })
     }
 }
