@@ -39,7 +39,14 @@ unsafe extern "C" {
         made: *mut *mut c_void,
     ) -> c_int;
     fn vp_matrix_multiply(matrix: *mut c_void, x: *const f64, y: *mut f64, columns: i64) -> c_int;
-    fn vp_matrix_multiply_closely(matrix: *mut c_void, x: *const f64, y: *mut f64) -> c_int;
+    fn vp_matrix_multiply_closely(
+        matrix: *mut c_void,
+        x: *const f64,
+        rows: *const i64,
+        springs: *const f64,
+        count: i64,
+        y: *mut f64,
+    ) -> c_int;
     fn vp_matrix_free(matrix: *mut c_void);
     fn vp_factor(matrix: *mut c_void, folder: *const c_char, room: i64, made: *mut *mut c_void) -> c_int;
     fn vp_factor_fill(matrix: *mut c_void, factor: *mut c_void, room: i64) -> c_int;
@@ -210,12 +217,22 @@ impl Matrix {
 }
 
 impl Matrix {
-    /// Own rows of `A x`, each summed in extended precision; `x` has all rows, by their places.
-    pub fn multiply_closely(&mut self, x: &[f64], y: &mut [f64]) -> Result<(), EngineError> {
+    /// Own rows of `(A − S) x`, each summed in extended precision; `x` has all rows, by their places. `S` are
+    /// springs on own rows.
+    pub fn multiply_closely(
+        &mut self,
+        x: &[f64],
+        springs: &[(usize, f64)],
+        y: &mut [f64],
+    ) -> Result<(), EngineError> {
         assert!(x.len() == self.total && y.len() == self.own);
-        // SAFETY: the shim reads as many numbers as there are columns, writes as many as there are own rows,
-        // and keeps no pointer.
-        checked(unsafe { vp_matrix_multiply_closely(self.made, x.as_ptr(), y.as_mut_ptr()) })
+        let (rows, springs): (Vec<i64>, Vec<f64>) =
+            springs.iter().map(|&(row, spring)| (row as i64, spring)).unzip();
+        let (count, rows, springs) = (rows.len() as i64, rows.as_ptr(), springs.as_ptr());
+        let (x, y) = (x.as_ptr(), y.as_mut_ptr());
+        // SAFETY: the shim reads as many numbers as there are columns, rows and springs, writes as many as
+        // there are own rows, and keeps no pointer.
+        checked(unsafe { vp_matrix_multiply_closely(self.made, x, rows, springs, count, y) })
     }
 }
 

@@ -234,10 +234,8 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
             let mut whole = vec![0.0; self.held().total];
             whole[places.clone()].copy_from_slice(column(x, c));
             self.session.ranks.calls.sum(&mut whole)?;
-            self.solver().matrix().multiply_closely(&whole, column_mut(y.rb_mut(), c))?;
-        }
-        for &(row, spring) in &self.held().springs {
-            (0..x.ncols()).for_each(|c| y[(row, c)] -= spring * x[(row, c)]);
+            let springs = self.held().springs.clone();
+            self.solver().matrix().multiply_closely(&whole, &springs, column_mut(y.rb_mut(), c))?;
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 /* The calls of MPI and PETSc that the crate makes. Widths of integers, numbers of enums and macros are those of
    the installed headers. Every function returns 0, or something else when it failed; then vp_failed_call and
    vp_failed_words tell what and why. Blocks are columns one after the other, without gaps. */
+#include <float.h>
 #include <petscksp.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -273,8 +274,12 @@ int vp_matrix_multiply(struct vp_matrix *m, const double *x, double *y, int64_t 
     return status;
 }
 
-/* y = A x, own rows of one column, of which x has all rows: each sum is made in extended precision and rounded once. */
-int vp_matrix_multiply_closely(struct vp_matrix *m, const double *x, double *y) {
+_Static_assert(LDBL_MANT_DIG > DBL_MANT_DIG, "vademecum sums some products in a precision beyond double");
+
+/* y = (A - S) x, own rows of one column, of which x has all rows: each sum is made in extended precision and rounded once. S are
+   springs on own rows, counted from the first of them. */
+int vp_matrix_multiply_closely(struct vp_matrix *m, const double *x, const int64_t *rows, const double *springs, int64_t count_springs,
+                               double *y) {
     PetscInt first = 0;
     PETSC(MatGetOwnershipRange, m->a, &first, NULL);
     for (PetscInt i = 0; i < m->own; i++) {
@@ -282,6 +287,8 @@ int vp_matrix_multiply_closely(struct vp_matrix *m, const double *x, double *y) 
         const PetscScalar *values = NULL;
         PetscInt count = 0;
         long double sum = 0.0L;
+        for (int64_t s = 0; s < count_springs; s++)
+            if (rows[s] == i) sum -= (long double)springs[s] * x[first + i];
         PETSC(MatGetRow, m->a, first + i, &count, &columns, &values);
         for (PetscInt k = 0; k < count; k++) sum += (long double)values[k] * x[columns[k]];
         y[i] = (double)sum;

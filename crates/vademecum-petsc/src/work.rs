@@ -30,11 +30,15 @@ fn short_of_memory(call: &str, reason: String) -> EngineError {
 /// Assembles the rows of a part, if the memory is there.
 pub fn assemble(ranks: &Ranks, part: &Part, options: &Options) -> Result<Pencil, ModelError> {
     let (needed, free) = (part.bytes(), free(ranks, options));
-    if needed > free {
+    // All ranks look before one of them takes any.
+    let mut without = [f64::from(u8::from(needed > free))];
+    ranks.calls.sum(&mut without)?;
+    if without[0] > 0.0 {
         let [needed, free] = [needed, free].map(|bytes| memory_in_words(bytes as u64));
         let reason = format!(
-            "the rows of rank {} take {needed} while they are assembled, and {free} can be had: more machines",
-            ranks.calls.rank
+            "{:.0} of {} ranks have less memory than their rows take while they are assembled (rank {}: {needed}, and \
+             {free} can be had): more machines",
+            without[0], ranks.calls.size, ranks.calls.rank
         );
         return Err(short_of_memory("the assembly", reason).into());
     }

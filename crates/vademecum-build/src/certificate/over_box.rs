@@ -61,13 +61,24 @@ pub fn certify_box(
     let file = File::parse(bytes)?;
     let corners = space.corners();
     let done = AtomicUsize::new(0);
+    let pencil_at = |setting: &Setting| setting.pencil(prepared.body.model.pencil());
+    // Ranks search for one at a time.
+    let ahead = prepared.symbolic.is_spread().then(|| {
+        let first =
+            |values: &Vec<f64>| first_frequency(&pencil_at(&space.setting(values)), &prepared.symbolic);
+        corners.iter().map(first).collect::<Result<Vec<f64>, _>>()
+    });
+    let ahead = ahead.transpose()?;
     let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureMeasured, CertificateError> {
         let options = block_at(&file, values)?;
         let setting = space.setting(values);
         let responses = parametric.responses(&prepared.scheme, &setting)?;
         // Uniform factors are folded into θ by the evaluator and into the pencil for the full-order march.
-        let pencil = setting.pencil(prepared.body.model.pencil());
-        let first = first_frequency(&pencil, &prepared.symbolic)?;
+        let pencil = pencil_at(&setting);
+        let first = match &ahead {
+            Some(known) => known[corner],
+            None => first_frequency(&pencil, &prepared.symbolic)?,
+        };
         let unseen = &unseen.over(1.0 / (first * setting.step.time_step));
         let inputs = |inputs: Inputs| {
             inputs.value(&(&prepared.scheme, &setting)).with(basis).with(&responses[..]).with(unseen)

@@ -289,7 +289,9 @@ impl Symbolic {
 
     /// Frees the factor that is kept.
     pub fn forget(&self) {
-        *self.kept() = None;
+        let kept = self.kept().take();
+        // Ranks may have to be asked, which others may be doing while they wait for what is kept.
+        drop(kept);
     }
 
     fn kept(&self) -> MutexGuard<'_, Option<Arc<Factor>>> {
