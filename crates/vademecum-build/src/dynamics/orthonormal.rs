@@ -1,6 +1,7 @@
 //! Columns made orthonormal in the mass, to each other and to columns that are so already.
 
 use faer::{Mat, MatRef};
+use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::fem::{
@@ -111,6 +112,22 @@ fn pass(
     Ok(Joined { new, onto_old, onto_new: onto_new.subrows(0, used).to_owned() })
 }
 
+/// Sums side by side, on the longest vectors of the machine.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    const SUMS: usize = 16;
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let (a, last_a) = a.as_chunks::<SUMS>();
+            let (b, last_b) = b.as_chunks::<SUMS>();
+            let mut sums = [0.0; SUMS];
+            for (a, b) in a.iter().zip(b) {
+                for s in 0..SUMS {
+                    sums[s] += a[s] * b[s];
+                }
+            }
+            let last: f64 = last_a.iter().zip(last_b).map(|(a, b)| a * b).sum();
+            sums.iter().sum::<f64>() + last
+        },
+    )
 }

@@ -14,6 +14,7 @@ use std::sync::{Arc, OnceLock};
 use faer::prelude::ReborrowMut;
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::{Mat, MatMut, MatRef};
+use pulp::Arch;
 use rayon::prelude::*;
 
 use super::late::Late;
@@ -396,24 +397,40 @@ fn mul_columns<const N: usize, const C: usize>(
     }
     let right: [(&[f64], &[[f64; C]]); N] =
         std::array::from_fn(|part| (parts[part].0, &rows[part * n..(part + 1) * n]));
-    let task = |(chunk, mut y): (usize, MatMut<'_, f64>)| {
-        for local in 0..y.nrows() {
-            let range = pattern.range(chunk * ROW_CHUNK + local);
-            let mut sums = [0.0; C];
-            for (place, &j) in range.clone().zip(&pattern.rows[range]) {
-                for (values, x) in right {
-                    let (a, x) = (values[place], &x[j as usize]);
-                    for c in 0..C {
-                        sums[c] += a * x[c];
-                    }
-                }
-            }
-            for c in 0..C {
-                y[(local, c)] = sums[c];
-            }
-        }
+    // A product and a sum stay two roundings, whatever the vectors.
+    let arch = Arch::new();
+    let task = |(chunk, y): (usize, MatMut<'_, f64>)| {
+        arch.dispatch(
+            #[inline(always)]
+            || mul_chunk(pattern, chunk * ROW_CHUNK, right, y),
+        );
     };
     in_chunks(row_groups(y, ROW_CHUNK), task);
+}
+
+/// The rows of a product from `first` on.
+#[inline(always)]
+fn mul_chunk<const N: usize, const C: usize>(
+    pattern: &Pattern,
+    first: usize,
+    right: [(&[f64], &[[f64; C]]); N],
+    mut y: MatMut<'_, f64>,
+) {
+    for local in 0..y.nrows() {
+        let range = pattern.range(first + local);
+        let mut sums = [0.0; C];
+        for (place, &j) in range.clone().zip(&pattern.rows[range]) {
+            for (values, x) in right {
+                let (a, x) = (values[place], &x[j as usize]);
+                for c in 0..C {
+                    sums[c] += a * x[c];
+                }
+            }
+        }
+        for c in 0..C {
+            y[(local, c)] = sums[c];
+        }
+    }
 }
 
 /// Chunks of rows, shared among threads where there are several.

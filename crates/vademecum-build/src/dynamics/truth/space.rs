@@ -1,4 +1,8 @@
 //! The space that loads and `K⁻¹M` span, orthonormal in the mass, with the stiffness projected on it.
+//!
+//! It grows by as many columns as there are loads, although a large factor solves for 24 in hardly more time.
+//! A start filled up with random vectors was tried at 105 840 dofs: it took 240 vectors where 93 do, as long
+//! in all, and the error was estimated too small as long as the space was small.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
