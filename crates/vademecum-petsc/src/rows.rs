@@ -240,20 +240,6 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
         Ok(())
     }
 
-    /// A solve with one step of refinement.
-    fn refine(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
-        self.relieve(x.rb_mut())?;
-        let mut left = x.rb().to_owned();
-        self.solve_relieved(x.rb_mut())?;
-        let mut image = Mat::zeros(x.nrows(), x.ncols());
-        self.mul_stiffness(x.rb(), image.as_mut())?;
-        left -= image;
-        self.relieve(left.as_mut())?;
-        self.solve_relieved(left.as_mut())?;
-        x += left;
-        Ok(())
-    }
-
     /// Hands every rank its rows of a block that the first one has whole.
     fn scattered(&self, whole: Option<&Mat<f64>>, mut own: MatMut<'_, f64>) -> Result<(), EngineError> {
         let (ranks, columns) = (&self.session.ranks, own.ncols());
@@ -330,11 +316,6 @@ impl<S: DerefMut<Target = Session>> Rows for SpreadRows<S> {
 
     fn solve(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
         let done = self.relieve(x.rb_mut()).and_then(|()| self.solve_relieved(x));
-        self.session.noting(done)
-    }
-
-    fn solve_refined(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError> {
-        let done = self.refine(x);
         self.session.noting(done)
     }
 

@@ -195,13 +195,13 @@ impl<'a> Krylov<'a> {
         let coordinates = ritz.vectors.subcols(0, count);
         let basis = self.basis.subcols(0, self.expanded);
         matmul(vectors.as_mut(), Accum::Replace, basis, coordinates, 1.0, Par::Seq);
-        let quotients = self.rayleigh_quotients(vectors.as_ref())?;
+        let (quotients, residuals) = self.quotients_and_residuals(vectors.as_ref())?;
         // Close pairs may change places by rounding.
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&i, &j| quotients[i].total_cmp(&quotients[j]));
-        let eigenvalues: Vec<f64> = order.iter().map(|&j| quotients[j]).collect();
+        let [eigenvalues, residuals] =
+            [quotients, residuals].map(|of| order.iter().map(|&j| of[j]).collect::<Vec<f64>>());
         let vectors = Mat::from_fn(n, count, |i, j| vectors[(i, order[j])]);
-        let residuals = self.true_residuals(vectors.as_ref(), &eigenvalues)?;
         let mut vectors = self.rows.gather(vectors)?;
         for j in 0..count {
             turn_positive(vectors.col_as_slice_mut(j));
@@ -209,54 +209,47 @@ impl<'a> Krylov<'a> {
         Ok(Modes { eigenvalues, vectors, residuals })
     }
 
-    /// `xᵀKx / xᵀMx`: stationary at a mode, so a vector error counts by its square, and free of the factor's
+    /// `λ = xᵀKx / xᵀMx` and `‖K⁻¹M x − x/λ‖_M λ` of vectors `x` of length one, both from products with the
+    /// matrices, not from the recurrence.
+    ///
+    /// The quotient is stationary at a mode, so a vector error counts by its square, and free of the factor's
     /// rounding, which on slender bodies shifts the lowest `1/θ` by some 1e-9. So does that of a plain
-    /// product on still more slender ones.
-    fn rayleigh_quotients(&mut self, vectors: MatRef<'_, f64>) -> Result<Vec<f64>, EngineError> {
-        let mut image = Mat::zeros(vectors.nrows(), vectors.ncols());
-        self.rows.mul_stiffness(vectors, image.as_mut())?;
-        let mut elastic = squares(vectors, image.as_ref());
-        self.rows.mul_mass(vectors, image.as_mut())?;
-        let mut inert = squares(vectors, image.as_ref());
-        self.rows.sum(&mut elastic)?;
-        self.rows.sum(&mut inert)?;
-        for c in 0..vectors.ncols() {
-            if f64::EPSILON * self.stiffest * inert[c] > CANCELS * elastic[c] {
-                let (vector, mut image) = (vectors.subcols(c, 1), image.as_mut().subcols_mut(c, 1));
-                self.rows.mul_stiffness_closely(vector, image.rb_mut())?;
-                let mut close = squares(vector, image.rb());
-                self.rows.sum(&mut close)?;
-                elastic[c] = close[0];
-            }
-        }
-        Ok(elastic.iter().zip(inert).map(|(elastic, inert)| elastic / inert).collect())
-    }
-
-    /// `‖K⁻¹M x − x/λ‖_M λ` computed afresh with refined solves, not from the recurrence.
-    fn true_residuals(
+    /// product on still more slender ones. The residual is that of `K⁻¹ (λ M x − K x)`, of a small force,
+    /// which the factor's rounding changes by as little.
+    fn quotients_and_residuals(
         &mut self,
         vectors: MatRef<'_, f64>,
-        eigenvalues: &[f64],
-    ) -> Result<Vec<f64>, EngineError> {
-        let n = vectors.nrows();
-        let mut found = Vec::new();
+    ) -> Result<(Vec<f64>, Vec<f64>), EngineError> {
+        let (mut quotients, mut residuals) = (vec![], vec![]);
         for first in (0..vectors.ncols()).step_by(AT_ONCE) {
-            let width = (AT_ONCE).min(vectors.ncols() - first);
-            let part = vectors.subcols(first, width);
-            let mut image = Mat::zeros(n, width);
-            self.rows.mul_mass(part, image.as_mut())?;
-            self.rows.solve_refined(image.as_mut())?;
-            for j in 0..width {
-                let theta = 1.0 / eigenvalues[first + j];
-                let off = image.col_as_slice_mut(j).iter_mut().zip(contiguous(part, j));
-                off.for_each(|(image, x)| *image = *image / theta - x);
+            let width = AT_ONCE.min(vectors.ncols() - first);
+            let vectors = vectors.subcols(first, width);
+            let [mut forces, mut weighted] = [(); 2].map(|()| Mat::zeros(vectors.nrows(), width));
+            self.rows.mul_stiffness(vectors, forces.as_mut())?;
+            self.rows.mul_mass(vectors, weighted.as_mut())?;
+            let [mut elastic, mut inert] = [&forces, &weighted].map(|image| squares(vectors, image.as_ref()));
+            self.rows.sum(&mut elastic)?;
+            self.rows.sum(&mut inert)?;
+            for c in 0..width {
+                if f64::EPSILON * self.stiffest * inert[c] > CANCELS * elastic[c] {
+                    let (vector, mut force) = (vectors.subcols(c, 1), forces.as_mut().subcols_mut(c, 1));
+                    self.rows.mul_stiffness_closely(vector, force.rb_mut())?;
+                    let mut close = squares(vector, force.rb());
+                    self.rows.sum(&mut close)?;
+                    elastic[c] = close[0];
+                }
+                let quotient = elastic[c] / inert[c];
+                let left = forces.col_as_slice_mut(c).iter_mut().zip(weighted.col_as_slice(c));
+                left.for_each(|(force, weight)| *force = quotient * weight - *force);
+                quotients.push(quotient);
             }
-            let mut weighted = Mat::zeros(n, width);
-            self.rows.mul_mass(image.as_ref(), weighted.as_mut())?;
-            found.extend(squares(image.as_ref(), weighted.as_ref()));
+            self.rows.solve(forces.as_mut())?;
+            self.rows.mul_mass(forces.as_ref(), weighted.as_mut())?;
+            let mut left = squares(forces.as_ref(), weighted.as_ref());
+            self.rows.sum(&mut left)?;
+            residuals.extend(left.into_iter().map(|square| square.max(0.0).sqrt()));
         }
-        self.rows.sum(&mut found)?;
-        Ok(found.iter().map(|s| s.max(0.0).sqrt()).collect())
+        Ok((quotients, residuals))
     }
 }
 

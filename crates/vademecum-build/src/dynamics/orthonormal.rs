@@ -1,19 +1,23 @@
 //! Columns made orthonormal in the mass, to each other and to columns that are so already.
 
-use faer::{Mat, MatRef};
-use pulp::Arch;
-use rayon::prelude::*;
+use std::ops::Range;
 
-use crate::fem::{
-    EngineError, LocalMass, MassProduct, SymmetricMatrix, contiguous, contiguous_mut, sum_matrix,
-};
-use crate::linalg::{column_groups, subtract_product, transposed_product};
+use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
+use faer::{Mat, MatRef, Par};
+use pulp::Arch;
+
+use crate::fem::{EngineError, LocalMass, MassProduct, SymmetricMatrix, sum_matrix};
+use crate::linalg::{subtract_product, transposed_product};
 
 /// A column that loses this fraction of its length to the columns before it is rounding.
 pub(super) const DEPENDENT: f64 = 1e-11;
 
 /// A column of length one that loses more to columns it is orthogonal to has no direction of its own.
 const SETTLED: f64 = 0.5;
+
+/// Columns that are finished before those behind them follow: all of these then change in one pass over
+/// memory.
+const PANEL: usize = 6;
 
 /// A block `X = V A + W R` beside orthonormal columns `V`.
 pub(super) struct Joined {
@@ -51,8 +55,8 @@ pub(super) fn orthonormalise_here(mass: &SymmetricMatrix, old: MatRef<'_, f64>, 
 }
 
 /// One pass over a block. Columns of which less than `least` is left are dropped; absent, those of which
-/// [`DEPENDENT`] of their length is. A column is taken off all columns behind it as soon as it is known, so
-/// that ranks add up what they have of all of them at once.
+/// [`DEPENDENT`] of their length is. A column is taken off those of its panel as soon as it is known, and the
+/// panel off all behind it, so that ranks add up what they have of all of them at once.
 fn pass(
     rows: &mut dyn MassProduct,
     old: MatRef<'_, f64>,
@@ -79,37 +83,60 @@ fn pass(
     }
     let mut onto_new = Mat::zeros(k, k);
     let mut used = 0;
-    for c in 0..k {
-        let mut left = [dot(block.col_as_slice(c), weighted.col_as_slice(c))];
-        rows.sum(&mut left)?;
-        let left = left[0].max(0.0).sqrt();
-        // `<=`: nothing is kept when all is zero; what is no number is not kept either.
-        if left.is_nan() || left <= least[c] {
-            continue;
-        }
-        onto_new[(used, c)] = left;
-        for columns in [&mut block, &mut weighted] {
-            for row in 0..n {
-                columns[(row, used)] = columns[(row, c)] / left;
+    for panel in (0..k).step_by(PANEL) {
+        let (before, end) = (used, k.min(panel + PANEL));
+        for c in panel..end {
+            let mut left = [dot(block.col_as_slice(c), weighted.col_as_slice(c))];
+            rows.sum(&mut left)?;
+            let left = left[0].max(0.0).sqrt();
+            // `<=`: nothing is kept when all is zero; what is no number is not kept either.
+            if left.is_nan() || left <= least[c] {
+                continue;
             }
+            onto_new[(used, c)] = left;
+            for columns in [&mut block, &mut weighted] {
+                for row in 0..n {
+                    columns[(row, used)] = columns[(row, c)] / left;
+                }
+            }
+            used += 1;
+            take_off(rows, [&mut block, &mut weighted], used - 1..used, c + 1..end, &mut onto_new)?;
         }
-        let direction = weighted.col_as_slice(used);
-        let along = |later| dot(direction, block.col_as_slice(later));
-        let mut parts: Vec<f64> = (c + 1..k).into_par_iter().map(along).collect();
-        rows.sum(&mut parts)?;
-        // The product by the mass follows the column.
-        for columns in [&mut block, &mut weighted] {
-            let (earlier, later) = columns.as_mut().split_at_col_mut(c + 1);
-            let direction = contiguous(earlier.as_ref(), used);
-            column_groups(later, 1).into_par_iter().zip(&parts).for_each(|(column, part)| {
-                contiguous_mut(column, 0).iter_mut().zip(direction).for_each(|(x, w)| *x -= part * w);
-            });
-        }
-        (c + 1..k).zip(parts).for_each(|(later, part)| onto_new[(used, later)] = part);
-        used += 1;
+        take_off(rows, [&mut block, &mut weighted], before..used, end..k, &mut onto_new)?;
     }
     let new = if used == k { block } else { block.subcols(0, used).to_owned() };
     Ok(Joined { new, onto_old, onto_new: onto_new.subrows(0, used).to_owned() })
+}
+
+/// Takes the finished columns `own` of a block off its columns `later`, and writes down how much of each that
+/// was. Their products by the mass follow them.
+fn take_off(
+    rows: &mut dyn MassProduct,
+    [block, weighted]: [&mut Mat<f64>; 2],
+    own: Range<usize>,
+    later: Range<usize>,
+    onto_new: &mut Mat<f64>,
+) -> Result<(), EngineError> {
+    if own.is_empty() || later.is_empty() {
+        return Ok(());
+    }
+    let directions = weighted.as_ref().subcols(own.start, own.len());
+    let mut parts = transposed_product(directions, block.as_ref().subcols(later.start, later.len()));
+    sum_matrix(rows, &mut parts)?;
+    if own.len() > 1 {
+        // As if one finished column were taken off after the other: those of a first pass need not be orthogonal
+        // to rounding, and what one of them leaves is then another one's to take.
+        let mut overlap = transposed_product(directions, block.as_ref().subcols(own.start, own.len()));
+        sum_matrix(rows, &mut overlap)?;
+        solve_unit_lower_triangular_in_place(overlap.as_ref(), parts.as_mut(), Par::Seq);
+    }
+    for columns in [block, weighted] {
+        let (earlier, rest) = columns.as_mut().split_at_col_mut(later.start);
+        let own = earlier.as_ref().subcols(own.start, own.len());
+        subtract_product(rest.subcols_mut(0, later.len()), own, parts.as_ref());
+    }
+    onto_new.submatrix_mut(own.start, later.start, own.len(), later.len()).copy_from(parts);
+    Ok(())
 }
 
 /// Sums side by side, on the longest vectors of the machine.

@@ -67,12 +67,6 @@ pub trait Rows: MassProduct {
     /// As [`MassProduct::mul_mass`].
     fn solve(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError>;
 
-    /// The same with one step of iterative refinement.
-    ///
-    /// # Errors
-    /// As [`MassProduct::mul_mass`].
-    fn solve_refined(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError>;
-
     /// Overwrites the numbers by those of the first rank.
     ///
     /// # Errors
@@ -181,13 +175,12 @@ pub struct LocalRows<'a> {
     pencil: &'a Pencil,
     factor: &'a Factor,
     solve: Solve,
-    refined: Option<Solve>,
 }
 
 impl<'a> LocalRows<'a> {
     /// The rows of a pencil whose stiffness is factorised.
     pub fn new(pencil: &'a Pencil, factor: &'a Factor) -> LocalRows<'a> {
-        LocalRows { pencil, factor, solve: Solve::new(factor.symbolic(), AT_ONCE, false), refined: None }
+        LocalRows { pencil, factor, solve: Solve::new(factor.symbolic(), AT_ONCE, false) }
     }
 }
 
@@ -227,12 +220,6 @@ impl Rows for LocalRows<'_> {
 
     fn solve(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError> {
         self.solve.solve_in_place(self.factor, x);
-        Ok(())
-    }
-
-    fn solve_refined(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError> {
-        let memory = self.refined.get_or_insert_with(|| Solve::new(self.factor.symbolic(), AT_ONCE, true));
-        memory.solve_in_place(self.factor, x);
         Ok(())
     }
 

@@ -24,8 +24,9 @@ use crate::linalg::row_groups;
 /// Rows one parallel task handles: some 100 µs of work, far above the cost of handing a task over.
 const ROW_CHUNK: usize = 2048;
 
-/// Columns of the right factor handled per pass over the matrix: eight accumulators fit the vector registers.
-const COLUMN_GROUP: usize = 8;
+/// Columns of the right factor handled per pass over the matrix, at most: as many as a solver takes at once.
+/// Their sums fit the vector registers, and are enough of them that none waits for the one before.
+const COLUMN_GROUP: usize = 24;
 
 /// Nonzero places of a symmetric `(n, n)` matrix, both triangles, rows sorted within a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -232,8 +233,8 @@ impl SymmetricMatrix {
 
     /// `y ← A x` for `x` and `y` of shape `(n, c)`, column-major with contiguous columns.
     ///
-    /// Parallel over rows, the same bits for any number of threads. A thread keeps memory for eight columns
-    /// from its first product to its next, and a matrix of few entries has them once more without its zeros.
+    /// Parallel over rows, the same bits for any number of threads. A thread keeps memory for 24 columns from
+    /// its first product to its next, and a matrix of few entries has them once more without its zeros.
     ///
     /// # Panics
     /// If the shapes differ.
@@ -338,10 +339,17 @@ fn mul_rows<const N: usize>(
         assert!(x.nrows() == pattern.n() && x.ncols() == y.ncols());
     }
     let mut turned = TURNED.take();
-    for first in (0..y.ncols()).step_by(COLUMN_GROUP) {
-        let width = COLUMN_GROUP.min(y.ncols() - first);
+    let mut first = 0;
+    while first < y.ncols() {
+        // Eights, where there is no kernel for what is left.
+        let width = match y.ncols() - first {
+            COLUMN_GROUP.. => COLUMN_GROUP,
+            left @ ..8 => left,
+            left => left / 8 * 8,
+        };
         let out = y.rb_mut().subcols_mut(first, width);
         mul_group(pattern, parts.map(|(values, x)| (values, x.subcols(first, width))), &mut turned, out);
+        first += width;
     }
     TURNED.set(turned);
 }
@@ -366,6 +374,8 @@ fn mul_group<const N: usize>(
         5 => mul_columns::<N, 5>(pattern, parts, turned, y),
         6 => mul_columns::<N, 6>(pattern, parts, turned, y),
         7 => mul_columns::<N, 7>(pattern, parts, turned, y),
+        8 => mul_columns::<N, 8>(pattern, parts, turned, y),
+        16 => mul_columns::<N, 16>(pattern, parts, turned, y),
         _ => mul_columns::<N, COLUMN_GROUP>(pattern, parts, turned, y),
     }
 }
