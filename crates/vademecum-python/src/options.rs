@@ -65,7 +65,20 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
             "contacts" => options.contacts = value.extract()?,
             "substeps" => options.substeps = value.extract()?,
             "viscosity" => options.viscosity = value.extract()?,
-            _ => live.push((name, value.extract()?)),
+            _ => {
+                live.push((name, value.extract()?));
+                continue;
+            }
+        }
+        // The time step is the same as a parameter and as an option.
+        let means = |parameter: &str| keyword(parameter) == name && name != "time_step";
+        if let Some(both) = metadata.active_parameters().iter().find(|parameter| means(parameter.name)) {
+            return Err(Refusal::usage(format!(
+                "`{name}` is an option of scenes, and the live parameter `{both}` of this file too; set the parameter by \
+                 `scene.set({{\"{both}\": value}})` after the scene was made",
+                both = both.name
+            ))
+            .into());
         }
     }
     set(&mut options, metadata, live)?;
@@ -93,13 +106,16 @@ fn resolve(metadata: &Metadata<'_>, name: String) -> String {
     if known().any(|other| other == name) {
         return name;
     }
-    let keyword =
-        |text: &str| -> String { text.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect() };
     let mut alike = known().filter(|other| keyword(other) == name);
     match (alike.next(), alike.next()) {
         (Some(only), None) => only.to_string(),
         _ => name,
     }
+}
+
+/// A name with `_` for every sign that a keyword cannot have.
+fn keyword(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 
 /// Pairs of names and numbers of a mapping and of keywords.

@@ -12,7 +12,7 @@ import pytest
 
 import vademecum
 
-from conftest import BEAM
+from conftest import BEAM, live
 
 POINT, FORCE = [0.93, 0.031, 0.1], [3.0, -8.0, -20.0]
 
@@ -220,6 +220,16 @@ def test_an_instance_of_a_batch_has_the_bits_of_a_scene(live_beam, dtype):
     batch.clear()
     with pytest.raises(IndexError, match="20"):
         batch.contact(20, POINT, FORCE)
+
+
+def test_a_keyword_that_is_an_option_and_a_parameter_is_refused():
+    parameter = {"name": "rest below", "kind": "stiffness", "range": [0.5, 2.0], "scale": "log"}
+    body = vademecum.build(live(parameter=[parameter]))
+    with pytest.raises(ValueError, match='set\\({"rest below": value}\\)'):
+        body.scene(rest_below=1.5)
+    scene = body.scene()
+    scene.set({"rest below": 1.5})
+    assert scene.parameters == {"rest below": 1.5}
 
 
 def test_many_scenes_move_in_threads(block_beam):

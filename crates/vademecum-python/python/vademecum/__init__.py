@@ -99,7 +99,8 @@ class Vademecum:
         as fast. Options are `structure` ("auto", "diagonal", "block", "exact", "strain"), `time_step`, `tolerance`, `terms`,
         `rest_below`, `residual` and `contacts`, and of large displacements `substeps` and `viscosity`; all other
         keywords are live parameters of the file. A parameter whose name is no keyword is given with `_` for every
-        other sign, or as `**{"tip stiffness": 1.5}`.
+        other sign, or as `**{"tip stiffness": 1.5}`. A keyword that is both, an option and a parameter, is refused:
+        such a parameter is set by `scene.set`.
         """
         return self._native.scene(dtype, options)
 
