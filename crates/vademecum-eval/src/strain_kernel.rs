@@ -360,15 +360,62 @@ pub(crate) fn solve<T: Scalar>(matrix: &[T], inverse: &[T], x: &mut [T]) {
     }
 }
 
+/// Pivots over the mass above which a solve is corrected: rounding of the matrix would show in the energy.
+const WORN: f64 = 1e4;
+
 /// The step's solve: matrix, factor, `d` of the leading coordinates from the right-hand side, and `d` of the
 /// tail in place of its own.
 #[inline(always)]
 pub(crate) fn solve_step<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     gram(map, scratch);
     factor(scratch.matrix, scratch.inverse);
+    solve_factored(map, scratch);
+}
+
+/// The same with a matrix that is factorised.
+#[inline(always)]
+fn solve_factored<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(out, &right)| *out = right);
     solve(scratch.matrix, scratch.inverse, scratch.solution);
+    let smallest = scratch.inverse.iter().fold(f64::INFINITY, |least, inverse| least.min(inverse.to_f64()));
+    if smallest * WORN * map.mass.to_f64() < 1.0 {
+        correct(map, scratch);
+    }
     eliminate(map, scratch);
+}
+
+/// Corrects `d` by what it leaves of the right-hand side, which it overwrites.
+///
+/// Entries of the matrix are rounded to those of stiff rows, beside which the mass is small. The rows
+/// themselves are not squared: with `ĝ·d` first, rounding grows with the root of what it grew with.
+#[inline(never)]
+fn correct<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
+    let stride = map.shape.rows.max(1);
+    let solution = scratch.solution.as_chunks::<PANEL>().0;
+    let right = scratch.leading.as_chunks_mut::<PANEL>().0;
+    for (right, d) in right.iter_mut().zip(solution) {
+        *right = less(*right, map.mass, d);
+    }
+    for k in 0..map.shape.rows {
+        let along = along(scratch.rows.iter().skip(k).step_by(stride), solution);
+        for (right, g) in right.iter_mut().zip(scratch.rows.iter().skip(k).step_by(stride)) {
+            *right = less(*right, along, g);
+        }
+    }
+    solve(scratch.matrix, scratch.inverse, scratch.leading);
+    scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(d, &more)| *d += more);
+}
+
+/// `ĝ·d` of one row.
+#[inline(always)]
+fn along<'g, T: Scalar + 'g>(row: impl Iterator<Item = &'g [T; PANEL]>, d: &[[T; PANEL]]) -> T {
+    let mut sums = [T::ZERO; PANEL];
+    for (g, d) in row.zip(d) {
+        for i in 0..PANEL {
+            sums[i] += g[i] * d[i];
+        }
+    }
+    total(&sums)
 }
 
 /// `d` of the tail coordinates from that of the leading ones.
@@ -377,16 +424,10 @@ pub(crate) fn eliminate<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch
     let rows = map.shape.rows;
     let solution = scratch.solution.as_chunks::<PANEL>().0;
     let tail = map.tail.iter().zip(&mut *scratch.tail).zip(&mut *scratch.along);
-    for (l, ((&[_, _, share, inverse], right), along)) in tail.enumerate() {
-        let mut sums = [T::ZERO; PANEL];
-        let panels = scratch.rows.iter().skip(map.shape.leading + l).step_by(rows.max(1));
-        for (g, d) in panels.zip(solution) {
-            for i in 0..PANEL {
-                sums[i] += g[i] * d[i];
-            }
-        }
-        *along = total(&sums);
-        *right = *right * inverse - share * *along;
+    for (l, ((&[_, _, share, inverse], right), out)) in tail.enumerate() {
+        let row = scratch.rows.iter().skip(map.shape.leading + l).step_by(rows.max(1));
+        *out = along(row, solution);
+        *right = *right * inverse - share * *out;
     }
 }
 
@@ -534,15 +575,14 @@ pub(crate) fn prepare<T: Scalar>(
 /// `A⁻¹ right` of a prepared scratch, `(r)`, into the scratch; see [`moved`].
 pub(crate) fn answer<T: Scalar>(map: &StrainMap<'_, T>, right: &[T], scratch: &mut Scratch<'_, T>) {
     let shape = map.shape;
-    scratch.solution.fill(T::ZERO);
-    let out = scratch.solution.iter_mut().take(shape.leading).chain(&mut *scratch.tail);
+    scratch.leading.fill(T::ZERO);
+    let out = scratch.leading.iter_mut().take(shape.leading).chain(&mut *scratch.tail);
     right.iter().zip(out).for_each(|(&right, out)| *out = right);
     for (l, (&[_, _, share, _], &right)) in map.tail.iter().zip(&*scratch.tail).enumerate() {
         let panels = scratch.rows.iter().skip(shape.leading + l).step_by(shape.rows.max(1));
-        for (out, g) in scratch.solution.as_chunks_mut::<PANEL>().0.iter_mut().zip(panels) {
+        for (out, g) in scratch.leading.as_chunks_mut::<PANEL>().0.iter_mut().zip(panels) {
             *out = less(*out, share * right, g);
         }
     }
-    solve(scratch.matrix, scratch.inverse, scratch.solution);
-    eliminate(map, scratch);
+    solve_factored(map, scratch);
 }
