@@ -361,6 +361,8 @@ pub(crate) fn solve<T: Scalar>(matrix: &[T], inverse: &[T], x: &mut [T]) {
 }
 
 /// Pivots over the mass above which a solve is corrected: rounding of the matrix would show in the energy.
+/// Where it comes near the mass itself there is nothing to correct with, and the motion soon leaves the numbers,
+/// so that a step refuses it.
 const WORN: f64 = 1e4;
 
 /// The step's solve: matrix, factor, `d` of the leading coordinates from the right-hand side, and `d` of the
@@ -377,8 +379,8 @@ pub(crate) fn solve_step<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratc
 fn solve_factored<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(out, &right)| *out = right);
     solve(scratch.matrix, scratch.inverse, scratch.solution);
-    let smallest = scratch.inverse.iter().fold(f64::INFINITY, |least, inverse| least.min(inverse.to_f64()));
-    if smallest * WORN * map.mass.to_f64() < 1.0 {
+    let least = scratch.inverse.iter().fold(f64::INFINITY, |least, inverse| least.min(inverse.to_f64()));
+    if (16.0 * T::EPSILON..1.0 / WORN).contains(&(least * map.mass.to_f64())) {
         correct(map, scratch);
     }
     eliminate(map, scratch);
