@@ -361,8 +361,8 @@ pub(crate) fn solve<T: Scalar>(matrix: &[T], inverse: &[T], x: &mut [T]) {
 }
 
 /// Pivots over the mass above which a solve is corrected: rounding of the matrix would show in the energy.
-/// Where it comes near the mass itself there is nothing to correct with, and the motion soon leaves the numbers,
-/// so that a step refuses it.
+/// Where it comes near the mass itself there is nothing to correct with, and the motion soon leaves the
+/// numbers, so that a step refuses it.
 const WORN: f64 = 1e4;
 
 /// The step's solve: matrix, factor, `d` of the leading coordinates from the right-hand side, and `d` of the

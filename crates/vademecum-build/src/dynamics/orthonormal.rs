@@ -124,8 +124,8 @@ fn take_off(
     let mut parts = transposed_product(directions, block.as_ref().subcols(later.start, later.len()));
     sum_matrix(rows, &mut parts)?;
     if own.len() > 1 {
-        // As if one finished column were taken off after the other: those of a first pass need not be orthogonal
-        // to rounding, and what one of them leaves is then another one's to take.
+        // As if one finished column were taken off after the other: those of a first pass need not be
+        // orthogonal to rounding, and what one of them leaves is then another one's to take.
         let mut overlap = transposed_product(directions, block.as_ref().subcols(own.start, own.len()));
         sum_matrix(rows, &mut overlap)?;
         solve_unit_lower_triangular_in_place(overlap.as_ref(), parts.as_mut(), Par::Seq);
