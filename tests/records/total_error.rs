@@ -2,7 +2,8 @@
 //! beside the motion that is exact in time.
 //!
 //! ```text
-//! cargo run --release -p vademecum-tests --example total_error [-- --pushes N --body NAME --modes N --kept FOLDER]
+//! cargo run --release -p vademecum-tests --example total_error
+//!     [-- --pushes N --body NAME --modes N --kept FOLDER]
 //! ```
 //!
 //! Without arguments it makes 200 pushes on each of the five bodies whose meshes are there, with 16 and with
@@ -26,8 +27,8 @@ fn main() {
             "--modes" => sizes.push(value().parse().expect("a number of modes")),
             "--kept" => kept = Some(PathBuf::from(value())),
             _ => panic!(
-                "`{argument}` is not known: usage: total_error [--pushes N] [--body NAME ...] [--modes N ...] \
-                 [--kept FOLDER]"
+                "`{argument}` is not known: usage: total_error [--pushes N] [--body NAME ...] \
+                 [--modes N ...] [--kept FOLDER]"
             ),
         }
     }
