@@ -361,8 +361,8 @@ pub(crate) fn solve<T: Scalar>(matrix: &[T], inverse: &[T], x: &mut [T]) {
 }
 
 /// Pivots over the mass above which a solve is corrected: rounding of the matrix would show in the energy.
-/// Where it comes near the mass itself there is nothing to correct with, and the motion soon leaves the
-/// numbers, so that a step refuses it.
+/// Where it comes near the mass itself there is nothing to correct with, as it soon does in single precision:
+/// the motion leaves the numbers there, and a step refuses it.
 const WORN: f64 = 1e4;
 
 /// The step's solve: matrix, factor, `d` of the leading coordinates from the right-hand side, and `d` of the
@@ -371,19 +371,27 @@ const WORN: f64 = 1e4;
 pub(crate) fn solve_step<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     gram(map, scratch);
     factor(scratch.matrix, scratch.inverse);
-    solve_factored(map, scratch);
-}
-
-/// The same with a matrix that is factorised.
-#[inline(always)]
-fn solve_factored<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(out, &right)| *out = right);
     solve(scratch.matrix, scratch.inverse, scratch.solution);
-    let least = scratch.inverse.iter().fold(f64::INFINITY, |least, inverse| least.min(inverse.to_f64()));
-    if (16.0 * T::EPSILON..1.0 / WORN).contains(&(least * map.mass.to_f64())) {
-        correct(map, scratch);
+    finish(map, scratch);
+}
+
+/// The rest of a solve of which `d` of the leading coordinates is known.
+#[inline(always)]
+fn finish<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
+    if size_of::<T>() > 4 {
+        let least = scratch.inverse.iter().fold(f64::INFINITY, |least, inverse| least.min(inverse.to_f64()));
+        if (16.0 * T::EPSILON..1.0 / WORN).contains(&(least * map.mass.to_f64())) {
+            correct(map, scratch);
+        }
     }
     eliminate(map, scratch);
+}
+
+/// [`solve`], once in a program: for what is not done in every step.
+#[inline(never)]
+fn solve_apart<T: Scalar>(matrix: &[T], inverse: &[T], x: &mut [T]) {
+    solve(matrix, inverse, x);
 }
 
 /// Corrects `d` by what it leaves of the right-hand side, which it overwrites.
@@ -404,7 +412,7 @@ fn correct<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
             *right = less(*right, along, g);
         }
     }
-    solve(scratch.matrix, scratch.inverse, scratch.leading);
+    solve_apart(scratch.matrix, scratch.inverse, scratch.leading);
     scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(d, &more)| *d += more);
 }
 
@@ -586,5 +594,7 @@ pub(crate) fn answer<T: Scalar>(map: &StrainMap<'_, T>, right: &[T], scratch: &m
             *out = less(*out, share * right, g);
         }
     }
-    solve_factored(map, scratch);
+    scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(out, &right)| *out = right);
+    solve_apart(scratch.matrix, scratch.inverse, scratch.solution);
+    finish(map, scratch);
 }
