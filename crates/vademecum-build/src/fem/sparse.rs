@@ -17,6 +17,7 @@ use faer::{Mat, MatMut, MatRef};
 use pulp::Arch;
 use rayon::prelude::*;
 
+use super::engine::AT_ONCE;
 use super::late::Late;
 use super::spread::SpreadMatrix;
 use crate::linalg::row_groups;
@@ -26,7 +27,7 @@ const ROW_CHUNK: usize = 2048;
 
 /// Columns of the right factor handled per pass over the matrix, at most: as many as a solver takes at once.
 /// Their sums fit the vector registers, and are enough of them that none waits for the one before.
-const COLUMN_GROUP: usize = 24;
+const COLUMN_GROUP: usize = AT_ONCE;
 
 /// Nonzero places of a symmetric `(n, n)` matrix, both triangles, rows sorted within a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
