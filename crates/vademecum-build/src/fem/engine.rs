@@ -15,7 +15,7 @@ use super::factor::{Factor, FactorError, Solve};
 use super::model_error::ModelError;
 use super::pencil::Pencil;
 use super::rigid::Rigid;
-use super::sparse::SymmetricMatrix;
+use super::sparse::{AT_ONCE, SymmetricMatrix};
 use super::spread::{EngineError, SpreadMatrix};
 use super::whole::Whole;
 
@@ -95,9 +95,6 @@ pub trait Rows: MassProduct {
     /// As [`MassProduct::mul_mass`].
     fn scatter(&mut self, whole: Option<&Mat<f64>>, own: MatMut<'_, f64>) -> Result<(), EngineError>;
 }
-
-/// Columns solved for together at most.
-pub const AT_ONCE: usize = 24;
 
 /// What all ranks search for.
 #[derive(Clone, Copy, Debug, PartialEq)]

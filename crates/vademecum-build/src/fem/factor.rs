@@ -11,13 +11,13 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
-use super::engine::{AT_ONCE, Engine, LocalRows, Rows, Search, Spread};
+use super::engine::{Engine, LocalRows, Rows, Search, Spread};
 use super::multifrontal::factorise;
 use super::ordering::structure;
 use super::pencil::{Away, Pencil};
 use super::rigid::Rigid;
 use super::single::{Iteration, Single, TOLERANCE};
-use super::sparse::{Pattern, SymmetricMatrix, contiguous, contiguous_mut};
+use super::sparse::{AT_ONCE, Pattern, SymmetricMatrix, contiguous, contiguous_mut};
 use super::spread::{EngineError, SpreadMatrix};
 use super::substitution::{LARGE, gather, scatter, substitute, substitute_by_groups};
 use super::supernodes::Supernodes;

@@ -35,7 +35,7 @@ pub use dofs::DofMap;
 #[cfg(test)]
 pub(crate) use element::cross;
 pub use element::{ElementError, Material};
-pub use engine::{AT_ONCE, Engine, LocalRows, MassProduct, Rows, Search, Spread};
+pub use engine::{Engine, LocalRows, MassProduct, Rows, Search, Spread};
 pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use green::{GreenError, GreenStrain, SOFTENING};
@@ -45,7 +45,7 @@ pub use model_error::ModelError;
 pub use pencil::{Pencil, PencilError};
 pub use rigid::Rigid;
 pub use selected::Selected;
-pub use sparse::{Pattern, SymmetricMatrix};
+pub use sparse::{AT_ONCE, Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
 pub use spread::{EngineError, Resource, SpreadMatrix};
 pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points};

@@ -15,9 +15,8 @@ use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
 use super::coarse::Coarse;
-use super::engine::AT_ONCE;
 use super::multifrontal::factorise;
-use super::sparse::{SymmetricMatrix, contiguous, contiguous_mut};
+use super::sparse::{AT_ONCE, SymmetricMatrix, contiguous, contiguous_mut};
 use super::substitution::{gather, scatter, substitute_by_groups};
 use super::supernodes::{Scaling, Supernodes};
 use crate::linalg::column_groups;

@@ -17,7 +17,6 @@ use faer::{Mat, MatMut, MatRef};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::engine::AT_ONCE;
 use super::late::Late;
 use super::spread::SpreadMatrix;
 use crate::linalg::row_groups;
@@ -25,9 +24,9 @@ use crate::linalg::row_groups;
 /// Rows one parallel task handles: some 100 µs of work, far above the cost of handing a task over.
 const ROW_CHUNK: usize = 2048;
 
-/// Columns of the right factor handled per pass over the matrix, at most: as many as a solver takes at once.
-/// Their sums fit the vector registers, and are enough of them that none waits for the one before.
-const COLUMN_GROUP: usize = AT_ONCE;
+/// Columns that a product handles per pass over the matrix, and a solve over the factor, at most. The sums of
+/// a product fit the vector registers, and are enough of them that none waits for the one before.
+pub const AT_ONCE: usize = 24;
 
 /// Nonzero places of a symmetric `(n, n)` matrix, both triangles, rows sorted within a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -344,7 +343,7 @@ fn mul_rows<const N: usize>(
     while first < y.ncols() {
         // Eights, where there is no kernel for what is left.
         let width = match y.ncols() - first {
-            COLUMN_GROUP.. => COLUMN_GROUP,
+            AT_ONCE.. => AT_ONCE,
             left @ ..8 => left,
             left => left / 8 * 8,
         };
@@ -377,7 +376,7 @@ fn mul_group<const N: usize>(
         7 => mul_columns::<N, 7>(pattern, parts, turned, y),
         8 => mul_columns::<N, 8>(pattern, parts, turned, y),
         16 => mul_columns::<N, 16>(pattern, parts, turned, y),
-        _ => mul_columns::<N, COLUMN_GROUP>(pattern, parts, turned, y),
+        _ => mul_columns::<N, AT_ONCE>(pattern, parts, turned, y),
     }
 }
 
