@@ -29,6 +29,10 @@ const LOST: f64 = 1e-3;
 /// Expansions of a probe block before the answer stands.
 const PROBES: usize = 2;
 
+/// Ritz residual of all modes at which a probe joins, as a multiple of that at which they count as converged:
+/// they converge while it is expanded. What a probe finds has a larger one.
+const NEAR: f64 = 1e3;
+
 /// Natural modes in ascending order.
 #[derive(Clone, Debug)]
 pub struct Modes {
@@ -163,22 +167,25 @@ pub fn search_on(
 ) -> Result<Modes, ModesError> {
     let Search { count, tolerance, probes, .. } = *search;
     let mut space = Krylov::new(rows, search, kept)?;
-    let mut settled: Option<usize> = None; // expansions since convergence
+    // Expansions of the last probe.
+    let mut probed: Option<usize> = None;
     let ritz = loop {
         if space.is_stopped()? {
             return Err(Cancelled.into());
         }
         space.expand()?;
         let ritz = space.ritz()?;
-        let converged = ritz.values.len() >= count && ritz.residuals[..count].iter().all(|&r| r <= tolerance);
-        settled = match settled {
-            Some(since) if converged => Some(since + 1),
-            _ => converged.then_some(0),
-        };
-        if settled.is_some_and(|since| since >= probes) || space.is_full() {
+        let within = |r: f64| ritz.values.len() >= count && ritz.residuals[..count].iter().all(|&x| x <= r);
+        // What a probe finds asks for another one.
+        probed = probed.map(|expansions| expansions + 1).filter(|_| within(NEAR * tolerance));
+        if (within(tolerance) && probed.unwrap_or(0) >= probes) || space.is_full() {
             break ritz;
         }
-        if settled == Some(0) || space.frontier() == 0 {
+        if probes > 0 && probed.is_none() && within(NEAR * tolerance) {
+            space.add_random_block()?;
+            probed = Some(0);
+        }
+        if space.frontier() == 0 {
             space.add_random_block()?;
             if space.frontier() == 0 {
                 break ritz;

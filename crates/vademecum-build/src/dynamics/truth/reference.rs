@@ -186,7 +186,7 @@ impl<'a> Truth<'a> {
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
             let last = closed || converged || space.used() >= most;
-            aim = (space.used() + (space.used() - given).div_ceil(2)).min(most);
+            aim = (space.used() + (space.used() - given).div_ceil(4)).min(most);
             let (vectors, stiffness) = space.lend();
             let truth = Truth {
                 pencil,
