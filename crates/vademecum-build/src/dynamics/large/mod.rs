@@ -2,7 +2,7 @@
 //!
 //! The elastic force is the gradient of the energy `V(u) = ½ |z(u)|²` of [`GreenStrain`](crate::fem). Three
 //! questions are answered with it: where a body rests under a load ([`rest()`]), how it moves
-//! ([`LargeMarch`], [`march_large`]), and how it relaxes where some of its coordinates are prescribed
+//! ([`LargeMarch`], [`march_large`]; with [`LargeMarch::within`] on a basis), and how it relaxes where some of its coordinates are prescribed
 //! ([`Relaxation`]).
 //!
 //! A load is a vector over the free dofs that depends on time alone, as in the linear march. Its direction
@@ -49,6 +49,7 @@ mod newton;
 mod relax;
 mod rest;
 mod scheme;
+mod space;
 mod vectors;
 
 pub use error::LargeError;
