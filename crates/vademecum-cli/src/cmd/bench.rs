@@ -29,7 +29,8 @@ equal time stands below the table.
 Every row has two errors: trajectory_error against the march at full order with the same scheme and time
 step, which shares the error of the scheme; error_total against a motion that is exact in time (truth_error
 estimates its own error). error_time, error_space, error_separation and error_rounding make up the total.
-Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean: docs/benchmarks/pareto.md
+Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean:
+docs/benchmarks/pareto.md
 A problem with `model = \"large-displacement\"` is built once. Its file with 1, 2, 4 and 8 sub-steps in a step
 (--quick: 1 and 4), its linear model, a Galerkin model that visits all elements, and the full order with 1, 2
 and 4 steps (--quick: 1 and 4) are measured against a fine march at full order: error_basis, error_closure,
@@ -39,7 +40,7 @@ pub struct Bench {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
     /// The scenario file (TOML); for the demo's beam the demo's, for a problem a push held for 200 of 2 000
-    /// steps, or at large displacements for half of the first of five periods.
+    /// steps, or at large displacements a pulse of the first of five periods.
     #[arg(long)]
     scenario: Option<PathBuf>,
     /// Folder for the results; made if missing.

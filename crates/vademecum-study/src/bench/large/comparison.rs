@@ -76,7 +76,7 @@ const WHAT: &str =
     "the reference at full order and large displacements, one with twice its step, and the rows that march";
 
 /// Compares all methods on a scenario; without one, on a push by which the body moves about as far as
-/// `large.displacement` asks for: where it gives way most, held until it has swung out, then let go.
+/// `large.displacement` asks for: where it gives way most, as a pulse of one first period.
 ///
 /// # Errors
 /// [`FileError::NotFree`]: a scenario that throws the body; [`StudyError::NothingToPush`];

@@ -17,9 +17,8 @@ use crate::large_motion::LargeMotion;
 use crate::player::{Track, stop_if_asked, with_scene};
 use crate::statistics::percentiles;
 
-/// Sub-steps of a file with which its motion has no error in time that would be seen: 64 times less than with
-/// four.
-const CONVERGED: usize = 32;
+/// Sub-steps of a file with which its motion has no error in time that would be seen.
+const CONVERGED: usize = 256;
 
 /// Bursts of a file in one round.
 const BURSTS: usize = 100;
