@@ -23,6 +23,8 @@ pub(super) enum Space<'a> {
 
 /// A factor of a tangent.
 #[derive(Clone)]
+// A few values for a march.
+#[allow(clippy::large_enum_variant)]
 pub(super) enum SpaceFactor {
     Whole(Factor),
     Span(Llt<f64>),
