@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use vademecum_study::bench::COLUMNS;
+use vademecum_study::bench::{COLUMNS, LARGE_COLUMNS};
 use vademecum_tests::program::{repository, vademecum};
 
 /// Headings of the table's columns, in their order: the keys of the JSON.
@@ -288,4 +288,70 @@ fn more_modes_than_the_snapshots_span_is_an_error() {
     let ran = vademecum(&arguments);
     assert_eq!(ran.code, Some(3), "{}", ran.stderr);
     assert!(ran.stderr.contains("the snapshots span"), "{}", ran.stderr);
+}
+
+/// A short beam that bends far.
+const BENT: &str = r#"
+model = "large-displacement"
+[mesh]
+block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
+[[material]]
+young = 1e6
+poisson = 0.3
+density = 1000.0
+[[support]]
+on = { group = "x_min" }
+[basis]
+modes = 6
+[large]
+states = 12
+"#;
+
+#[test]
+fn a_body_of_large_displacements_has_a_record_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(at("bent.toml"), BENT).expect("written");
+    let run = |more: &[&str]| {
+        let (problem, out) = (at("bent.toml"), at("out"));
+        vademecum(&[&["bench", &problem, "-o", &out, "--quick"], more].concat())
+    };
+    // Refused by name before anything is built or written.
+    for option in [["--modes", "4"], ["--tolerance", "1e-5"]] {
+        let refused = run(&option);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        assert!(
+            refused.stderr.contains(option[0]) && refused.stderr.contains("leave it out"),
+            "{}",
+            refused.stderr
+        );
+        assert!(!folder.path().join("out").exists());
+    }
+    let report = run(&["--json", "--steps", "40"]).json();
+    let methods = report["methods"].as_array().expect("a list");
+    // Two at full order, Galerkin, the linear model, and the file in two precisions with 1 and 4 sub-steps.
+    assert_eq!((methods.len(), &report["steps"]), (8, &Value::from(40)));
+    let row = |name: &str, substeps: u64| {
+        let found = methods.iter().find(|row| row["name"] == name && row["substeps"] == substeps);
+        found.unwrap_or_else(|| panic!("no row `{name}`, {substeps}"))
+    };
+    let file = row("file f64", 4);
+    assert!(number(file, "error_total") < number(row("file f64", 1), "error_total"), "{file}");
+    assert!(number(file, "error_total") < number(row("linear model f64", 1), "error_total"), "{file}");
+    assert!(
+        number(file, "file_bytes") > 0.0 && row("full order, bathe and newton", 4)["file_bytes"].is_null()
+    );
+    let mut found: Vec<&str> = file.as_object().expect("a table").keys().map(String::as_str).collect();
+    let mut expected = LARGE_COLUMNS.map(|column| column.name);
+    found.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).expect(name);
+    assert_eq!(serde_json::from_str::<Value>(&read("bench.json")).expect("JSON"), report);
+    assert_eq!(read("bench.csv").lines().count(), 1 + methods.len());
+    assert_eq!(read("bench.md").lines().filter(|line| line.starts_with('|')).count(), 2 + methods.len());
+    let picture = read("pareto.svg");
+    assert!(picture.starts_with("<svg") && picture.contains("file f32"));
+    assert!(!folder.path().join("out/pareto-total.svg").exists());
 }

@@ -229,4 +229,6 @@ fn a_demo_and_a_comparison_print_the_keys_of_their_page() {
     compare(at, &["demo --large", "build"], &["demo --large -o bent --json"]);
     let bench = "bench beam.toml -o out --quick --modes 8 --json --force";
     compare(at, &["bench"], &[bench]);
+    let large = "bench bent.toml -o out --quick --steps 20 --json --force";
+    compare(at, &["bench of large displacements"], &[large]);
 }

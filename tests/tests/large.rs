@@ -10,6 +10,7 @@ use vademecum_build::progress::{Listener, Silent, Stopwatch, is_cancelled};
 use vademecum_build::store::Store;
 use vademecum_eval::{Field, SceneOptions, Simulation};
 use vademecum_format::File;
+use vademecum_study::bench::{LargeBenchOptions, LargeMethod, LargeRow, Precision, compare_large_methods};
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
 use vademecum_study::verify::verify_large;
@@ -120,6 +121,79 @@ fn verified(problem: &Problem, file: &File<'_>) {
     assert!(matches!(verify(&thrown, &options), Err(StudyError::File(FileError::NotFree))));
     let many = push(0.1, 0.4, 1e7, 60.0);
     assert!(matches!(verify(&many, &options), Err(StudyError::Long { .. })));
+}
+
+/// What the rows of a comparison say of each other, whatever the machine.
+#[test]
+fn a_comparison_tells_the_error_of_each_method_by_its_parts() {
+    let mut problem = beam();
+    problem.basis.modes = Some(12);
+    // Two first periods, the push and its release among them.
+    let options = LargeBenchOptions { steps: Some(132), ..LargeBenchOptions::default() };
+    let table = compare_large_methods(&problem, None, &options, &Silent).expect("a table");
+    let rows = |name: LargeMethod| table.methods.iter().filter(move |row| row.name == name);
+    let [double, single] = [Precision::Double, Precision::Single].map(LargeMethod::File);
+    let count = |name| rows(name).map(|row| row.substeps).collect::<Vec<_>>();
+    assert_eq!([count(double), count(single)], [[1, 2, 4, 8], [1, 2, 4, 8]]);
+    assert_eq!(count(LargeMethod::FullOrder), [1, 2, 4]);
+    assert_eq!(count(LargeMethod::Galerkin), [1, 2]);
+    assert_eq!(count(LargeMethod::Linear), [1]);
+    assert_eq!(table.methods.len(), 14);
+
+    // The push moves the body about as far as was asked for, and the law bears it.
+    assert!((0.3..0.9).contains(&table.displacement) && table.least_stretch > 0.6, "{}", table.displacement);
+    let total = |row: &LargeRow| row.errors.error_total;
+    let [of_linear] = rows(LargeMethod::Linear).map(total).collect::<Vec<_>>()[..] else { panic!() };
+    for row in &table.methods {
+        let errors = &row.errors;
+        let parts = [errors.error_basis, errors.error_closure, errors.error_time, errors.error_rounding];
+        let sum: f64 = parts.iter().flatten().sum();
+        let told = errors.error_closure.is_some() || errors.error_time.is_some();
+        assert!(!told || errors.error_total <= sum * (1.0 + 1e-9), "the triangle inequality: {errors:?}");
+        // Of everything that moves in the basis; the projection is the best of it.
+        assert!(errors.error_basis.is_none_or(|floor| floor <= errors.error_total), "{errors:?}");
+        assert_eq!(errors.error_basis.is_some(), row.modes.is_some());
+        assert_eq!(errors.error_rounding.is_some(), row.name == single);
+        assert!(row.step_ns_p50 > 0.0 && row.step_ns_p50 <= row.step_ns_p99, "{}", row.name);
+        assert!(row.offline_seconds > 0.0);
+    }
+
+    // Of second order in the sub-steps, down to what basis and strain map leave.
+    let file: Vec<_> = rows(double).map(|row| row.errors).collect();
+    for pair in file.windows(2) {
+        let [long, short] = [0, 1].map(|k| pair[k].error_time.expect("a part"));
+        assert!((2.5..6.0).contains(&(long / short)), "{long} {short}");
+    }
+    let finest = file[3];
+    let limit = finest.error_basis.expect("a part").hypot(finest.error_closure.expect("a part"));
+    assert!((finest.error_total - limit).abs() <= finest.error_time.expect("a part"), "{finest:?}");
+    for (single, double) in rows(single).zip(rows(double)) {
+        let rounding = single.errors.error_rounding.expect("a part");
+        assert!(rounding > 0.0 && rounding < 1e-3, "{rounding}");
+        assert!((total(single) - total(double)).abs() <= rounding);
+    }
+    assert!(of_linear > 2.0 * finest.error_total && of_linear > 0.05, "{of_linear} {finest:?}");
+
+    // Bathe's method is of second order, too; the row of four steps is the march beside a reference of eight.
+    let full: Vec<f64> = rows(LargeMethod::FullOrder).map(total).collect();
+    assert!(full.windows(2).all(|pair| pair[0] > 2.0 * pair[1]), "{full:?}");
+    if table.truth_parts == 8 {
+        assert!((full[2] / table.truth_error - 1.0).abs() < 1e-9, "{full:?} {}", table.truth_error);
+    } else {
+        assert!(full[2] > table.truth_error);
+    }
+    // All elements have the strain map of the basis without its rows: in time as good as the full order.
+    for (galerkin, full) in rows(LargeMethod::Galerkin).map(total).zip(&full) {
+        assert!(galerkin.is_finite() && galerkin < of_linear && galerkin > 0.1 * full, "{galerkin} {full}");
+    }
+    let compared = rows(LargeMethod::FullOrder).next_back().expect("a row");
+    assert_eq!(compared.times_full_order, 1.0);
+    assert!(rows(single).all(|row| row.times_full_order > 10.0));
+
+    let thrown = Scenario::parse("duration = 1.0\n[free]\nvelocity = [1.0, 0.0, 0.0]\n", "thrown.toml");
+    let thrown = thrown.expect("a scenario");
+    let refused = compare_large_methods(&problem, Some(&thrown), &options, &Silent);
+    assert!(matches!(refused.err(), Some(StudyError::File(FileError::NotFree))));
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod ranks_tests;
 mod vademecum;
 
 pub use error::BuildError;
+pub use large::SHAPES;
 
 use std::sync::Arc;
 

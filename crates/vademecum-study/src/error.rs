@@ -51,8 +51,8 @@ pub enum StudyError {
     File(#[from] FileError),
     /// Large displacements, where methods of linear motion are compared.
     #[error(
-        "`model = \"large-displacement\"`: the methods that are compared here are those of linear motion; `vademecum \
-         verify` measures a file of large displacements, its error and the time of a step beside the full order"
+        "`model = \"large-displacement\"`: the methods that are compared here are those of linear motion; those of \
+         large displacements are compared by `compare_large_methods`"
     )]
     LargeDisplacements,
     /// The scenario has a load pattern that the file does not have.

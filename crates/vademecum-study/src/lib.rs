@@ -15,6 +15,7 @@ pub mod export;
 pub mod fmu;
 pub mod free_run;
 pub mod frf;
+mod large_motion;
 pub mod log_scale;
 pub mod modes;
 mod near;

@@ -19,6 +19,7 @@ use crate::error::StudyError;
 use crate::player::PlayOptions;
 use crate::scenario::Scenario;
 
+pub(crate) use asked::Asked;
 pub use large::{LargeVerification, verify_large};
 pub use linear::{Verification, verify_linear};
 pub use model::free_basis;

@@ -13,8 +13,7 @@ pub use learn::{CANDIDATES, LargeOptions, LearnError, Learnt, learn};
 pub use map::{Columns, Pairs, StrainMap};
 pub use prior::{Prior, columns};
 pub use states::{States, draw, relaxed};
-pub(crate) use trial::longest_edge;
-pub use trial::{FullOrder, PARTS, Push, Pushes, Reference, Seen};
+pub use trial::{FullOrder, PARTS, Push, Pushes, Reference, Seen, asked_displacement};
 
 #[cfg(test)]
 mod tests;

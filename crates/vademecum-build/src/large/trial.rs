@@ -11,6 +11,7 @@ use super::learn::{Learnt, at_load_nodes};
 use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeWork, Newton};
 use crate::dynamics::{Modes, Rayleigh, TrajectoryError, Work};
 use crate::fem::{GreenStrain, SOFTENING, Symbolic};
+use crate::input::Problem;
 use crate::linalg::{Random, project, unit};
 use crate::mesh::Mesh;
 use crate::prepared::Body;
@@ -77,8 +78,18 @@ impl Push {
     }
 }
 
+/// Largest displacement where the problem does not say, as a part of the longest edge around the body.
+const DISPLACEMENT: f64 = 0.2;
+
+/// The largest displacement of the loadable surface that a file of large displacements is made for \[m\]:
+/// `large.displacement`, or a fifth of the longest edge of the box around the body.
+pub fn asked_displacement(problem: &Problem, mesh: &Mesh) -> f64 {
+    let asked = problem.large.as_ref().and_then(|large| large.displacement);
+    asked.unwrap_or_else(|| DISPLACEMENT * longest_edge(mesh))
+}
+
 /// The longest edge of the box around a body \[m\].
-pub(crate) fn longest_edge(mesh: &Mesh) -> f64 {
+fn longest_edge(mesh: &Mesh) -> f64 {
     let (low, high) = mesh.bounding_box();
     (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max)
 }

@@ -14,19 +14,19 @@ use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
-use crate::large::{FullOrder, LargeOptions, Learnt, PARTS, Pushes, Reference, learn, longest_edge};
+use crate::large::{FullOrder, LargeOptions, Learnt, PARTS, Pushes, Reference, asked_displacement, learn};
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::BuildPlan;
 
+/// The stage at whose end there is a basis, in the timings of a report.
+pub const SHAPES: &str = "shapes of least energy";
 /// Coordinates where the problem does not say.
 const COORDINATES: usize = 32;
 /// States to learn from, for each coordinate.
 const STATES: usize = 8;
 /// Sub-steps of a step.
 const SUBSTEPS: usize = 4;
-/// Largest displacement where the problem does not say, as a part of the longest edge around the body.
-const DISPLACEMENT: f64 = 0.2;
 /// Modes that tell how strong a push is.
 const PUSH_MODES: usize = 8;
 /// Pushes that choose.
@@ -68,7 +68,7 @@ impl Stages<'_> {
         plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
         listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
-        let maps = watch.stage("shapes of least energy", || learn(body, symbolic, &options, kept))?;
+        let maps = watch.stage(SHAPES, || learn(body, symbolic, &options, kept))?;
         let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
         let references = watch.stage("held-out pushes at full order", march)?;
         let errors = || maps.iter().map(|map| self.worst(problem, map, &references)).collect();
@@ -187,7 +187,7 @@ fn large_options(problem: &Problem, body: &Body) -> LargeOptions {
     let large = problem.large.clone().unwrap_or_default();
     let coordinates = problem.basis.modes.unwrap_or(COORDINATES).min(body.n_dof());
     LargeOptions {
-        displacement: large.displacement.unwrap_or_else(|| DISPLACEMENT * longest_edge(body.model.mesh())),
+        displacement: asked_displacement(problem, body.model.mesh()),
         coordinates,
         rows: large.rows.unwrap_or(coordinates),
         states: large.states.unwrap_or(STATES * coordinates),

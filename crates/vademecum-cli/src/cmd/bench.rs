@@ -1,16 +1,21 @@
 //! `vademecum bench`: run time against error, method by method, in one process on one scenario.
 
+mod large;
 mod output;
 mod pareto;
 mod words;
 
 use std::path::PathBuf;
 
-use vademecum_study::bench::{BenchOptions, compare_methods};
+use serde::Serialize;
+use vademecum_build::input::Problem;
+use vademecum_build::store::Outputs;
+use vademecum_study::bench::{BenchOptions, LargeBenchOptions, compare_large_methods, compare_methods};
+use vademecum_study::scenario::Scenario;
 
 use crate::arguments::{OutputArguments, positive, problem_or_demo, scenario_or_demo};
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::{Cause, Failure};
 use crate::files::outputs;
 use crate::print::print_json;
 
@@ -24,12 +29,18 @@ equal time stands below the table.
 Every row has two errors: trajectory_error against the march at full order with the same scheme and time
 step, which shares the error of the scheme; error_total against a motion that is exact in time (truth_error
 estimates its own error). error_time, error_space, error_separation and error_rounding make up the total.
-Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean: docs/benchmarks/pareto.md")]
+Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean:
+docs/benchmarks/pareto.md
+A problem with `model = \"large-displacement\"` is built once. Its file with 1, 2, 4 and 8 sub-steps in a step
+(--quick: 1 and 4), its linear model, a Galerkin model that visits all elements, and the full order with 1, 2
+and 4 steps (--quick: 1 and 4) are measured against a fine march at full order: error_basis, error_closure,
+error_time and error_rounding make up the total. There is no pareto-total.svg, and --modes and --tolerance are
+refused: the problem file says how many coordinates there are. See docs/large-displacements.md")]
 pub struct Bench {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
     /// The scenario file (TOML); for the demo's beam the demo's, for a problem a push held for 200 of 2 000
-    /// steps.
+    /// steps, or at large displacements a pulse of the first of five periods.
     #[arg(long)]
     scenario: Option<PathBuf>,
     /// Folder for the results; made if missing.
@@ -70,20 +81,79 @@ impl Bench {
         let scenario = scenario_or_demo(self.scenario.as_deref(), self.problem.as_deref())?;
         let inputs = [self.problem.as_deref(), self.scenario.as_deref()];
         let outputs = outputs(&self.outputs, &inputs, Some(&problem));
+        if problem.is_large() {
+            return self.large(&problem, scenario.as_ref(), &outputs, console);
+        }
         outputs.check_in(&self.output, &output::FILES)?;
         outputs.make_folder(&self.output)?;
         let table = compare_methods(&problem, scenario.as_ref(), &self.options(), console)?;
+        self.end(&table, &output::markdown(&table), console, || output::write(&outputs, &self.output, &table))
+    }
+
+    /// The comparison of a body of large displacements.
+    fn large(
+        &self,
+        problem: &Problem,
+        scenario: Option<&Scenario>,
+        outputs: &Outputs,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        self.refuse_linear_options()?;
+        outputs.check_in(&self.output, &large::FILES)?;
+        outputs.make_folder(&self.output)?;
+        let options = LargeBenchOptions { steps: self.steps(), quick: self.quick, long: self.long };
+        let table = compare_large_methods(problem, scenario, &options, console)?;
+        self.end(&table, &large::markdown(&table), console, || large::write(outputs, &self.output, &table))
+    }
+
+    /// Writes a table, and prints it.
+    fn end(
+        &self,
+        table: &impl Serialize,
+        markdown: &str,
+        console: &Console,
+        write: impl FnOnce() -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
         console.clear();
         if self.split.is_some() {
-            eprintln!("  note: `--split` has no effect: the reference is exact in time and marches nothing");
+            eprintln!(
+                "  note: `--split` has no effect: nothing is marched by parts of a step of one's choice"
+            );
         }
-        output::write(&outputs, &self.output, &table)?;
+        write()?;
         if self.json {
-            print_json(&table);
+            print_json(table);
         } else {
-            println!("{}", output::markdown(&table).trim_end());
+            println!("{}", markdown.trim_end());
         }
         Ok(())
+    }
+
+    /// Options that a comparison at large displacements has no meaning for.
+    fn refuse_linear_options(&self) -> Result<(), Failure> {
+        for (name, given, remedy) in [
+            (
+                "modes",
+                !self.modes.is_empty(),
+                "leave it out; `basis.modes` in the problem file says how many coordinates there are",
+            ),
+            (
+                "tolerance",
+                !self.tolerance.is_empty(),
+                "leave it out; it is for files with a live stiffness of a region, which is of linear motion",
+            ),
+        ] {
+            if given {
+                let text = format!("`--{name}` has no meaning with `model = \"large-displacement\"`");
+                return Err(Failure::new(Cause::Usage, text).remedy(remedy));
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps that count for the error.
+    fn steps(&self) -> Option<usize> {
+        self.steps.or(self.quick.then_some(QUICK_STEPS))
     }
 
     fn options(&self) -> BenchOptions {
@@ -93,7 +163,7 @@ impl Bench {
                 ([], false) => vec![2, 4, 8, 16, 32, 64],
                 (asked, _) => asked.iter().map(|&r| usize::from(r)).collect(),
             },
-            steps: self.steps.or(self.quick.then_some(QUICK_STEPS)),
+            steps: self.steps(),
             tolerances: match (&self.tolerance[..], self.quick) {
                 ([], true) => vec![],
                 ([], false) => vec![1e-3, 1e-5, 1e-7],

@@ -10,7 +10,7 @@ use std::time::Instant;
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{self, FullOrder, INSTANTS, TimedLoad};
 use vademecum_build::progress::Listener;
-use vademecum_eval::{Field, Scalar};
+use vademecum_eval::{Field, Loads, Scalar, Scene, State};
 use vademecum_format::{File, SectionKind};
 
 use super::method::{Group, Method, Precision, Stepper};
@@ -101,7 +101,7 @@ fn solve(solver: &dyn ReducedSolver, loads: &[TimedLoad], samples: &mut Samples)
     let loads = staged::reduce(solver, loads);
     let (held, mut state) = (staged::held(solver, &loads), staged::start(solver, &loads));
     let mut work = vec![0.0; solver.work_len()];
-    samples.step_ns.push(bursts(|| solver.step(&mut state, black_box(&held), &mut work)));
+    samples.step_ns.push(bursts(BURSTS, || solver.step(&mut state, black_box(&held), &mut work)));
     let mut field = vec![0.0; solver.frame().basis.nrows()];
     samples.reconstruct_ms.extend(repeats(1e3, || {
         staged::reconstruct_into(solver.frame().basis.as_ref(), &state, &mut field);
@@ -125,18 +125,27 @@ fn through_file<T: Scalar>(
         })?;
     }
     with_scene::<T, _>(&file, &options, |scene, state, loads| {
-        track.apply(&track.full_height(), &mut Body { scene, state: &mut *state, loads: &mut *loads })?;
-        let mut failed = None;
-        samples.step_ns.push(bursts(|| {
-            if let Err(error) = scene.step(state, black_box(loads)) {
-                failed = Some(error);
-            }
-        }));
-        if let Some(error) = failed {
-            return Err(error.into());
-        }
+        samples.step_ns.push(held_steps(scene, state, loads, track, BURSTS)?);
         reconstruct(&file, &Body { scene, state, loads }, samples)
     })
+}
+
+/// Times of a step \[ns\] under all loads at full height, one per burst.
+pub(super) fn held_steps<T: Scalar>(
+    scene: &Scene<'_, T>,
+    state: &mut State<'_, T>,
+    loads: &mut Loads<'_, T>,
+    track: &Track,
+    count: usize,
+) -> Result<Vec<f64>, StudyError> {
+    track.apply(&track.full_height(), &mut Body { scene, state: &mut *state, loads: &mut *loads })?;
+    let mut failed = None;
+    let times = bursts(count, || {
+        if let Err(error) = scene.step(state, black_box(loads)) {
+            failed = Some(error);
+        }
+    });
+    failed.map_or(Ok(times), |error| Err(error.into()))
 }
 
 /// A step of every march. One that leaves its ranges starts anew: a step costs the same wherever the state
@@ -154,7 +163,7 @@ fn chapter(bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), 
         for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
             track.apply(&track.full_height(), &mut Body { scene, state, loads })?;
         }
-        samples.step_ns.push(bursts(|| {
+        samples.step_ns.push(bursts(BURSTS, || {
             for (state, loads) in &mut *marches {
                 if scene.step(state, black_box(loads)).is_err() {
                     state.rest();
@@ -187,13 +196,13 @@ fn reconstruct<B: Playable>(file: &File<'_>, body: &B, samples: &mut Samples) ->
 }
 
 /// Times of a step \[ns\], one per burst; the first burst warms up and is not counted.
-fn bursts(mut step: impl FnMut()) -> Vec<f64> {
+fn bursts(count: usize, mut step: impl FnMut()) -> Vec<f64> {
     let burst = |_| {
         let start = Instant::now();
         (0..BURST).for_each(|_| step());
         1e9 * start.elapsed().as_secs_f64() / BURST as f64
     };
-    (0..=BURSTS).map(burst).skip(1).collect()
+    (0..=count).map(burst).skip(1).collect()
 }
 
 /// Times of some work done a few times, in parts of a second.
@@ -208,7 +217,7 @@ fn repeats(parts: f64, mut work: impl FnMut()) -> Vec<f64> {
 
 /// What an empty burst costs per step \[ns\]: in every sample of a step, not taken off.
 pub(super) fn clock() -> f64 {
-    median(bursts(|| {
+    median(bursts(BURSTS, || {
         black_box(());
     }))
 }
@@ -235,6 +244,6 @@ impl Samples {
 }
 
 /// The median over all candidates of how far their rounds lie apart.
-pub(super) fn noise(samples: &[Samples]) -> f64 {
-    median(samples.iter().map(Samples::spread).collect())
+pub(super) fn noise<'a>(samples: impl IntoIterator<Item = &'a Samples>) -> f64 {
+    median(samples.into_iter().map(Samples::spread).collect())
 }

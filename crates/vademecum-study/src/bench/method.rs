@@ -291,29 +291,34 @@ impl Method {
     fn play_all(&self, march: &March<'_>, listener: &dyn Listener) -> Result<Played, StudyError> {
         Ok(Ok(match &self.stepper {
             Stepper::Solver(solver) => staged::play(solver.as_ref(), march.loads, march.steps),
-            Stepper::File(bytes) => match self.precision {
-                Precision::Single => self.play_file::<f32>(bytes, march, listener)?,
-                Precision::Double => self.play_file::<f64>(bytes, march, listener)?,
-            },
+            Stepper::File(bytes) => {
+                let options = self.options(Some(march.time_step));
+                let play = match self.precision {
+                    Precision::Single => play_file::<f32>,
+                    Precision::Double => play_file::<f64>,
+                };
+                play(bytes, &options, march.track, march.steps, listener)?
+            }
             Stepper::Chapter { bytes, tracks } => return chapter::play(bytes, tracks, march, listener),
         }))
     }
+}
 
-    fn play_file<T: Scalar>(
-        &self,
-        bytes: &[u8],
-        march: &March<'_>,
-        listener: &dyn Listener,
-    ) -> Result<Matrix, StudyError> {
-        let file = File::parse(bytes)?;
-        let options = self.options(Some(march.time_step));
-        let mut coordinates = vec![];
-        play_in::<T>(&file, &options, march.track, march.steps, listener, |_, body| {
-            coordinates.extend(body.zeta().iter().map(|z| z.to_f64()));
-            Ok(())
-        })?;
-        Ok(coordinate_matrix(file.metadata().n_modes as usize, &coordinates))
-    }
+/// Coordinates that a file shows from rest at every instant, the start included; shape (r, steps + 1).
+pub(super) fn play_file<T: Scalar>(
+    bytes: &[u8],
+    options: &SceneOptions,
+    track: &Track,
+    steps: usize,
+    listener: &dyn Listener,
+) -> Result<Matrix, StudyError> {
+    let file = File::parse(bytes)?;
+    let mut coordinates = vec![];
+    play_in::<T>(&file, options, track, steps, listener, |_, body| {
+        coordinates.extend(body.zeta().iter().map(|z| z.to_f64()));
+        Ok(())
+    })?;
+    Ok(coordinate_matrix(file.metadata().n_modes as usize, &coordinates))
 }
 
 #[cfg(test)]

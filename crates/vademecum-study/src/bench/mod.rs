@@ -6,7 +6,7 @@
 //! had been built alone.
 //!
 //! [`compare_methods`] is the whole comparison; [`Study`] makes the pieces, and other records are made of
-//! them too.
+//! them too. [`compare_large_methods`] is that of bodies of large displacements.
 
 mod candidates;
 mod chapter;
@@ -16,6 +16,7 @@ mod errors;
 mod front;
 mod galerkin;
 mod inputs;
+mod large;
 mod measure;
 mod method;
 mod modal;
@@ -34,6 +35,10 @@ pub use errors::Errors;
 pub use front::front;
 pub use galerkin::DenseGalerkin;
 pub(crate) use inputs::Bound;
+pub use large::{
+    LARGE_COLUMNS, LargeBenchOptions, LargeBenchTable, LargeErrors, LargeMethod, LargeRow,
+    compare_large_methods,
+};
 pub use method::{Identity, Precision, Way};
 pub use modal::ExactModes;
 pub use study::{Study, Timed};

@@ -161,20 +161,20 @@ impl Row {
 }
 
 /// A column of the table for people, with its unit in its name.
-pub struct Column {
+pub struct Column<R = Row> {
     /// Its heading, the key of the same figure in JSON.
     pub name: &'static str,
     /// The text of a row in it; empty where it does not apply.
-    pub cell: fn(&Row) -> String,
+    pub cell: fn(&R) -> String,
 }
 
-const fn column(name: &'static str, cell: fn(&Row) -> String) -> Column {
+pub(super) const fn column<R>(name: &'static str, cell: fn(&R) -> String) -> Column<R> {
     Column { name, cell }
 }
 
 /// All columns.
 pub const COLUMNS: [Column; 20] = [
-    column("name", |row| row.name.to_string()),
+    column("name", |row: &Row| row.name.to_string()),
     column("modes", |row| whole(row.modes)),
     column("terms", |row| whole(row.terms)),
     column("time_step", |row| format!("{:e}", row.time_step)),
@@ -196,7 +196,7 @@ pub const COLUMNS: [Column; 20] = [
     column("error_rounding", |row| part(row.errors.error_rounding)),
 ];
 
-fn whole(value: Option<usize>) -> String {
+pub(super) fn whole(value: Option<usize>) -> String {
     value.map_or(String::new(), |v| v.to_string())
 }
 
@@ -204,16 +204,16 @@ fn real(value: Option<f64>) -> String {
     value.map_or(String::new(), figures)
 }
 
-fn error(value: f64) -> String {
+pub(super) fn error(value: f64) -> String {
     if value.is_nan() { "-".into() } else { format!("{value:.3e}") }
 }
 
-fn part(value: Option<f64>) -> String {
+pub(super) fn part(value: Option<f64>) -> String {
     value.map_or(String::new(), |v| format!("{v:.1e}"))
 }
 
 /// Three figures, never a power of ten.
-fn figures(value: f64) -> String {
+pub(super) fn figures(value: f64) -> String {
     let decimals = (2.0 - value.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.decimals$}")
 }

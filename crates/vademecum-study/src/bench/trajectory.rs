@@ -109,6 +109,14 @@ impl Projection {
     pub fn error(&self, coordinates: &Mat<f64>) -> f64 {
         self.floor.hypot((&self.coordinates - coordinates).norm_l2()) / self.norm
     }
+
+    /// `‖BBᵀMu − Bζ‖ ÷ ‖u‖`: the error without the floor.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn beside_floor(&self, coordinates: &Mat<f64>) -> f64 {
+        (&self.coordinates - coordinates).norm_l2() / self.norm
+    }
 }
 
 /// `√Σ‖u − w‖²_M` of two trajectories, both (n, instants).

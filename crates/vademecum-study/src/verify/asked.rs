@@ -54,7 +54,7 @@ impl<F> Verified<F> {
 }
 
 /// What both laws of motion begin with.
-pub(super) struct Asked<'a> {
+pub(crate) struct Asked<'a> {
     pub file_nodes: Vec<u32>,
     pub setting: Setting,
     pub time_step: f64,

@@ -1,25 +1,13 @@
 //! A file of large displacements beside the same scenario at large displacements and full order.
 //!
-//! The reference is marched by Bathe's method with a quarter of the file's step, and beside it a second one
-//! with twice that step: how far the two are apart says how well the reference is known. Where that is not
-//! well enough to see the error of the file, both are marched again with half of their steps. Nothing of any
-//! march is kept but sums.
-//!
-//! A scaled stiffness `s` or density `d` is a matter of units: with the time `τ = c t`, `c² = s/d`, a body
-//! under `F/s` moves as the one that was built, with the damping `α/c` and `β c`.
-
-use std::time::Instant;
+//! Nothing of any march is kept but sums.
 
 use faer::{Mat, MatRef};
 use serde::Serialize;
-use vademecum_build::dynamics::large::{
-    LargeDamping, LargeError, LargeMarch, LargeScheme, LargeState, LargeWork, Newton,
-};
-use vademecum_build::dynamics::{ErrorMeter, History, TimedLoad, TrajectoryError, Work};
+use vademecum_build::dynamics::{ErrorMeter, TrajectoryError};
 use vademecum_build::fem::GreenStrain;
 use vademecum_build::input::Problem;
-use vademecum_build::pipeline::BuildError;
-use vademecum_build::prepared::{Body, Prepared, Setting};
+use vademecum_build::prepared::{Body, Prepared};
 use vademecum_build::progress::Listener;
 use vademecum_eval::StructureChoice;
 use vademecum_format::{File, SectionKind};
@@ -29,17 +17,13 @@ use super::model::{free_basis, full_order_loads};
 use crate::compare::{coordinate_matrix, orthonormal};
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
+use crate::large_motion::{Apart, Extent, LargeMotion, Reference, largest_displacement};
 use crate::parameters::{ParameterValue, values};
 use crate::player::{PlayOptions, long_run, play_metered};
 use crate::scenario::Scenario;
-use crate::truth::force_row;
 
-/// Steps of the reference in a step of the file, at first and at most.
-const PARTS: [usize; 2] = [4, 16];
-
-/// How far the reference may be from the march beside it, as a part of the error of the file: the error of
-/// the reference itself is then about a tenth of that of the file.
-const KNOWN: f64 = 0.3;
+/// Steps of the reference in a step of the file, at first.
+const PARTS: usize = 4;
 
 /// Steps of the free run that times a step of the file.
 const TIMED_STEPS: usize = 20_000;
@@ -108,15 +92,9 @@ pub fn verify_large(
     let Asked { ref file_nodes, ref setting, time_step, steps, ref track, body } = asked;
     let loads = full_order_loads(file, track, body, file_nodes)?;
     let strain = GreenStrain::new(&body.model)?;
-    let reference = |parts: usize| -> Result<Reference<'_>, StudyError> {
-        let reference = Reference::new(&strain, prepared, setting, &loads, parts)?;
-        let work = reference.work(steps)?;
-        work.check(options.long, || WHAT.into())?;
-        listener.note(&format!("{WHAT}: {}", work.in_words()));
-        Ok(reference)
-    };
-    let mut marched = reference(PARTS[0])?;
-
+    let motion = LargeMotion::new(&strain, prepared, setting, &loads);
+    let extent = Extent { steps, beside: 0, long: options.long, what: WHAT };
+    let reference = motion.reference(PARTS, &extent, listener)?;
     listener.stage("step the file");
     let mut shown = Shown::default();
     let watch = shown.watch(lines(file, SectionKind::ProbeNames)?, track, None, time_step);
@@ -141,27 +119,11 @@ pub fn verify_large(
         under: &shown.under_contacts,
         time_step,
     };
-    let found = loop {
-        listener.stage("march full order");
-        let found = beside.measure(&marched, steps, listener)?;
-        let enough = found.apart <= KNOWN * found.errors[0].error || marched.parts == PARTS[1];
-        if enough {
-            break found;
-        }
-        listener.note(&format!(
-            "the reference is {:.1e} from a march with twice its step, and the file {:.1e} from the reference: both \
-             are marched again with half of their steps",
-            found.apart, found.errors[0].error
-        ));
-        match reference(2 * marched.parts) {
-            Ok(finer) => marched = finer,
-            Err(StudyError::Build(BuildError::Work(refused))) => {
-                listener.note(&format!("they are not: {refused}"));
-                break found;
-            }
-            Err(error) => return Err(error),
-        }
-    };
+    let (found, truth_parts) = motion.known(reference, &extent, listener, |reference| {
+        let found = beside.measure(reference, &motion, steps, listener)?;
+        let shown = [found.apart, found.errors[0].error];
+        Ok((found, shown))
+    })?;
     let drift = |series: &[f64]| series[steps] / series[asked.release()] - 1.0;
     let [own, linear] = found.errors;
     let figures = LargeVerification {
@@ -176,7 +138,7 @@ pub fn verify_large(
         projection_floor: own.floor,
         linear_error: linear.error,
         truth_error: found.apart,
-        truth_parts: marched.parts,
+        truth_parts,
         contact_error: found.contact,
         energy_identity,
         energy_drift: drift(&shown.energy),
@@ -230,14 +192,15 @@ impl Beside<'_> {
     fn measure(
         &self,
         reference: &Reference<'_>,
+        motion: &LargeMotion<'_>,
         steps: usize,
         listener: &dyn Listener,
     ) -> Result<Found, StudyError> {
         let Self { body, basis, pairs, entries, under, time_step } = *self;
         let mass = body.model.pencil().mass();
         let mut meter = ErrorMeter::new(mass, basis, 2);
+        let mut apart = Apart::default();
         // Squares of a distance and of what it is a share of.
-        let mut apart = [0.0; 2];
         let mut contacts = vec![[0.0; 2]; entries.last().map_or(0, |last| last + 1)];
         let mut displacement = 0.0_f64;
         let rows: Vec<_> = body.probes.iter().map(|probe| body.probe_row(probe)).collect();
@@ -245,14 +208,12 @@ impl Beside<'_> {
         let seconds = reference.march(steps, listener, |step, [fine, coarse], joules| {
             let both = Mat::from_fn(fine.len(), 2, |i, _| fine[i]);
             meter.add(both.as_ref(), pairs.subcols(2 * step, 2));
-            let difference: Vec<f64> = fine.iter().zip(coarse).map(|(a, b)| a - b).collect();
-            apart[0] += mass.inner(&difference, &difference);
-            apart[1] += mass.inner(fine, fine);
+            apart.add(mass, [fine, coarse]);
             displacement = displacement.max(largest_displacement(body, fine));
             energy.push(joules);
             probes.extend(rows.iter().map(|row| along(row, fine)));
             let under = &under[step * entries.len()..];
-            for ((load, &entry), shown) in reference.loads.iter().zip(entries).zip(under) {
+            for ((load, &entry), shown) in motion.loads().iter().zip(entries).zip(under) {
                 if load.when.factor(step as f64 * time_step) != 0.0 {
                     let exact = along(&load.row, fine);
                     contacts[entry][0] += (exact - shown).powi(2);
@@ -263,7 +224,7 @@ impl Beside<'_> {
         let moved = contacts.iter().filter(|[_, whole]| *whole > 0.0);
         Ok(Found {
             errors: [0, 1].map(|column| meter.errors()[column]),
-            apart: (apart[0] / apart[1]).sqrt(),
+            apart: apart.share(),
             contact: moved.map(|[error, whole]| (error / whole).sqrt()).reduce(f64::max),
             displacement,
             energy,
@@ -273,167 +234,7 @@ impl Beside<'_> {
     }
 }
 
-/// A force over the free dofs, where it is not zero, and how it follows time.
-struct SparseLoad {
-    row: Vec<(u32, f64)>,
-    when: History,
-}
-
-/// The reference, and the march with twice its step.
-struct Reference<'a> {
-    /// Steps of the reference in a step of the file.
-    parts: usize,
-    marches: [LargeMarch<'a>; 2],
-    loads: Vec<SparseLoad>,
-    n: usize,
-    /// Step of the file \[s\].
-    time_step: f64,
-    /// `c`.
-    pace: f64,
-    /// `s`.
-    stiffness: f64,
-}
-
-/// Where both are.
-struct Moving {
-    states: [LargeState; 2],
-    works: [LargeWork; 2],
-}
-
-impl<'a> Reference<'a> {
-    fn new(
-        strain: &'a GreenStrain<'a>,
-        prepared: &'a Prepared,
-        setting: &Setting,
-        loads: &[TimedLoad],
-        parts: usize,
-    ) -> Result<Self, StudyError> {
-        let step = &setting.step;
-        let pace = (step.stiffness / step.density).sqrt();
-        let damping = LargeDamping { mass: step.alpha / pace, stiffness: 0.0, strain_rate: step.beta * pace };
-        let march = |parts: usize| {
-            let length = pace * step.time_step / parts as f64;
-            let scheme = LargeScheme::bathe();
-            LargeMarch::new(strain, &prepared.symbolic, scheme, length, damping, Newton::default())
-        };
-        let [fine, coarse] = [parts, parts / 2].map(march);
-        let sparse = |load: &TimedLoad| SparseLoad { row: force_row(load), when: load.when.clone() };
-        Ok(Self {
-            parts,
-            marches: [fine?, coarse?],
-            loads: loads.iter().map(sparse).collect(),
-            n: strain.n_dof(),
-            time_step: step.time_step,
-            pace,
-            stiffness: step.stiffness,
-        })
-    }
-
-    /// Adds the loads at a time of the march; where one jumps, the mean of both sides.
-    fn force(&self, time: f64, out: &mut [f64]) {
-        let time = time / self.pace;
-        for load in &self.loads {
-            let factor = 0.5 * (load.when.just_before(time) + load.when.just_after(time));
-            load.add(factor / self.stiffness, out);
-        }
-    }
-
-    fn start(&self, force: &Force<'_>) -> Result<Moving, LargeError> {
-        let rest = vec![0.0; self.n];
-        let start = |march: &LargeMarch<'_>| march.start(&rest, &rest, &mut |t, out| force(t, out));
-        let [fine, coarse] = &self.marches;
-        Ok(Moving { states: [start(fine)?, start(coarse)?], works: Default::default() })
-    }
-
-    /// One step of the file, both marches side by side; the wall time of the reference \[s\].
-    fn advance(&self, moving: &mut Moving, force: &Force<'_>) -> Result<f64, LargeError> {
-        let ([fine, coarse], [of_fine, of_coarse]) = (&mut moving.states, &mut moving.works);
-        let go = |parts: usize, state: &mut LargeState, work: &mut LargeWork| {
-            let march = &self.marches[usize::from(parts < self.parts)];
-            let start = Instant::now();
-            for _ in 0..parts {
-                march.step(state, &mut |time, out| force(time, out), work)?;
-            }
-            Ok(start.elapsed().as_secs_f64())
-        };
-        std::thread::scope(|scope| {
-            let beside = scope.spawn(|| go(self.parts / 2, coarse, of_coarse));
-            let seconds = go(self.parts, fine, of_fine);
-            beside.join().expect("a march does not panic")?;
-            seconds
-        })
-    }
-
-    /// What the marches over `steps` steps of the file are about to take, measured on a few from rest under
-    /// the loads of the instant at which they are largest.
-    fn work(&self, steps: usize) -> Result<Work, LargeError> {
-        const FEW: usize = 3;
-        const LOOKED_AT: usize = 1000;
-        let size = |step: &usize| -> f64 {
-            let time = *step as f64 * self.time_step;
-            let of = |load: &SparseLoad| {
-                load.when.factor(time).abs() * load.row.iter().map(|(_, f)| f.abs()).sum::<f64>()
-            };
-            self.loads.iter().map(of).sum()
-        };
-        let instants = (0..=steps).step_by(1 + steps / LOOKED_AT);
-        let loudest = instants.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
-        let mut held = vec![0.0; self.n];
-        self.force(self.pace * loudest as f64 * self.time_step, &mut held);
-        let force = |_: f64, out: &mut [f64]| out.copy_from_slice(&held);
-        let mut moving = self.start(&force)?;
-        let start = Instant::now();
-        for _ in 0..FEW.min(steps) {
-            self.advance(&mut moving, &force)?;
-        }
-        let seconds = start.elapsed().as_secs_f64() / FEW as f64 * steps as f64;
-        Ok(Work { steps: ((self.parts + self.parts / 2) * steps) as f64, seconds })
-    }
-
-    /// Marches from rest and shows the displacements of both after each step, the start too, with the energy
-    /// of the reference \[J\]. Its wall time \[s\].
-    fn march(
-        &self,
-        steps: usize,
-        listener: &dyn Listener,
-        mut observe: impl FnMut(usize, [&[f64]; 2], f64),
-    ) -> Result<f64, StudyError> {
-        let force = |time: f64, out: &mut [f64]| self.force(time, out);
-        let mut moving = self.start(&force)?;
-        let mut seconds = 0.0;
-        for step in 0..=steps {
-            if step > 0 {
-                seconds += self.advance(&mut moving, &force)?;
-            }
-            let [fine, coarse] = &moving.states;
-            let energy = self.stiffness * self.marches[0].energy(fine);
-            observe(step, [&fine.displacement, &coarse.displacement], energy);
-            listener.checkpoint(step, steps)?;
-        }
-        Ok(seconds)
-    }
-}
-
-/// A force that both marches ask for.
-type Force<'f> = dyn Fn(f64, &mut [f64]) + Sync + 'f;
-
-impl SparseLoad {
-    fn add(&self, factor: f64, out: &mut [f64]) {
-        if factor != 0.0 {
-            self.row.iter().for_each(|&(dof, force)| out[dof as usize] += factor * force);
-        }
-    }
-}
-
 /// A row over the free dofs times a displacement.
 fn along(row: &[(u32, f64)], displacement: &[f64]) -> f64 {
     row.iter().map(|&(dof, weight)| weight * displacement[dof as usize]).sum()
-}
-
-/// How far the loadable surface moves \[m\].
-fn largest_displacement(body: &Body, displacement: &[f64]) -> f64 {
-    let dofs = body.model.dofs();
-    let moved = |dof: u32| dofs.free(dof as usize).map_or(0.0, |free| displacement[free as usize]);
-    let square = |&node: &u32| (0..3).map(|c| moved(3 * node + c).powi(2)).sum::<f64>();
-    body.load_nodes.iter().map(square).fold(0.0, f64::max).sqrt()
 }

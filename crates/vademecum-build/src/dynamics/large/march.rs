@@ -5,16 +5,17 @@
 //! strain rate is damped, strain follows the same forms: `ż` is to `z` what `u̇` is to `u`, so that a
 //! rotation has no strain rate whatever the step, and each stage stays the gradient of a potential.
 
+use faer::MatRef;
 use vademecum_format::scheme::{HISTORY, SchemeTable, Stage as TableStage};
 
 use super::balance::{Last, Stage};
 use super::error::{LargeError, check_length};
 use super::newton::{Course, Newton, Stopped};
 use super::scheme::{LargeDamping, LargeScheme};
+use super::space::{Space, SpaceFactor};
 use super::vectors::{add, dot, sum, times};
-use crate::dynamics::initial::solve_mass;
-use crate::dynamics::{FullOrderError, INSTANTS, TimedLoad};
-use crate::fem::{Factor, GreenStrain, Symbolic, SymmetricMatrix};
+use crate::dynamics::{INSTANTS, TimedLoad};
+use crate::fem::{GreenStrain, Symbolic, SymmetricMatrix};
 use crate::progress::Listener;
 
 /// Most halvings of a step.
@@ -23,7 +24,7 @@ const HALVINGS: usize = 6;
 /// A body marching at large displacements with one scheme, one step length and one damping.
 pub struct LargeMarch<'a> {
     strain: &'a GreenStrain<'a>,
-    symbolic: &'a Symbolic,
+    space: Space<'a>,
     scheme: LargeScheme,
     time_step: f64,
     damping: LargeDamping,
@@ -54,7 +55,7 @@ pub struct LargeWork {
     pub factorisations: usize,
     /// Steps that were halved.
     pub halvings: usize,
-    factors: Vec<Option<Factor>>,
+    factors: Vec<Option<SpaceFactor>>,
 }
 
 /// A force that depends on time alone: writes the load \[N\] over the free dofs at a time \[s\] into zeros.
@@ -82,7 +83,18 @@ impl<'a> LargeMarch<'a> {
         if !scheme.is_suitable() {
             return Err(LargeError::Scheme);
         }
-        Ok(LargeMarch { strain, symbolic, scheme, time_step, damping, newton })
+        Ok(LargeMarch { strain, space: Space::Whole(symbolic), scheme, time_step, damping, newton })
+    }
+
+    /// The same among the motions of a basis alone, shape (n, r), orthonormal in the mass: Galerkin's method.
+    /// The strain stays that of all elements; only the systems that Newton's method solves become those of
+    /// `VᵀKV`. A march must start in the span of the basis.
+    ///
+    /// # Errors
+    /// [`LargeError::Length`]: a basis of another height.
+    pub fn within(self, basis: MatRef<'a, f64>) -> Result<LargeMarch<'a>, LargeError> {
+        check_length("the basis", basis.nrows(), self.strain.n_dof())?;
+        Ok(LargeMarch { space: Space::Span(basis), ..self })
     }
 
     /// Step length \[s\].
@@ -129,7 +141,7 @@ impl<'a> LargeMarch<'a> {
         if self.damping.stiffness > 0.0 {
             add(&mut missing, -self.damping.stiffness, &times(pencil.stiffness(), velocity));
         }
-        solve_mass(pencil, &missing, &mut state.acceleration).ok_or(FullOrderError::SingularMass)?;
+        state.acceleration = self.space.acceleration(pencil, &missing)?;
         if self.damping.strain_rate > 0.0 {
             let (mut second, mut square) = (vec![0.0; rows], vec![0.0; rows]);
             self.strain.rate(displacement, &state.acceleration, &mut second);
@@ -207,7 +219,7 @@ impl<'a> LargeMarch<'a> {
         state: &mut LargeState,
         [start, dt]: [f64; 2],
         force: &mut Force<'_>,
-        factors: &mut [Option<Factor>],
+        factors: &mut [Option<SpaceFactor>],
     ) -> Result<Result<Vec<Course>, Stopped>, LargeError> {
         let n = self.strain.n_dof();
         let instants = table.instants();
@@ -227,7 +239,7 @@ impl<'a> LargeMarch<'a> {
             let mut balance = self.stage(stage, state, dt, &motion, &strains, &loads);
             // Where the velocity leads.
             let mut increment: Vec<f64> = motion.parts[0].iter().map(|v| stage.time * v).collect();
-            match self.newton.solve(&mut balance, self.symbolic, factor, &mut increment, true) {
+            match self.newton.solve(&mut balance, self.space, factor, &mut increment, true) {
                 Ok(course) => courses.push(course),
                 Err(stopped) => return Ok(Err(stopped)),
             }
@@ -300,7 +312,7 @@ impl<'a> LargeMarch<'a> {
         state: &mut LargeState,
         [start, dt]: [f64; 2],
         force: &mut Force<'_>,
-        factors: &mut [Option<Factor>],
+        factors: &mut [Option<SpaceFactor>],
     ) -> Result<Result<Vec<Course>, Stopped>, LargeError> {
         let pencil = self.strain.model().pencil();
         let n = self.strain.n_dof();
@@ -330,7 +342,7 @@ impl<'a> LargeMarch<'a> {
         // The tangent is not the derivative, so a new factor is no better than one of a few corrections ago.
         let keep = if self.newton.keep > 0.0 { self.newton.keep.max(0.3) } else { 0.0 };
         let newton = Newton { keep, ..self.newton };
-        let solved = newton.solve(&mut balance, self.symbolic, &mut factors[0], &mut increment, true);
+        let solved = newton.solve(&mut balance, self.space, &mut factors[0], &mut increment, true);
         let course = match solved {
             Ok(course) => course,
             Err(stopped) => return Ok(Err(stopped)),

@@ -352,3 +352,44 @@ fn a_relaxed_shape_has_least_energy_at_its_coordinates() {
     ]);
     assert!(matches!(away, Err(LargeError::NoShape { .. })), "{away:?}");
 }
+
+/// With all natural modes for a basis nothing is left out, and the march is that of the full order; with a
+/// few of them it stays in their span and is another one.
+#[test]
+fn a_march_within_a_basis_is_galerkins() {
+    let mesh = block([4, 1, 1], [1.0, 0.2, 0.15]);
+    let held = hold(&mesh, |[x, _, _]| x == 0.0);
+    let model = Model::assemble(mesh, &[RUBBER], &held).expect("a model");
+    let strain = GreenStrain::new(&model).expect("a strain field");
+    let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");
+    let modes = lowest_modes(model.pencil(), &symbolic, strain.n_dof()).expect("modes").vectors;
+    let zero = vec![0.0; strain.n_dof()];
+    let damping = LargeDamping { mass: 0.5, stiffness: 0.0, strain_rate: 1e-3 };
+    let march = || {
+        LargeMarch::new(&strain, &symbolic, LargeScheme::bathe(), 0.01, damping, Newton::default())
+            .expect("a march")
+    };
+    let end = |march: &LargeMarch<'_>| {
+        let (mut end, mut force) = (vec![], push(&model, 0.05));
+        march_large(march, [&zero, &zero], &mut force, 30, &Silent, |state| end = state.displacement.clone())
+            .expect("steps");
+        end
+    };
+    let size = |u: &[f64]| model.pencil().mass().inner(u, u).sqrt();
+    let whole = end(&march());
+    let all = end(&march().within(modes.as_ref()).expect("a basis"));
+    let apart = size(&sum(&whole, -1.0, &all)) / size(&whole);
+    assert!(apart < 1e-6, "{apart}");
+    let few = modes.subcols(0, 4);
+    let found = end(&march().within(few).expect("a basis"));
+    let shares = crate::linalg::project(few, &times(model.pencil().mass(), &found));
+    let mut beside = found.clone();
+    for (k, share) in shares.iter().enumerate() {
+        beside.iter_mut().enumerate().for_each(|(i, x)| *x -= share * few[(i, k)]);
+    }
+    assert!(size(&beside) < 1e-9 * size(&found), "it left the span");
+    let apart = size(&sum(&whole, -1.0, &found)) / size(&whole);
+    assert!((1e-3..0.9).contains(&apart), "{apart}");
+    let short = march().within(modes.as_ref().subrows(0, 3));
+    assert!(matches!(short.err(), Some(LargeError::Length { .. })));
+}

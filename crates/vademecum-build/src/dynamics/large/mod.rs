@@ -2,8 +2,8 @@
 //!
 //! The elastic force is the gradient of the energy `V(u) = ½ |z(u)|²` of [`GreenStrain`](crate::fem). Three
 //! questions are answered with it: where a body rests under a load ([`rest()`]), how it moves
-//! ([`LargeMarch`], [`march_large`]), and how it relaxes where some of its coordinates are prescribed
-//! ([`Relaxation`]).
+//! ([`LargeMarch`], [`march_large`]; on a basis with [`LargeMarch::within`]), and how it relaxes where some
+//! of its coordinates are prescribed ([`Relaxation`]).
 //!
 //! A load is a vector over the free dofs that depends on time alone, as in the linear march. Its direction
 //! stays in space: a pressure that turns with the surface ("follower") cannot be expressed, and a pressure
@@ -49,6 +49,7 @@ mod newton;
 mod relax;
 mod rest;
 mod scheme;
+mod space;
 mod vectors;
 
 pub use error::LargeError;

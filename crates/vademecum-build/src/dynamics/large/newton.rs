@@ -14,11 +14,10 @@
 //! Where a tangent is not positive definite, the first form stops; the second one leaves compression out of
 //! it, so that `p` still goes downhill.
 
-use faer::MatMut;
-
 use super::balance::Balance;
+use super::space::{Space, SpaceFactor};
 use super::vectors::{dot, sum};
-use crate::fem::{Factor, FactorError, Solve, Symbolic};
+use crate::fem::FactorError;
 
 /// When Newton's method ends, and when it factorises anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,19 +65,19 @@ impl Newton {
     pub(super) fn solve(
         &self,
         balance: &mut impl Balance,
-        symbolic: &Symbolic,
-        factor: &mut Option<Factor>,
+        space: Space<'_>,
+        factor: &mut Option<SpaceFactor>,
         increment: &mut Vec<f64>,
         search: bool,
     ) -> Result<Course, Stopped> {
         let start = increment.clone();
         let mut course = Course::default();
-        match self.iterate(balance, symbolic, factor, increment, true, &mut course) {
+        match self.iterate(balance, space, factor, increment, true, &mut course) {
             Err(Stopped::Unbalanced { .. }) if search => {
                 course.corrections.clear();
                 *factor = None;
                 *increment = start;
-                self.iterate(balance, symbolic, factor, increment, false, &mut course)?;
+                self.iterate(balance, space, factor, increment, false, &mut course)?;
             }
             done => done?,
         }
@@ -89,14 +88,14 @@ impl Newton {
     fn iterate(
         &self,
         balance: &mut impl Balance,
-        symbolic: &Symbolic,
-        factor: &mut Option<Factor>,
+        space: Space<'_>,
+        factor: &mut Option<SpaceFactor>,
         increment: &mut Vec<f64>,
         mixed: bool,
         course: &mut Course,
     ) -> Result<(), Stopped> {
         let n = increment.len();
-        let mut memory = Solve::new(symbolic, 1, false);
+        let mut memory = None;
         let mut r = vec![0.0; n];
         balance.predict(None);
         if mixed {
@@ -112,15 +111,14 @@ impl Newton {
                     Some(kept) => kept,
                     None => {
                         course.factorisations += 1;
-                        let made = factorise(balance, symbolic, mixed).map_err(Stopped::Factor)?;
+                        let made = factorise(balance, space, mixed).map_err(Stopped::Factor)?;
                         let Some(made) = made else {
                             return Err(Stopped::Unbalanced { residual: previous, iterations: iteration });
                         };
                         factor.insert(made)
                     }
                 };
-                let mut p: Vec<f64> = r.iter().map(|r| -r).collect();
-                memory.solve_in_place(kept, MatMut::from_column_major_slice_mut(&mut p, n, 1));
+                let p = space.correction(kept, &r, &mut memory);
                 let work = -dot(&p, &r);
                 let reference = *first.get_or_insert(work) + balance.scale();
                 let size = if work == 0.0 { 0.0 } else { (work / reference).sqrt() };
@@ -190,12 +188,12 @@ fn step(balance: &mut impl Balance, at: &mut Vec<f64>, p: &[f64], r: &mut [f64])
 /// tangent without compression.
 fn factorise(
     balance: &impl Balance,
-    symbolic: &Symbolic,
+    space: Space<'_>,
     mixed: bool,
-) -> Result<Option<Factor>, FactorError> {
-    match symbolic.factorize(balance.tangent(false)) {
+) -> Result<Option<SpaceFactor>, FactorError> {
+    match space.factorise(balance.tangent(false)) {
         Err(FactorError::NotPositiveDefinite { .. }) if mixed => Ok(None),
-        Err(FactorError::NotPositiveDefinite { .. }) => symbolic.factorize(balance.tangent(true)).map(Some),
+        Err(FactorError::NotPositiveDefinite { .. }) => space.factorise(balance.tangent(true)).map(Some),
         done => done.map(Some),
     }
 }

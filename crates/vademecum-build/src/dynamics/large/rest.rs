@@ -3,6 +3,7 @@
 use super::balance::{Last, Stage};
 use super::error::{LargeError, check_length};
 use super::newton::{Newton, Stopped};
+use super::space::Space;
 use super::vectors::sum;
 use crate::fem::{GreenStrain, Symbolic};
 
@@ -58,6 +59,7 @@ pub fn rest(
         return Err(LargeError::FreeBody);
     }
     let mut found = Rest { displacement: start.to_vec(), load_steps: 0, iterations: 0, corrections: vec![] };
+    let space = Space::Whole(symbolic);
     let whole = 1.0 / options.parts.max(1) as f64;
     let (mut reached, mut part, mut force) = (0.0, whole, vec![0.0; n]);
     let mut way = vec![0.0; n];
@@ -83,7 +85,7 @@ pub fn rest(
         // Where the last load step leads.
         let mut increment: Vec<f64> = way.iter().map(|d| (next - reached) * d).collect();
         let shortest = 0.5 * (next - reached) < whole * 0.5_f64.powi(options.halvings as i32);
-        let solved = options.newton.solve(&mut stage, symbolic, &mut None, &mut increment, shortest);
+        let solved = options.newton.solve(&mut stage, space, &mut None, &mut increment, shortest);
         let displacement = stage.displacement();
         let inside_out = solved.is_ok() && strain.least_stretch(&displacement) <= 0.0;
         match solved {

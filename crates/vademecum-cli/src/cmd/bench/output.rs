@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use vademecum_build::store::{Kind, Outputs};
-use vademecum_study::bench::{BenchTable, COLUMNS, EqualTime, Row, SchemeDistance, Side};
+use vademecum_study::bench::{BenchTable, COLUMNS, Column, EqualTime, SchemeDistance, Side};
 
 use super::pareto;
 use super::words::words;
@@ -14,12 +14,17 @@ use crate::print::json;
 
 /// Writes bench.json, bench.csv, bench.md and the pictures.
 pub fn write(outputs: &Outputs, folder: &Path, table: &BenchTable) -> Result<(), Failure> {
-    let write =
-        |name: &str, kind, text: &str| write_bytes(outputs, &folder.join(name), kind, text.as_bytes());
-    write("bench.json", Kind::Json, &json(table))?;
-    write("bench.csv", Kind::Csv, &csv(table))?;
-    write("bench.md", Kind::Text, &markdown(table))?;
+    let texts = [json(table), csv(&COLUMNS, &table.methods), markdown(table)];
+    write_texts(outputs, folder, &texts)?;
     pareto::draw(outputs, folder, table)
+}
+
+/// Writes bench.json, bench.csv and bench.md.
+pub fn write_texts(outputs: &Outputs, folder: &Path, texts: &[String; 3]) -> Result<(), Failure> {
+    let files = FILES.iter().zip(texts);
+    files
+        .into_iter()
+        .try_for_each(|(&(name, kind), text)| write_bytes(outputs, &folder.join(name), kind, text.as_bytes()))
 }
 
 /// What is written.
@@ -31,29 +36,33 @@ pub const FILES: [(&str, Kind); 5] = [
     ("pareto-total.svg", Kind::Svg),
 ];
 
-fn cells(row: &Row) -> [String; COLUMNS.len()] {
-    COLUMNS.map(|column| (column.cell)(row))
+/// One line per method; names hold commas and are quoted.
+pub fn csv<R>(columns: &[Column<R>], rows: &[R]) -> String {
+    let line = |cells: Vec<String>| cells.join(",") + "\n";
+    let of = |row: &R| {
+        let mut cells = cells(columns, row);
+        cells[0] = format!("\"{}\"", cells[0]);
+        line(cells)
+    };
+    let head = columns.iter().map(|column| column.name.to_string()).collect();
+    line(head) + &rows.iter().map(of).collect::<String>()
 }
 
-/// One line per method; names hold commas and are quoted.
-fn csv(table: &BenchTable) -> String {
-    let mut text = COLUMNS.map(|column| column.name).join(",") + "\n";
-    for row in &table.methods {
-        let [name, rest @ ..] = cells(row);
-        writeln!(text, "\"{name}\",{}", rest.join(",")).expect("writing to a string cannot fail");
-    }
-    text
+/// The same for people.
+pub fn table_of<R>(columns: &[Column<R>], rows: &[R]) -> String {
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let head = columns.iter().map(|column| column.name.replace('_', " ")).collect();
+    let rule = columns.iter().map(|_| "---".to_string()).collect();
+    line(head) + &line(rule) + &rows.iter().map(|row| line(cells(columns, row))).collect::<String>()
+}
+
+fn cells<R>(columns: &[Column<R>], row: &R) -> Vec<String> {
+    columns.iter().map(|column| (column.cell)(row)).collect()
 }
 
 /// The conditions and the table.
 pub fn markdown(table: &BenchTable) -> String {
-    let mut text = conditions(table);
-    let mut line = |cells: &[String]| {
-        writeln!(text, "| {} |", cells.join(" | ")).expect("writing to a string cannot fail");
-    };
-    line(&COLUMNS.map(|column| column.name.replace('_', " ")));
-    line(&COLUMNS.map(|_| "---".to_string()));
-    table.methods.iter().for_each(|row| line(&cells(row)));
+    let mut text = conditions(table) + &table_of(&COLUMNS, &table.methods);
     let notes = table.methods.iter().filter_map(|row| Some((row, row.note.as_ref()?)));
     for (row, note) in notes {
         writeln!(text, "\n`{}` ({}) {note}.", row.name, words(row, table.time_step))

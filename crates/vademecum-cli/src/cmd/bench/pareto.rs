@@ -4,7 +4,7 @@ use std::path::Path;
 
 use vademecum_build::input::BasisKind;
 use vademecum_build::store::Outputs;
-use vademecum_study::bench::{BenchTable, Identity, Row, Way, front};
+use vademecum_study::bench::{BenchTable, Identity, LargeBenchTable, LargeRow, Row, Way, front};
 
 use super::words::words;
 use crate::failure::Failure;
@@ -16,6 +16,24 @@ pub fn draw(outputs: &Outputs, folder: &Path, table: &BenchTable) -> Result<(), 
     let draw = |name: &str, picture| write_picture(outputs, &folder.join(name), scatter_of(picture));
     draw("pareto.svg", of_reduction(table))?;
     draw("pareto-total.svg", of_everything(table))?;
+    Ok(())
+}
+
+/// Draws pareto.svg of a comparison at large displacements: the total error.
+pub fn draw_large(outputs: &Outputs, folder: &Path, table: &LargeBenchTable) -> Result<(), Failure> {
+    let point = |row: &LargeRow| Point {
+        cloud: row.name.to_string(),
+        time: row.step_ns_p50,
+        error: row.errors.error_total,
+        word: row.substeps.to_string(),
+    };
+    let picture = Picture {
+        title: "time against total error at large displacements; beside the points sub-steps, or steps in a step",
+        x: "median time of a step of the file [ns]",
+        y: "relative error against a fine march at full order",
+        points: table.methods.iter().map(point).collect(),
+    };
+    write_picture(outputs, &folder.join("pareto.svg"), scatter_of(picture))?;
     Ok(())
 }
 
