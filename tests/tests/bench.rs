@@ -327,16 +327,17 @@ fn a_body_of_large_displacements_has_a_record_of_its_own() {
         );
         assert!(!folder.path().join("out").exists());
     }
-    let report = run(&["--json", "--steps", "40"]).json();
+    let report = run(&["--json", "--steps", "160"]).json();
     let methods = report["methods"].as_array().expect("a list");
     // Two at full order, Galerkin, the linear model, and the file in two precisions with 1 and 4 sub-steps.
-    assert_eq!((methods.len(), &report["steps"]), (8, &Value::from(40)));
+    assert_eq!((methods.len(), &report["steps"]), (8, &Value::from(160)));
     let row = |name: &str, substeps: u64| {
         let found = methods.iter().find(|row| row["name"] == name && row["substeps"] == substeps);
         found.unwrap_or_else(|| panic!("no row `{name}`, {substeps}"))
     };
     let file = row("file f64", 4);
-    assert!(number(file, "error_total") < number(row("file f64", 1), "error_total"), "{file}");
+    // Basis and strain map of so few coordinates may cancel what sub-steps are off by: the part tells.
+    assert!(number(file, "error_time") < 0.3 * number(row("file f64", 1), "error_time"), "{file}");
     assert!(number(file, "error_total") < number(row("linear model f64", 1), "error_total"), "{file}");
     assert!(
         number(file, "file_bytes") > 0.0 && row("full order, bathe and newton", 4)["file_bytes"].is_null()
