@@ -16,7 +16,7 @@ use crate::store::KeptSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
 /// symmetry). A wider block reads the factor less often, but needs more vectors: 32 modes of a body of
-/// 105 840 dofs converge with 192 vectors of blocks of 8, with 228 of 12, and with some 340 of 24.
+/// 105 840 dofs converge with 192 vectors of blocks of 8, with 228 of 12, and not with 264 of 24.
 const BLOCK: usize = 8;
 
 /// Share of a mode's stiffness that may be lost in the rounding of the stiffest dof before products with it

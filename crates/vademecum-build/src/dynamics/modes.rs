@@ -3,9 +3,9 @@
 //! `K⁻¹ M` is self-adjoint in the inner product of the mass, its largest eigenvalues `θ = 1/λ` are the modes
 //! wanted, and it needs only a factor of `K`. The basis is kept orthogonal against all of itself (no ghosts)
 //! and the Rayleigh–Ritz problem is solved on all of it. A Krylov space can miss a mode its start does not
-//! see (or more copies of a multiple one than the block is wide), so once everything has converged a fresh
-//! random block joins, and only if its expansion changes nothing the answer stands (Parlett, *The Symmetric
-//! Eigenvalue Problem*, ch. 13).
+//! see (or more copies of a multiple one than the block is wide), so once everything has nearly converged a
+//! fresh random block joins, and only if its expansion changes nothing the answer stands (Parlett, *The
+//! Symmetric Eigenvalue Problem*, ch. 13).
 
 use faer::Mat;
 
