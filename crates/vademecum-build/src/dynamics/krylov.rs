@@ -11,7 +11,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
 use crate::fem::{AT_ONCE, EngineError, Rows, Search, agree_matrix, contiguous};
-use crate::linalg::{NoConvergence, Random};
+use crate::linalg::{Columns, NoConvergence, Random};
 use crate::store::KeptSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
@@ -32,10 +32,11 @@ pub(crate) fn search_vectors(count: usize) -> usize {
 /// A growing basis, orthonormal in the mass, with the projection of `K⁻¹ M` on it.
 pub(super) struct Krylov<'a> {
     rows: &'a mut dyn Rows,
-    /// Basis `V`, this rank's rows of it; the first `used` columns count.
-    basis: Mat<f64>,
-    used: usize,
-    /// Columns whose image is known; the rest up to `used` is the frontier.
+    /// Basis `V`, this rank's rows of it.
+    basis: Columns,
+    /// Most columns of it.
+    capacity: usize,
+    /// Columns whose image is known; the rest is the frontier.
     expanded: usize,
     /// `projected[(i, j)] = v_iᵀ M K⁻¹ M v_j` for expanded `j`.
     projected: Mat<f64>,
@@ -65,8 +66,8 @@ impl<'a> Krylov<'a> {
         let capacity = search_vectors(count).min(available);
         let mut space = Krylov {
             rows,
-            basis: Mat::zeros(own, capacity),
-            used: 0,
+            basis: Columns::with_room(own, capacity),
+            capacity,
             expanded: 0,
             projected: Mat::zeros(capacity, capacity),
             random: Random::new(1),
@@ -77,19 +78,23 @@ impl<'a> Krylov<'a> {
         Ok(space)
     }
 
+    fn used(&self) -> usize {
+        self.basis.as_ref().ncols()
+    }
+
     pub fn frontier(&self) -> usize {
-        self.used - self.expanded
+        self.used() - self.expanded
     }
 
     pub fn is_full(&self) -> bool {
-        self.used == self.basis.ncols() && self.frontier() == 0
+        self.used() == self.capacity && self.frontier() == 0
     }
 
     /// Adds random vectors to the frontier, as far as there is room. They are smoothed by one `K⁻¹ M`, so
     /// that their weight lies on low modes.
     pub fn add_random_block(&mut self) -> Result<(), EngineError> {
-        let own = self.basis.nrows();
-        let width = BLOCK.min(self.basis.ncols() - self.used);
+        let own = self.basis.as_ref().nrows();
+        let width = BLOCK.min(self.capacity - self.used());
         if width == 0 {
             return Ok(());
         }
@@ -110,8 +115,8 @@ impl<'a> Krylov<'a> {
     pub fn expand(&mut self) -> Result<(), EngineError> {
         let width = self.frontier().min(AT_ONCE);
         let first = self.expanded;
-        let mut image = Mat::zeros(self.basis.nrows(), width);
-        self.rows.mul_mass(self.basis.subcols(first, width), image.as_mut())?;
+        let mut image = Mat::zeros(self.basis.as_ref().nrows(), width);
+        self.rows.mul_mass(self.basis.as_ref().subcols(first, width), image.as_mut())?;
         self.solve(image.as_mut())?;
         self.expanded += width;
         self.append(image, Some(first))
@@ -145,15 +150,14 @@ impl<'a> Krylov<'a> {
     /// With `images_of`, the block is the image of the basis columns from there on, and the coefficients
     /// taken off it are entries of the projection.
     fn append(&mut self, block: Mat<f64>, images_of: Option<usize>) -> Result<(), EngineError> {
-        let (old, width) = (self.used, block.ncols());
-        let joined = orthonormalise(self.rows, self.basis.subcols(0, old), block)?;
-        let new = joined.new.ncols().min(self.basis.ncols() - old);
-        self.basis.subcols_mut(old, new).copy_from(joined.new.subcols(0, new));
+        let (old, width) = (self.used(), block.ncols());
+        let joined = orthonormalise(self.rows, self.basis.as_ref(), block)?;
+        let new = joined.new.ncols().min(self.capacity - old);
+        self.basis.append(joined.new.subcols(0, new));
         if let Some(first) = images_of {
             self.projected.submatrix_mut(0, first, old, width).copy_from(joined.onto_old);
             self.projected.submatrix_mut(old, first, new, width).copy_from(joined.onto_new.subrows(0, new));
         }
-        self.used += new;
         Ok(())
     }
 
@@ -169,7 +173,7 @@ impl<'a> Krylov<'a> {
         let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
         let (ascending, vectors) = symmetric_eigen(symmetric.as_ref())?;
         let mut vectors = vectors.as_ref().reverse_cols().to_owned();
-        let frontier = self.projected.submatrix(m, 0, self.used - m, m) * &vectors;
+        let frontier = self.projected.submatrix(m, 0, self.frontier(), m) * &vectors;
         let mut values: Vec<f64> = ascending.into_iter().rev().collect();
         let mut residuals: Vec<f64> = (0..m).map(|j| frontier.col(j).norm_l2() / values[j].abs()).collect();
         self.rows.agree(&mut values)?;
@@ -180,7 +184,7 @@ impl<'a> Krylov<'a> {
 
     /// Ritz vectors over the dofs, with their true residuals; without rows on other ranks than the first.
     pub fn modes(mut self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
-        let n = self.basis.nrows();
+        let n = self.basis.as_ref().nrows();
         // A singular mass shows as θ = 0, to rounding.
         let found = ritz.values.iter().take(count).filter(|&&t| t > 1e-15 * ritz.values[0]).count();
         if found < count {
@@ -188,7 +192,7 @@ impl<'a> Krylov<'a> {
         }
         let mut vectors = Mat::zeros(n, count);
         let coordinates = ritz.vectors.subcols(0, count);
-        let basis = self.basis.subcols(0, self.expanded);
+        let basis = self.basis.as_ref().subcols(0, self.expanded);
         matmul(vectors.as_mut(), Accum::Replace, basis, coordinates, 1.0, Par::Seq);
         let (quotients, residuals) = self.quotients_and_residuals(vectors.as_ref())?;
         // Close pairs may change places by rounding.

@@ -73,6 +73,37 @@ pub(crate) fn subtract_product(x: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef
     }
 }
 
+/// A tall matrix that grows by columns. Pages are touched as columns come to them, and columns move only where
+/// there is no more room.
+pub(crate) struct Columns {
+    matrix: Mat<f64>,
+    room: usize,
+}
+
+impl Columns {
+    /// No column yet; room for some of `n` rows.
+    pub fn with_room(n: usize, room: usize) -> Self {
+        let mut matrix = Mat::with_capacity(n, room);
+        matrix.resize_with(n, 0, |_, _| 0.0);
+        Self { matrix, room }
+    }
+
+    /// Copies columns behind those that are there.
+    pub fn append(&mut self, columns: MatRef<'_, f64>) {
+        let (n, old) = (self.matrix.nrows(), self.matrix.ncols());
+        let new = old + columns.ncols();
+        if new > self.room {
+            self.room = 2 * new;
+            self.matrix.reserve(n, self.room);
+        }
+        self.matrix.resize_with(n, new, |i, j| columns[(i, j - old)]);
+    }
+
+    pub fn as_ref(&self) -> MatRef<'_, f64> {
+        self.matrix.as_ref()
+    }
+}
+
 /// A matrix in groups of `width` columns, the last one of what is left: for threads that each write their
 /// own.
 pub(crate) fn column_groups(mut x: MatMut<'_, f64>, width: usize) -> Vec<MatMut<'_, f64>> {

@@ -8,7 +8,7 @@ use super::space::{Ritz, Space, ritz};
 use crate::dynamics::orthonormal::DEPENDENT;
 use crate::dynamics::{History, Rayleigh, TimedLoad};
 use crate::fem::{FactorError, Pencil, Symbolic};
-use crate::linalg::{NoConvergence, project};
+use crate::linalg::{Columns, NoConvergence, project};
 use crate::progress::{Cancelled, Listener};
 
 /// Instants taken at a time.
@@ -70,7 +70,7 @@ pub enum TruthError {
 pub struct Truth<'a> {
     pub(super) pencil: &'a Pencil,
     /// `V`, shape (n, m), orthonormal in the mass.
-    space: Mat<f64>,
+    space: Columns,
     /// `VᵀKV`, its upper triangle.
     stiffness: Mat<f64>,
     modes: Modal,
@@ -105,8 +105,8 @@ impl<'a> Truth<'a> {
     /// the pencil whose pattern `symbolic` analyses; each mode decays by `decay`.
     ///
     /// Costs one factor of `K`; for each vector of the space one solve and the orthogonalisation against all
-    /// vectors before it (4 n products for each). Memory: the factor, and `n` numbers for each vector, up to
-    /// 2.5 times that while the space grows. Deterministic.
+    /// vectors before it (4 n products for each). Memory: the factor, and `n` numbers for each vector; twice
+    /// that while vectors are moved, which begins with more than eight for each force. Deterministic.
     ///
     /// # Errors
     /// [`TruthError`]. A space that reaches its largest size before the tolerance is no error: see
@@ -226,7 +226,7 @@ impl<'a> Truth<'a> {
 
     /// Number of vectors of the space.
     pub fn vectors(&self) -> usize {
-        self.space.ncols()
+        self.space().ncols()
     }
 
     /// `V`, shape (n, vectors), orthonormal in the mass.
@@ -292,7 +292,7 @@ impl<'t> Trajectory<'t> {
 
     /// The same some instants at a time, each window with its first instant.
     pub fn along_windows(&self, rows: &[Vec<(u32, f64)>]) -> impl Iterator<Item = (usize, Mat<f64>)> + 't {
-        let space = &self.truth.space;
+        let space = self.truth.space();
         let weight = |row: usize, k: usize| {
             rows[row].iter().map(|&(dof, weight)| weight * space[(dof as usize, k)]).sum::<f64>()
         };

@@ -11,10 +11,14 @@ use faer::{Accum, Mat, MatRef, Par, Side};
 use crate::dynamics::krylov::symmetric_eigen;
 use crate::dynamics::orthonormal::orthonormalise_here;
 use crate::fem::{Factor, Pencil, Solve};
-use crate::linalg::NoConvergence;
+use crate::linalg::{Columns, NoConvergence};
 
 /// Columns solved for together.
 const GROUP: usize = 24;
+
+/// Room that is set aside for each vector of the start. Pages of it that no vector comes to are never touched,
+/// and vectors that are moved cost as much as new ones.
+const ROOM: usize = 8;
 
 /// What did not converge.
 const PROJECTED: &str = "the stiffness projected on the space of the loads";
@@ -24,9 +28,8 @@ pub(super) struct Space<'a> {
     pencil: &'a Pencil,
     factor: &'a Factor,
     solve: Solve,
-    /// `V`; the first `used` columns count.
-    vectors: Mat<f64>,
-    used: usize,
+    /// `V`.
+    vectors: Columns,
     /// Columns whose image under `K⁻¹M` is in the space.
     expanded: usize,
     /// The first columns, natural modes that were given.
@@ -53,12 +56,13 @@ impl<'a> Space<'a> {
         forces: impl Iterator<Item = &'f [f64]>,
     ) -> Space<'a> {
         let n = pencil.n_dof();
+        let forces: Vec<&[f64]> = forces.collect();
+        let room = ROOM * (modes.ncols() + forces.len());
         let mut space = Space {
             pencil,
             factor,
             solve: Solve::new(factor.symbolic(), GROUP, false),
-            vectors: Mat::zeros(n, 0),
-            used: 0,
+            vectors: Columns::with_room(n, room.min(n)),
             expanded: 0,
             given: 0,
             stiffness: Mat::zeros(0, 0),
@@ -68,8 +72,7 @@ impl<'a> Space<'a> {
         for first in (0..modes.ncols()).step_by(GROUP) {
             space.append(modes.subcols(first, GROUP.min(modes.ncols() - first)).to_owned());
         }
-        (space.expanded, space.given) = (space.used, space.used);
-        let forces: Vec<&[f64]> = forces.collect();
+        (space.expanded, space.given) = (space.used(), space.used());
         // The static answers decide the compliance under a force, so their rounding is refined away.
         let mut solve = Solve::new(factor.symbolic(), GROUP.min(forces.len().max(1)), true);
         for group in forces.chunks(GROUP) {
@@ -82,7 +85,7 @@ impl<'a> Space<'a> {
 
     /// Number of vectors.
     pub fn used(&self) -> usize {
-        self.used
+        self.vectors().ncols()
     }
 
     /// Number of natural modes that were given; they come first.
@@ -92,14 +95,14 @@ impl<'a> Space<'a> {
 
     /// Whether `K⁻¹M` leads nowhere else.
     pub fn is_closed(&self) -> bool {
-        self.expanded == self.used || self.used == self.vectors.nrows()
+        self.expanded == self.used() || self.used() == self.pencil.n_dof()
     }
 
     /// Takes the images of what was added last, as far as there is room for them in `count` vectors.
     pub fn grow(&mut self, count: usize) {
-        let width = (self.used - self.expanded).min(GROUP).min(count - self.used);
-        let mut image = Mat::zeros(self.vectors.nrows(), width);
-        self.pencil.mass().mul_into(self.vectors.subcols(self.expanded, width), image.as_mut());
+        let width = (self.used() - self.expanded).min(GROUP).min(count - self.used());
+        let mut image = Mat::zeros(self.pencil.n_dof(), width);
+        self.pencil.mass().mul_into(self.vectors().subcols(self.expanded, width), image.as_mut());
         self.solve.solve_in_place(self.factor, image.as_mut());
         self.expanded += width;
         self.append(image);
@@ -107,45 +110,36 @@ impl<'a> Space<'a> {
 
     fn append(&mut self, block: Mat<f64>) {
         let joined = orthonormalise_here(self.pencil.mass(), self.vectors(), block);
-        let width = joined.new.ncols();
-        let room = self.vectors.ncols();
-        if self.used + width > room {
-            // Half as much again: what is copied stays below three times what is kept.
-            let room = (self.used + width).max(room + room / 2).min(self.vectors.nrows());
-            self.vectors.resize_with(self.vectors.nrows(), room, |_, _| 0.0);
-        }
-        self.vectors.subcols_mut(self.used, width).copy_from(joined.new);
-        self.used += width;
+        self.vectors.append(joined.new.as_ref());
     }
 
     /// The vectors, orthonormal in the mass; shape (n, used).
     pub fn vectors(&self) -> MatRef<'_, f64> {
-        self.vectors.subcols(0, self.used)
+        self.vectors.as_ref()
     }
 
     /// Lends the vectors and the projected stiffness away.
-    pub fn lend(&mut self) -> (Mat<f64>, Mat<f64>) {
-        let n = self.vectors.nrows();
-        self.vectors.resize_with(n, self.used, |_, _| 0.0);
-        (std::mem::replace(&mut self.vectors, Mat::new()), std::mem::replace(&mut self.stiffness, Mat::new()))
+    pub fn lend(&mut self) -> (Columns, Mat<f64>) {
+        let none = (Columns::with_room(0, 0), Mat::new());
+        (std::mem::replace(&mut self.vectors, none.0), std::mem::replace(&mut self.stiffness, none.1))
     }
 
     /// Takes them back.
-    pub fn take_back(&mut self, (vectors, stiffness): (Mat<f64>, Mat<f64>)) {
+    pub fn take_back(&mut self, (vectors, stiffness): (Columns, Mat<f64>)) {
         (self.vectors, self.stiffness) = (vectors, stiffness);
     }
 
     /// Projects the stiffness on the columns that are new.
     pub fn project(&mut self) {
-        let (n, used) = (self.vectors.nrows(), self.used);
+        let (n, used) = (self.pencil.n_dof(), self.used());
         self.stiffness.resize_with(used, used, |_, _| 0.0);
         while self.projected < used {
             let first = self.projected;
             let width = GROUP.min(used - first);
             let mut forces = Mat::zeros(n, width);
-            self.pencil.stiffness().mul_into(self.vectors.subcols(first, width), forces.as_mut());
+            self.pencil.stiffness().mul_into(self.vectors().subcols(first, width), forces.as_mut());
             let target = self.stiffness.submatrix_mut(0, first, first + width, width);
-            let before = self.vectors.subcols(0, first + width).transpose();
+            let before = self.vectors.as_ref().subcols(0, first + width).transpose();
             matmul(target, Accum::Replace, before, forces.as_ref(), 1.0, Par::Seq);
             self.projected += width;
         }
