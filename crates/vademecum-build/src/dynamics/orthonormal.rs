@@ -4,10 +4,9 @@ use std::ops::Range;
 
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par};
-use pulp::Arch;
 
 use crate::fem::{EngineError, LocalMass, MassProduct, SymmetricMatrix, sum_matrix};
-use crate::linalg::{subtract_product, transposed_product};
+use crate::linalg::{dot, subtract_product, transposed_product};
 
 /// A column that loses this fraction of its length to the columns before it is rounding.
 pub(super) const DEPENDENT: f64 = 1e-11;
@@ -137,24 +136,4 @@ fn take_off(
     }
     onto_new.submatrix_mut(own.start, later.start, own.len(), later.len()).copy_from(parts);
     Ok(())
-}
-
-/// Sums side by side, on the longest vectors of the machine.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const SUMS: usize = 16;
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let (a, last_a) = a.as_chunks::<SUMS>();
-            let (b, last_b) = b.as_chunks::<SUMS>();
-            let mut sums = [0.0; SUMS];
-            for (a, b) in a.iter().zip(b) {
-                for s in 0..SUMS {
-                    sums[s] += a[s] * b[s];
-                }
-            }
-            let last: f64 = last_a.iter().zip(last_b).map(|(a, b)| a * b).sum();
-            sums.iter().sum::<f64>() + last
-        },
-    )
 }

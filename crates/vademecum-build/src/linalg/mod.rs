@@ -8,6 +8,7 @@ pub use random::Random;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
+use pulp::Arch;
 use rayon::prelude::*;
 
 /// A dense decomposition that met what it cannot decompose.
@@ -34,8 +35,31 @@ pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
 
 /// `VᵀF`, length r: what a force over the rows of `V` does along its columns.
 pub fn project(vectors: MatRef<'_, f64>, force: &[f64]) -> Vec<f64> {
-    let dot = |k: usize| force.iter().enumerate().map(|(i, f)| f * vectors[(i, k)]).sum();
-    (0..vectors.ncols()).map(dot).collect()
+    let along = |k| match vectors.col(k).try_as_col_major() {
+        Some(vector) => dot(vector.as_slice(), force),
+        None => force.iter().enumerate().map(|(i, f)| f * vectors[(i, k)]).sum(),
+    };
+    (0..vectors.ncols()).map(along).collect()
+}
+
+/// `aᵀb`: sums side by side, on the longest vectors of the machine.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const SUMS: usize = 16;
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let (a, last_a) = a.as_chunks::<SUMS>();
+            let (b, last_b) = b.as_chunks::<SUMS>();
+            let mut sums = [0.0; SUMS];
+            for (a, b) in a.iter().zip(b) {
+                for s in 0..SUMS {
+                    sums[s] += a[s] * b[s];
+                }
+            }
+            let last: f64 = last_a.iter().zip(last_b).map(|(a, b)| a * b).sum();
+            sums.iter().sum::<f64>() + last
+        },
+    )
 }
 
 /// Rows of a tall matrix that one thread works on at a time.
