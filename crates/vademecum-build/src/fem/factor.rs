@@ -21,6 +21,7 @@ use super::sparse::{AT_ONCE, Pattern, SymmetricMatrix, contiguous, contiguous_mu
 use super::spread::{EngineError, SpreadMatrix};
 use super::substitution::{LARGE, gather, scatter, substitute, substitute_by_groups};
 use super::supernodes::Supernodes;
+use super::thin::padded;
 use crate::linalg::{Random, column_groups};
 
 /// Right-hand sides solved together by one thread with a small factor: 16 columns cost less than 4 single
@@ -463,7 +464,7 @@ impl Memory {
             Numbers::Spread(_) => None,
             Numbers::Single(_) => Some(Memory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
             Numbers::Double(values) if values.len() > LARGE => {
-                Some(Memory::Large(vec![0.0; n * columns.min(AT_ONCE)]))
+                Some(Memory::Large(vec![0.0; n * padded(columns.min(AT_ONCE))]))
             }
             Numbers::Double(_) => {
                 let (width, tallest) = (SOLVE_GROUP.min(columns), factor.symbolic.supernodes().tallest());
@@ -542,11 +543,11 @@ impl Solve {
             (Numbers::Double(values), Some(Memory::Large(x))) => {
                 let supernodes = supernodes();
                 for mut rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
-                    let k = rhs.ncols();
+                    let (columns, k) = (rhs.ncols(), padded(rhs.ncols()));
                     let x = &mut x[..supernodes.n() * k];
-                    gather(supernodes, k, x, |row, column| rhs[(row, column)]);
+                    gather(supernodes, k, x, |row, c| if c < columns { rhs[(row, c)] } else { 0.0 });
                     substitute_by_groups(supernodes, values, x, k);
-                    scatter(supernodes, x, rhs.rb_mut(), |x, _, _| x);
+                    scatter(supernodes, x, k, rhs.rb_mut(), |x, _, _| x);
                 }
             }
             (Numbers::Single(single), Some(Memory::Iteration(memory))) => {
@@ -571,7 +572,7 @@ fn solve_groups(supernodes: &Supernodes, values: &[f64], rhs: MatMut<'_, f64>, g
         let x = &mut x[..supernodes.n() * k];
         gather(supernodes, k, x, |row, column| rhs[(row, column)]);
         substitute(supernodes, values, x, k, spare);
-        scatter(supernodes, x, rhs.rb_mut(), |x, _, _| x);
+        scatter(supernodes, x, k, rhs.rb_mut(), |x, _, _| x);
     };
     let some = column_groups(rhs, SOLVE_GROUP);
     if some.len() > 1 {

@@ -51,14 +51,14 @@ fn columns_together_give_what_they_give_apart_with_any_number_of_threads() {
     let symbolic = Symbolic::analyze(pencil).expect("a structure");
     let supernodes = &**symbolic.supernodes();
     let values: Vec<f64> = factorise(supernodes, pencil.stiffness(), None).expect("a factor");
-    for k in [1, 5, 24] {
+    for k in [1, 4, 5, 8, 24] {
         let given = forces(pencil.n_dof(), k);
         let mut spare = vec![0.0; supernodes.tallest() * k];
         let mut x = vec![0.0; given.nrows() * k];
         gather(supernodes, k, &mut x, |row, column| given[(row, column)]);
         substitute(supernodes, &values, &mut x, k, &mut spare);
         let mut apart = Mat::zeros(given.nrows(), k);
-        scatter(supernodes, &x, apart.rb_mut(), |x, _, _| x);
+        scatter(supernodes, &x, k, apart.rb_mut(), |x, _, _| x);
         let together = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let mut x = vec![0.0; given.nrows() * k];
@@ -66,7 +66,7 @@ fn columns_together_give_what_they_give_apart_with_any_number_of_threads() {
             pool.install(|| {
                 gather(supernodes, k, &mut x, |row, column| given[(row, column)]);
                 substitute_by_groups(supernodes, &values, &mut x, k);
-                scatter(supernodes, &x, answer.rb_mut(), |x, _, _| x);
+                scatter(supernodes, &x, k, answer.rb_mut(), |x, _, _| x);
             });
             answer
         };

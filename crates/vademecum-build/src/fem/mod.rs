@@ -27,6 +27,7 @@ mod spread;
 mod stress;
 mod substitution;
 mod supernodes;
+mod thin;
 mod tree;
 mod whole;
 

@@ -6,15 +6,28 @@ use faer::traits::RealField;
 pub(super) trait Number: RealField + Copy + Send + Sync {
     /// The nearest one.
     fn nearest(value: f64) -> Self;
+
+    /// `self · factor + term`, rounded once.
+    fn fused(self, factor: Self, term: Self) -> Self;
 }
 
 impl Number for f64 {
+    #[inline(always)]
+    fn fused(self, factor: f64, term: f64) -> f64 {
+        self.mul_add(factor, term)
+    }
+
     fn nearest(value: f64) -> f64 {
         value
     }
 }
 
 impl Number for f32 {
+    #[inline(always)]
+    fn fused(self, factor: f32, term: f32) -> f32 {
+        self.mul_add(factor, term)
+    }
+
     fn nearest(value: f64) -> f32 {
         value as f32
     }

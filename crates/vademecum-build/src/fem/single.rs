@@ -168,7 +168,9 @@ impl Single {
             (z[(row, column)] * scale[row] / sizes[column]) as f32
         });
         substitute_by_groups(supernodes, &self.values, image, sizes.len());
-        scatter(supernodes, image, z.rb_mut(), |z, row, column| f64::from(z) * scale[row] * sizes[column]);
+        scatter(supernodes, image, sizes.len(), z.rb_mut(), |z, row, column| {
+            f64::from(z) * scale[row] * sizes[column]
+        });
         if let Some((coarse, shares)) = self.coarse.as_ref().zip(shares) {
             coarse.put_back(shares, z);
         }

@@ -19,10 +19,17 @@ use rayon::prelude::*;
 
 use super::number::Number;
 use super::supernodes::{Group, Supernodes};
-use crate::linalg::{by_rows, column_groups};
+use super::thin::Thin;
+use crate::linalg::{SHARED, column_groups};
 
 /// Columns of a group that are solved for at a time.
 const PANEL: usize = 128;
+
+/// Rows that one thread takes at a time.
+const HEIGHT: usize = 128;
+
+/// Reading an entry of the factor takes as long as multiplying it with so many columns.
+const FEW_COLUMNS: usize = 16;
 
 /// Rows at least that one thread copies at a time.
 const FEW: usize = 4096;
@@ -105,24 +112,21 @@ pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &
                 to.iter_mut().zip(from).for_each(|(x, from)| *x += *from);
             }
         }
-        let own = MatMut::from_row_major_slice_mut(own, columns, k);
-        forward(group, values, own, MatMut::from_row_major_slice_mut(&mut update, below, k));
+        forward(group, values, own, &mut update, k);
         Ok(update)
     };
     let Ok(()) = supernodes.tree.upwards(supernodes.split(x, |group| group.columns * k), up);
     let down = |at: usize, own: &mut [T], above: Option<&Vec<T>>| {
         let group = &supernodes.groups[at];
-        let (columns, below) = (group.columns, group.below());
         // All rows of the group, for its children.
         let mut front = zeros(group.height());
-        let (first, rows) = front.split_at_mut(columns * k);
+        let (first, rows) = front.split_at_mut(group.columns * k);
         if let Some(above) = above {
             for (to, &place) in rows.chunks_exact_mut(k).zip(supernodes.in_parent(group)) {
                 to.copy_from_slice(&above[place as usize * k..][..k]);
             }
         }
-        let rows = MatRef::from_row_major_slice(rows, below, k);
-        back(group, values, MatMut::from_row_major_slice_mut(own, columns, k), rows);
+        back(group, values, own, rows, k);
         first.copy_from_slice(own);
         front
     };
@@ -141,14 +145,14 @@ pub(super) fn gather<T: Number>(
     rows.for_each(|(x, &row)| x.iter_mut().enumerate().for_each(|(j, x)| *x = number(row as usize, j)));
 }
 
-/// Writes the columns back; `number` gives the entry at a row and a column. All threads.
+/// Writes the columns back from rows of `k` numbers; `number` gives the entry at a row and a column. All threads.
 pub(super) fn scatter<T: Number>(
     supernodes: &Supernodes,
     x: &[T],
+    k: usize,
     to: MatMut<'_, f64>,
     number: impl Fn(T, usize, usize) -> f64 + Sync,
 ) {
-    let k = to.ncols();
     column_groups(to, SIDE_BY_SIDE).into_par_iter().enumerate().for_each(|(group, mut to)| {
         let first = group * SIDE_BY_SIDE;
         for (x, &row) in x.chunks_exact(k).zip(supernodes.order()) {
@@ -160,50 +164,71 @@ pub(super) fn scatter<T: Number>(
     });
 }
 
+/// `k` numbers for each row, some rows at a time with the first of them; `inner` entries of the factor are
+/// read for each. Threads share them where there is enough to read.
+fn by_rows<T: Send>(x: &mut [T], k: usize, inner: usize, task: impl Fn(usize, &mut [T]) + Sync) {
+    let work = x.len().max(x.len() / k * FEW_COLUMNS) as f64 * inner as f64;
+    let some = |(at, rows): (usize, &mut [T])| task(at * HEIGHT, rows);
+    if work > SHARED && x.len() > HEIGHT * k {
+        x.par_chunks_mut(HEIGHT * k).enumerate().for_each(some);
+    } else {
+        x.chunks_mut(HEIGHT * k).enumerate().for_each(some);
+    }
+}
+
+/// `x ← x − A y`, on one thread.
+fn take_off<T: Number>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) {
+    if !Thin::Product.apply(x, a, y, k) {
+        let x = MatMut::from_row_major_slice_mut(x, a.nrows(), k);
+        let y = MatRef::from_row_major_slice(y, a.ncols(), k);
+        matmul(x, Accum::Add, a, y, T::nearest(-1.0), Par::Seq);
+    }
+}
+
+/// `x ← x − Aᵀ y`, on one thread.
+fn take_off_transposed<T: Number>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) {
+    if !Thin::Transposed.apply(x, a, y, k) {
+        let x = MatMut::from_row_major_slice_mut(x, a.ncols(), k);
+        let y = MatRef::from_row_major_slice(y, a.nrows(), k);
+        matmul(x, Accum::Add, a.transpose(), y, T::nearest(-1.0), Par::Seq);
+    }
+}
+
 /// `x_J ← L_JJ⁻¹ x_J`, and `L_IJ x_J` taken off `update`.
-fn forward<T: Number>(group: &Group, values: &[T], mut own: MatMut<'_, T>, update: MatMut<'_, T>) {
+fn forward<T: Number>(group: &Group, values: &[T], own: &mut [T], update: &mut [T], k: usize) {
     let (lower, ratio) = group.parts(values);
-    let minus = T::nearest(-1.0);
-    let mut rest = own.rb_mut();
     for first in (0..group.columns).step_by(PANEL) {
         let width = PANEL.min(group.columns - first);
-        let (mut panel, mut later) = rest.split_at_row_mut(width);
+        let (panel, later) = own[first * k..].split_at_mut(width * k);
         let columns = lower.subcols(first, width).split_at_row(first).1;
         let (pivot, below) = columns.split_at_row(width);
-        solve_lower_triangular_in_place(pivot, panel.rb_mut(), Par::Seq);
-        let panel = panel.rb();
-        by_rows(later.rb_mut(), width, |at, rows| {
-            let own = below.subrows(at, rows.nrows());
-            matmul(rows, Accum::Add, own, panel, minus, Par::Seq);
-        });
-        rest = later;
+        if !Thin::Lower.apply(panel, pivot, &[], k) {
+            let panel = MatMut::from_row_major_slice_mut(panel, width, k);
+            solve_lower_triangular_in_place(pivot, panel, Par::Seq);
+        }
+        by_rows(later, k, width, |at, rows| take_off(rows, below.subrows(at, rows.len() / k), panel, k));
     }
-    let own = own.rb();
-    by_rows(update, group.columns, |at, rows| {
-        let ratio = ratio.subrows(at, rows.nrows());
-        matmul(rows, Accum::Add, ratio, own, minus, Par::Seq);
+    by_rows(update, k, group.columns, |at, rows| {
+        take_off(rows, ratio.subrows(at, rows.len() / k), own, k);
     });
 }
 
 /// `x_J ← L_JJ⁻ᵀ (x_J − L_IJᵀ x_I)`.
-fn back<T: Number>(group: &Group, values: &[T], mut own: MatMut<'_, T>, below: MatRef<'_, T>) {
+fn back<T: Number>(group: &Group, values: &[T], own: &mut [T], below: &[T], k: usize) {
     let (lower, ratio) = group.parts(values);
-    let minus = T::nearest(-1.0);
-    by_rows(own.rb_mut(), group.below(), |at, rows| {
-        let ratio = ratio.subcols(at, rows.nrows());
-        matmul(rows, Accum::Add, ratio.transpose(), below, minus, Par::Seq);
+    by_rows(own, k, group.below(), |at, rows| {
+        take_off_transposed(rows, ratio.subcols(at, rows.len() / k), below, k);
     });
-    let mut rest = own;
     for first in (0..group.columns).step_by(PANEL).rev() {
         let width = PANEL.min(group.columns - first);
-        let (mut earlier, mut panel) = rest.split_at_row_mut(first);
+        let (earlier, panel) = own[..(first + width) * k].split_at_mut(first * k);
         let (left, pivot) = lower.subrows(first, width).subcols(0, first + width).split_at_col(first);
-        solve_upper_triangular_in_place(pivot.transpose(), panel.rb_mut(), Par::Seq);
-        let panel = panel.rb();
-        by_rows(earlier.rb_mut(), width, |at, rows| {
-            let own = left.subcols(at, rows.nrows());
-            matmul(rows, Accum::Add, own.transpose(), panel, minus, Par::Seq);
+        if !Thin::Upper.apply(panel, pivot, &[], k) {
+            let panel = MatMut::from_row_major_slice_mut(panel, width, k);
+            solve_upper_triangular_in_place(pivot.transpose(), panel, Par::Seq);
+        }
+        by_rows(earlier, k, width, |at, rows| {
+            take_off_transposed(rows, left.subcols(at, rows.len() / k), panel, k);
         });
-        rest = earlier;
     }
 }
