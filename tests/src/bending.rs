@@ -1,4 +1,4 @@
-//! Bodies of `docs/benchmarks/large-displacements.md`, and the mesh of one of them.
+//! Bodies of `docs/benchmarks/large-displacements.md`, the mesh of one of them, and a body that is small.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,6 +9,28 @@ use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
 
 use crate::total_error::real_bodies;
+
+/// The problem of a small soft beam that bends far: a build of it takes a second.
+pub const BENT: &str = r#"
+model = "large-displacement"
+[mesh]
+block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
+[[material]]
+young = 1e6
+poisson = 0.3
+density = 1000.0
+[[support]]
+on = { group = "x_min" }
+[basis]
+modes = 6
+[[parameter]]
+name = "stiffness"
+kind = "stiffness"
+region = "*"
+range = [0.5, 2.0]
+[large]
+states = 12
+"#;
 
 /// A body whose step is a fortieth of its first period.
 #[derive(Clone, Debug)]

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use vademecum_study::bench::{COLUMNS, LARGE_COLUMNS};
+use vademecum_tests::bending::BENT;
 use vademecum_tests::program::{repository, vademecum};
 
 /// Headings of the table's columns, in their order: the keys of the JSON.
@@ -289,23 +290,6 @@ fn more_modes_than_the_snapshots_span_is_an_error() {
     assert_eq!(ran.code, Some(3), "{}", ran.stderr);
     assert!(ran.stderr.contains("the snapshots span"), "{}", ran.stderr);
 }
-
-/// A short beam that bends far.
-const BENT: &str = r#"
-model = "large-displacement"
-[mesh]
-block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
-[[material]]
-young = 1e6
-poisson = 0.3
-density = 1000.0
-[[support]]
-on = { group = "x_min" }
-[basis]
-modes = 6
-[large]
-states = 12
-"#;
 
 #[test]
 fn a_body_of_large_displacements_has_a_record_of_its_own() {

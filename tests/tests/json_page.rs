@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
+use vademecum_tests::bending::BENT;
 use vademecum_tests::program::{repository, vademecum};
 
 /// Names between backticks in the first cells of the tables of the page's section.
@@ -85,27 +86,6 @@ name = "stiffness"
 kind = "stiffness"
 region = "tip"
 range = [0.5, 2.0]
-"#;
-
-const BENT: &str = r#"
-model = "large-displacement"
-[mesh]
-block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
-[[material]]
-young = 1e6
-poisson = 0.3
-density = 1000.0
-[[support]]
-on = { group = "x_min" }
-[basis]
-modes = 6
-[[parameter]]
-name = "stiffness"
-kind = "stiffness"
-region = "*"
-range = [0.5, 2.0]
-[large]
-states = 12
 "#;
 
 fn folder() -> tempfile::TempDir {
