@@ -239,7 +239,7 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
         };
         context.draw_series(points.iter().map(word))?;
     }
-    legend(&mut context)?;
+    legend(&mut context, &all)?;
     root.present()?;
     drop((context, area, root));
     Ok(svg)
@@ -315,14 +315,34 @@ where
     Ok(context)
 }
 
-/// The names of all series, each beside its mark.
-fn legend<X, Y>(context: &mut Axes<'_, X, Y>) -> Result<(), Box<dyn Error>>
+/// The names of all series, each beside its mark, in the part of a logarithmic chart with the fewest points.
+fn legend<X, Y>(context: &mut Axes<'_, X, Y>, points: &[&(f64, f64, String)]) -> Result<(), Box<dyn Error>>
 where
     X: Ranged<ValueType = f64>,
     Y: Ranged<ValueType = f64>,
 {
+    use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleLeft, MiddleRight, UpperLeft, UpperRight};
+    let (x, y) = (context.x_range(), context.y_range());
+    let share = |value: f64, range: &Range<f64>| (value / range.start).ln() / (range.end / range.start).ln();
+    let points_in = |side: bool, third: usize| {
+        let here = |p: &&&(f64, f64, String)| {
+            let (across, up) = (share(p.0, &x), share(p.1, &y));
+            (across >= 0.5) == side && ((3.0 * up) as usize).min(2) == third
+        };
+        points.iter().filter(here).count()
+    };
+    let places = [
+        (UpperRight, points_in(true, 2)),
+        (MiddleRight, points_in(true, 1)),
+        (LowerLeft, points_in(false, 0)),
+        (LowerRight, points_in(true, 0)),
+        (MiddleLeft, points_in(false, 1)),
+        (UpperLeft, points_in(false, 2)),
+    ];
+    let (place, _) = places.into_iter().min_by_key(|(_, points)| *points).unwrap_or((UpperRight, 0));
     context
         .configure_series_labels()
+        .position(place)
         .background_style(WHITE.mix(0.8))
         .border_style(BLACK.mix(0.4))
         .label_font(("sans-serif", 14))

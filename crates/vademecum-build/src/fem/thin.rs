@@ -118,7 +118,7 @@ fn transposed<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T
         }
         for s in 0..STRIP {
             for c in 0..K {
-                x[s][c] = x[s][c] - sums[s][c];
+                x[s][c] -= sums[s][c];
             }
         }
     }
@@ -130,7 +130,7 @@ fn transposed<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T
             }
         }
         for c in 0..K {
-            x[c] = x[c] - sums[c];
+            x[c] -= sums[c];
         }
     }
 }
@@ -145,9 +145,9 @@ fn lower<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>) {
         for j in 0..own.len() {
             let below = column(a, first + j, first);
             for c in 0..K {
-                own[j][c] = own[j][c] / below[j];
+                own[j][c] /= below[j];
                 for i in j + 1..own.len() {
-                    own[i][c] = own[i][c] - below[i] * own[j][c];
+                    own[i][c] = below[i].fused(-own[j][c], own[i][c]);
                 }
             }
         }
@@ -167,9 +167,9 @@ fn upper<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>) {
             let below = column(a, first + j, first);
             for c in 0..K {
                 for i in j + 1..own.len() {
-                    own[j][c] = own[j][c] - below[i] * own[i][c];
+                    own[j][c] = below[i].fused(-own[i][c], own[j][c]);
                 }
-                own[j][c] = own[j][c] / below[j];
+                own[j][c] /= below[j];
             }
         }
     }
