@@ -323,7 +323,8 @@ where
 {
     use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleLeft, MiddleRight, UpperLeft, UpperRight};
     let (x, y) = (context.x_range(), context.y_range());
-    let share = |value: f64, range: &Range<f64>| (value / range.start).ln() / (range.end / range.start).ln();
+    let share =
+        |value: f64, range: &Range<f64>| (value / range.start).log10() / (range.end / range.start).log10();
     let points_in = |side: bool, third: usize| {
         let here = |p: &&&(f64, f64, String)| {
             let (across, up) = (share(p.0, &x), share(p.1, &y));

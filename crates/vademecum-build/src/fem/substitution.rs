@@ -145,7 +145,8 @@ pub(super) fn gather<T: Number>(
     rows.for_each(|(x, &row)| x.iter_mut().enumerate().for_each(|(j, x)| *x = number(row as usize, j)));
 }
 
-/// Writes the columns back from rows of `k` numbers; `number` gives the entry at a row and a column. All threads.
+/// Writes the columns back from rows of `k` numbers; `number` gives the entry at a row and a column. All
+/// threads.
 pub(super) fn scatter<T: Number>(
     supernodes: &Supernodes,
     x: &[T],

@@ -1,8 +1,8 @@
 //! Dense products and triangular solves for the few right-hand sides of a few loads.
 //!
 //! A factor that is larger than the caches is read from memory for them, and how it is read decides. Products
-//! made for many columns read a line of each column of a block, then the next line; here four columns are gone
-//! down together. Without fused products of the machine there are no kernels.
+//! made for many columns read a line of each column of a block, then the next line; here four columns are
+//! gone down together. Without fused products of the machine there are no kernels.
 
 use faer::MatRef;
 use pulp::{Arch, NullaryFnOnce};

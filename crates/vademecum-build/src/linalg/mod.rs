@@ -97,8 +97,8 @@ pub(crate) fn subtract_product(x: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef
     }
 }
 
-/// A tall matrix that grows by columns. Pages are touched as columns come to them, and columns move only where
-/// there is no more room.
+/// A tall matrix that grows by columns. Pages are touched as columns come to them, and columns move only
+/// where there is no more room.
 pub(crate) struct Columns {
     matrix: Mat<f64>,
     room: usize,

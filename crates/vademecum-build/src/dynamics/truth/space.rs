@@ -16,8 +16,8 @@ use crate::linalg::{Columns, NoConvergence};
 /// Columns solved for together.
 const GROUP: usize = 24;
 
-/// Room that is set aside for each vector of the start. Pages of it that no vector comes to are never touched,
-/// and vectors that are moved cost as much as new ones.
+/// Room that is set aside for each vector of the start. Pages that no vector comes to are never touched, and
+/// vectors that are moved cost as much as new ones.
 const ROOM: usize = 8;
 
 /// What did not converge.
