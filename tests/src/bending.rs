@@ -10,7 +10,7 @@ use vademecum_build::progress::{Silent, Stopwatch};
 
 use crate::total_error::real_bodies;
 
-/// The problem of a small soft beam that bends far: a build of it takes a second.
+/// The problem of a small soft beam that bends far.
 pub const BENT: &str = r#"
 model = "large-displacement"
 [mesh]

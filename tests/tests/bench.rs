@@ -292,6 +292,23 @@ fn more_modes_than_the_snapshots_span_is_an_error() {
 }
 
 #[test]
+fn a_problem_without_a_scheme_is_compared_by_the_stages_of_bathe() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(repository().join("fixtures/problems/short-beam.toml")).expect("text");
+    let (problem, out) = (folder.path().join("beam.toml"), folder.path().join("out"));
+    let exact = text.replace("scheme = { name = \"bathe\" }\n", "");
+    assert_ne!(exact, text);
+    std::fs::write(&problem, exact).expect("written");
+    let more = ["--quick", "--json", "--modes", "4", "--steps", "40"].map(AsRef::as_ref);
+    let run = ["bench".as_ref(), problem.as_os_str(), "-o".as_ref(), out.as_os_str()];
+    let report = vademecum(&[&run[..], &more].concat()).json();
+    let methods = report["methods"].as_array().expect("a list");
+    for name in ["full order, bathe", "natural modes, exact steps f32"] {
+        assert!(methods.iter().any(|row| row["name"] == name), "no row `{name}`");
+    }
+}
+
+#[test]
 fn a_body_of_large_displacements_has_a_record_of_its_own() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).display().to_string();

@@ -20,13 +20,10 @@ use rayon::prelude::*;
 use super::number::Number;
 use super::supernodes::{Group, Supernodes};
 use super::thin::Thin;
-use crate::linalg::{SHARED, column_groups};
+use crate::linalg::{HEIGHT, SHARED, column_groups};
 
 /// Columns of a group that are solved for at a time.
 const PANEL: usize = 128;
-
-/// Rows that one thread takes at a time.
-const HEIGHT: usize = 128;
 
 /// Reading an entry of the factor takes as long as multiplying it with so many columns.
 const FEW_COLUMNS: usize = 16;

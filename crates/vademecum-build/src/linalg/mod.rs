@@ -154,7 +154,7 @@ pub(crate) fn row_groups<T>(mut x: MatMut<'_, T>, height: usize) -> Vec<MatMut<'
 }
 
 /// Rows of a product that one thread computes at a time.
-const HEIGHT: usize = 128;
+pub(crate) const HEIGHT: usize = 128;
 /// Multiplications below which a product is not shared among threads.
 pub(crate) const SHARED: f64 = 1e6;
 

@@ -84,7 +84,8 @@ pub fn compare_methods(
     let march =
         March { track: &bound.track, loads: &bound.loads, time_step: study.time_step(), steps, stride: 1 };
     let comparison = Comparison { study: &study, groups: &groups, march, quick: options.quick, listener };
-    comparison.table(problem.title.clone(), problem.scheme())
+    // The study's: what is compared moves by stages, also where the problem asks for exact steps.
+    comparison.table(problem.title.clone(), study.problem().scheme())
 }
 
 /// The numbers of modes that the snapshots span.
