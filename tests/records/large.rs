@@ -98,7 +98,7 @@ fn record(body: &BendingBody, coordinates: usize, pushes: usize, work: Option<&P
             100.0 * run.linear_error
         );
     }
-    println!("\n| strain map | worst push of the choice |\n|---|---|");
+    println!("\n| strain map | mean of the choice |\n|---|---|");
     for (name, error) in &large.candidates {
         println!("| {name} | {:.1} % |", 100.0 * error);
     }

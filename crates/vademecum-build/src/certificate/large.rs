@@ -43,7 +43,7 @@ pub struct LargeReport {
     pub rows: usize,
     /// Sub-steps of a step.
     pub substeps: usize,
-    /// Largest error on the held-out pushes that chose the map, and those of the maps beside it.
+    /// Geometric mean of the errors on the held-out pushes that chose the map, for it and the maps beside it.
     pub candidates: Vec<(String, f64)>,
     /// Wall time of a step of the file at full order \[s\]: four steps of Bathe's method, with as many pushes
     /// side by side as there are cores; the mean of the pushes of the certificate.

@@ -1,5 +1,7 @@
 //! From a body to the strain maps that could stand in a file.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 
 use super::basis::with_followers;
@@ -9,22 +11,25 @@ use super::prior::{Prior, columns};
 use super::states::{States, draw};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};
-use crate::fem::{FactorError, GreenError, GreenStrain, Symbolic};
+use crate::fem::{Factor, FactorError, GreenError, GreenStrain, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::prepared::Body;
 use crate::store::Kept;
 
 /// Where the states are drawn.
 const SEED: u64 = 0x1A26_E001;
-/// Ridges of the regressions, in mean squares of the products, each begun where the one before ended. A large
-/// one is gentle. With a small one products that the states hardly know are bent for the sake of others: a
-/// slender body is lost with it, and a compact one gains.
-const RIDGES: [f64; 3] = [100.0, 10.0, 1.0];
+/// Ridges of the regressions, in mean squares of the products, each begun where the one before ended. With a
+/// large one the prior stays nearly what it is; a small one asks for many states.
+const RIDGES: [f64; 3] = [1.0, 1e-2, 1e-4];
 
 /// Shares of the coordinates that are natural modes: one in so many.
 const SPLITS: [usize; 3] = [6, 4, 2];
-/// Strain maps that [`learn`] gives: for each share the two priors and the regressions.
-pub const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
+/// Strain maps to choose from: for each share the two priors, and the regressions on the best of them.
+pub const CANDIDATES: usize = SPLITS.len() * 2 + RIDGES.len();
+/// States that show which shapes follow the modes, for each coordinate.
+const FOLLOWED: usize = 8;
+/// How much further than asked for the states of a regression move: where they end, the map is a guess.
+const MARGIN: f64 = 1.3;
 
 /// What is asked of a strain map.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -35,8 +40,16 @@ pub struct LargeOptions {
     pub coordinates: usize,
     /// Strain rows beside one for each coordinate.
     pub rows: usize,
-    /// States to learn from.
+    /// States that the strains are fitted to; fewer show which shapes follow the modes.
     pub states: usize,
+}
+
+impl LargeOptions {
+    /// States of a basis of so many coordinates, where nobody says: twice as many as there are products of
+    /// coordinates. With fewer, a regression bends products that the states hardly tell apart.
+    pub fn states_of(coordinates: usize) -> usize {
+        coordinates * (coordinates + 1)
+    }
 }
 
 /// Why no strain map was learnt.
@@ -78,6 +91,9 @@ pub enum LearnError {
 pub struct Learnt {
     /// In words.
     pub name: String,
+    /// Natural modes of the basis; the other shapes follow them.
+    modes: usize,
+    prior: Prior,
     /// The basis, shape (n, R), its mass the identity, eigenvalues ascending.
     pub vectors: Mat<f64>,
     /// Diagonal of its stiffness.
@@ -90,67 +106,130 @@ pub struct Learnt {
     pub energies: Vec<f64>,
 }
 
-/// Strain maps to choose from, [`CANDIDATES`] of them: with a part of the coordinates natural modes and the
-/// others shapes that follow them, each as the priors have it and as regressions on states move the
-/// condensed one.
-///
-/// # Errors
-/// [`LearnError`].
-pub fn learn(
-    body: &Body,
-    symbolic: &Symbolic,
-    options: &LargeOptions,
-    kept: &Kept<'_>,
-) -> Result<Vec<Learnt>, LearnError> {
-    let (strain, pencil) = (GreenStrain::new(&body.model)?, body.model.pencil());
-    let r = options.coordinates.min(pencil.n_dof());
-    let splits = SPLITS.map(|share| r.div_ceil(share));
-    let most = splits[SPLITS.len() - 1];
-    let Modes { vectors: modes, eigenvalues, .. } = lowest_modes(pencil, symbolic, most)?;
-    let momenta = times_mass(body, modes.as_ref());
-    let moving = at_load_nodes(body, modes.as_ref());
-    let factor = symbolic.factor_of(pencil.stiffness())?;
-    let mut found = vec![];
-    for n_modes in splits {
-        let part = |x: &'_ Mat<f64>| x.subcols(0, n_modes).to_owned();
-        let (modes, momenta) = (part(&modes), part(&momenta));
-        let own = (moving.subcols(0, n_modes), &eigenvalues[..n_modes]);
-        let drawn = draw(own.0, own.1, options.displacement, options.states, SEED);
-        let states = kept_states(kept, &strain, symbolic, modes.as_ref(), drawn.as_ref())?;
-        if 4 * states.len() < 3 * options.states {
-            let (asked, displacement) = (options.states, options.displacement);
-            return Err(LearnError::FewStates { found: states.len(), asked, displacement });
-        }
-        let own = (modes.as_ref(), momenta.as_ref(), &eigenvalues[..n_modes]);
-        let (vectors, values) = sorted(with_followers(pencil, own, &states, r - n_modes)?);
-        let states = States::new(&strain, times_mass(body, vectors.as_ref()).as_ref(), &states);
-        let pairs = Pairs { interacting: values.len(), coupled: 0 };
-        for prior in [Prior::Condensed, Prior::Galerkin] {
-            let basis = (vectors.as_ref(), values.as_slice());
-            let mut columns = columns(&strain, basis, pairs, prior, (symbolic, &factor));
-            let mut keep = |columns: &Columns, name: &str| {
-                found.push(Learnt {
-                    name: format!("{n_modes} modes, {} shapes that follow, {name}", values.len() - n_modes),
-                    vectors: vectors.clone(),
-                    eigenvalues: values.clone(),
-                    map: columns.rows(states.coordinates.as_ref(), options.rows)?,
-                    states: states.coordinates.clone(),
-                    energies: states.energies.clone(),
-                });
-                Ok::<_, LearnError>(())
-            };
-            if prior == Prior::Galerkin {
-                keep(&columns, "Galerkin")?;
-                continue;
-            }
-            keep(&columns, "condensed")?;
-            for ridge in RIDGES {
-                columns.fit(&states, ridge)?;
-                keep(&columns, &format!("condensed, fitted with ridge {ridge}"))?;
-            }
-        }
+/// What strain maps of a body are learnt with.
+pub struct Learner<'a> {
+    body: &'a Body,
+    symbolic: &'a Symbolic,
+    strain: GreenStrain<'a>,
+    factor: Arc<Factor>,
+    modes: Modes,
+    options: LargeOptions,
+    kept: &'a Kept<'a>,
+}
+
+impl<'a> Learner<'a> {
+    /// Finds the natural modes.
+    ///
+    /// # Errors
+    /// [`LearnError`].
+    pub fn new(
+        body: &'a Body,
+        symbolic: &'a Symbolic,
+        options: &LargeOptions,
+        kept: &'a Kept<'a>,
+    ) -> Result<Learner<'a>, LearnError> {
+        let (strain, pencil) = (GreenStrain::new(&body.model)?, body.model.pencil());
+        let options = LargeOptions { coordinates: options.coordinates.min(pencil.n_dof()), ..*options };
+        let most = SPLITS.map(|share| options.coordinates.div_ceil(share)).into_iter().max();
+        let modes = lowest_modes(pencil, symbolic, most.unwrap_or(1))?;
+        let factor = symbolic.factor_of(pencil.stiffness())?;
+        Ok(Learner { body, symbolic, strain, factor, modes, options, kept })
     }
-    Ok(found)
+
+    /// Strain maps that have seen no state: with a part of the coordinates natural modes and the others
+    /// shapes that follow them, each with the two priors.
+    ///
+    /// # Errors
+    /// [`LearnError`].
+    pub fn priors(&self) -> Result<Vec<Learnt>, LearnError> {
+        let Self { body, options, .. } = self;
+        let mut found = vec![];
+        for n_modes in SPLITS.map(|share| options.coordinates.div_ceil(share)) {
+            let few = options.states.min(FOLLOWED * options.coordinates);
+            let states = self.states(n_modes, few, options.displacement)?;
+            let (modes, eigenvalues) = (self.modes(n_modes), &self.modes.eigenvalues[..n_modes]);
+            let momenta = times_mass(body, modes);
+            let own = (modes, momenta.as_ref(), eigenvalues);
+            let shapes = options.coordinates - n_modes;
+            let basis = sorted(with_followers(body.model.pencil(), own, &states, shapes)?);
+            let states = self.seen(&basis.0, &states);
+            for prior in [Prior::Condensed, Prior::Galerkin] {
+                let columns = self.columns(&basis, prior);
+                found.push(self.learnt(String::new(), (n_modes, prior), &basis, &columns, &states)?);
+            }
+        }
+        Ok(found)
+    }
+
+    /// Regressions on many states that begin at a strain map, over the same basis.
+    ///
+    /// # Errors
+    /// [`LearnError`].
+    pub fn fitted(&self, from: &Learnt) -> Result<Vec<Learnt>, LearnError> {
+        let Self { options, .. } = self;
+        let states = self.states(from.modes, options.states, MARGIN * options.displacement)?;
+        let states = self.seen(&from.vectors, &states);
+        let basis = (from.vectors.clone(), from.eigenvalues.clone());
+        let mut columns = self.columns(&basis, from.prior);
+        let mut found = vec![];
+        for ridge in RIDGES {
+            columns.fit(&states, ridge)?;
+            let name = format!(", fitted with ridge {ridge}");
+            found.push(self.learnt(name, (from.modes, from.prior), &basis, &columns, &states)?);
+        }
+        Ok(found)
+    }
+
+    /// The lowest modes.
+    fn modes(&self, count: usize) -> MatRef<'_, f64> {
+        self.modes.vectors.subcols(0, count)
+    }
+
+    /// Shapes of least energy at coordinates of so many modes, up to a displacement \[m\].
+    fn states(&self, n_modes: usize, count: usize, displacement: f64) -> Result<Vec<Vec<f64>>, LearnError> {
+        let modes = self.modes(n_modes);
+        let moving = at_load_nodes(self.body, modes);
+        let drawn = draw(moving.as_ref(), &self.modes.eigenvalues[..n_modes], displacement, count, SEED);
+        let states = kept_states(self.kept, &self.strain, self.symbolic, modes, drawn.as_ref())?;
+        if 4 * states.len() < 3 * count {
+            return Err(LearnError::FewStates { found: states.len(), asked: count, displacement });
+        }
+        Ok(states)
+    }
+
+    fn seen(&self, vectors: &Mat<f64>, states: &[Vec<f64>]) -> States {
+        States::new(&self.strain, times_mass(self.body, vectors.as_ref()).as_ref(), states)
+    }
+
+    fn columns(&self, (vectors, eigenvalues): &(Mat<f64>, Vec<f64>), prior: Prior) -> Columns {
+        let pairs = Pairs { interacting: eigenvalues.len(), coupled: 0 };
+        columns(&self.strain, (vectors.as_ref(), eigenvalues), pairs, prior, (self.symbolic, &self.factor))
+    }
+
+    fn learnt(
+        &self,
+        fitted: String,
+        (modes, prior): (usize, Prior),
+        (vectors, eigenvalues): &(Mat<f64>, Vec<f64>),
+        columns: &Columns,
+        states: &States,
+    ) -> Result<Learnt, LearnError> {
+        let prior_name = match prior {
+            Prior::Condensed => "condensed",
+            Prior::Galerkin => "Galerkin",
+        };
+        let shapes = eigenvalues.len() - modes;
+        Ok(Learnt {
+            name: format!("{modes} modes, {shapes} shapes that follow, {prior_name}{fitted}"),
+            modes,
+            prior,
+            vectors: vectors.clone(),
+            eigenvalues: eigenvalues.clone(),
+            map: columns.rows(states.coordinates.as_ref(), self.options.rows)?,
+            states: states.coordinates.clone(),
+            energies: states.energies.clone(),
+        })
+    }
 }
 
 fn times_mass(body: &Body, x: MatRef<'_, f64>) -> Mat<f64> {

@@ -9,7 +9,7 @@ mod states;
 mod trial;
 
 pub use basis::with_followers;
-pub use learn::{CANDIDATES, LargeOptions, LearnError, Learnt, learn};
+pub use learn::{CANDIDATES, LargeOptions, LearnError, Learner, Learnt};
 pub use map::{Columns, Pairs, StrainMap};
 pub use prior::{Prior, columns};
 pub use states::{States, draw, relaxed};

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::{LargeOptions, Learnt, Pairs, Prior, States, columns, learn};
+use super::{LargeOptions, Learner, Learnt, Pairs, Prior, States, columns, draw, relaxed};
 use crate::dynamics::lowest_modes;
 use crate::fem::GreenStrain;
 use crate::input::Problem;
@@ -22,8 +22,11 @@ fn beam() -> Prepared {
 const OPTIONS: LargeOptions = LargeOptions { displacement: 0.3, coordinates: 12, rows: 12, states: 40 };
 
 fn learnt(prepared: &Prepared, options: &LargeOptions) -> Vec<Learnt> {
-    learn(&prepared.body, &prepared.symbolic, options, &Kept::new(None, prepared, &Silent))
-        .expect("strain maps")
+    let kept = Kept::new(None, prepared, &Silent);
+    let learner = Learner::new(&prepared.body, &prepared.symbolic, options, &kept).expect("modes");
+    let mut maps = learner.priors().expect("strain maps");
+    maps.extend(learner.fitted(&maps[0]).expect("regressions"));
+    maps
 }
 
 #[test]
@@ -96,6 +99,38 @@ fn relaxing_what_the_basis_cannot_show_leaves_its_own_rows_and_lowers_the_energy
         assert!(relaxed.energy(&q) < plain.energy(&q));
         // And never below what the body has when it is let go: nothing is.
         assert!(relaxed.energy(&q) > 0.0);
+    }
+}
+
+#[test]
+fn many_states_teach_the_energy_of_states_that_nobody_saw() {
+    let prepared = beam();
+    let pencil = prepared.body.model.pencil();
+    let strain = GreenStrain::new(&prepared.body.model).expect("a strain");
+    let coordinates = OPTIONS.coordinates;
+    let options = LargeOptions { states: LargeOptions::states_of(coordinates), ..OPTIONS };
+    let maps = learnt(&prepared, &options);
+    // The shares of natural modes: 2, 3 and 6 of 12.
+    let modes = lowest_modes(pencil, &prepared.symbolic, 2).expect("modes");
+    let moving = super::learn::at_load_nodes(&prepared.body, modes.vectors.as_ref());
+    let drawn = draw(moving.as_ref(), &modes.eigenvalues, options.displacement, 20, 77);
+    let shapes = relaxed(&strain, &prepared.symbolic, modes.vectors.as_ref(), drawn.as_ref(), &Silent);
+    let shapes = shapes.expect("shapes");
+    let off = |map: &Learnt| {
+        let mut momenta = Mat::zeros(map.vectors.nrows(), map.vectors.ncols());
+        pencil.mass().mul_into(map.vectors.as_ref(), momenta.as_mut());
+        let states = States::new(&strain, momenta.as_ref(), &shapes);
+        let each = states.energies.iter().enumerate();
+        let square =
+            |(s, e): (usize, &f64)| (map.map.energy(states.coordinates.col_as_slice(s)) / e - 1.0).powi(2);
+        (each.map(square).sum::<f64>() / shapes.len() as f64).sqrt()
+    };
+    let fitted = |map: &&Learnt| map.name.contains("fitted");
+    let before = off(&maps[0]);
+    assert_eq!(maps.iter().filter(fitted).count(), 3);
+    for map in maps.iter().filter(fitted) {
+        let after = off(map);
+        assert!(after < 0.5 * before, "{}: {before:e} {after:e}", map.name);
     }
 }
 

@@ -14,7 +14,7 @@ use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
-use crate::large::{FullOrder, LargeOptions, Learnt, PARTS, Pushes, Reference, asked_displacement, learn};
+use crate::large::{FullOrder, LargeOptions, Learner, Learnt, PARTS, Pushes, Reference, asked_displacement};
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::BuildPlan;
@@ -23,8 +23,6 @@ use crate::report::BuildPlan;
 pub const SHAPES: &str = "shapes of least energy";
 /// Coordinates where the problem does not say.
 const COORDINATES: usize = 32;
-/// States to learn from, for each coordinate.
-const STATES: usize = 8;
 /// Sub-steps of a step.
 const SUBSTEPS: usize = 4;
 /// Modes that tell how strong a push is.
@@ -68,17 +66,17 @@ impl Stages<'_> {
         plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
         listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
-        let maps = watch.stage(SHAPES, || learn(body, symbolic, &options, kept))?;
+        let learner = Learner::new(body, symbolic, &options, kept)?;
+        let priors = watch.stage(SHAPES, || learner.priors())?;
         let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
         let references = watch.stage("held-out pushes at full order", march)?;
-        let errors = || maps.iter().map(|map| self.worst(problem, map, &references)).collect();
-        let errors: Result<Vec<f64>, BuildError> = watch.stage("choice of the strain map", errors);
-        let candidates: Vec<_> = maps.iter().map(|map| map.name.clone()).zip(errors?).collect();
-        for (name, error) in &candidates {
-            listener.note(&format!("{name}: error {error:.2e} on the worst held-out push"));
-        }
-        let best = (0..maps.len()).min_by(|&a, &b| candidates[a].1.total_cmp(&candidates[b].1));
-        let map = maps.into_iter().nth(best.unwrap_or(0)).expect("there are strain maps");
+        let mut candidates = vec![];
+        let choose = || self.choose(problem, priors, &references, &mut candidates);
+        let prior = watch.stage("choice of the shapes", choose)?;
+        let mut maps = watch.stage("states and regressions", || learner.fitted(&prior))?;
+        maps.push(prior);
+        let choose = || self.choose(problem, maps, &references, &mut candidates);
+        let map = watch.stage("choice of the strain map", choose)?;
 
         let march = || {
             let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, kept)?;
@@ -128,10 +126,31 @@ impl Stages<'_> {
         references.iter().map(run).collect()
     }
 
-    /// The largest error of a strain map.
-    fn worst(&self, problem: &Problem, map: &Learnt, references: &[Reference]) -> Result<f64, BuildError> {
-        let runs = self.runs(problem, map, references)?;
-        Ok(runs.iter().map(|run| run.error).fold(0.0, f64::max))
+    /// The strain map whose errors on held-out pushes have the smallest geometric mean: a push that no map
+    /// follows does not choose alone. `told` are the maps that were told of before.
+    fn choose(
+        &self,
+        problem: &Problem,
+        maps: Vec<Learnt>,
+        references: &[Reference],
+        told: &mut Vec<(String, f64)>,
+    ) -> Result<Learnt, BuildError> {
+        let mut best: Option<(f64, Learnt)> = None;
+        for map in maps {
+            let runs = self.runs(problem, &map, references)?;
+            let logarithms: f64 = runs.iter().map(|run| run.error.ln()).sum();
+            let error = (logarithms / runs.len() as f64).exp();
+            if told.iter().all(|(name, _)| *name != map.name) {
+                let listener = self.kept.listener;
+                let each: Vec<_> = runs.iter().map(|run| format!("{:.1e}", run.error)).collect();
+                listener.note(&format!("{}: errors of held-out pushes {}", map.name, each.join(", ")));
+                told.push((map.name.clone(), error));
+            }
+            if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                best = Some((error, map));
+            }
+        }
+        Ok(best.expect("there are strain maps").1)
     }
 }
 
@@ -190,6 +209,6 @@ fn large_options(problem: &Problem, body: &Body) -> LargeOptions {
         displacement: asked_displacement(problem, body.model.mesh()),
         coordinates,
         rows: large.rows.unwrap_or(coordinates),
-        states: large.states.unwrap_or(STATES * coordinates),
+        states: large.states.unwrap_or(LargeOptions::states_of(coordinates)),
     }
 }

@@ -24,7 +24,7 @@ pub struct LargeEntry {
     pub displacement: Option<f64>,
     /// Strain rows beside one for each coordinate; absent: as many again.
     pub rows: Option<usize>,
-    /// States that the strains are learnt from; absent: 8 for each coordinate.
+    /// States that the strains are learnt from; absent: twice as many as there are products of coordinates.
     pub states: Option<usize>,
     /// Pushes at full order that certify the file, pulses and held ones in turn; absent: 2.
     pub pushes: Option<usize>,
