@@ -107,20 +107,6 @@ fn follow_push(
     Ok((found, worst / largest))
 }
 
-/// How far the surface moves at most \[m\].
-pub(crate) fn largest_displacement(body: &Body, reference: &[Vec<f64>]) -> f64 {
-    let mut full = vec![0.0; body.model.dofs().n_dof()];
-    let mut most = 0.0_f64;
-    for u in reference {
-        body.model.dofs().expand_into(u, &mut full);
-        for &node in &body.load_nodes {
-            let square: f64 = full[3 * node as usize..][..3].iter().map(|x| x * x).sum();
-            most = most.max(square);
-        }
-    }
-    most.sqrt()
-}
-
 /// One push measured: through the file as it is, and through the linear structure of the same file.
 ///
 /// # Errors
@@ -140,7 +126,7 @@ pub(crate) fn certify_push(
     let TrajectoryError { error, floor } = seen.error(&found);
     Ok(LargeRun {
         pulse: push.pulse,
-        displacement: largest_displacement(body, displacements),
+        displacement: reference.largest_displacement(body),
         least_stretch: *least_stretch,
         reference_error: *own_error,
         error,

@@ -24,8 +24,8 @@ const RIDGES: [f64; 3] = [1.0, 1e-2, 1e-4];
 
 /// Shares of the coordinates that are natural modes: one in so many.
 const SPLITS: [usize; 3] = [6, 4, 2];
-/// Strain maps to choose from: for each share the two priors, and the regressions on the best of them.
-pub const CANDIDATES: usize = SPLITS.len() * 2 + RIDGES.len();
+/// Strain maps to choose from at most: for each share the two priors, and the regressions on one of them.
+pub const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
 /// States that show which shapes follow the modes, for each coordinate.
 const FOLLOWED: usize = 8;
 /// How much further than asked for the states of a regression move: where they end, the map is a guess.
@@ -92,7 +92,7 @@ pub struct Learnt {
     /// In words.
     pub name: String,
     /// Natural modes of the basis; the other shapes follow them.
-    modes: usize,
+    pub modes: usize,
     prior: Prior,
     /// The basis, shape (n, R), its mass the identity, eigenvalues ascending.
     pub vectors: Mat<f64>,

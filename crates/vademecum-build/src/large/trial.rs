@@ -61,10 +61,10 @@ impl Push {
         0.5 * (self.within(time, time - near) + self.within(time, time + near))
     }
 
-    /// The same with half of the force.
-    fn halved(&self) -> Push {
-        let nodes = self.nodes.iter().map(|&(node, f)| (node, f.map(|f| 0.5 * f))).collect();
-        Push { nodes, force: self.force.iter().map(|f| 0.5 * f).collect(), name: self.name.clone(), ..*self }
+    /// The same with a part of the force.
+    fn scaled(&self, part: f64) -> Push {
+        let nodes = self.nodes.iter().map(|&(node, f)| (node, f.map(|f| part * f))).collect();
+        Push { nodes, force: self.force.iter().map(|f| part * f).collect(), name: self.name.clone(), ..*self }
     }
 
     /// Its share at a time that belongs to the same side of a jump as another one.
@@ -191,8 +191,9 @@ impl FullOrder<'_> {
 
     /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method
     /// with a part of the step. A push under which some element is compressed to less than [`SOFTENING`],
-    /// where the law describes no body any more, is halved. Where two halvings are not enough another one is
-    /// drawn: beside a support no push moves the surface far without crushing it. Each motion is kept.
+    /// where the law describes no body any more, is halved, and one that moves the surface further than was
+    /// asked for is made weaker. Where two such steps are not enough another one is drawn: beside a support
+    /// no push moves the surface far without crushing it. Each motion is kept.
     ///
     /// # Errors
     /// [`LargeError`].
@@ -208,7 +209,7 @@ impl FullOrder<'_> {
             let missing: Vec<usize> = (0..count).filter(|&k| found[k].is_none()).collect();
             let pulses: Vec<bool> = missing.iter().map(|k| k.is_multiple_of(2)).collect();
             let halvings = if draw + 1 == DRAWS { ANY } else { HALVINGS };
-            let marched = |push: &Push| self.march(push, steps, halvings, kept);
+            let marched = |push: &Push| self.march(push, drawn, (steps, halvings), kept);
             let marched: Result<Vec<_>, LargeError> =
                 drawn.draw(&pulses, seed + draw).par_iter().map(marched).collect();
             missing.into_iter().zip(marched?).for_each(|(k, reference)| found[k] = reference);
@@ -216,20 +217,30 @@ impl FullOrder<'_> {
         Ok(found.into_iter().flatten().collect())
     }
 
-    /// The motion under a push, halved so often at most until the law bears it.
+    /// The motion under a push, halved so often at most until the law bears it, and weaker by what it moves
+    /// the surface further than was asked for.
     fn march(
         &self,
         push: &Push,
-        steps: usize,
-        halvings: usize,
+        drawn: &Pushes<'_>,
+        (steps, halvings): (usize, usize),
         kept: &Kept<'_>,
     ) -> Result<Option<Reference>, LargeError> {
-        self.kept(&push.name, push, (steps, halvings), kept, || {
+        /// Of the displacement that was asked for.
+        const WITHIN: f64 = 0.95;
+        let asked = drawn.displacement;
+        self.kept(&push.name, push, (steps, halvings, asked), kept, || {
             let mut push = push.clone();
             for _ in 0..=halvings {
                 match self.follow(&push, steps, kept.listener) {
-                    Ok(found) if found.least_stretch >= SOFTENING => return Ok(Some(found)),
-                    Ok(_) | Err(LargeError::NoStep { .. }) => push = push.halved(),
+                    Ok(found) if found.least_stretch >= SOFTENING => {
+                        let moved = found.largest_displacement(drawn.body);
+                        if moved <= asked {
+                            return Ok(Some(found));
+                        }
+                        push = push.scaled(WITHIN * asked / moved);
+                    }
+                    Ok(_) | Err(LargeError::NoStep { .. }) => push = push.scaled(0.5),
                     Err(error) => return Err(error),
                 }
             }
@@ -242,7 +253,7 @@ impl FullOrder<'_> {
         &self,
         name: &str,
         push: &Push,
-        counts: (usize, usize),
+        counts: (usize, usize, f64),
         kept: &Kept<'_>,
         march: impl FnOnce() -> Result<T, LargeError>,
     ) -> Result<T, LargeError> {
@@ -297,6 +308,20 @@ impl FullOrder<'_> {
 }
 
 impl Reference {
+    /// How far the surface moves at most \[m\].
+    pub(crate) fn largest_displacement(&self, body: &Body) -> f64 {
+        let mut full = vec![0.0; body.model.dofs().n_dof()];
+        let mut most = 0.0_f64;
+        for u in &self.displacements {
+            body.model.dofs().expand_into(u, &mut full);
+            for &node in &body.load_nodes {
+                let square: f64 = full[3 * node as usize..][..3].iter().map(|x| x * x).sum();
+                most = most.max(square);
+            }
+        }
+        most.sqrt()
+    }
+
     /// The same with steps half as long, and what it is off by: both are of second order in the step.
     ///
     /// # Errors
@@ -305,7 +330,7 @@ impl Reference {
         let finer = FullOrder { parts: 2 * full.parts, ..*full };
         let (push, steps) = (&self.push, self.displacements.len());
         let march = || finer.follow(push, steps, kept.listener);
-        let fine = finer.kept(&format!("{}-refined", push.name), push, (steps, 0), kept, march)?;
+        let fine = finer.kept(&format!("{}-refined", push.name), push, (steps, 0, 0.0), kept, march)?;
         let mass = full.strain.model().pencil().mass();
         let (mut off, mut whole) = (0.0, 0.0);
         for (a, b) in self.displacements.iter().zip(&fine.displacements) {

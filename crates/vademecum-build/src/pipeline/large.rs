@@ -14,7 +14,9 @@ use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
-use crate::large::{FullOrder, LargeOptions, Learner, Learnt, PARTS, Pushes, Reference, asked_displacement};
+use crate::large::{
+    FullOrder, LargeOptions, LearnError, Learner, Learnt, PARTS, Pushes, Reference, asked_displacement,
+};
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::BuildPlan;
@@ -28,7 +30,9 @@ const SUBSTEPS: usize = 4;
 /// Modes that tell how strong a push is.
 const PUSH_MODES: usize = 8;
 /// Pushes that choose.
-const CHOOSING: usize = 4;
+const CHOOSING: usize = 6;
+/// A relaxed map that is so many times as far off as the best one is not fitted.
+const BEHIND: f64 = 2.0;
 /// Pushes of the certificate where the problem does not say.
 const CERTIFYING: usize = 2;
 /// First periods of each push.
@@ -70,13 +74,21 @@ impl Stages<'_> {
         let priors = watch.stage(SHAPES, || learner.priors())?;
         let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
         let references = watch.stage("held-out pushes at full order", march)?;
-        let mut candidates = vec![];
-        let choose = || self.choose(problem, priors, &references, &mut candidates);
-        let prior = watch.stage("choice of the shapes", choose)?;
-        let mut maps = watch.stage("states and regressions", || learner.fitted(&prior))?;
-        maps.push(prior);
-        let choose = || self.choose(problem, maps, &references, &mut candidates);
-        let map = watch.stage("choice of the strain map", choose)?;
+        let measured = |maps| self.measured(problem, maps, &references);
+        let priors = watch.stage("choice of the shapes", || measured(priors))?;
+        let fitted = || -> Result<Vec<Learnt>, LearnError> {
+            let mut fitted = vec![];
+            for prior in worth_fitting(&priors) {
+                fitted.extend(learner.fitted(prior)?);
+            }
+            Ok(fitted)
+        };
+        let fitted = watch.stage("states and regressions", fitted)?;
+        let mut maps = watch.stage("choice of the strain map", || measured(fitted))?;
+        maps.splice(0..0, priors);
+        let candidates = maps.iter().map(|(error, map)| (map.name.clone(), *error)).collect();
+        let best = maps.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let map = best.expect("there are strain maps").1;
 
         let march = || {
             let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, kept)?;
@@ -126,32 +138,37 @@ impl Stages<'_> {
         references.iter().map(run).collect()
     }
 
-    /// The strain map whose errors on held-out pushes have the smallest geometric mean: a push that no map
-    /// follows does not choose alone. `told` are the maps that were told of before.
-    fn choose(
+    /// Strain maps with the geometric mean of their errors on held-out pushes: a push that no map follows does
+    /// not choose alone.
+    fn measured(
         &self,
         problem: &Problem,
         maps: Vec<Learnt>,
         references: &[Reference],
-        told: &mut Vec<(String, f64)>,
-    ) -> Result<Learnt, BuildError> {
-        let mut best: Option<(f64, Learnt)> = None;
-        for map in maps {
+    ) -> Result<Vec<(f64, Learnt)>, BuildError> {
+        let measure = |map: Learnt| {
             let runs = self.runs(problem, &map, references)?;
+            let each: Vec<_> = runs.iter().map(|run| format!("{:.1e}", run.error)).collect();
+            let note = format!("{}: errors of held-out pushes {}", map.name, each.join(", "));
+            self.kept.listener.note(&note);
             let logarithms: f64 = runs.iter().map(|run| run.error.ln()).sum();
-            let error = (logarithms / runs.len() as f64).exp();
-            if told.iter().all(|(name, _)| *name != map.name) {
-                let listener = self.kept.listener;
-                let each: Vec<_> = runs.iter().map(|run| format!("{:.1e}", run.error)).collect();
-                listener.note(&format!("{}: errors of held-out pushes {}", map.name, each.join(", ")));
-                told.push((map.name.clone(), error));
-            }
-            if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                best = Some((error, map));
-            }
-        }
-        Ok(best.expect("there are strain maps").1)
+            Ok(((logarithms / runs.len() as f64).exp(), map))
+        };
+        maps.into_iter().map(measure).collect()
     }
+}
+
+/// For each number of modes the better of the relaxed maps, where it is not far behind the best of all.
+fn worth_fitting(priors: &[(f64, Learnt)]) -> Vec<&Learnt> {
+    let mut sorted: Vec<_> = priors.iter().collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut kept: Vec<&Learnt> = vec![];
+    for (error, map) in &sorted {
+        if *error <= BEHIND * sorted[0].0 && kept.iter().all(|other| other.modes != map.modes) {
+            kept.push(map);
+        }
+    }
+    kept
 }
 
 /// The basis as files have it. Its signs are those of the strain map.
