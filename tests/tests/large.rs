@@ -42,7 +42,10 @@ fn a_beam_that_bends_far_is_followed_where_a_linear_one_is_lost() {
     let problem = beam();
     let built = build(&problem, &BuildOptions::default(), &Silent).expect("a build").either();
     let large = built.report.large.as_ref().expect("measured pushes");
-    assert_eq!((large.runs.len(), large.candidates.len(), large.rows), (2, 15, 48));
+    assert_eq!((large.runs.len(), large.rows), (2, 48));
+    // Two relaxed maps for each of three numbers of modes, and three regressions on at least one of them.
+    assert!([9, 12, 15].contains(&large.candidates.len()), "{:?}", large.candidates);
+    assert!(large.strain_map.contains("fitted"), "{:?}", large.candidates);
     assert!(large.runs[0].pulse && !large.runs[1].pulse);
     for run in &large.runs {
         assert!(run.floor <= run.error && run.floor < 0.02, "{run:?}");

@@ -138,8 +138,8 @@ impl Stages<'_> {
         references.iter().map(run).collect()
     }
 
-    /// Strain maps with the geometric mean of their errors on held-out pushes: a push that no map follows does
-    /// not choose alone.
+    /// Strain maps with the geometric mean of their errors on held-out pushes: a push that no map follows
+    /// does not choose alone.
     fn measured(
         &self,
         problem: &Problem,
