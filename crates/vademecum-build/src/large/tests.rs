@@ -103,7 +103,7 @@ fn relaxing_what_the_basis_cannot_show_leaves_its_own_rows_and_lowers_the_energy
 }
 
 #[test]
-fn many_states_teach_the_energy_of_states_that_nobody_saw() {
+fn regressions_teach_the_energy_of_states_that_nobody_saw() {
     let prepared = beam();
     let pencil = prepared.body.model.pencil();
     let strain = GreenStrain::new(&prepared.body.model).expect("a strain");
