@@ -16,7 +16,7 @@ use vademecum_build::dynamics::large::{
 use vademecum_build::dynamics::{History, TimedLoad, Work};
 use vademecum_build::fem::{GreenStrain, Symbolic, SymmetricMatrix};
 use vademecum_build::pipeline::BuildError;
-use vademecum_build::prepared::{Body, Prepared, Setting};
+use vademecum_build::prepared::{Prepared, Setting};
 use vademecum_build::progress::Listener;
 
 use crate::error::StudyError;
@@ -319,12 +319,4 @@ impl Apart {
     pub fn share(&self) -> f64 {
         (self.0[0] / self.0[1]).sqrt()
     }
-}
-
-/// How far the loadable surface moves \[m\].
-pub(crate) fn largest_displacement(body: &Body, displacement: &[f64]) -> f64 {
-    let dofs = body.model.dofs();
-    let moved = |dof: u32| dofs.free(dof as usize).map_or(0.0, |free| displacement[free as usize]);
-    let square = |&node: &u32| (0..3).map(|c| moved(3 * node + c).powi(2)).sum::<f64>();
-    body.load_nodes.iter().map(square).fold(0.0, f64::max).sqrt()
 }

@@ -136,7 +136,7 @@ impl<'a> Learner<'a> {
         Ok(Learner { body, symbolic, strain, factor, modes, options, kept })
     }
 
-    /// Strain maps that have seen no state: with a part of the coordinates natural modes and the others
+    /// Strain maps before any regression: with a part of the coordinates natural modes and the others
     /// shapes that follow them, each with the two priors.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Pushes at full order, and what a basis sees of them.
 
+use std::fmt::Debug;
 use std::time::Instant;
 
 use faer::Mat;
@@ -22,9 +23,10 @@ use crate::store::{Inputs, Kept};
 pub const PARTS: usize = 4;
 /// Where Newton's method ends in the reference: far below what any reduced motion misses it by.
 const TOLERANCE: f64 = 1e-5;
-/// How often a push is halved that the law of the body does not bear, before another one is drawn.
-const HALVINGS: usize = 2;
-/// How often pushes are drawn anew; those of the last draw are halved as often as need be.
+/// How often a push is made weaker that the law of the body does not bear, or that moves the surface too far,
+/// before another one is drawn.
+const WEAKER: usize = 2;
+/// How often pushes are drawn anew; those of the last draw are made weaker as often as need be.
 const DRAWS: u64 = 8;
 /// As often as need be.
 const ANY: usize = 12;
@@ -208,8 +210,8 @@ impl FullOrder<'_> {
         for draw in 0..DRAWS {
             let missing: Vec<usize> = (0..count).filter(|&k| found[k].is_none()).collect();
             let pulses: Vec<bool> = missing.iter().map(|k| k.is_multiple_of(2)).collect();
-            let halvings = if draw + 1 == DRAWS { ANY } else { HALVINGS };
-            let marched = |push: &Push| self.march(push, drawn, (steps, halvings), kept);
+            let weaker = if draw + 1 == DRAWS { ANY } else { WEAKER };
+            let marched = |push: &Push| self.march(push, drawn, (steps, weaker), kept);
             let marched: Result<Vec<_>, LargeError> =
                 drawn.draw(&pulses, seed + draw).par_iter().map(marched).collect();
             missing.into_iter().zip(marched?).for_each(|(k, reference)| found[k] = reference);
@@ -217,21 +219,21 @@ impl FullOrder<'_> {
         Ok(found.into_iter().flatten().collect())
     }
 
-    /// The motion under a push, halved so often at most until the law bears it, and weaker by what it moves
-    /// the surface further than was asked for.
+    /// The motion under a push, made weaker so often at most until the law bears it and the surface moves no
+    /// further than was asked for.
     fn march(
         &self,
         push: &Push,
         drawn: &Pushes<'_>,
-        (steps, halvings): (usize, usize),
+        (steps, weaker): (usize, usize),
         kept: &Kept<'_>,
     ) -> Result<Option<Reference>, LargeError> {
         /// Of the displacement that was asked for.
         const WITHIN: f64 = 0.95;
         let asked = drawn.displacement;
-        self.kept(&push.name, push, (steps, halvings, asked), kept, || {
+        self.kept(&push.name, push, (steps, weaker, asked), kept, || {
             let mut push = push.clone();
-            for _ in 0..=halvings {
+            for _ in 0..=weaker {
                 match self.follow(&push, steps, kept.listener) {
                     Ok(found) if found.least_stretch >= SOFTENING => {
                         let moved = found.largest_displacement(drawn.body);
@@ -253,12 +255,12 @@ impl FullOrder<'_> {
         &self,
         name: &str,
         push: &Push,
-        counts: (usize, usize, f64),
+        limits: impl Debug,
         kept: &Kept<'_>,
         march: impl FnOnce() -> Result<T, LargeError>,
     ) -> Result<T, LargeError> {
         let inputs = |inputs: Inputs| {
-            let own = (counts, self.time_step, self.parts, self.damping, push.length, push.pulse);
+            let own = (limits, self.time_step, self.parts, self.damping, push.length, push.pulse);
             inputs.value(&own).numbers(&push.force)
         };
         kept.stage(name, inputs, march)
@@ -310,16 +312,7 @@ impl FullOrder<'_> {
 impl Reference {
     /// How far the surface moves at most \[m\].
     pub(crate) fn largest_displacement(&self, body: &Body) -> f64 {
-        let mut full = vec![0.0; body.model.dofs().n_dof()];
-        let mut most = 0.0_f64;
-        for u in &self.displacements {
-            body.model.dofs().expand_into(u, &mut full);
-            for &node in &body.load_nodes {
-                let square: f64 = full[3 * node as usize..][..3].iter().map(|x| x * x).sum();
-                most = most.max(square);
-            }
-        }
-        most.sqrt()
+        self.displacements.iter().map(|u| body.largest_displacement(u)).fold(0.0, f64::max)
     }
 
     /// The same with steps half as long, and what it is off by: both are of second order in the step.
@@ -330,7 +323,7 @@ impl Reference {
         let finer = FullOrder { parts: 2 * full.parts, ..*full };
         let (push, steps) = (&self.push, self.displacements.len());
         let march = || finer.follow(push, steps, kept.listener);
-        let fine = finer.kept(&format!("{}-refined", push.name), push, (steps, 0, 0.0), kept, march)?;
+        let fine = finer.kept(&format!("{}-refined", push.name), push, steps, kept, march)?;
         let mass = full.strain.model().pencil().mass();
         let (mut off, mut whole) = (0.0, 0.0);
         for (a, b) in self.displacements.iter().zip(&fine.displacements) {

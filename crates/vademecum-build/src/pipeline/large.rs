@@ -31,7 +31,7 @@ const SUBSTEPS: usize = 4;
 const PUSH_MODES: usize = 8;
 /// Pushes that choose.
 const CHOOSING: usize = 6;
-/// A relaxed map that is so many times as far off as the best one is not fitted.
+/// A map that is so many times as far off as the best one is not fitted.
 const BEHIND: f64 = 2.0;
 /// Pushes of the certificate where the problem does not say.
 const CERTIFYING: usize = 2;
@@ -69,7 +69,7 @@ impl Stages<'_> {
         plan.memory_bytes = plan.memory_bytes.max(memory);
         plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
-        listener.note(&format!("ahead: {}; and shapes of least energy before them", in_words(&plan)));
+        listener.note(&format!("ahead: {}; and shapes of least energy beside them", in_words(&plan)));
         let learner = Learner::new(body, symbolic, &options, kept)?;
         let priors = watch.stage(SHAPES, || learner.priors())?;
         let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
@@ -158,7 +158,8 @@ impl Stages<'_> {
     }
 }
 
-/// For each number of modes the better of the relaxed maps, where it is not far behind the best of all.
+/// For each number of modes the better of the maps before any regression, where it is not far behind the best
+/// of all.
 fn worth_fitting(priors: &[(f64, Learnt)]) -> Vec<&Learnt> {
     let mut sorted: Vec<_> = priors.iter().collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

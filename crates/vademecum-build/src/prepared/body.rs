@@ -207,6 +207,14 @@ impl Body {
         self.model.pencil().n_dof()
     }
 
+    /// How far the loadable surface moves at most at a displacement over the free dofs \[m\].
+    pub fn largest_displacement(&self, displacement: &[f64]) -> f64 {
+        let dofs = self.model.dofs();
+        let moved = |dof: u32| dofs.free(dof as usize).map_or(0.0, |free| displacement[free as usize]);
+        let square = |&node: &u32| (0..3).map(|c| moved(3 * node + c).powi(2)).sum::<f64>();
+        self.load_nodes.iter().map(square).fold(0.0, f64::max).sqrt()
+    }
+
     /// Mass, centre, moments of inertia and first centrifugal pattern of a body without supports, then force
     /// and moment about the centre of each pattern, as section 59 of a file has them; nothing of a body that
     /// is held.

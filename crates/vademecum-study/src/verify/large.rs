@@ -17,7 +17,7 @@ use super::model::{free_basis, full_order_loads};
 use crate::compare::{coordinate_matrix, orthonormal};
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
-use crate::large_motion::{Apart, Extent, LargeMotion, Reference, largest_displacement};
+use crate::large_motion::{Apart, Extent, LargeMotion, Reference};
 use crate::parameters::{ParameterValue, values};
 use crate::player::{PlayOptions, long_run, play_metered};
 use crate::scenario::Scenario;
@@ -209,7 +209,7 @@ impl Beside<'_> {
             let both = Mat::from_fn(fine.len(), 2, |i, _| fine[i]);
             meter.add(both.as_ref(), pairs.subcols(2 * step, 2));
             apart.add(mass, [fine, coarse]);
-            displacement = displacement.max(largest_displacement(body, fine));
+            displacement = displacement.max(body.largest_displacement(fine));
             energy.push(joules);
             probes.extend(rows.iter().map(|row| along(row, fine)));
             let under = &under[step * entries.len()..];

@@ -19,7 +19,7 @@ use crate::bench::study::Timed;
 use crate::bench::trajectory::{Projection, Reference};
 use crate::compare::orthonormal;
 use crate::error::{FileError, StudyError};
-use crate::large_motion::{Apart, Extent, LargeMotion, largest_displacement};
+use crate::large_motion::{Apart, Extent, LargeMotion};
 use crate::player::PlayOptions;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 use crate::verify::{Asked, free_basis, full_order_loads};
@@ -168,7 +168,7 @@ impl Comparison<'_> {
             reference.march(steps, listener, |step, [fine, coarse], _| {
                 moved.col_as_slice_mut(step).copy_from_slice(fine);
                 apart.add(mass, [fine, coarse]);
-                displacement = displacement.max(largest_displacement(body, fine));
+                displacement = displacement.max(body.largest_displacement(fine));
                 least_stretch = least_stretch.min(strain.least_stretch(fine));
             })?;
             let moved = Reference::new(mass, moved);
