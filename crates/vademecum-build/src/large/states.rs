@@ -18,6 +18,8 @@ use crate::progress::Listener;
 
 /// How often coordinates are halved.
 const HALVINGS: i32 = 5;
+/// Where Newton's method ends: its last correction, which is still made, squares this.
+const TOLERANCE: f64 = 1e-5;
 
 /// States of the full order beside their coordinates.
 #[derive(Clone, Debug)]
@@ -76,12 +78,13 @@ pub fn relaxed(
     listener: &dyn Listener,
 ) -> Result<Vec<Vec<f64>>, LargeError> {
     let done = AtomicUsize::new(0);
+    let newton = Newton { tolerance: TOLERANCE, ..Newton::default() };
     let of = |s: usize| {
         let mut found = None;
         for halvings in 0..HALVINGS {
             let scale = 0.5_f64.powi(halvings);
             let q: Vec<f64> = drawn.col(s).iter().map(|q| scale * q).collect();
-            match Relaxation::new(strain, symbolic, modes, Newton::default())?.relax(&q) {
+            match Relaxation::new(strain, symbolic, modes, newton)?.relax(&q) {
                 Ok(shape) if strain.least_stretch(&shape.displacement) >= SOFTENING => {
                     found = Some(shape.displacement);
                     break;
