@@ -84,16 +84,20 @@ fn record(body: &BendingBody, coordinates: usize, pushes: usize, work: Option<&P
     let large = built.report.large.as_ref().expect("measured pushes");
     println!("Strain map: {}, {} rows, {} sub-steps.\n", large.strain_map, large.rows, large.substeps);
     println!(
-        "| push | surface moves | least stretch | error | floor | reference | linear model |\n|---|---|---|---|---|---|---|"
+        "| push | surface moves | least stretch | error | floor | strain map | sub-steps | reference | linear model \
+         |\n{}|",
+        "|---".repeat(9)
     );
     for run in &large.runs {
         println!(
-            "| {} | {:.3} m | {:.2} | {:.1} % | {:.2} % | {:.2} % | {:.0} % |",
+            "| {} | {:.3} m | {:.2} | {:.1} % | {:.2} % | {:.1} % | {:.1} % | {:.2} % | {:.0} % |",
             if run.pulse { "pulse" } else { "held, then let go" },
             run.displacement,
             run.least_stretch,
             100.0 * run.error,
             100.0 * run.floor,
+            100.0 * run.closure_error,
+            100.0 * run.time_error,
             100.0 * run.reference_error,
             100.0 * run.linear_error
         );

@@ -52,6 +52,11 @@ fn a_beam_that_bends_far_is_followed_where_a_linear_one_is_lost() {
         assert!(run.error < 0.33 * run.linear_error, "{run:?}");
         assert!(run.linear_error > 0.05 && run.displacement > 0.1, "{run:?}");
         assert!(run.energy_identity < 1e-10, "{run:?}");
+        // The parts make up the error beside the floor: at most their sum, at least their difference.
+        let [beside, closure, time] =
+            [(run.error.powi(2) - run.floor.powi(2)).sqrt(), run.closure_error, run.time_error];
+        assert!(closure > 0.0 && time > 0.0, "{run:?}");
+        assert!(beside <= 1.0001 * (closure + time) && beside >= 0.9999 * (closure - time).abs(), "{run:?}");
     }
     let certificate = built.report.certificate.diagonal.as_ref().expect("figures");
     let worst = large.runs.iter().map(|run| run.error).fold(0.0, f64::max);

@@ -91,15 +91,20 @@ pub fn print_report(report: &BuildReport) {
 /// What was measured of large displacements.
 fn print_large(large: &LargeReport) {
     println!("\nlarge displacements: {}", large.strain_map);
-    println!("push   moves [m]  least stretch  error     floor     reference  linear model  energy identity");
+    println!(
+        "push   moves [m]  least stretch  error     floor     strain map  sub-steps  reference  linear model  energy \
+         identity"
+    );
     for run in &large.runs {
         println!(
-            "{:<5}  {:>9.3e}  {:>13.2}  {:.2e}  {:.2e}  {:>9.2e}  {:>12.2e}  {:>15.1e}",
+            "{:<5}  {:>9.3e}  {:>13.2}  {:.2e}  {:.2e}  {:>10.2e}  {:>9.2e}  {:>9.2e}  {:>12.2e}  {:>15.1e}",
             if run.pulse { "pulse" } else { "held" },
             run.displacement,
             run.least_stretch,
             run.error,
             run.floor,
+            run.closure_error,
+            run.time_error,
             run.reference_error,
             run.linear_error,
             run.energy_identity

@@ -28,6 +28,11 @@ pub struct LargeRun {
     pub error: f64,
     /// What no motion in its basis can be below.
     pub floor: f64,
+    /// The part of the error that is the strain map: from what the basis holds of the motion to the file with
+    /// 256 sub-steps in a step.
+    pub closure_error: f64,
+    /// The part that is the length of the sub-steps: from there to the file as it is.
+    pub time_error: f64,
     /// The same error of the linear model with the same coordinates.
     pub linear_error: f64,
     /// Largest violation of the energy's identity in any step, over the largest energy.
@@ -59,6 +64,9 @@ impl LargeReport {
         StructureMeasured::of_runs(self.runs.iter().map(run).collect(), steps)
     }
 }
+
+/// Sub-steps in a step whose own error in time is far below any other.
+pub const CONVERGED: usize = 256;
 
 /// Steps a push through a file: coordinates after each step, one a column, and the largest violation of the
 /// energy's identity over the largest energy.
@@ -107,7 +115,22 @@ fn follow_push(
     Ok((found, worst / largest))
 }
 
-/// One push measured: through the file as it is, and through the linear structure of the same file.
+/// Error of a file under one push.
+///
+/// # Errors
+/// [`CertificateError`].
+pub(crate) fn push_error(
+    bytes: &[u8],
+    order: &NodeOrder,
+    (reference, seen): (&Reference, &Seen),
+) -> Result<f64, CertificateError> {
+    let steps = reference.displacements.len();
+    let (found, _) = follow_push(bytes, &SceneOptions::default(), order, &reference.push, steps)?;
+    Ok(seen.error(&found).error)
+}
+
+/// One push measured: through the file as it is, with sub-steps so short that only the strain map is left,
+/// and through the linear structure of the same file.
 ///
 /// # Errors
 /// [`CertificateError`].
@@ -123,6 +146,8 @@ pub(crate) fn certify_push(
     let linear =
         SceneOptions { structure: vademecum_eval::StructureChoice::Exact, ..SceneOptions::default() };
     let (straight, _) = follow_push(bytes, &linear, order, push, steps)?;
+    let short = SceneOptions { substeps: Some(CONVERGED), ..SceneOptions::default() };
+    let (converged, _) = follow_push(bytes, &short, order, push, steps)?;
     let TrajectoryError { error, floor } = seen.error(&found);
     Ok(LargeRun {
         pulse: push.pulse,
@@ -131,6 +156,8 @@ pub(crate) fn certify_push(
         reference_error: *own_error,
         error,
         floor,
+        closure_error: seen.apart(&converged, &seen.coordinates),
+        time_error: seen.apart(&found, &converged),
         linear_error: seen.error(&straight).error,
         energy_identity,
     })

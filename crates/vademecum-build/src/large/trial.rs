@@ -370,6 +370,11 @@ impl Seen {
         let root = |x: f64| (x / self.whole).sqrt();
         TrajectoryError { error: root(off + self.beside), floor: root(self.beside) }
     }
+
+    /// How far two motions in the basis are apart, as a part of the size of the reference.
+    pub fn apart(&self, one: &Mat<f64>, other: &Mat<f64>) -> f64 {
+        (one - other).norm_l2() / self.whole.sqrt()
+    }
 }
 
 impl Learnt {

@@ -8,14 +8,14 @@ use super::plan::{in_words, large_memory};
 use super::vademecum::Certified;
 use super::{BuildError, Built, Stages};
 use crate::basis::Basis;
-use crate::certificate::{LargeReport, LargeRun, StructureMeasured, certify_push};
+use crate::certificate::{CertificateError, LargeReport, StructureMeasured, certify_push, push_error};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{lowest_modes, symmetric_eigen};
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
 use crate::large::{
-    FullOrder, LargeOptions, LearnError, Learner, Learnt, PARTS, Pushes, Reference, asked_displacement,
+    FullOrder, LargeOptions, LearnError, Learner, Learnt, PARTS, Pushes, Reference, Seen, asked_displacement,
 };
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
@@ -99,7 +99,8 @@ impl Stages<'_> {
         let references = references?;
         let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
         let full_order_seconds_per_step = seconds / references.len() as f64;
-        let runs = watch.stage("certificate", || self.runs(problem, &map, &references))?;
+        let certify = |bytes: &[u8], push: (&Reference, &Seen)| certify_push(bytes, self.order, body, push);
+        let runs = watch.stage("certificate", || self.runs(problem, &map, &references, certify))?;
         let (strain_map, rows) = (map.name.clone(), map.map.quadratic.nrows());
         let report = LargeReport {
             strain_map,
@@ -119,23 +120,21 @@ impl Stages<'_> {
         Ok(Built { bytes, report: told })
     }
 
-    /// Pushes through the bytes of a strain map.
-    fn runs(
+    /// What is measured of each push through the bytes of a strain map.
+    fn runs<T: Send>(
         &self,
         problem: &Problem,
         map: &Learnt,
         references: &[Reference],
-    ) -> Result<Vec<LargeRun>, BuildError> {
+        measure: impl Fn(&[u8], (&Reference, &Seen)) -> Result<T, CertificateError> + Sync,
+    ) -> Result<Vec<T>, BuildError> {
         let rows = sections(map, problem);
         let sized = Stages { strain: &rows, ..*self };
         let none = Certified::large(StructureMeasured::default());
         let bytes = sized.file(problem, &basis_of(map), &none)?;
         let body = &self.prepared.body;
-        let run = |reference: &Reference| {
-            let seen = map.see(body, reference);
-            Ok(certify_push(&bytes, self.order, body, (reference, &seen))?)
-        };
-        references.iter().map(run).collect()
+        let run = |reference: &Reference| Ok(measure(&bytes, (reference, &map.see(body, reference)))?);
+        references.par_iter().map(run).collect()
     }
 
     /// Strain maps with the geometric mean of their errors on held-out pushes: a push that no map follows
@@ -146,13 +145,15 @@ impl Stages<'_> {
         maps: Vec<Learnt>,
         references: &[Reference],
     ) -> Result<Vec<(f64, Learnt)>, BuildError> {
+        let order = self.order;
         let measure = |map: Learnt| {
-            let runs = self.runs(problem, &map, references)?;
-            let each: Vec<_> = runs.iter().map(|run| format!("{:.1e}", run.error)).collect();
+            let errors =
+                self.runs(problem, &map, references, |bytes, push| push_error(bytes, order, push))?;
+            let each: Vec<_> = errors.iter().map(|error| format!("{error:.1e}")).collect();
             let note = format!("{}: errors of held-out pushes {}", map.name, each.join(", "));
             self.kept.listener.note(&note);
-            let logarithms: f64 = runs.iter().map(|run| run.error.ln()).sum();
-            Ok(((logarithms / runs.len() as f64).exp(), map))
+            let logarithms: f64 = errors.iter().map(|error| error.ln()).sum();
+            Ok(((logarithms / errors.len() as f64).exp(), map))
         };
         maps.into_iter().map(measure).collect()
     }

@@ -2,6 +2,7 @@
 
 use faer::MatRef;
 use vademecum_build::Matrix;
+use vademecum_build::certificate::CONVERGED;
 use vademecum_build::dynamics::large::LargeMarch;
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
@@ -16,9 +17,6 @@ use crate::error::StudyError;
 use crate::large_motion::LargeMotion;
 use crate::player::{Track, stop_if_asked, with_scene};
 use crate::statistics::percentiles;
-
-/// Sub-steps of a file with which its motion has no error in time that would be seen.
-const CONVERGED: usize = 256;
 
 /// Bursts of a file in one round.
 const BURSTS: usize = 100;
