@@ -5,11 +5,11 @@
 //! cargo run --release -p vademecum-tests --example best_basis [-- --body NAME --modes N --pushes N]
 //! ```
 //!
-//! The pushes are those of `total_error`, with ramps and 2 % damping. A body has many natural modes here, each
-//! moved exactly. The static answer of every load is taken to be exact, whatever the basis. So a basis has to
-//! hold the rest, each mode's swing around its static answer; what is not in its span is missing. The best
-//! basis is that of the proper orthogonal decomposition of all these swings, each divided by the size of its
-//! push: in the root of the mean square over pushes no basis is below it.
+//! The pushes are those of `total_error`, with ramps and 2 % damping. A body has many natural modes here,
+//! each moved exactly. The static answer of every load is taken to be exact, whatever the basis. So a basis
+//! has to hold the rest, each mode's swing around its static answer; what is not in its span is missing. The
+//! best basis is that of the proper orthogonal decomposition of all these swings, each divided by the size of
+//! its push: in the root of the mean square over pushes no basis is below it.
 
 use faer::{Mat, MatRef, Side};
 use vademecum_build::dynamics::lowest_modes;
