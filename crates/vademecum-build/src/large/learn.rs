@@ -153,7 +153,7 @@ impl<'a> Learner<'a> {
             let shapes = options.coordinates - n_modes;
             let basis = sorted(with_followers(body.model.pencil(), own, &states, shapes)?);
             let states = self.seen(&basis.0, &states);
-            for prior in [Prior::Condensed, Prior::Galerkin] {
+            for prior in [Prior::Relaxed, Prior::Galerkin] {
                 let columns = self.columns(&basis, prior);
                 found.push(self.learnt(String::new(), (n_modes, prior), &basis, &columns, &states)?);
             }
@@ -215,7 +215,7 @@ impl<'a> Learner<'a> {
         states: &States,
     ) -> Result<Learnt, LearnError> {
         let prior_name = match prior {
-            Prior::Condensed => "condensed",
+            Prior::Relaxed => "relaxed",
             Prior::Galerkin => "Galerkin",
         };
         let shapes = eigenvalues.len() - modes;

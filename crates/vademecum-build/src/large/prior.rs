@@ -15,13 +15,13 @@ pub enum Prior {
     Galerkin,
     /// Everything outside the basis moves as the least energy wants (static modal derivatives): for compact
     /// bodies, and natural modes.
-    Condensed,
+    Relaxed,
 }
 
 /// The columns of a strain map: `B V` and, for each product, `E₂(v_a, v_b)`, which of a product of two
 /// different coordinates counts twice.
 ///
-/// With [`Prior::Condensed`] a displacement `w` is added for each product that has no mass in common with the
+/// With [`Prior::Relaxed`] a displacement `w` is added for each product that has no mass in common with the
 /// basis and the least energy: with `f = Bᵀ E₂(v_a, v_b)` and `y = K⁻¹ f`, `w = −(y − V Vᵀ M y)`, which holds
 /// for natural modes. One solve for each product.
 pub fn columns(
@@ -44,7 +44,7 @@ pub fn columns(
             out.iter_mut().for_each(|x| *x *= 2.0);
         }
     });
-    if prior == Prior::Condensed {
+    if prior == Prior::Relaxed {
         let mut moved = Mat::zeros(strain.n_dof(), list.len());
         each_column(moved.as_mut(), |j, out| {
             strain.linear_transpose(quadratic.col_as_slice(j), out);

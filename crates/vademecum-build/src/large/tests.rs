@@ -82,7 +82,7 @@ fn relaxing_what_the_basis_cannot_show_leaves_its_own_rows_and_lowers_the_energy
     let factor = prepared.symbolic.factor_of(pencil.stiffness()).expect("a factor");
     let pairs = Pairs { interacting: 4, coupled: 2 };
     let q = Mat::from_fn(6, 9, |i, s| 1e-3 * ((1 + i * 5 + s * 3) % 7) as f64);
-    let [plain, relaxed] = [Prior::Galerkin, Prior::Condensed].map(|prior| {
+    let [plain, relaxed] = [Prior::Galerkin, Prior::Relaxed].map(|prior| {
         let basis = (modes.vectors.as_ref(), modes.eigenvalues.as_slice());
         let found = columns(&strain, basis, pairs, prior, (&prepared.symbolic, &factor));
         found.rows(q.as_ref(), pairs.count()).expect("rows")
@@ -153,7 +153,7 @@ fn a_regression_meets_the_states_better_than_what_it_began_with() {
     let states = States::new(&strain, momenta.as_ref(), &shapes);
     let pairs = Pairs { interacting: 12, coupled: 0 };
     let basis = (map.vectors.as_ref(), map.eigenvalues.as_slice());
-    let mut found = columns(&strain, basis, pairs, Prior::Condensed, (&prepared.symbolic, &factor));
+    let mut found = columns(&strain, basis, pairs, Prior::Relaxed, (&prepared.symbolic, &factor));
     let off = |found: &super::Columns| -> f64 {
         let map = found.rows(states.coordinates.as_ref(), pairs.count()).expect("rows");
         let each = states.energies.iter().enumerate();
