@@ -42,7 +42,11 @@ fn main() {
     }
     assert!(modes < ALL, "`--modes` is at most {}", ALL - 1);
     println!("A cell has the root of the mean square of all pushes, then median / 95 % / largest.\n");
-    for body in real_bodies().iter().filter(|body| names.is_empty() || names.iter().any(|n| n == body.name)) {
+    let bodies = real_bodies();
+    for name in &names {
+        assert!(bodies.iter().any(|body| body.name == name), "no body `{name}`, or its mesh is absent");
+    }
+    for body in bodies.iter().filter(|body| names.is_empty() || names.iter().any(|name| name == body.name)) {
         record(body, modes, pushes);
     }
 }
