@@ -413,6 +413,7 @@ enums:
     63: strain_quadratic
     64: strain_box
     65: strain_limits
+    66: strain_modes
     40: static_bound
     41: bound_map
   element:

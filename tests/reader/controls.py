@@ -21,6 +21,7 @@ MAPS = {
     "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
     "stress.vdm": ["StressBasis", "StressResidual", "PatternStress", "ElasticConstants"],
     "bent.vdm": ["StrainLinear", "StrainTail", "StrainQuadratic", "PatternBasis"],
+    "swinging.vdm": ["StrainModes"],
     "canonical.vdm": ["CanonicalTerms", "CanonicalFactors", "ReducedStiffness"],
 }
 

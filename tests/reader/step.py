@@ -431,6 +431,12 @@ class Strain(Scene):
         self.linear, self.quadratic = scale * linear, scale * quadratic
         squares = (0.5 * self.k * scale * sigma) ** 2
         self.weight = 1 + 2 * v.beta / self.k + self.viscosity * squares
+        self.inertia = np.ones(r)
+        if "StrainModes" in file.entries:
+            half = 0.5 * self.k * scale * file.section("StrainModes").ravel()
+            fitted = (0 < half) & (half <= math.pi / 4)
+            self.inertia[fitted] = (half[fitted] / np.tan(half[fitted])) ** 2
+        self.root = np.sqrt(self.inertia)
 
     def reduced_matrices(self):
         pass
@@ -452,23 +458,23 @@ class Strain(Scene):
         late, early = mean + p / 2, mean - p / 2
         z, g = self.strain(late, early), self.linear + 2 * self.quadratic @ late
         push = self.k**2 / 2 * (force / self.v.density - g.T @ z)
-        matrix = (1 + self.k * self.v.alpha / 2) * np.eye(self.r)
+        matrix = (1 + self.k * self.v.alpha / 2) * np.diag(self.inertia)
         matrix = matrix + self.k**2 / 4 * g.T @ (self.weight[:, None] * g)
-        d = np.linalg.solve(matrix, p + push)
+        d = np.linalg.solve(matrix, self.inertia * p + push)
         return mean + d, 2 * d - p
 
     def step(self, y, loads):
         """One step. `loads` holds pairs of a reduced load and its amplitudes at start and end."""
-        mean, p = y[0], y[1] / self.substeps
+        mean, p = y[0], y[1] / (self.substeps * self.root)
         for part in range(self.substeps):
             share = (part + 0.5) / self.substeps
             force = sum(((a[0] + share * (a[1] - a[0])) * load for load, a in loads), np.zeros(self.r))
             mean, p = self.sub_step(mean, p, force)
-        return np.array([mean, p * self.substeps])
+        return np.array([mean, p * self.substeps * self.root])
 
     def energy(self, y, pushes=()):
-        p = y[1] / self.substeps
-        z, velocity = self.strain(y[0] + p / 2, y[0] - p / 2), p / self.k
+        p = y[1] / (self.substeps * self.root)
+        z, velocity = self.strain(y[0] + p / 2, y[0] - p / 2), y[1] / self.v.dt
         return 0.5 * self.v.density * (velocity @ velocity + z @ z)
 
 

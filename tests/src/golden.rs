@@ -1,4 +1,4 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 and 1.6 made from numbers alone, the
+//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5, 1.6 and 1.7 made from numbers alone, the
 //! same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on the way:
 //! libraries round those differently; `+ − × ÷ √` they do not.
 
@@ -134,7 +134,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
         ("reactions.vdm", reactions(&exact)),
         ("base.vdm", base(&exact)),
-        ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64))),
+        ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[])),
+        ("swinging.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[30.0, 0.0, 1500.0])),
         ("stress.vdm", stress(&exact)),
         ("exact-f64.vdm", exact),
         ("free.vdm", free(&self::exact(&body(LAYOUT, 5).file(&bathe(), &STEP, Element::F64)))),
@@ -142,8 +143,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 /// The file with a strain map in place of its structures: one coordinate that interacts, one that couples
-/// with it, a tail of one, and two rows beside those of the coordinates.
-fn bent(bytes: &[u8]) -> Vec<u8> {
+/// with it, a tail of one, and two rows beside those of the coordinates; natural modes where `modes` says.
+fn bent(bytes: &[u8], modes: &[f64]) -> Vec<u8> {
     let sizes = StrainSizes { interacting: 1, coupled: 1, rows: 5, coordinates: 3, substeps: 1 };
     let quadratic = [24.0, -8.0, 40.0, 56.0, -32.0, 16.0, 12.0, 20.0, 4.0, -28.0];
     let strained = Strained {
@@ -151,6 +152,7 @@ fn bent(bytes: &[u8]) -> Vec<u8> {
         linear: vec![30.0, 0.0, 6.0, 200.0, 12.0, -20.0],
         tail: vec![1500.0],
         quadratic: quadratic.to_vec(),
+        modes: modes.to_vec(),
         training: vec![2.0, 0.5, 0.0, 0.0, 4.0, -0.25, 0.0, 0.0, 8.0],
         limits: [3.0, 5000.0],
     };

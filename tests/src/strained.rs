@@ -18,6 +18,8 @@ pub struct Strained {
     pub tail: Vec<f64>,
     /// `Q`, `(m, pairs)`.
     pub quadratic: Vec<f64>,
+    /// Natural frequencies of natural modes, 0 of other coordinates; without any the file has no such section.
+    pub modes: Vec<f64>,
     /// `W`, `(r, r)`.
     pub training: Vec<f64>,
     /// Largest distance and energy of the training.
@@ -26,7 +28,8 @@ pub struct Strained {
 
 impl Strained {
     /// Random numbers: frequencies from 30 rad/s over two decades, rows of `L` that are not orthogonal, and
-    /// `Q` so large that at coordinates of size 1 both parts of a row are about equal.
+    /// `Q` so large that at coordinates of size 1 both parts of a row are about equal. Every second coordinate
+    /// is called a natural mode.
     #[must_use]
     pub fn random([n, coupled, r, rows]: [usize; 4], seed: u64) -> Self {
         let mut random = Random::new(seed);
@@ -47,12 +50,13 @@ impl Strained {
             linear,
             tail: omega[leading..].to_vec(),
             quadratic: random.numbers(rows * pairs).iter().map(|x| size * x).collect(),
+            modes: omega.iter().enumerate().map(|(k, w)| if k % 2 == 0 { *w } else { 0.0 }).collect(),
             training: (0..r * r).map(|i| f64::from(u8::from(i / r == i % r))).collect(),
             limits: [1.0, 1e3],
         }
     }
 
-    /// The sections 60 to 65.
+    /// The sections 60 to 66.
     fn sections(&self) -> Vec<(SectionKind, Element, [u64; 3], Vec<u8>)> {
         use Element::{F64, U32};
         use SectionKind as S;
@@ -72,6 +76,9 @@ impl Strained {
         sections.push((S::StrainQuadratic, F64, shape, little(&self.quadratic)));
         sections.push((S::StrainBox, F64, [r, r, 1], little(&self.training)));
         sections.push((S::StrainLimits, F64, [2, 1, 1], little(&self.limits)));
+        if !self.modes.is_empty() {
+            sections.push((S::StrainModes, F64, [r, 1, 1], little(&self.modes)));
+        }
         sections
     }
 
@@ -165,6 +172,25 @@ impl Strained {
         out
     }
 
+    /// `m_j`, the inertia of each coordinate in a step: that with which a natural mode swings with its own
+    /// frequency, if it has four steps in a period.
+    #[must_use]
+    pub fn inertia(&self, by: &StepParameters) -> Vec<f64> {
+        let half_turn = |omega: f64| 0.5 * by.time_step * (by.stiffness / by.density).sqrt() * omega;
+        let of = |j: usize| match half_turn(self.modes.get(j).copied().unwrap_or(0.0)) {
+            x if x > 0.0 && 4.0 * x <= std::f64::consts::PI => (x / x.tan()).powi(2),
+            _ => 1.0,
+        };
+        (0..self.sizes.coordinates).map(of).collect()
+    }
+
+    /// The places half a step before and after displacement and velocity.
+    fn early_and_late(&self, (zeta, rate): (&[f64], &[f64]), by: &StepParameters) -> [Vec<f64>; 2] {
+        let way = self.inertia(by).into_iter().zip(rate).map(|(m, v)| 0.5 * by.time_step * v / m.sqrt());
+        let way: Vec<f64> = way.collect();
+        [-1.0, 1.0].map(|sign| zeta.iter().zip(&way).map(|(z, w)| z + sign * w).collect())
+    }
+
     /// `σ_k` of each row.
     #[must_use]
     pub fn damped_frequencies(&self) -> Vec<f64> {
@@ -192,14 +218,14 @@ impl Strained {
     ) -> (Vec<f64>, Vec<f64>) {
         let (r, k) = (self.sizes.coordinates, by.time_step);
         let ratio = by.stiffness / by.density;
-        let late: Vec<f64> = zeta.iter().zip(rate).map(|(z, v)| z + 0.5 * k * v).collect();
-        let early: Vec<f64> = zeta.iter().zip(rate).map(|(z, v)| z - 0.5 * k * v).collect();
+        let inertia = self.inertia(by);
+        let [early, late] = self.early_and_late((zeta, rate), by);
         let (z, g) = (self.strain(&late, &early), self.gradient(&late));
         let mut matrix = vec![0.0; r * r];
-        let mut right: Vec<f64> =
-            rate.iter().zip(force).map(|(v, f)| k * v + 0.5 * k * k * f / by.density).collect();
+        let push = |(i, v): (usize, &f64)| inertia[i].sqrt() * k * v + 0.5 * k * k * force[i] / by.density;
+        let mut right: Vec<f64> = rate.iter().enumerate().map(push).collect();
         for i in 0..r {
-            matrix[i * r + i] = 1.0 + 0.5 * k * by.alpha;
+            matrix[i * r + i] = (1.0 + 0.5 * k * by.alpha) * inertia[i];
         }
         for (row, (z, sigma)) in g.chunks_exact(r).zip(z.iter().zip(self.damped_frequencies())) {
             let square = 0.25 * k * k * ratio * sigma * sigma;
@@ -213,15 +239,13 @@ impl Strained {
         }
         let d = eliminate(&mut matrix, right);
         let moved = zeta.iter().zip(&d).map(|(z, d)| z + d).collect();
-        (moved, rate.iter().zip(&d).map(|(v, d)| 2.0 * d / k - v).collect())
+        (moved, (0..r).map(|i| 2.0 * inertia[i].sqrt() * d[i] / k - rate[i]).collect())
     }
 
     /// `½ s_ρ |v|² + ½ s_K |z|²` of displacement and velocity, with the strain of the scheme.
     #[must_use]
     pub fn energy(&self, (zeta, rate): (&[f64], &[f64]), by: &StepParameters) -> f64 {
-        let k = by.time_step;
-        let late: Vec<f64> = zeta.iter().zip(rate).map(|(z, v)| z + 0.5 * k * v).collect();
-        let early: Vec<f64> = zeta.iter().zip(rate).map(|(z, v)| z - 0.5 * k * v).collect();
+        let [early, late] = self.early_and_late((zeta, rate), by);
         let elastic: f64 = self.strain(&late, &early).iter().map(|z| z * z).sum();
         0.5 * by.density * rate.iter().map(|v| v * v).sum::<f64>() + 0.5 * by.stiffness * elastic
     }

@@ -38,6 +38,7 @@ const KNOWN: &[(&str, [u32; 2])] = &[
     ("repairs.vdm, Block", [0xe3201153, 0xb2684806]),
     ("separation.vdm, Block", [0x9b7b1bf3, 0x37b1f751]),
     ("stress.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
+    ("swinging.vdm, Strain", [0xe5802d5c, 0x37a26d8a]),
     ("joint terms, chapter", [0x4ea2a3c2, 0x23b8c7be]),
 ];
 

@@ -171,7 +171,7 @@ fn a_body_with_stiff_parts_keeps_its_energy() {
     }
 }
 
-/// Under any load, `√E⁺ − √E⁻ ≤ k |f|/√2`, and damping only takes.
+/// Under any load, `√E⁺ − √E⁻ ≤ k |f/√m|/√2`, and damping only takes.
 fn never_past_the_bound<T: Scalar>(rounding: f64) {
     for (seed, sizes) in [[8, 0, 8, 24], [16, 0, 24, 48], [20, 12, 32, 70]].into_iter().enumerate() {
         let map = Strained::random(sizes, seed as u64);
@@ -181,9 +181,11 @@ fn never_past_the_bound<T: Scalar>(rounding: f64) {
                     [(0.0, 0.0, 0.0), (1.0 / 18.0, 0.0, 0.0), (1.0 / 18.0, 2.0, 1e-4)]
                 {
                     let step = longer * STEP.time_step;
-                    let bytes = map.file(&StepParameters { time_step: step, alpha, beta, ..STEP });
+                    let by = StepParameters { time_step: step, alpha, beta, ..STEP };
+                    let bytes = map.file(&by);
                     let force = pattern(&bytes);
-                    let length = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+                    let square = force.iter().zip(map.inertia(&by)).map(|(f, m)| f * f / m);
+                    let length = square.sum::<f64>().sqrt();
                     let options = SceneOptions { viscosity, ..DEFAULT };
                     with_scene::<T, _>(&bytes, &options, |scene, state, loads| {
                         let mut random = Random::new(99);
@@ -254,9 +256,10 @@ fn the_step_is_of_order_two_in_displacement_and_velocity() {
 }
 
 #[test]
-fn without_quadratic_part_it_is_the_trapezoidal_rule() {
+fn without_quadratic_part_and_natural_modes_it_is_the_trapezoidal_rule() {
     let mut map = Strained::random([6, 3, 14, 20], 4);
     map.quadratic.fill(0.0);
+    map.modes.clear();
     let (r, k) = (14, STEP.time_step);
     let bytes = map.file(&STEP);
     let (force, g) = (pattern(&bytes), map.gradient(&[0.0; 14]));
@@ -290,6 +293,48 @@ fn without_quadratic_part_it_is_the_trapezoidal_rule() {
                 assert!(way.abs() <= 1e-13 * size, "{way:e}");
             }
             (zeta, rate, start) = (new, new_rate, end);
+        }
+    });
+}
+
+#[test]
+fn without_quadratic_part_a_natural_mode_swings_exactly() {
+    // Three leading coordinates and two of the tail, each a natural mode; the last of each is too fast.
+    let omega = [3.0, 310.0, 320.0, 200.0, 900.0];
+    let mut map = Strained::random([2, 1, 5, 9], 4);
+    map.quadratic.fill(0.0);
+    map.linear = (0..15).map(|i| if i / 3 == i % 3 { omega[i % 3] } else { 0.0 }).collect();
+    (map.tail, map.modes) = (omega[3..].to_vec(), omega.to_vec());
+    let k = STEP.time_step;
+    let resolved = omega.map(|omega| 0.5 * k * omega <= std::f64::consts::FRAC_PI_4);
+    assert_eq!(resolved, [true, true, false, true, false]);
+    let bytes = map.file(&STEP);
+    let force = pattern(&bytes);
+    with_scene::<f64, _>(&bytes, &CONSERVED, |scene, state, loads| {
+        let (mut zeta, mut rate) = placed(5, 0.3, 8);
+        scene.set(state, &zeta, &rate, loads).expect("placed");
+        for step in 0..50 {
+            let amplitude = 1000.0 * (f64::from(step % 7) - 2.0);
+            loads.clear();
+            loads.add_pattern(scene, 0, amplitude).expect("a pattern");
+            scene.step(state, loads).expect("a step");
+            for (j, omega) in omega.into_iter().enumerate() {
+                // q̈ + ω² q = f, with a force that is held.
+                let (rest, (sin, cos)) = (amplitude * force[j] / (omega * omega), (omega * k).sin_cos());
+                let away = zeta[j] - rest;
+                let exact = [rest + away * cos + rate[j] / omega * sin, rate[j] * cos - omega * away * sin];
+                let found = [state.zeta()[j], state.scaled_velocity()[j] / k];
+                let size = [0.3 + rest.abs(), omega * (0.3 + rest.abs()) + rate[j].abs()];
+                for i in 0..2 {
+                    let off = (found[i] - exact[i]).abs() / size[i];
+                    if resolved[j] {
+                        assert!(off <= 1e-13, "{omega} rad/s, step {step}: {off:e}");
+                    } else if step == 0 {
+                        assert!(off >= 1e-3, "{omega} rad/s: {off:e}");
+                    }
+                }
+                [zeta[j], rate[j]] = found;
+            }
         }
     });
 }
@@ -428,7 +473,7 @@ fn the_compliance_is_that_of_the_coming_step() {
 fn what_the_structure_cannot_do_is_refused_by_name() {
     let bytes = Strained::random([8, 4, 20, 30], 6).file(&STEP);
     let file = File::parse(&bytes).expect("a file");
-    assert_eq!(file.minor(), 6);
+    assert_eq!(file.minor(), 7);
     for structure in [StructureChoice::Diagonal, StructureChoice::Block, StructureChoice::Exact] {
         let options = SceneOptions { structure, ..DEFAULT };
         assert_eq!(Scene::<f64>::sizes(&file, &options).err(), Some(BindError::NoStructure));
@@ -493,6 +538,9 @@ fn the_check_of_a_file_finds_maps_that_no_body_has() {
     let mut changed = sound.clone();
     changed.limits[1] = 0.0;
     assert!(fault(&changed).contains("limit 1 is 0"), "{}", fault(&changed));
+    let mut changed = sound.clone();
+    changed.modes[3] = -2.0;
+    assert!(fault(&changed).contains("natural frequency 3 is -2"), "{}", fault(&changed));
     let mut changed = sound;
     changed.quadratic[3] = f64::INFINITY;
     assert!(fault(&changed).contains("StrainQuadratic"), "{}", fault(&changed));

@@ -3,7 +3,7 @@
 //!
 //! The strain `z(q) = L q + Q(q, q)` of the body is quadratic in its coordinates, and its energy `½|z|²`. A
 //! state is the displacement `ζ` and `Δt ζ̇` at one instant. It stands for two places half a sub-step `k`
-//! before and after that instant, `ζ ∓ p/2` with `p = k ζ̇`. The step is centred at the later one,
+//! before and after that instant, `ζ ∓ p/2` with `p = k ζ̇/√m`, `m` the inertia of each coordinate. The step is centred at the later one,
 //! `q = ζ + p/2`, where the loads act; there is no iteration, and an energy that is no function of a
 //! linearisation is kept exactly (`docs/theory/large-displacements-reduced.md` has the scheme and its
 //! proofs).
@@ -202,7 +202,8 @@ impl<T: Scalar> Scene<'_, T> {
         self.project(contacts, rows)?;
         let map = self.strain_map()?;
         let mut scratch = Scratch::new(self.shape.strain, work.take(self.shape.scratch_len())?)?;
-        prepare(&map, state.y.part(0), state.y.part(1), &mut scratch)?;
+        let p = state.y.part(1).iter().enumerate().map(|(i, p)| T::from_f64(map.p_of(i, p.to_f64())));
+        prepare(&map, state.y.part(0), p, &mut scratch)?;
         let of_force = self.strain.of_force(self.parameters.density);
         for (j, row) in rows.chunks_exact(r.max(1)).enumerate() {
             answer(&map, row, &mut scratch);
@@ -261,7 +262,9 @@ impl<T: Scalar> Scene<'_, T> {
         let mut scratch = Scratch::new(self.shape.strain, scratch)?;
         let substeps = step.substeps as f64;
         let scale = T::from_f64(1.0 / substeps);
-        p.iter_mut().for_each(|p| *p = *p * scale);
+        for (p, root) in p.iter_mut().zip(map.roots) {
+            *p = T::from_f64((*p * scale).to_f64() / root.to_f64());
+        }
         for j in 0..step.substeps {
             let fraction = T::from_f64((j as f64 + 0.5) / substeps);
             let force = Force { start, rise, fraction };
@@ -274,7 +277,9 @@ impl<T: Scalar> Scene<'_, T> {
             }
         }
         let scale = T::from_f64(substeps);
-        p.iter_mut().for_each(|p| *p = *p * scale);
+        for (p, &root) in p.iter_mut().zip(map.roots) {
+            *p = *p * scale * root;
+        }
         let mut magnitude = T::ZERO;
         for value in y.iter_mut() {
             let size = value.magnitude();
@@ -294,13 +299,15 @@ impl<T: Scalar> Scene<'_, T> {
         }
         let (step, density) = (&self.strain, self.parameters.density);
         let (mean, rates) = (state.y.part(0), state.y.part(1));
-        let p = |i: usize| rates.get(i).map_or(0.0, |p| p.to_f64()) / step.substeps as f64;
+        let map = self.strain_map()?;
+        let rate = |i: usize| rates.get(i).map_or(0.0, |p| p.to_f64()) / step.substeps as f64;
+        let p = |i: usize| map.p_of(i, rate(i));
         let unit = 2.0 * density / (step.step * step.step);
         let square: f64 = rates.iter().map(|x| x.to_f64() * x.to_f64()).sum();
         let per_second = 1.0 / state.y.time_step;
         Ok(StrainEnergy {
             kinetic: 0.5 * density * square * per_second * per_second,
-            elastic: unit * strain_square(&self.strain_map()?, mean, p),
+            elastic: unit * strain_square(&map, mean, p),
         })
     }
 

@@ -6,7 +6,7 @@
 //! A machine with AVX2 therefore takes the same code with longer vectors (`docs/decisions/avx2.md`).
 //!
 //! The odd thing: rows come scaled by the roots of their weights (see [`crate::strain_map`]), so that the
-//! matrix of a step is the mass and the plain Gram matrix of the rows.
+//! matrix of a step is the inertia and the plain Gram matrix of the rows.
 
 use crate::kernel::{columns_times, total};
 use crate::lend::{Lender, Short};
@@ -60,9 +60,16 @@ impl StrainShape {
         sum
     }
 
-    /// Length of the map: linear part, quadratic part, numbers of rows and of tail coordinates.
+    /// Numbers of a row for all coordinates: as many as there are, or as a padded row has.
+    pub const fn coordinates(&self) -> usize {
+        let (all, padded) = (self.leading + self.tail, self.padded());
+        if all > padded { all } else { padded }
+    }
+
+    /// Length of the map: linear part, quadratic part, numbers of rows, of tail coordinates, and of all
+    /// coordinates.
     pub const fn map_len(&self) -> usize {
-        self.rows * (self.padded() + self.row_len() + ROW) + self.tail * TAIL
+        self.rows * (self.padded() + self.row_len() + ROW) + self.tail * TAIL + 2 * self.coordinates()
     }
 
     /// Length of the memory a step works in.
@@ -89,7 +96,11 @@ pub(crate) struct StrainMap<'s, T> {
     pub rows: &'s [[T; ROW]],
     /// Of each tail coordinate `x √w`, `2 x/√w`, `W x/(a √w)` and `1/a`.
     pub tail: &'s [[T; TAIL]],
-    /// The mass on the diagonal, `1 + k α/2`.
+    /// Inertia `m` of each coordinate, 1 but for natural modes. Padding has some positive number.
+    pub inertia: &'s [T],
+    /// `√m`.
+    pub roots: &'s [T],
+    /// What the inertia has on the diagonal, `1 + k α/2`.
     pub mass: T,
 }
 
@@ -103,8 +114,20 @@ impl<'s, T> StrainMap<'s, T> {
             quadratic: memory.take(shape.rows * shape.row_len())?,
             rows: memory.take(shape.rows * ROW)?.as_chunks().0,
             tail: memory.take(shape.tail * TAIL)?.as_chunks().0,
+            inertia: memory.take(shape.coordinates())?,
+            roots: memory.take(shape.coordinates())?,
             mass,
         })
+    }
+
+    /// `p = k ζ̇/√m` of a coordinate, from `k ζ̇`.
+    ///
+    /// It is divided, not multiplied by an inverse: there and back again a march of many steps would grow.
+    pub fn p_of(&self, coordinate: usize, rate: f64) -> f64
+    where
+        T: Scalar,
+    {
+        self.roots.get(coordinate).map_or(rate, |root| rate / root.to_f64())
     }
 }
 
@@ -143,11 +166,16 @@ impl<'s, T: Scalar> Scratch<'s, T> {
 }
 
 /// Takes the mean displacement and `p` of a state, `(r)` each: where the rows are evaluated.
-pub(crate) fn place<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], p: &[T], scratch: &mut Scratch<'_, T>) {
+pub(crate) fn place<T: Scalar>(
+    map: &StrainMap<'_, T>,
+    mean: &[T],
+    p: impl Iterator<Item = T>,
+    scratch: &mut Scratch<'_, T>,
+) {
     let (half, quarter) = (T::from_f32(0.5), T::from_f32(0.25));
     let [at, before, here] = &mut scratch.place;
     let out = at.iter_mut().zip(before.iter_mut()).zip(here.iter_mut());
-    let leading = mean.iter().zip(p).take(map.shape.leading).map(|(&mean, &p)| (mean, p));
+    let leading = mean.iter().zip(p).take(map.shape.leading).map(|(&mean, p)| (mean, p));
     let padding = core::iter::repeat((T::ZERO, T::ZERO));
     for (((at, before), here), (mean, p)) in out.zip(leading.chain(padding)) {
         (*at, *before, *here) = (mean + half * p, half * mean - quarter * p, mean);
@@ -264,8 +292,8 @@ pub(crate) fn gram<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, 
         }
     }
     for (i, line) in scratch.matrix.chunks_exact_mut(n.max(1)).enumerate() {
-        if let Some(pivot) = line.get_mut(i) {
-            *pivot += map.mass;
+        if let (Some(pivot), Some(&inertia)) = (line.get_mut(i), map.inertia.get(i)) {
+            *pivot += map.mass * inertia;
         }
     }
 }
@@ -403,8 +431,10 @@ fn correct<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     let stride = map.shape.rows.max(1);
     let solution = scratch.solution.as_chunks::<PANEL>().0;
     let right = scratch.leading.as_chunks_mut::<PANEL>().0;
-    for (right, d) in right.iter_mut().zip(solution) {
-        *right = less(*right, map.mass, d);
+    for ((right, d), inertia) in right.iter_mut().zip(solution).zip(map.inertia.as_chunks::<PANEL>().0) {
+        for i in 0..PANEL {
+            right[i] = right[i] - map.mass * inertia[i] * d[i];
+        }
     }
     for k in 0..map.shape.rows {
         let along = along(scratch.rows.iter().skip(k).step_by(stride), solution);
@@ -487,9 +517,9 @@ impl<T: Scalar> Kernel for SubStep<'_, '_, T> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Self { map, mean, p, force, scratch } = self;
-        place(map, mean, p, scratch);
+        place(map, mean, p.iter().copied(), scratch);
         let leading = map.shape.leading;
-        let right = p.iter().zip(force.values()).map(|(&p, force)| p + force);
+        let right = p.iter().zip(map.inertia).zip(force.values()).map(|((&p, &m), force)| m * p + force);
         let mut out = scratch.leading.iter_mut().take(leading).chain(&mut *scratch.tail);
         right.zip(&mut out).for_each(|(right, out)| *out = right);
         scratch.leading.iter_mut().skip(leading).for_each(|out| *out = T::ZERO);
@@ -512,10 +542,11 @@ pub(crate) fn moved<'s, T: Scalar>(
     scratch.solution.iter().take(map.shape.leading).chain(&*scratch.tail).copied()
 }
 
-/// `(μ − 1)|d|² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step that is in the scratch took from the energy, in
+/// `(μ − 1) Σ_j m_j d_j² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step that is in the scratch took from the energy, in
 /// the units of its right-hand side.
 pub(crate) fn dissipated<T: Scalar>(map: &StrainMap<'_, T>, scratch: &Scratch<'_, T>) -> f64 {
-    let of_mass: f64 = moved(map, scratch).map(|d| d.to_f64() * d.to_f64()).sum();
+    let squares = moved(map, scratch).zip(map.inertia).map(|(d, m)| m.to_f64() * d.to_f64() * d.to_f64());
+    let of_mass: f64 = squares.sum();
     let mut sum = (map.mass.to_f64() - 1.0) * of_mass;
     let mut tail = map.tail.iter().zip(&*scratch.tail);
     for (k, &[_, drag]) in map.rows.iter().enumerate() {
@@ -569,7 +600,7 @@ pub(crate) fn strain_square<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], p: im
 pub(crate) fn prepare<T: Scalar>(
     map: &StrainMap<'_, T>,
     mean: &[T],
-    p: &[T],
+    p: impl Iterator<Item = T>,
     scratch: &mut Scratch<'_, T>,
 ) -> Result<(), Short> {
     place(map, mean, p, scratch);

@@ -7,9 +7,13 @@
 //! W = 1 + 2β/k + c (s σ)²      σ: length of a leading row of L, ω of a tail row, 0 of the others
 //! ```
 //!
+//! A coordinate that is a natural mode swings with its own frequency if its inertia is fitted to the sub-step:
+//! `m = x²/tan²x` with `x = s Ω`, and 1 for the others and for modes with fewer than four sub-steps in a
+//! period.
+//!
 //! A tail coordinate meets its own row alone, so it is eliminated, and what is left is the weight `w` of that
-//! row: with `μ = 1 + kα/2` and `a = μ + x² W` it is `W μ/a`, and `W` for all other rows. Rows are multiplied
-//! by `√w` here, once.
+//! row: with `μ = 1 + kα/2` and `a = μ m + x² W` it is `W μ m/a`, and `W` for all other rows. Rows are
+//! multiplied by `√w` here, once.
 
 use crate::error::BindError;
 use crate::lend::{Short, put};
@@ -25,6 +29,8 @@ pub(crate) struct StrainSections<'m> {
     pub linear: &'m [[u8; 8]],
     pub tail: &'m [[u8; 8]],
     pub quadratic: Numbers<'m>,
+    /// `Ω` of natural modes, 0 of other coordinates; empty where no inertia is fitted.
+    pub modes: &'m [[u8; 8]],
     /// Sub-steps of a step as built.
     pub substeps: usize,
     /// `W` of the training box, and its two limits; `None` if absent or compressed.
@@ -33,7 +39,8 @@ pub(crate) struct StrainSections<'m> {
 
 impl Default for StrainSections<'_> {
     fn default() -> Self {
-        Self { linear: &[], tail: &[], quadratic: Numbers::F64(&[]), substeps: 1, training: None }
+        let quadratic = Numbers::F64(&[]);
+        Self { linear: &[], tail: &[], quadratic, modes: &[], substeps: 1, training: None }
     }
 }
 
@@ -43,12 +50,13 @@ impl<'m> StrainSections<'m> {
         use SectionKind as S;
         let section =
             |kind: SectionKind| file.section(kind).ok_or(FormatError::Missing { kind: kind.number() });
-        let tail = file.section(S::StrainTail).map(|section| section.f64s()).transpose()?;
+        let given = |kind| file.section(kind).map(|section| section.f64s()).transpose();
         let optional = |kind| file.section(kind).and_then(|section| section.f64s().ok());
         Ok(Self {
             substeps: sizes(file)?.substeps,
             linear: section(S::StrainLinear)?.f64s()?,
-            tail: tail.unwrap_or(&[]),
+            tail: given(S::StrainTail)?.unwrap_or(&[]),
+            modes: given(S::StrainModes)?.unwrap_or(&[]),
             quadratic: section(S::StrainQuadratic)?.numbers()?,
             training: optional(S::StrainBox).zip(optional(S::StrainLimits)).map(|(w, limits)| [w, limits]),
         })
@@ -120,10 +128,26 @@ impl StrainStep {
         if finite { Ok(step) } else { Err(BindError::NotFinite) }
     }
 
+    /// `√m` of a coordinate.
+    fn root_of_inertia(&self, sections: &StrainSections<'_>, coordinate: usize) -> f64 {
+        let omega = sections.modes.get(coordinate).map_or(0.0, |&omega| f64::from_le_bytes(omega));
+        let x = self.scale * omega;
+        if x > 0.0 && x <= core::f64::consts::FRAC_PI_4 { over_tangent(x) } else { 1.0 }
+    }
+
     /// What a unit reduced force adds to the right-hand side of a sub-step: `k²/(2 s_ρ)`.
     pub fn of_force(&self, density: f64) -> f64 {
         0.5 * self.step * self.step / density
     }
+}
+
+/// `x/tan x` for `x` up to π/4, by Lambert's continued fraction `1 − x²/(3 − x²/(5 − …))`: a table of sines and
+/// cosines would be most of what a page has room for.
+fn over_tangent(x: f64) -> f64 {
+    /// The first odd number left out adds less than 1e-17.
+    const LAST: f64 = 19.0;
+    let odd = (0..9).rev().map(|n| f64::from(2 * n + 1));
+    odd.fold(LAST, |below, odd| odd - x * x / below)
 }
 
 /// The numbers of a row that depend on the parameters.
@@ -148,6 +172,8 @@ pub(crate) fn lay_out_strain<T: Scalar>(
     let quadratic = shape.rows * n;
     let rows = quadratic + shape.rows * row_len;
     let tails = rows + shape.rows * ROW;
+    let inertia = tails + shape.tail * TAIL;
+    let roots = inertia + shape.coordinates();
     let mut finite = true;
     let mut set = |at: usize, value: f64| {
         let value = T::from_f64(value);
@@ -190,6 +216,11 @@ pub(crate) fn lay_out_strain<T: Scalar>(
             }
         }
     }
+    for j in 0..shape.coordinates() {
+        let root = step.root_of_inertia(sections, j);
+        set(inertia + j, root * root)?;
+        set(roots + j, root)?;
+    }
     Ok(finite)
 }
 
@@ -206,8 +237,10 @@ fn row_numbers(
     if let Some(&omega) = omega {
         let x = step.scale * f64::from_le_bytes(omega);
         let factor = damped(x);
-        let a = step.mass + x * x * factor;
-        return RowNumbers { factor, weight: factor * step.mass / a, tail: Some([x, a]) };
+        let root = step.root_of_inertia(sections, k);
+        let mass = step.mass * root * root;
+        let a = mass + x * x * factor;
+        return RowNumbers { factor, weight: factor * mass / a, tail: Some([x, a]) };
     }
     // Without a linear part it is 0.
     let square: f64 = linear.iter().map(|&l| f64::from_le_bytes(l) * f64::from_le_bytes(l)).sum();

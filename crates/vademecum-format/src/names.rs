@@ -76,6 +76,7 @@ impl fmt::Display for SectionKind {
             Self::StrainQuadratic => "StrainQuadratic",
             Self::StrainBox => "StrainBox",
             Self::StrainLimits => "StrainLimits",
+            Self::StrainModes => "StrainModes",
         })
     }
 }

@@ -182,11 +182,14 @@ pub enum SectionKind {
     StrainBox = 64,
     /// The largest `|W q|` and the largest energy \[J\] met in training; `f64 (2)`.
     StrainLimits = 65,
+    /// Natural frequency \[rad/s\] of each coordinate that is a natural mode, 0 of the others: a step fits
+    /// their inertia to it; `f64 (r)`. Since version 1.7.
+    StrainModes = 66,
 }
 
 impl SectionKind {
     /// All kinds, by number.
-    pub const ALL: [Self; 65] = [
+    pub const ALL: [Self; 66] = [
         Self::NodeIds,
         Self::NodeCoordinates,
         Self::Triangles,
@@ -252,6 +255,7 @@ impl SectionKind {
         Self::StrainQuadratic,
         Self::StrainBox,
         Self::StrainLimits,
+        Self::StrainModes,
     ];
 
     /// The kind with this number.
@@ -270,7 +274,9 @@ impl SectionKind {
     /// Whether it belongs to the strain structure. The writer marks these kinds required.
     #[must_use]
     pub const fn is_strain(self) -> bool {
-        self as u32 >= Self::StrainSizes as u32 && self as u32 <= Self::StrainQuadratic as u32
+        let sizes_to_quadratic =
+            self as u32 >= Self::StrainSizes as u32 && self as u32 <= Self::StrainQuadratic as u32;
+        sizes_to_quadratic || matches!(self, Self::StrainModes)
     }
 
     /// Its number in the file.
@@ -285,6 +291,7 @@ impl SectionKind {
         match self {
             Self::EnrichmentHistory | Self::RadiusSamples | Self::Losses | Self::Repairs => 1,
             Self::StructureFigures => 2,
+            Self::StrainModes => 7,
             kind if kind.number() > Self::RigidBody.number() => 6,
             kind if kind.number() > Self::PatternAnswer.number() => 5,
             kind if kind.number() > Self::BoundMap.number() => 4,
@@ -309,7 +316,7 @@ impl SectionKind {
             Self::NodeCoordinates => two(nodes, 3),
             Self::Triangles => two(u64::from(m.n_triangles), 3),
             Self::ReducedStiffness => two(r, r),
-            Self::Eigenvalues | Self::DampingRatios => one(r),
+            Self::Eigenvalues | Self::DampingRatios | Self::StrainModes => one(r),
             Self::SurfaceBasis => three(surface, 3, r),
             Self::InteriorBasis => three(interior, 3, r),
             Self::BlockState => three(terms, r, r),

@@ -115,18 +115,19 @@ fn follow_push(
     Ok((found, worst / largest))
 }
 
-/// Error of a file under one push.
+/// The motion of a file under one push: coordinates after each step, one a column. With other sub-steps than
+/// its own where it is asked for them.
 ///
 /// # Errors
 /// [`CertificateError`].
-pub(crate) fn push_error(
+pub(crate) fn push_motion(
     bytes: &[u8],
     order: &NodeOrder,
-    (reference, seen): (&Reference, &Seen),
-) -> Result<f64, CertificateError> {
-    let steps = reference.displacements.len();
-    let (found, _) = follow_push(bytes, &SceneOptions::default(), order, &reference.push, steps)?;
-    Ok(seen.error(&found).error)
+    reference: &Reference,
+    substeps: Option<usize>,
+) -> Result<Mat<f64>, CertificateError> {
+    let options = SceneOptions { substeps, ..SceneOptions::default() };
+    Ok(follow_push(bytes, &options, order, &reference.push, reference.displacements.len())?.0)
 }
 
 /// One push measured: through the file as it is, with sub-steps so short that only the strain map is left,

@@ -20,7 +20,7 @@ pub use error::CertificateError;
 pub use evaluated::{Candidate, Measured, certify, certify_exact, measure, spectral_radius};
 pub use figures::{FIGURES, Figures, FileFigures};
 pub use large::{CONVERGED, LargeReport, LargeRun};
-pub(crate) use large::{certify_push, push_error};
+pub(crate) use large::{certify_push, push_motion};
 pub use over_box::{BoxCertificate, certify_box};
 pub(crate) use unseen::TRAJECTORIES;
 pub use unseen::{UnseenLoad, UnseenLoads};

@@ -31,6 +31,9 @@ pub struct StrainMap<'a> {
     ///
     /// [`pair_list`]: vademecum_format::StrainSizes::pair_list
     pub quadratic: MatRef<'a, f64>,
+    /// Natural frequency of each coordinate that is a natural mode \[rad/s\], 0 of the others, `r` of them: a
+    /// step fits the inertia of those to it.
+    pub modes: &'a [f64],
     /// Sub-steps of a step for which the file is certified, at least 1.
     pub substeps: usize,
     /// Where the training was; without it nobody can say that a state leaves it.
@@ -49,7 +52,7 @@ pub struct TrainingBox<'a> {
     pub largest_energy: f64,
 }
 
-/// Sections 60 to 65. Lengths are those that [`StrainMap`] says; the format refuses others.
+/// Sections 60 to 66. Lengths are those that [`StrainMap`] says; the format refuses others.
 #[must_use]
 pub fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> {
     let sizes = [map.interacting, map.coupled, map.quadratic.nrows(), map.substeps].map(|n| n as u32);
@@ -66,6 +69,9 @@ pub fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> 
     }
     let shape = [quadratic.nrows(), quadratic.ncols(), 1];
     drafts.push(Draft::fitting(S::StrainQuadratic, precision, shape, &rows(quadratic)));
+    if map.modes.iter().any(|&omega| omega != 0.0) {
+        drafts.push(Draft::f64s(S::StrainModes, [map.modes.len(), 1, 1], map.modes.iter().copied()));
+    }
     if let Some(training) = &map.training {
         let w = training.distance;
         drafts.push(Draft::f64s(S::StrainBox, [w.nrows(), w.ncols(), 1], rows(w)));

@@ -98,6 +98,8 @@ pub struct Learnt {
     pub vectors: Mat<f64>,
     /// Diagonal of its stiffness.
     pub eigenvalues: Vec<f64>,
+    /// Natural frequencies of the coordinates that are natural modes \[rad/s\], 0 of the others.
+    pub natural: Vec<f64>,
     /// The strain map.
     pub map: StrainMap,
     /// Coordinates of the states, one a column.
@@ -151,8 +153,8 @@ impl<'a> Learner<'a> {
             let momenta = times_mass(body, modes);
             let own = (modes, momenta.as_ref(), eigenvalues);
             let shapes = options.coordinates - n_modes;
-            let basis = sorted(with_followers(body.model.pencil(), own, &states, shapes)?);
-            let states = self.seen(&basis.0, &states);
+            let basis = sorted(with_followers(body.model.pencil(), own, &states, shapes)?, n_modes);
+            let states = self.seen(&basis.vectors, &states);
             for prior in [Prior::Relaxed, Prior::Galerkin] {
                 let columns = self.columns(&basis, prior);
                 found.push(self.learnt(String::new(), (n_modes, prior), &basis, &columns, &states)?);
@@ -169,7 +171,8 @@ impl<'a> Learner<'a> {
         let Self { options, .. } = self;
         let states = self.states(from.modes, options.states, MARGIN * options.displacement)?;
         let states = self.seen(&from.vectors, &states);
-        let basis = (from.vectors.clone(), from.eigenvalues.clone());
+        let (vectors, eigenvalues) = (from.vectors.clone(), from.eigenvalues.clone());
+        let basis = Sorted { vectors, eigenvalues, natural: from.natural.clone() };
         let mut columns = self.columns(&basis, from.prior);
         let mut found = vec![];
         for ridge in RIDGES {
@@ -201,7 +204,8 @@ impl<'a> Learner<'a> {
         States::new(&self.strain, times_mass(self.body, vectors.as_ref()).as_ref(), states)
     }
 
-    fn columns(&self, (vectors, eigenvalues): &(Mat<f64>, Vec<f64>), prior: Prior) -> Columns {
+    fn columns(&self, basis: &Sorted, prior: Prior) -> Columns {
+        let Sorted { vectors, eigenvalues, .. } = basis;
         let pairs = Pairs { interacting: eigenvalues.len(), coupled: 0 };
         columns(&self.strain, (vectors.as_ref(), eigenvalues), pairs, prior, (self.symbolic, &self.factor))
     }
@@ -210,7 +214,7 @@ impl<'a> Learner<'a> {
         &self,
         fitted: String,
         (modes, prior): (usize, Prior),
-        (vectors, eigenvalues): &(Mat<f64>, Vec<f64>),
+        basis: &Sorted,
         columns: &Columns,
         states: &States,
     ) -> Result<Learnt, LearnError> {
@@ -218,6 +222,7 @@ impl<'a> Learner<'a> {
             Prior::Relaxed => "relaxed",
             Prior::Galerkin => "Galerkin",
         };
+        let Sorted { vectors, eigenvalues, natural } = basis;
         let shapes = eigenvalues.len() - modes;
         Ok(Learnt {
             name: format!("{modes} modes, {shapes} shapes that follow, {prior_name}{fitted}"),
@@ -225,6 +230,7 @@ impl<'a> Learner<'a> {
             prior,
             vectors: vectors.clone(),
             eigenvalues: eigenvalues.clone(),
+            natural: natural.clone(),
             map: columns.rows(states.coordinates.as_ref(), self.options.rows)?,
             states: states.coordinates.clone(),
             energies: states.energies.clone(),
@@ -250,10 +256,22 @@ pub(super) fn at_load_nodes(body: &Body, vectors: MatRef<'_, f64>) -> Mat<f64> {
     })
 }
 
-/// The same basis with ascending eigenvalues.
-fn sorted((vectors, values): (Mat<f64>, Vec<f64>)) -> (Mat<f64>, Vec<f64>) {
+/// A basis with ascending eigenvalues.
+struct Sorted {
+    vectors: Mat<f64>,
+    eigenvalues: Vec<f64>,
+    /// As [`Learnt::natural`].
+    natural: Vec<f64>,
+}
+
+/// A basis whose first vectors are natural modes, with ascending eigenvalues.
+fn sorted((vectors, values): (Mat<f64>, Vec<f64>), n_modes: usize) -> Sorted {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let vectors = Mat::from_fn(vectors.nrows(), order.len(), |i, k| vectors[(i, order[k])]);
-    (vectors, order.iter().map(|&k| values[k]).collect())
+    let natural = |&k: &usize| if k < n_modes { values[k].sqrt() } else { 0.0 };
+    Sorted {
+        vectors: Mat::from_fn(vectors.nrows(), order.len(), |i, k| vectors[(i, order[k])]),
+        eigenvalues: order.iter().map(|&k| values[k]).collect(),
+        natural: order.iter().map(natural).collect(),
+    }
 }

@@ -5,11 +5,12 @@ use vademecum_format::{File, SectionKind};
 use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 
-/// Sections 60 to 65, as far as the file has them. Their shapes have been checked on opening.
+/// Sections 60 to 66, as far as the file has them. Their shapes have been checked on opening.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     use SectionKind as S;
     let refused = |kind, fault, reason: String| Err(unsound(kind, fault, reason));
-    let own = [S::StrainLinear, S::StrainTail, S::StrainQuadratic, S::StrainBox, S::StrainLimits];
+    let own =
+        [S::StrainLinear, S::StrainTail, S::StrainQuadratic, S::StrainBox, S::StrainLimits, S::StrainModes];
     let Some(sizes) = file.strain_sizes()? else {
         let alone = own.into_iter().find(|&kind| file.section(kind).is_some());
         return alone.map_or(Ok(()), |kind| missing(kind, S::StrainSizes));
@@ -32,6 +33,11 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     if let Some((place, omega)) = tail.iter().enumerate().find(|(_, omega)| **omega <= 0.0) {
         let reason = format!("frequency {place} is {omega:e}; expected a positive number");
         return refused(S::StrainTail, Fault::Negative, reason);
+    }
+    let modes = reals_of(file, S::StrainModes)?.unwrap_or_default();
+    if let Some((place, omega)) = modes.iter().enumerate().find(|(_, omega)| **omega < 0.0) {
+        let reason = format!("natural frequency {place} is {omega:e}; expected a positive number or 0");
+        return refused(S::StrainModes, Fault::Negative, reason);
     }
     match [S::StrainBox, S::StrainLimits].map(|kind| file.section(kind).is_some()) {
         [true, false] => return missing(S::StrainBox, S::StrainLimits),
