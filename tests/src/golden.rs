@@ -1,4 +1,4 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5, 1.6 and 1.7 made from numbers alone, the
+//! The golden files: small files of format versions 1.0, 1.1, 1.3 and 1.5 to 1.7 made from numbers alone, the
 //! same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on the way:
 //! libraries round those differently; `+ − × ÷ √` they do not.
 

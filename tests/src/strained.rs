@@ -18,7 +18,7 @@ pub struct Strained {
     pub tail: Vec<f64>,
     /// `Q`, `(m, pairs)`.
     pub quadratic: Vec<f64>,
-    /// Natural frequencies of natural modes, 0 of other coordinates; without any the file has no such section.
+    /// Natural frequencies of natural modes, 0 of other coordinates; empty in a file without that section.
     pub modes: Vec<f64>,
     /// `W`, `(r, r)`.
     pub training: Vec<f64>,
@@ -28,8 +28,8 @@ pub struct Strained {
 
 impl Strained {
     /// Random numbers: frequencies from 30 rad/s over two decades, rows of `L` that are not orthogonal, and
-    /// `Q` so large that at coordinates of size 1 both parts of a row are about equal. Every second coordinate
-    /// is called a natural mode.
+    /// `Q` so large that at coordinates of size 1 both parts of a row are about equal. Every second
+    /// coordinate is called a natural mode.
     #[must_use]
     pub fn random([n, coupled, r, rows]: [usize; 4], seed: u64) -> Self {
         let mut random = Random::new(seed);

@@ -542,7 +542,7 @@ pub(crate) fn moved<'s, T: Scalar>(
     scratch.solution.iter().take(map.shape.leading).chain(&*scratch.tail).copied()
 }
 
-/// `(μ − 1) Σ_j m_j d_j² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step that is in the scratch took from the energy, in
+/// `(μ − 1) Σ_j m_j d_j² + Σ_k (W_k − 1)(ĝ_k·d)²`: what the sub-step in the scratch took from the energy, in
 /// the units of its right-hand side.
 pub(crate) fn dissipated<T: Scalar>(map: &StrainMap<'_, T>, scratch: &Scratch<'_, T>) -> f64 {
     let squares = moved(map, scratch).zip(map.inertia).map(|(d, m)| m.to_f64() * d.to_f64() * d.to_f64());

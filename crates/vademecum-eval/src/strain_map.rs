@@ -7,9 +7,8 @@
 //! W = 1 + 2β/k + c (s σ)²      σ: length of a leading row of L, ω of a tail row, 0 of the others
 //! ```
 //!
-//! A coordinate that is a natural mode swings with its own frequency if its inertia is fitted to the sub-step:
-//! `m = x²/tan²x` with `x = s Ω`, and 1 for the others and for modes with fewer than four sub-steps in a
-//! period.
+//! A natural mode of frequency `Ω` swings with it if its inertia is fitted to the sub-step: `m = x²/tan²x`
+//! with `x = s Ω`, and 1 for other coordinates and for modes with fewer than four sub-steps in a period.
 //!
 //! A tail coordinate meets its own row alone, so it is eliminated, and what is left is the weight `w` of that
 //! row: with `μ = 1 + kα/2` and `a = μ m + x² W` it is `W μ m/a`, and `W` for all other rows. Rows are
@@ -141,8 +140,8 @@ impl StrainStep {
     }
 }
 
-/// `x/tan x` for `x` up to π/4, by Lambert's continued fraction `1 − x²/(3 − x²/(5 − …))`: a table of sines and
-/// cosines would be most of what a page has room for.
+/// `x/tan x` for `x` up to π/4, by Lambert's continued fraction `1 − x²/(3 − x²/(5 − …))`, which takes less
+/// code than a sine and a cosine.
 fn over_tangent(x: f64) -> f64 {
     /// The first odd number left out adds less than 1e-17.
     const LAST: f64 = 19.0;

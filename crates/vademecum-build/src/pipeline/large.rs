@@ -174,9 +174,7 @@ impl Stages<'_> {
         seen: &[Seen],
     ) -> Result<Vec<Mat<f64>>, BuildError> {
         let motions = |map: &Learnt, substeps: Option<usize>| {
-            self.runs(problem, map, references, |bytes, push| {
-                push_motion(bytes, self.order, push, substeps)
-            })
+            self.runs(problem, map, references, |bytes, push| push_motion(bytes, self.order, push, substeps))
         };
         let fine = motions(map, Some(MANY_SUBSTEPS))?;
         let off = |motions: &[Mat<f64>]| {
