@@ -76,8 +76,8 @@ impl Stages<'_> {
         let priors = watch.stage(SHAPES, || learner.priors())?;
         let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
         let references = watch.stage("held-out pushes at full order", march)?;
-        let measured = |maps| self.measured(problem, maps, &references);
-        let priors = watch.stage("choice of the shapes", || measured(priors))?;
+        let measured = |maps, fit| self.measured(problem, maps, &references, fit);
+        let priors = watch.stage("choice of the shapes", || measured(priors, true))?;
         let fitted = || -> Result<Vec<Learnt>, LearnError> {
             let mut fitted = vec![];
             for prior in worth_fitting(&priors) {
@@ -86,7 +86,7 @@ impl Stages<'_> {
             Ok(fitted)
         };
         let fitted = watch.stage("states and regressions", fitted)?;
-        let mut maps = watch.stage("choice of the strain map", || measured(fitted))?;
+        let mut maps = watch.stage("choice of the strain map", || measured(fitted, false))?;
         maps.splice(0..0, priors);
         let candidates = maps.iter().map(|(error, map)| (map.name.clone(), *error)).collect();
         let best = maps.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
@@ -139,18 +139,34 @@ impl Stages<'_> {
         references.par_iter().map(|reference| Ok(measure(&bytes, reference)?)).collect()
     }
 
+    /// The motions of a strain map under pushes, in its own sub-steps or in others.
+    fn motions(
+        &self,
+        problem: &Problem,
+        map: &Learnt,
+        references: &[Reference],
+        substeps: Option<usize>,
+    ) -> Result<Vec<Mat<f64>>, BuildError> {
+        self.runs(problem, map, references, |bytes, push| push_motion(bytes, self.order, push, substeps))
+    }
+
     /// Strain maps with the geometric mean of their errors on held-out pushes: a push that no map follows
-    /// does not choose alone.
+    /// does not choose alone. With `fit` the inertia of their natural modes is chosen first; a regression
+    /// keeps that of the map it began with.
     fn measured(
         &self,
         problem: &Problem,
         maps: Vec<Learnt>,
         references: &[Reference],
+        fit: bool,
     ) -> Result<Vec<(f64, Learnt)>, BuildError> {
         let measure = |mut map: Learnt| {
             let seen: Vec<Seen> =
                 references.par_iter().map(|reference| map.see(&self.prepared.body, reference)).collect();
-            let motions = self.fit_inertia(problem, &mut map, references, &seen)?;
+            let motions = match fit {
+                true => self.fit_inertia(problem, &mut map, references, &seen)?,
+                false => self.motions(problem, &map, references, None)?,
+            };
             let errors: Vec<f64> =
                 seen.iter().zip(&motions).map(|(seen, motion)| seen.error(motion).error).collect();
             let each: Vec<_> = errors.iter().map(|error| format!("{error:.1e}")).collect();
@@ -173,21 +189,18 @@ impl Stages<'_> {
         references: &[Reference],
         seen: &[Seen],
     ) -> Result<Vec<Mat<f64>>, BuildError> {
-        let motions = |map: &Learnt, substeps: Option<usize>| {
-            self.runs(problem, map, references, |bytes, push| push_motion(bytes, self.order, push, substeps))
-        };
-        let fine = motions(map, Some(MANY_SUBSTEPS))?;
+        let fine = self.motions(problem, map, references, Some(MANY_SUBSTEPS))?;
         let off = |motions: &[Mat<f64>]| {
             let each = seen.iter().zip(motions).zip(&fine);
             geometric_mean(&each.map(|((seen, motion), fine)| seen.apart(motion, fine)).collect::<Vec<_>>())
         };
-        let mut best = motions(map, None)?;
+        let mut best = self.motions(problem, map, references, None)?;
         for k in (0..map.natural.len()).rev() {
             let own = std::mem::take(&mut map.natural[k]);
             if own == 0.0 {
                 continue;
             }
-            let without = motions(map, None)?;
+            let without = self.motions(problem, map, references, None)?;
             if off(&without) < off(&best) {
                 best = without;
             } else {
