@@ -68,8 +68,8 @@ impl LargeReport {
 /// Sub-steps in a step whose own error in time is far below any other.
 pub const CONVERGED: usize = 256;
 
-/// Steps a push through a file: coordinates after each step, one a column, and the largest violation of the
-/// energy's identity over the largest energy.
+/// Steps a push through a file: coordinates after each step, one a column, and, where it is `metered`, the
+/// largest violation of the energy's identity over the largest energy. A metered step costs three.
 ///
 /// # Errors
 /// [`CertificateError`]: a file the evaluator refuses.
@@ -78,7 +78,7 @@ fn follow_push(
     options: &SceneOptions,
     order: &NodeOrder,
     push: &Push,
-    steps: usize,
+    (steps, metered): (usize, bool),
 ) -> Result<(Mat<f64>, f64), CertificateError> {
     let file = File::parse(bytes)?;
     let sizes = Scene::<f64>::sizes(&file, options)?;
@@ -87,7 +87,6 @@ fn follow_push(
     let scene = Scene::bind(&file, options, &mut memory, &mut work)?;
     let (mut state, mut loads) = (State::new(&scene, &mut of_state)?, Loads::new(&scene, &mut of_loads)?);
     let dt = scene.parameters().time_step;
-    let metered = scene.structure() == vademecum_eval::Structure::Strain;
     let mut found = Mat::zeros(scene.n_modes(), steps);
     let (mut worst, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
     for step in 0..steps {
@@ -127,7 +126,7 @@ pub(crate) fn push_motion(
     substeps: Option<usize>,
 ) -> Result<Mat<f64>, CertificateError> {
     let options = SceneOptions { substeps, ..SceneOptions::default() };
-    Ok(follow_push(bytes, &options, order, &reference.push, reference.displacements.len())?.0)
+    Ok(follow_push(bytes, &options, order, &reference.push, (reference.displacements.len(), false))?.0)
 }
 
 /// One push measured: through the file as it is, with sub-steps so short that only the strain map is left,
@@ -143,12 +142,12 @@ pub(crate) fn certify_push(
 ) -> Result<LargeRun, CertificateError> {
     let Reference { push, displacements, least_stretch, own_error, .. } = reference;
     let steps = displacements.len();
-    let (found, energy_identity) = follow_push(bytes, &SceneOptions::default(), order, push, steps)?;
+    let (found, energy_identity) = follow_push(bytes, &SceneOptions::default(), order, push, (steps, true))?;
     let linear =
         SceneOptions { structure: vademecum_eval::StructureChoice::Exact, ..SceneOptions::default() };
-    let (straight, _) = follow_push(bytes, &linear, order, push, steps)?;
+    let (straight, _) = follow_push(bytes, &linear, order, push, (steps, false))?;
     let short = SceneOptions { substeps: Some(CONVERGED), ..SceneOptions::default() };
-    let (converged, _) = follow_push(bytes, &short, order, push, steps)?;
+    let (converged, _) = follow_push(bytes, &short, order, push, (steps, false))?;
     let TrajectoryError { error, floor } = seen.error(&found);
     Ok(LargeRun {
         pulse: push.pulse,
