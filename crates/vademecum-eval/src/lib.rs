@@ -181,6 +181,7 @@ mod static_field;
 mod strain;
 mod strain_kernel;
 mod strain_map;
+mod strain_wide;
 mod stress;
 mod stress_rows;
 mod supports;

@@ -11,6 +11,7 @@
 use crate::kernel::{columns_times, total};
 use crate::lend::{Lender, Short};
 use crate::scalar::Scalar;
+use crate::strain_wide as wide;
 use crate::vectors::{Kernel, vectorised};
 
 /// Numbers of a row handled at once; rows are padded to multiples of it.
@@ -75,7 +76,7 @@ impl StrainShape {
     /// Length of the memory a step works in.
     pub const fn scratch_len(&self) -> usize {
         let n = self.padded();
-        self.rows * n + n * n + 6 * n + 2 * self.tail
+        self.rows * n + 2 * n * n + 7 * n + 2 * self.tail
     }
 }
 
@@ -137,6 +138,11 @@ pub(crate) struct Scratch<'s, T> {
     pub rows: &'s mut [[T; PANEL]],
     /// The matrix, `(padded, padded)`, of which the upper half is used, and its factor.
     pub matrix: &'s mut [T],
+    /// What is left of its numbers below their rounding, and of those of `solution`, where the factor is
+    /// [`wide`].
+    pub low: [&'s mut [T]; 2],
+    /// How good the factor is.
+    pub digits: Digits,
     /// `1/pivot`.
     pub inverse: &'s mut [T],
     /// `q`, `(q − p)/2` and the mean displacement of the leading coordinates.
@@ -157,11 +163,12 @@ impl<'s, T: Scalar> Scratch<'s, T> {
         let (n, mut memory) = (shape.padded(), Lender::new(memory));
         let rows = memory.take(shape.rows * n)?.as_chunks_mut().0;
         let matrix = memory.take(n * n)?;
+        let low = [memory.take(n * n)?, memory.take(n)?];
         let inverse = memory.take(n)?;
         let place = [memory.take(n)?, memory.take(n)?, memory.take(n)?];
         let (leading, solution) = (memory.take(n)?, memory.take(n)?);
         let (tail, along) = (memory.take(shape.tail)?, memory.take(shape.tail)?);
-        Ok(Self { rows, matrix, inverse, place, leading, solution, tail, along })
+        Ok(Self { rows, matrix, low, digits: Digits::Enough, inverse, place, leading, solution, tail, along })
     }
 }
 
@@ -388,32 +395,99 @@ pub(crate) fn solve<T: Scalar>(matrix: &[T], inverse: &[T], x: &mut [T]) {
     }
 }
 
-/// Pivots over the mass above which a solve is corrected: rounding of the matrix would show in the energy.
-/// Where it comes near the mass itself there is nothing to correct with, as it soon does in single precision:
-/// the motion leaves the numbers there, and a step refuses it.
-const WORN: f64 = 1e4;
-
 /// The step's solve: matrix, factor, `d` of the leading coordinates from the right-hand side, and `d` of the
 /// tail in place of its own.
 #[inline(always)]
 pub(crate) fn solve_step<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
-    gram(map, scratch);
-    factor(scratch.matrix, scratch.inverse);
+    decompose(map, scratch);
     scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(out, &right)| *out = right);
     solve(scratch.matrix, scratch.inverse, scratch.solution);
     finish(map, scratch);
 }
 
-/// The rest of a solve of which `d` of the leading coordinates is known.
+/// Matrix and factor.
+#[inline(always)]
+fn decompose<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
+    gram(map, scratch);
+    factor(scratch.matrix, scratch.inverse);
+    let mass = map.mass.to_f64();
+    // No pivot is below the inertia, which is 0.6 and more; nor is it a number if one before it was zero.
+    let beside = |least: f64| scratch.inverse.iter().all(|x| (least..2.0).contains(&(mass * x.to_f64())));
+    scratch.digits = match 16.0 * T::EPSILON {
+        _ if beside(1.0 / worn::<T>()) => Digits::Enough,
+        least if beside(least) => Digits::Worn,
+        _ => Digits::Lost,
+    };
+    if single::<T>() && scratch.digits == Digits::Lost {
+        let diagonal = |i: usize| map.mass.to_f64() * map.inertia.get(i).map_or(1.0, |m| m.to_f64());
+        let [low, _] = &mut scratch.low;
+        let rows = (&*scratch.rows, map.shape.rows.max(1));
+        wide::factor(rows, diagonal, [&mut *scratch.matrix, low], map.shape.padded());
+    }
+}
+
+/// What rounding left of a factor: the mass stands beside the largest pivot.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Digits {
+    /// Rounding of the matrix does not show.
+    Enough,
+    /// It would show in the energy.
+    Worn,
+    /// It hides the mass: softer directions are noise.
+    Lost,
+}
+
+const fn single<T>() -> bool {
+    size_of::<T>() < 8
+}
+
+/// Pivots over the mass above which a solve is mended: rounding of the matrix would show in the energy.
+const fn worn<T>() -> f64 {
+    if single::<T>() { 1e3 } else { 1e4 }
+}
+
+/// The rest of a solve: `d` of the leading coordinates was found with the factor as it is. Single precision,
+/// which loses its digits soon, then takes twice as many; double precision has none to take.
 #[inline(always)]
 fn finish<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
-    if size_of::<T>() > 4 {
-        let least = scratch.inverse.iter().fold(f64::INFINITY, |least, inverse| least.min(inverse.to_f64()));
-        if (16.0 * T::EPSILON..1.0 / WORN).contains(&(least * map.mass.to_f64())) {
-            correct(map, scratch);
+    match scratch.digits {
+        Digits::Enough => {}
+        Digits::Worn if !single::<T>() => correct(map, scratch),
+        Digits::Worn => balance(map, scratch),
+        Digits::Lost => {
+            if single::<T>() {
+                let [low, x_low] = &mut scratch.low;
+                let x = [&mut *scratch.solution, x_low];
+                wide::solve::<T, PANEL>([&*scratch.matrix, low], scratch.leading, x);
+            }
+            balance(map, scratch);
         }
     }
     eliminate(map, scratch);
+}
+
+/// Scales `d` so that `d·A d` is `d·b`, which is all that the identity of the energy needs: it then holds
+/// however many digits the factor has lost, and with it the bound.
+#[inline(never)]
+fn balance<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
+    let (mut given, mut taken) = (0.0, 0.0);
+    for ((d, right), inertia) in scratch.solution.iter().zip(&*scratch.leading).zip(map.inertia) {
+        let d = d.to_f64();
+        given += d * right.to_f64();
+        taken += map.mass.to_f64() * inertia.to_f64() * d * d;
+    }
+    let (stride, solution) = (map.shape.rows.max(1), scratch.solution.as_chunks::<PANEL>().0);
+    for k in 0..map.shape.rows {
+        let along = along(scratch.rows.iter().skip(k).step_by(stride), solution).to_f64();
+        taken += along * along;
+    }
+    let more = (given - taken) / taken;
+    if more.is_finite() {
+        // Added, not multiplied: numbers just below 1 are twice as dense as those above it, and a march of
+        // many steps would lose energy.
+        let more = T::from_f64(more);
+        scratch.solution.iter_mut().for_each(|d| *d += *d * more);
+    }
 }
 
 /// [`solve`], once in a program: for what is not done in every step.
@@ -608,8 +682,7 @@ pub(crate) fn prepare<T: Scalar>(
     let (_, tail) = mean.split_at_checked(needed).ok_or(Short { found: mean.len(), needed })?;
     scratch.tail.fill(T::ZERO);
     rows(map, tail, scratch)?;
-    gram(map, scratch);
-    factor(scratch.matrix, scratch.inverse);
+    decompose(map, scratch);
     Ok(())
 }
 
