@@ -312,6 +312,6 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     fn strain_map(&self) -> Result<StrainMap<'_, T>, Short> {
-        StrainMap::new(self.shape.strain, T::from_f64(self.strain.mass), self.map)
+        StrainMap::new(self.shape.strain, T::from_f64(self.strain.mass), self.strain.is_damped(), self.map)
     }
 }

@@ -127,6 +127,11 @@ impl StrainStep {
         if finite { Ok(step) } else { Err(BindError::NotFinite) }
     }
 
+    /// Whether anything takes energy.
+    pub const fn is_damped(&self) -> bool {
+        self.viscosity > 0.0 || self.mass > 1.0 || self.drag > 1.0
+    }
+
     /// `√m` of a coordinate.
     fn root_of_inertia(&self, sections: &StrainSections<'_>, coordinate: usize) -> f64 {
         let omega = sections.modes.get(coordinate).map_or(0.0, |&omega| f64::from_le_bytes(omega));
