@@ -184,6 +184,26 @@ fn a_body_with_stiff_parts_keeps_its_energy() {
     }
 }
 
+#[test]
+fn no_stiffness_makes_a_damped_body_gain_energy() {
+    for factor in [1e2, 1e4, 1e6] {
+        for (map, (zeta, rate)) in with_stiff_parts(factor) {
+            for longer in [1.0, 10.0] {
+                let options = SceneOptions { time_step: Some(longer * STEP.time_step), ..DEFAULT };
+                with_scene::<f32, _>(&map.file(&STEP), &options, |scene, state, loads| {
+                    scene.set(state, &zeta, &rate, loads).expect("placed");
+                    let start = scene.energy(state).expect("an energy");
+                    for step in 0..400 {
+                        scene.step(state, loads).expect("a step");
+                        let now = scene.energy(state).expect("an energy") / start;
+                        assert!(now <= 1.0 + 1e-4, "{:?}, {factor}, {longer}, {step}: {now}", map.sizes);
+                    }
+                });
+            }
+        }
+    }
+}
+
 /// Under any load, `√E⁺ − √E⁻ ≤ k |f/√m|/√2`, and damping only takes.
 fn never_past_the_bound<T: Scalar>(rounding: f64) {
     let maps = [[8, 0, 8, 24], [16, 0, 24, 48], [20, 12, 32, 70]].into_iter().enumerate();

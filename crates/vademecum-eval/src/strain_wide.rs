@@ -64,13 +64,20 @@ pub(crate) fn factor<T: Scalar, const N: usize>(
     [mut high, mut low]: [&mut [T]; 2],
     n: usize,
 ) {
-    gram((rows, count), diagonal, [&mut *high, &mut *low], n);
+    gram((rows, count), &diagonal, [&mut *high, &mut *low], n);
     for j in 0..n {
         let (Some((line, high_rest)), Some((line_low, low_rest))) =
             (high.split_at_mut_checked(n), low.split_at_mut_checked(n))
         else {
             return;
         };
+        let pivot = number(line, line_low, j);
+        if !(pivot > 0.5 * diagonal(j))
+            && let Some(pivot) = line.get_mut(j)
+        {
+            // Even these digits are lost: this coordinate rests for the step.
+            *pivot = T::from_f64(f64::INFINITY);
+        }
         let inverse = 1.0 / number(line, line_low, j);
         let lines = high_rest.chunks_exact_mut(n).zip(low_rest.chunks_exact_mut(n));
         for (i, (other, other_low)) in (j + 1..n).zip(lines) {
