@@ -413,15 +413,7 @@ pub(crate) fn solve_step<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratc
 fn decompose<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     gram(map, scratch);
     factor(scratch.matrix, scratch.inverse);
-    let mass = map.mass.to_f64();
-    // No pivot is below the inertia, which is 0.6 and more; nor is it a number if one before it was zero.
-    // Where nothing takes energy, the rounding of single precision shows after many steps.
-    let beside = |least: f64| scratch.inverse.iter().all(|x| (least..2.0).contains(&(mass * x.to_f64())));
-    scratch.digits = match 16.0 * T::EPSILON {
-        _ if (map.damped || !single::<T>()) && beside(1.0 / worn::<T>()) => Digits::Enough,
-        least if beside(least) => Digits::Worn,
-        _ => Digits::Lost,
-    };
+    scratch.digits = digits(map, scratch.inverse);
     if single::<T>() && scratch.digits == Digits::Lost {
         let diagonal = |i: usize| map.mass.to_f64() * map.inertia.get(i).map_or(1.0, |m| m.to_f64());
         let [low, _] = &mut scratch.low;
@@ -430,7 +422,7 @@ fn decompose<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     }
 }
 
-/// What rounding left of a factor: the mass stands beside the largest pivot.
+/// What rounding left of a factor, in which the mass stands beside the largest pivot.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Digits {
     /// Rounding of the matrix does not show.
@@ -439,6 +431,22 @@ pub(crate) enum Digits {
     Worn,
     /// It hides the mass: softer directions are noise.
     Lost,
+}
+
+/// Judges a factor by the inverses of its pivots. None is below the inertia, which is 0.6 and more, without
+/// rounding; nor is one a number if one before it was zero.
+#[inline(always)]
+fn digits<T: Scalar>(map: &StrainMap<'_, T>, inverse: &[T]) -> Digits {
+    let mass = map.mass.to_f64();
+    let within = |least: f64| inverse.iter().all(|x| (least..2.0).contains(&(mass * x.to_f64())));
+    // Where nothing takes energy, any rounding of single precision shows after many steps.
+    if (map.damped || !single::<T>()) && within(1.0 / worn::<T>()) {
+        Digits::Enough
+    } else if within(16.0 * T::EPSILON) {
+        Digits::Worn
+    } else {
+        Digits::Lost
+    }
 }
 
 const fn single<T>() -> bool {
