@@ -72,9 +72,9 @@ pub(crate) fn factor<T: Scalar, const N: usize>(
             return;
         };
         let pivot = number(line, line_low, j);
-        if !(pivot > 0.5 * diagonal(j))
-            && let Some(pivot) = line.get_mut(j)
-        {
+        // Nor is it more if it is no number.
+        let is_more = pivot > 0.5 * diagonal(j);
+        if !is_more && let Some(pivot) = line.get_mut(j) {
             // Even these digits are lost: this coordinate rests for the step.
             *pivot = T::from_f64(f64::INFINITY);
         }
