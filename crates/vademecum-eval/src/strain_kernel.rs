@@ -166,11 +166,11 @@ impl<'s, T: Scalar> Scratch<'s, T> {
         let (n, mut memory) = (shape.padded(), Lender::new(memory));
         let rows = memory.take(shape.rows * n)?.as_chunks_mut().0;
         let matrix = memory.take(n * n)?;
-        let low = [memory.take(n * n)?, memory.take(n)?];
         let inverse = memory.take(n)?;
         let place = [memory.take(n)?, memory.take(n)?, memory.take(n)?];
         let (leading, solution) = (memory.take(n)?, memory.take(n)?);
         let (tail, along) = (memory.take(shape.tail)?, memory.take(shape.tail)?);
+        let low = [memory.take(n * n)?, memory.take(n)?];
         Ok(Self { rows, matrix, low, digits: Digits::Enough, inverse, place, leading, solution, tail, along })
     }
 }
@@ -413,9 +413,25 @@ pub(crate) fn solve_step<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratc
 fn decompose<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     gram(map, scratch);
     factor(scratch.matrix, scratch.inverse);
-    scratch.digits = digits(map, scratch.inverse);
+    judge(map, scratch);
+}
+
+/// Judges a factor, and makes that of twice the digits if nothing is left of one in single precision.
+#[inline(never)]
+fn judge<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
+    let mass = map.mass.to_f64();
+    // No pivot is below the inertia, which is 0.6 and more; nor is it a number if one before it was zero.
+    let within = |least: f64| scratch.inverse.iter().all(|x| (least..2.0).contains(&(mass * x.to_f64())));
+    // Where nothing takes energy, the rounding of single precision shows after many steps.
+    scratch.digits = if (map.damped || !single::<T>()) && within(1.0 / worn::<T>()) {
+        Digits::Enough
+    } else if within(16.0 * T::EPSILON) {
+        Digits::Worn
+    } else {
+        Digits::Lost
+    };
     if single::<T>() && scratch.digits == Digits::Lost {
-        let diagonal = |i: usize| map.mass.to_f64() * map.inertia.get(i).map_or(1.0, |m| m.to_f64());
+        let diagonal = |i: usize| mass * map.inertia.get(i).map_or(1.0, |m| m.to_f64());
         let [low, _] = &mut scratch.low;
         let rows = (&*scratch.rows, map.shape.rows.max(1));
         wide::factor(rows, diagonal, [&mut *scratch.matrix, low], map.shape.padded());
@@ -433,22 +449,6 @@ pub(crate) enum Digits {
     Lost,
 }
 
-/// Judges a factor by the inverses of its pivots. None is below the inertia, which is 0.6 and more, without
-/// rounding; nor is one a number if one before it was zero.
-#[inline(always)]
-fn digits<T: Scalar>(map: &StrainMap<'_, T>, inverse: &[T]) -> Digits {
-    let mass = map.mass.to_f64();
-    let within = |least: f64| inverse.iter().all(|x| (least..2.0).contains(&(mass * x.to_f64())));
-    // Where nothing takes energy, any rounding of single precision shows after many steps.
-    if (map.damped || !single::<T>()) && within(1.0 / worn::<T>()) {
-        Digits::Enough
-    } else if within(16.0 * T::EPSILON) {
-        Digits::Worn
-    } else {
-        Digits::Lost
-    }
-}
-
 const fn single<T>() -> bool {
     size_of::<T>() < 8
 }
@@ -458,29 +458,32 @@ const fn worn<T>() -> f64 {
     if single::<T>() { 1e3 } else { 1e4 }
 }
 
-/// The rest of a solve: `d` of the leading coordinates was found with the factor as it is. Single precision,
-/// which loses its digits soon, then takes twice as many; double precision has none to take.
+/// The rest of a solve: `d` of the leading coordinates was found with the factor as it is.
 #[inline(always)]
 fn finish<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
-    match scratch.digits {
-        Digits::Enough => {}
-        Digits::Worn if !single::<T>() => correct(map, scratch),
-        Digits::Worn => balance(map, scratch),
-        Digits::Lost => {
-            if single::<T>() {
-                let [low, x_low] = &mut scratch.low;
-                let x = [&mut *scratch.solution, x_low];
-                wide::solve::<T, PANEL>([&*scratch.matrix, low], scratch.leading, x);
-            }
-            balance(map, scratch);
-        }
+    if scratch.digits != Digits::Enough {
+        mend(map, scratch);
     }
     eliminate(map, scratch);
 }
 
+/// Mends `d` of the leading coordinates. Single precision, which loses its digits soon, then takes twice as
+/// many; double precision has none to take.
+#[inline(never)]
+fn mend<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
+    if !single::<T>() && scratch.digits == Digits::Worn {
+        return correct(map, scratch);
+    }
+    if single::<T>() && scratch.digits == Digits::Lost {
+        let [low, x_low] = &mut scratch.low;
+        let x = [&mut *scratch.solution, x_low];
+        wide::solve::<T, PANEL>([&*scratch.matrix, low], scratch.leading, x);
+    }
+    balance(map, scratch);
+}
+
 /// Scales `d` so that `d·A d` is `d·b`, which is all that the identity of the energy needs: it then holds
 /// however many digits the factor has lost, and with it the bound.
-#[inline(never)]
 fn balance<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     let (mut given, mut taken) = (0.0, 0.0);
     for ((d, right), inertia) in scratch.solution.iter().zip(&*scratch.leading).zip(map.inertia) {
