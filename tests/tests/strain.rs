@@ -175,13 +175,6 @@ fn a_body_with_stiff_parts_keeps_its_energy() {
             assert!(off <= 1e-10, "{:?}, {longer}: {off:e}", map.sizes);
         }
     }
-    // And of 1e6 to 1e8, of which single precision has nothing left.
-    for (map, start) in with_stiff_parts(100.0) {
-        for longer in [1.0, 4.0, 10.0] {
-            let off = drift::<f32>(&map, &start, longer, 400);
-            assert!(off <= 0.05, "f32 {:?}, {longer}: {off:e}", map.sizes);
-        }
-    }
 }
 
 #[test]

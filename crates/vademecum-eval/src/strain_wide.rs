@@ -3,8 +3,8 @@
 //!
 //! The matrix of a sub-step, `M + HᵀH`, is rounded to the entries of its stiffest rows, and single precision
 //! soon has nothing left of the mass beside them. The rows themselves have enough digits, so here they are
-//! squared, and the matrix is factored, in double precision. Few scenes ever need this; those that do take
-//! about twice as long.
+//! squared, and the matrix is factored, in double precision. Few scenes ever need this; their steps
+//! take longer.
 
 use crate::scalar::Scalar;
 
