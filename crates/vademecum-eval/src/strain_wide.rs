@@ -79,7 +79,7 @@ pub(crate) fn factor<T: Scalar, const N: usize>(
             *pivot = T::from_f64(f64::INFINITY);
         }
         let inverse = 1.0 / number(line, line_low, j);
-        let lines = high_rest.chunks_exact_mut(n).zip(low_rest.chunks_exact_mut(n));
+        let lines = high_rest.chunks_exact_mut(n.max(1)).zip(low_rest.chunks_exact_mut(n.max(1)));
         for (i, (other, other_low)) in (j + 1..n).zip(lines) {
             let share = number(line, line_low, i) * inverse;
             let parts = panels_mut::<T, N>(other, other_low).zip(panels::<T, N>(line, line_low));
@@ -99,6 +99,7 @@ fn gram<T: Scalar, const N: usize>(
     [high, low]: [&mut [T]; 2],
     n: usize,
 ) {
+    let (n, count) = (n.max(1), count.max(1));
     for (i, first) in rows.chunks_exact(count).enumerate() {
         for (j, second) in rows.chunks_exact(count).enumerate().skip(i) {
             let mut block = [[0.0; N]; N];
