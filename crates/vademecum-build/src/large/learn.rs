@@ -190,10 +190,10 @@ impl<'a> Learner<'a> {
 
     /// Shapes of least energy at coordinates of so many modes, up to a displacement \[m\].
     fn states(&self, n_modes: usize, count: usize, displacement: f64) -> Result<Vec<Vec<f64>>, LearnError> {
-        let modes = self.modes(n_modes);
-        let moving = at_load_nodes(self.body, modes);
-        let drawn = draw(moving.as_ref(), &self.modes.eigenvalues[..n_modes], displacement, count, SEED);
-        let states = kept_states(self.kept, &self.strain, self.symbolic, modes, drawn.as_ref())?;
+        let (modes, eigenvalues) = (self.modes(n_modes), &self.modes.eigenvalues[..n_modes]);
+        let drawn = draw(at_load_nodes(self.body, modes).as_ref(), eigenvalues, displacement, count, SEED);
+        let (modes, factor) = ((modes, eigenvalues), (self.symbolic, &*self.factor));
+        let states = kept_states(self.kept, &self.strain, modes, factor, drawn.as_ref())?;
         if 4 * states.len() < 3 * count {
             return Err(LearnError::FewStates { found: states.len(), asked: count, displacement });
         }

@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
+use super::prediction::Prediction;
 use crate::dynamics::large::{LargeError, Newton, Relaxation};
 use crate::fem::{GreenStrain, SOFTENING, Symbolic};
 use crate::linalg::{Random, transposed_product, unit};
@@ -65,18 +66,18 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
 }
 
 /// The states of least energy at coordinates of natural modes (one a column), as displacements over the free
-/// dofs. Coordinates at which none is found from rest, or in which some element is compressed to less than
-/// [`SOFTENING`], are halved; after a few halvings the state is left out.
+/// dofs, each searched for from its prediction. Coordinates at which none is found, or in which some element
+/// is compressed to less than [`SOFTENING`], are halved; after a few halvings the state is left out.
 ///
 /// # Errors
 /// [`LargeError`]: a body without supports, memory.
 pub fn relaxed(
-    strain: &GreenStrain<'_>,
+    prediction: &Prediction<'_>,
     symbolic: &Symbolic,
-    modes: MatRef<'_, f64>,
     drawn: MatRef<'_, f64>,
     listener: &dyn Listener,
 ) -> Result<Vec<Vec<f64>>, LargeError> {
+    let (strain, modes) = (prediction.strain, prediction.modes);
     let done = AtomicUsize::new(0);
     let newton = Newton { tolerance: TOLERANCE, ..Newton::default() };
     let of = |s: usize| {
@@ -84,7 +85,8 @@ pub fn relaxed(
         for halvings in 0..HALVINGS {
             let scale = 0.5_f64.powi(halvings);
             let q: Vec<f64> = drawn.col(s).iter().map(|q| scale * q).collect();
-            match Relaxation::new(strain, symbolic, modes, newton)?.relax(&q) {
+            let mut relaxation = Relaxation::new(strain, symbolic, modes, newton)?;
+            match relaxation.relax_from(prediction.at(&q), &q) {
                 Ok(shape) if strain.least_stretch(&shape.displacement) >= SOFTENING => {
                     found = Some(shape.displacement);
                     break;

@@ -2,7 +2,8 @@
 
 use faer::Mat;
 
-use super::{LargeOptions, Learner, Learnt, Pairs, Prior, States, columns, draw, relaxed};
+use super::{LargeOptions, Learner, Learnt, Pairs, Prediction, Prior, States, columns, draw, relaxed};
+use crate::dynamics::large::{Newton, Relaxation};
 use crate::dynamics::lowest_modes;
 use crate::fem::GreenStrain;
 use crate::input::Problem;
@@ -114,7 +115,10 @@ fn regressions_teach_the_energy_of_states_that_nobody_saw() {
     let modes = lowest_modes(pencil, &prepared.symbolic, 2).expect("modes");
     let moving = super::learn::at_load_nodes(&prepared.body, modes.vectors.as_ref());
     let drawn = draw(moving.as_ref(), &modes.eigenvalues, options.displacement, 20, 77);
-    let shapes = relaxed(&strain, &prepared.symbolic, modes.vectors.as_ref(), drawn.as_ref(), &Silent);
+    let factor = prepared.symbolic.factor_of(pencil.stiffness()).expect("a factor");
+    let own = (modes.vectors.as_ref(), modes.eigenvalues.as_slice());
+    let prediction = Prediction::new(&strain, own, (&prepared.symbolic, &factor));
+    let shapes = relaxed(&prediction, &prepared.symbolic, drawn.as_ref(), &Silent);
     let shapes = shapes.expect("shapes");
     let off = |map: &Learnt| {
         let mut momenta = Mat::zeros(map.vectors.nrows(), map.vectors.ncols());
@@ -132,6 +136,44 @@ fn regressions_teach_the_energy_of_states_that_nobody_saw() {
         let after = off(map);
         assert!(after < 0.5 * before, "{}: {before:e} {after:e}", map.name);
     }
+}
+
+#[test]
+fn a_prediction_leads_to_the_shape_that_is_found_from_rest_and_sooner() {
+    let prepared = beam();
+    let pencil = prepared.body.model.pencil();
+    let strain = GreenStrain::new(&prepared.body.model).expect("a strain");
+    let modes = lowest_modes(pencil, &prepared.symbolic, 6).expect("modes");
+    let factor = prepared.symbolic.factor_of(pencil.stiffness()).expect("a factor");
+    let own = (modes.vectors.as_ref(), modes.eigenvalues.as_slice());
+    let prediction = Prediction::new(&strain, own, (&prepared.symbolic, &factor));
+    let moving = super::learn::at_load_nodes(&prepared.body, modes.vectors.as_ref());
+    let drawn = draw(moving.as_ref(), &modes.eigenvalues, OPTIONS.displacement, 12, 5);
+    let distance =
+        |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() };
+    let mut factorisations = [0, 0];
+    for q in drawn.col_iter() {
+        let q: Vec<f64> = q.iter().copied().collect();
+        let search = |newton| Relaxation::new(&strain, &prepared.symbolic, own.0, newton).expect("a search");
+        let newton = Newton { keep: 0.0, ..Newton::default() };
+        let from_rest = search(newton).relax(&q).expect("a shape");
+        let guess = prediction.at(&q);
+        let found = search(Newton::default()).relax_from(guess.clone(), &q).expect("a shape");
+        let (whole, apart) = (
+            distance(&from_rest.displacement, &vec![0.0; strain.n_dof()]),
+            distance(&from_rest.displacement, &found.displacement),
+        );
+        assert!(apart < 1e-7 * whole, "{apart:e} {whole:e}");
+        // It is a better guess than the modes alone are.
+        let linear = own.0 * faer::ColRef::from_slice(&q);
+        let linear: Vec<f64> = linear.iter().copied().collect();
+        let off = |u: &[f64]| distance(u, &from_rest.displacement);
+        assert!(off(&guess.displacement) < 0.7 * off(&linear), "{:e}", off(&guess.displacement));
+        factorisations[0] += from_rest.factorisations;
+        factorisations[1] += found.factorisations;
+    }
+    println!("{factorisations:?} factorisations");
+    assert!(2 * factorisations[1] < factorisations[0], "{factorisations:?}");
 }
 
 #[test]

@@ -55,7 +55,7 @@ mod vectors;
 pub use error::LargeError;
 pub use march::{LargeMarch, LargeState, LargeWork, march_large, timed_force};
 pub use newton::Newton;
-pub use relax::{Relaxation, Relaxed};
+pub use relax::{Guess, Relaxation, Relaxed};
 pub use rest::{Rest, RestOptions, rest};
 pub use scheme::{LargeDamping, LargeScheme};
 

@@ -7,10 +7,11 @@
 //! [ Wᵀ    0 ] [ λ ] = [ q − Wᵀ u   ]
 //! ```
 //!
-//! One factorisation of the tangent and a solve for `W` at each correction, in the two forms of Newton's
-//! method that `newton.rs` explains. The first correction meets the constraint, and the others stay on it.
+//! in the two forms of Newton's method that `newton.rs` explains. The first correction meets the constraint,
+//! and the others stay on it. A factor, with its solve for `W`, serves as long as the corrections shrink
+//! fast ([`Newton::keep`]).
 
-use faer::linalg::solvers::Solve as _;
+use faer::linalg::solvers::{Llt, Solve as _};
 use faer::{Mat, MatRef, Side};
 
 use super::error::{LargeError, check_length};
@@ -41,6 +42,16 @@ pub struct Relaxed {
     pub forces: Vec<f64>,
     /// Factorisations it took.
     pub factorisations: usize,
+}
+
+/// Where a shape may be, from which Newton's method begins.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guess {
+    /// Displacement over the free dofs \[m\].
+    pub displacement: Vec<f64>,
+    /// The stress of the first tangent, of the length of the strain. That of a prediction of second order is
+    /// better than the stress at its displacement, which has terms of third and fourth order.
+    pub stress: Vec<f64>,
 }
 
 /// Most halvings of the way to the prescribed coordinates.
@@ -99,15 +110,12 @@ impl<'a> Relaxation<'a> {
             } else {
                 from.iter().zip(q).map(|(a, b)| a + next * (b - a)).collect()
             };
-            let gone = match self.go(&target, true) {
-                Err(Failure::Stopped { .. }) => self.go(&target, false),
+            let gone = match self.go(None, &target, true) {
+                Err(Failure::Stopped { .. }) => self.go(None, &target, false),
                 done => done,
             };
             match gone {
-                Ok(forces) if next == 1.0 => {
-                    let (displacement, factorisations) = (self.displacement.clone(), self.factorisations);
-                    return Ok(Relaxed { displacement, forces, factorisations });
-                }
+                Ok(forces) if next == 1.0 => return Ok(self.relaxed(forces)),
                 Ok(_) => (reached, part) = (next, 2.0 * part),
                 Err(Failure::Factor(error)) => return Err(error.into()),
                 Err(Failure::Stopped { residual, iterations }) => {
@@ -120,50 +128,75 @@ impl<'a> Relaxation<'a> {
         }
     }
 
+    /// A quick search for the shape at `q`: from a guess, and else from the last shape, by the first form of
+    /// Newton's method and without halving the way. What it does not find is mostly a body that collapses.
+    ///
+    /// # Errors
+    /// As [`Relaxation::relax`].
+    pub fn relax_from(&mut self, guess: Guess, q: &[f64]) -> Result<Relaxed, LargeError> {
+        check_length("the prescribed coordinates", q.len(), self.coordinates.len())?;
+        check_length("the guessed displacement", guess.displacement.len(), self.displacement.len())?;
+        check_length("the guessed stress", guess.stress.len(), self.strain.n_rows())?;
+        self.factorisations = 0;
+        let gone = match self.go(Some(guess), q, true) {
+            Err(Failure::Stopped { .. }) => self.go(None, q, true),
+            done => done,
+        };
+        match gone {
+            Ok(forces) => Ok(self.relaxed(forces)),
+            Err(Failure::Factor(error)) => Err(error.into()),
+            Err(Failure::Stopped { residual, iterations }) => {
+                Err(LargeError::NoShape { reached: 0.0, residual, iterations })
+            }
+        }
+    }
+
+    fn relaxed(&self, forces: Vec<f64>) -> Relaxed {
+        Relaxed { displacement: self.displacement.clone(), forces, factorisations: self.factorisations }
+    }
+
     /// `VᵀM u`.
     fn project(&self, u: &[f64]) -> Vec<f64> {
         let column = MatRef::from_column_major_slice(u, u.len(), 1);
         transposed_product(self.momenta.as_ref(), column).col_as_slice(0).to_vec()
     }
 
-    /// From the last shape to the one at `q`; the last shape stays where it fails. `mixed` is the first form
-    /// of Newton's method, with a stress of its own in the tangent; else the second, with a line search.
-    fn go(&mut self, q: &[f64], mixed: bool) -> Result<Vec<f64>, Failure> {
-        let (n, r) = (self.displacement.len(), q.len());
-        let mut memory = Solve::new(self.symbolic, r + 1, false);
-        let (mut u, mut f) = (self.displacement.clone(), vec![0.0; n]);
-        let mut z = vec![0.0; self.strain.n_rows()];
+    /// From the last shape, or from where `guess` says, to the one at `q`; the last shape stays where it
+    /// fails. `mixed` is the first form of Newton's method, with a stress of its own in the tangent; else the
+    /// second, with a line search.
+    fn go(&mut self, guess: Option<Guess>, q: &[f64], mixed: bool) -> Result<Vec<f64>, Failure> {
+        let rows = self.strain.n_rows();
+        let (mut u, stress) = match guess {
+            Some(Guess { displacement, stress }) => (displacement, Some(stress)),
+            None => (self.displacement.clone(), None),
+        };
+        let (mut z, mut f) = (vec![0.0; rows], vec![0.0; u.len()]);
         self.strain.strain(&u, &mut z);
         self.strain.transpose(&u, &z, &mut f);
-        let mut stress = z.clone();
-        let mut forces = vec![0.0; r];
+        let mut stress = stress.unwrap_or_else(|| z.clone());
+        let mut border = None;
         let (mut first, mut previous) = (None, f64::INFINITY);
         for iteration in 0..self.newton.iterations {
-            let Some(factor) = self.factorise(&u, &stress, mixed)? else {
-                return Err(stopped(previous, iteration));
+            let missing: Vec<f64> = q.iter().zip(self.project(&u)).map(|(q, at)| q - at).collect();
+            let (p, forces, size) = loop {
+                let fresh = border.is_none();
+                let mut own: Border = match border.take() {
+                    Some(border) => border,
+                    None => {
+                        let made = self.border(&u, &stress, mixed).map_err(Failure::Factor)?;
+                        made.ok_or_else(|| stopped(previous, iteration))?
+                    }
+                };
+                let (p, forces) = own.correction(self, &f, &missing);
+                // −p·(f − W λ) = pᵀK p: the energy of the correction.
+                let work = dot(&forces, &self.project(&p)) - dot(&p, &f);
+                let reference = *first.get_or_insert(work) + 0.5 * dot(&z, &z);
+                let size = if work <= 0.0 { 0.0 } else { (work / reference).sqrt() };
+                if fresh || size <= self.newton.keep * previous || size <= self.newton.tolerance {
+                    border = Some(own);
+                    break (p, forces, size);
+                }
             };
-            let mut columns = Mat::zeros(n, r + 1);
-            columns.as_mut().subcols_mut(0, r).copy_from(self.momenta.as_ref());
-            columns.col_as_slice_mut(r).copy_from_slice(&f);
-            memory.solve_in_place(&factor, columns.as_mut());
-            let answers = columns.as_ref().subcols(0, r);
-            // With p = X λ − y, X = K⁻¹W, y = K⁻¹f: (WᵀX) λ = q − Wᵀu + Wᵀy.
-            let compliance = transposed_product(self.momenta.as_ref(), answers);
-            let at = self.project(&u);
-            let pulled = self.project(columns.col_as_slice(r));
-            let missing: Vec<f64> = (0..r).map(|k| q[k] - at[k]).collect();
-            let rhs = Mat::from_fn(r, 1, |k, _| missing[k] + pulled[k]);
-            let solved = compliance.as_ref().llt(Side::Lower).map_err(|_| stopped(f64::NAN, iteration))?;
-            let lambda = solved.solve(&rhs);
-            let mut p: Vec<f64> = columns.col_as_slice(r).iter().map(|y| -y).collect();
-            for k in 0..r {
-                add(&mut p, lambda[(k, 0)], columns.col_as_slice(k));
-            }
-            forces = lambda.col_as_slice(0).to_vec();
-            // −p·(f − W λ) = pᵀK p: the energy of the correction.
-            let work = dot(&forces, &self.project(&p)) - dot(&p, &f);
-            let reference = *first.get_or_insert(work) + 0.5 * dot(&z, &z);
-            let size = if work <= 0.0 { 0.0 } else { (work / reference).sqrt() };
             if size.is_nan() || size > DIVERGED {
                 return Err(stopped(size, iteration));
             }
@@ -183,8 +216,22 @@ impl<'a> Relaxation<'a> {
                 return Ok(forces);
             }
             previous = size;
+            if self.newton.keep == 0.0 || !whole {
+                border = None;
+            }
         }
         Err(stopped(previous, self.newton.iterations))
+    }
+
+    /// The factor of the tangent in its border; nothing where it is not positive definite.
+    fn border(&mut self, u: &[f64], stress: &[f64], mixed: bool) -> Result<Option<Border>, FactorError> {
+        let Some(factor) = self.factorise(u, stress, mixed)? else { return Ok(None) };
+        let mut memory = Solve::new(self.symbolic, self.momenta.ncols(), false);
+        let mut answers = self.momenta.clone();
+        memory.solve_in_place(&factor, answers.as_mut());
+        let compliance = transposed_product(self.momenta.as_ref(), answers.as_ref());
+        let Ok(compliance) = compliance.as_ref().llt(Side::Lower) else { return Ok(None) };
+        Ok(Some(Border { factor, memory, answers, compliance }))
     }
 
     /// Goes along `p`: all the way where the constraint is not met yet, else until the slope of the energy is
@@ -206,15 +253,40 @@ impl<'a> Relaxation<'a> {
 
     /// The factor of the tangent. Where it is not positive definite, nothing in the mixed form, else the
     /// factor of one without compression.
-    fn factorise(&mut self, u: &[f64], stress: &[f64], mixed: bool) -> Result<Option<Factor>, Failure> {
+    fn factorise(&mut self, u: &[f64], stress: &[f64], mixed: bool) -> Result<Option<Factor>, FactorError> {
         self.factorisations += 1;
         let tangent = |pulled| self.strain.weighted_tangent(u, 1.0, stress, pulled);
-        let done = match self.symbolic.factorize(tangent(false)) {
-            Err(FactorError::NotPositiveDefinite { .. }) if mixed => return Ok(None),
-            Err(FactorError::NotPositiveDefinite { .. }) => self.symbolic.factorize(tangent(true)),
-            done => done,
-        };
-        done.map(Some).map_err(Failure::Factor)
+        match self.symbolic.factorize(tangent(false)) {
+            Err(FactorError::NotPositiveDefinite { .. }) if mixed => Ok(None),
+            Err(FactorError::NotPositiveDefinite { .. }) => self.symbolic.factorize(tangent(true)).map(Some),
+            done => done.map(Some),
+        }
+    }
+}
+
+/// The factor of a tangent in the border of the momenta.
+struct Border {
+    factor: Factor,
+    memory: Solve,
+    /// `X = K⁻¹W`, shape (n, r).
+    answers: Mat<f64>,
+    /// The factor of `WᵀX`.
+    compliance: Llt<f64>,
+}
+
+impl Border {
+    /// The correction at a place with the force `f` that misses the coordinates by so much, and the
+    /// multipliers: with `p = X λ − y` and `y = K⁻¹f`, `(WᵀX) λ = missing + Wᵀy`.
+    fn correction(&mut self, of: &Relaxation<'_>, f: &[f64], missing: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut y = Mat::from_fn(f.len(), 1, |i, _| f[i]);
+        self.memory.solve_in_place(&self.factor, y.as_mut());
+        let y = y.col_as_slice(0);
+        let pulled = of.project(y);
+        let right = Mat::from_fn(missing.len(), 1, |k, _| missing[k] + pulled[k]);
+        let forces = self.compliance.solve(&right).col_as_slice(0).to_vec();
+        let mut p: Vec<f64> = y.iter().map(|y| -y).collect();
+        forces.iter().enumerate().for_each(|(k, &force)| add(&mut p, force, self.answers.col_as_slice(k)));
+        (p, forces)
     }
 }
 
