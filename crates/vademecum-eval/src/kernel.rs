@@ -175,6 +175,15 @@ fn parts<T, const N: usize>(all: &[T], stride: usize) -> Result<[&[[T; LANES]]; 
     Ok(parts)
 }
 
+/// `x − share y`.
+#[inline(always)]
+pub(crate) fn less<T: Scalar, const N: usize>(mut x: [T; N], share: T, y: &[T; N]) -> [T; N] {
+    for i in 0..N {
+        x[i] = x[i] - share * y[i];
+    }
+    x
+}
+
 /// Sum of all, in halves: one after the other they would wait for each other, longer than the step takes.
 #[inline(always)]
 pub(crate) fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {

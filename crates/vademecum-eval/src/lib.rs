@@ -181,6 +181,8 @@ mod static_field;
 mod strain;
 mod strain_kernel;
 mod strain_map;
+mod strain_memory;
+mod strain_solve;
 mod strain_wide;
 mod stress;
 mod stress_rows;

@@ -19,10 +19,9 @@ use crate::options::{Status, Structure};
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 use crate::state::State;
-use crate::strain_kernel::{
-    Force, Scratch, StrainMap, answer, dissipated, moved, prepare, strain_square, sub_step,
-};
+use crate::strain_kernel::{Force, answer, dissipated, moved, prepare, strain_square, sub_step};
 use crate::strain_map::distance;
+use crate::strain_memory::{Scratch, StrainMap};
 
 /// What a step did with the energy \[J\], see [`Scene::step_metered`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -18,7 +18,7 @@ use crate::error::BindError;
 use crate::lend::{Short, put};
 use crate::options::SceneOptions;
 use crate::scalar::Scalar;
-use crate::strain_kernel::{ROW, StrainShape, TAIL};
+use crate::strain_memory::{ROW, StrainShape, TAIL};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, FormatError, Numbers, SectionKind, StrainSizes};
 

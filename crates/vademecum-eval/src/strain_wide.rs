@@ -6,6 +6,7 @@
 //! squared, and the matrix is factored, in double precision. Few scenes ever need this; their steps
 //! take longer.
 
+use crate::kernel::less;
 use crate::scalar::Scalar;
 
 /// Numbers in two parts, `high + low`.
@@ -23,14 +24,6 @@ fn write<T: Scalar, const N: usize>(values: &[f64; N], high: &mut [T; N], low: &
         high[i] = T::from_f64(values[i]);
         low[i] = T::from_f64(values[i] - high[i].to_f64());
     }
-}
-
-/// `x − share y`.
-fn less<const N: usize>(mut x: [f64; N], share: f64, y: &[f64; N]) -> [f64; N] {
-    for i in 0..N {
-        x[i] -= share * y[i];
-    }
-    x
 }
 
 /// The panels of two parts of a line or vector.
