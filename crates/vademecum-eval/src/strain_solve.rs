@@ -1,5 +1,5 @@
-//! The solve of a sub-step: Gram matrix of the rows, its factor, and what is done where rounding has taken too
-//! many of its digits.
+//! The solve of a sub-step: Gram matrix of the rows, its factor, and what is done where rounding has taken
+//! too many of its digits.
 
 use crate::kernel::{less, total};
 use crate::scalar::Scalar;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::basis::with_followers;
-use super::kept::kept_states;
 use super::map::{Columns, Pairs, StrainMap};
 use super::prior::{Prior, columns};
+use super::shapes::kept_states;
 use super::states::{States, draw};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};

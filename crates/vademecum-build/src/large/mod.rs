@@ -1,11 +1,11 @@
 //! Large displacements: a strain map over a basis, learnt from shapes of least energy.
 
 mod basis;
-mod kept;
 mod learn;
 mod map;
 mod prediction;
 mod prior;
+mod shapes;
 mod states;
 mod trial;
 
@@ -14,7 +14,8 @@ pub use learn::{CANDIDATES, LargeOptions, LearnError, Learner, Learnt};
 pub use map::{Columns, Pairs, StrainMap};
 pub use prediction::Prediction;
 pub use prior::{Prior, columns};
-pub use states::{States, draw, relaxed};
+pub use shapes::relaxed;
+pub use states::{States, draw};
 pub use trial::{FullOrder, PARTS, Push, Pushes, Reference, Seen, asked_displacement};
 
 #[cfg(test)]

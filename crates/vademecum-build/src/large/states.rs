@@ -6,21 +6,10 @@
 //! then let go everywhere but in these coordinates: least energy under `VᵀM u = q`. So no motion has to be
 //! marched, and what follows the coordinates without mass of its own is where it belongs.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
-use super::prediction::Prediction;
-use crate::dynamics::large::{LargeError, Newton, Relaxation};
-use crate::fem::{GreenStrain, SOFTENING, Symbolic};
+use crate::fem::GreenStrain;
 use crate::linalg::{Random, transposed_product, unit};
-use crate::progress::Listener;
-
-/// How often coordinates are halved.
-const HALVINGS: i32 = 5;
-/// Where Newton's method ends: its last correction, which is still made, squares this.
-const TOLERANCE: f64 = 1e-5;
 
 /// States of the full order beside their coordinates.
 #[derive(Clone, Debug)]
@@ -63,43 +52,6 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
         (0..r).for_each(|k| drawn[(k, s)] = scale * q[k]);
     }
     drawn
-}
-
-/// The states of least energy at coordinates of natural modes (one a column), as displacements over the free
-/// dofs, each searched for from its prediction. Coordinates at which none is found, or in which some element
-/// is compressed to less than [`SOFTENING`], are halved; after a few halvings the state is left out.
-///
-/// # Errors
-/// [`LargeError`]: a body without supports, memory.
-pub fn relaxed(
-    prediction: &Prediction<'_>,
-    symbolic: &Symbolic,
-    drawn: MatRef<'_, f64>,
-    listener: &dyn Listener,
-) -> Result<Vec<Vec<f64>>, LargeError> {
-    let (strain, modes) = (prediction.strain, prediction.modes);
-    let done = AtomicUsize::new(0);
-    let newton = Newton { tolerance: TOLERANCE, ..Newton::default() };
-    let of = |s: usize| {
-        let mut found = None;
-        for halvings in 0..HALVINGS {
-            let scale = 0.5_f64.powi(halvings);
-            let q: Vec<f64> = drawn.col(s).iter().map(|q| scale * q).collect();
-            let mut relaxation = Relaxation::new(strain, symbolic, modes, newton)?;
-            match relaxation.relax_from(prediction.at(&q), &q) {
-                Ok(shape) if strain.least_stretch(&shape.displacement) >= SOFTENING => {
-                    found = Some(shape.displacement);
-                    break;
-                }
-                Ok(_) | Err(LargeError::NoShape { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), drawn.ncols())?;
-        Ok(found)
-    };
-    let found: Result<Vec<Option<_>>, LargeError> = (0..drawn.ncols()).into_par_iter().map(of).collect();
-    Ok(found?.into_iter().flatten().collect())
 }
 
 impl States {
