@@ -66,7 +66,7 @@ impl LargeReport {
 }
 
 /// Sub-steps in a step whose own error in time is far below any other.
-pub const CONVERGED: usize = 256;
+pub const CONVERGED_SUBSTEPS: usize = 256;
 
 /// Steps a push through a file: coordinates after each step, one a column, and, where it is `metered`, the
 /// largest violation of the energy's identity over the largest energy. A metered step costs three.
@@ -146,7 +146,7 @@ pub(crate) fn certify_push(
     let linear =
         SceneOptions { structure: vademecum_eval::StructureChoice::Exact, ..SceneOptions::default() };
     let (straight, _) = follow_push(bytes, &linear, order, push, (steps, false))?;
-    let short = SceneOptions { substeps: Some(CONVERGED), ..SceneOptions::default() };
+    let short = SceneOptions { substeps: Some(CONVERGED_SUBSTEPS), ..SceneOptions::default() };
     let (converged, _) = follow_push(bytes, &short, order, push, (steps, false))?;
     let TrajectoryError { error, floor } = seen.error(&found);
     Ok(LargeRun {

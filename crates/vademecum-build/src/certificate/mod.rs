@@ -19,7 +19,7 @@ mod verdict;
 pub use error::CertificateError;
 pub use evaluated::{Candidate, Measured, certify, certify_exact, measure, spectral_radius};
 pub use figures::{FIGURES, Figures, FileFigures};
-pub use large::{CONVERGED, LargeReport, LargeRun};
+pub use large::{CONVERGED_SUBSTEPS, LargeReport, LargeRun};
 pub(crate) use large::{certify_push, push_motion};
 pub use over_box::{BoxCertificate, certify_box};
 pub(crate) use unseen::TRAJECTORIES;

@@ -86,6 +86,17 @@ pub enum LearnError {
     Shapes(#[from] LargeError),
 }
 
+/// Natural modes and shapes that follow them.
+#[derive(Clone, Debug)]
+pub struct FollowedBasis {
+    /// Shape (n, R); their mass is the identity, their eigenvalues ascend.
+    pub vectors: Mat<f64>,
+    /// Diagonal of their stiffness.
+    pub eigenvalues: Vec<f64>,
+    /// Natural frequencies of the coordinates that are natural modes \[rad/s\], 0 of the others.
+    pub natural: Vec<f64>,
+}
+
 /// A basis and the strain map over it.
 #[derive(Clone, Debug)]
 pub struct Learnt {
@@ -94,12 +105,8 @@ pub struct Learnt {
     /// Natural modes of the basis; the other shapes follow them.
     pub modes: usize,
     prior: Prior,
-    /// The basis, shape (n, R), its mass the identity, eigenvalues ascending.
-    pub vectors: Mat<f64>,
-    /// Diagonal of its stiffness.
-    pub eigenvalues: Vec<f64>,
-    /// Natural frequencies of the coordinates that are natural modes \[rad/s\], 0 of the others.
-    pub natural: Vec<f64>,
+    /// What its coordinates are of.
+    pub basis: FollowedBasis,
     /// The strain map.
     pub map: StrainMap,
     /// Coordinates of the states, one a column.
@@ -170,15 +177,14 @@ impl<'a> Learner<'a> {
     pub fn fitted(&self, from: &Learnt) -> Result<Vec<Learnt>, LearnError> {
         let Self { options, .. } = self;
         let states = self.states(from.modes, options.states, MARGIN * options.displacement)?;
-        let states = self.seen(&from.vectors, &states);
-        let (vectors, eigenvalues) = (from.vectors.clone(), from.eigenvalues.clone());
-        let basis = Sorted { vectors, eigenvalues, natural: from.natural.clone() };
-        let mut columns = self.columns(&basis, from.prior);
+        let basis = &from.basis;
+        let states = self.seen(&basis.vectors, &states);
+        let mut columns = self.columns(basis, from.prior);
         let mut found = vec![];
         for ridge in RIDGES {
             columns.fit(&states, ridge)?;
             let name = format!(", fitted with ridge {ridge}");
-            found.push(self.learnt(name, (from.modes, from.prior), &basis, &columns, &states)?);
+            found.push(self.learnt(name, (from.modes, from.prior), basis, &columns, &states)?);
         }
         Ok(found)
     }
@@ -204,8 +210,8 @@ impl<'a> Learner<'a> {
         States::new(&self.strain, times_mass(self.body, vectors.as_ref()).as_ref(), states)
     }
 
-    fn columns(&self, basis: &Sorted, prior: Prior) -> Columns {
-        let Sorted { vectors, eigenvalues, .. } = basis;
+    fn columns(&self, basis: &FollowedBasis, prior: Prior) -> Columns {
+        let FollowedBasis { vectors, eigenvalues, .. } = basis;
         let pairs = Pairs { interacting: eigenvalues.len(), coupled: 0 };
         columns(&self.strain, (vectors.as_ref(), eigenvalues), pairs, prior, (self.symbolic, &self.factor))
     }
@@ -214,7 +220,7 @@ impl<'a> Learner<'a> {
         &self,
         fitted: String,
         (modes, prior): (usize, Prior),
-        basis: &Sorted,
+        basis: &FollowedBasis,
         columns: &Columns,
         states: &States,
     ) -> Result<Learnt, LearnError> {
@@ -222,15 +228,12 @@ impl<'a> Learner<'a> {
             Prior::Relaxed => "relaxed",
             Prior::Galerkin => "Galerkin",
         };
-        let Sorted { vectors, eigenvalues, natural } = basis;
-        let shapes = eigenvalues.len() - modes;
+        let shapes = basis.eigenvalues.len() - modes;
         Ok(Learnt {
             name: format!("{modes} modes, {shapes} shapes that follow, {prior_name}{fitted}"),
             modes,
             prior,
-            vectors: vectors.clone(),
-            eigenvalues: eigenvalues.clone(),
-            natural: natural.clone(),
+            basis: basis.clone(),
             map: columns.rows(states.coordinates.as_ref(), self.options.rows)?,
             states: states.coordinates.clone(),
             energies: states.energies.clone(),
@@ -256,20 +259,12 @@ pub(super) fn at_load_nodes(body: &Body, vectors: MatRef<'_, f64>) -> Mat<f64> {
     })
 }
 
-/// A basis with ascending eigenvalues.
-struct Sorted {
-    vectors: Mat<f64>,
-    eigenvalues: Vec<f64>,
-    /// As [`Learnt::natural`].
-    natural: Vec<f64>,
-}
-
 /// A basis whose first vectors are natural modes, with ascending eigenvalues.
-fn sorted((vectors, values): (Mat<f64>, Vec<f64>), n_modes: usize) -> Sorted {
+fn sorted((vectors, values): (Mat<f64>, Vec<f64>), n_modes: usize) -> FollowedBasis {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let natural = |&k: &usize| if k < n_modes { values[k].sqrt() } else { 0.0 };
-    Sorted {
+    FollowedBasis {
         vectors: Mat::from_fn(vectors.nrows(), order.len(), |i, k| vectors[(i, order[k])]),
         eigenvalues: order.iter().map(|&k| values[k]).collect(),
         natural: order.iter().map(natural).collect(),

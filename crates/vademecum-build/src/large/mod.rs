@@ -10,7 +10,7 @@ mod states;
 mod trial;
 
 pub use basis::with_followers;
-pub use learn::{CANDIDATES, LargeOptions, LearnError, Learner, Learnt};
+pub use learn::{CANDIDATES, FollowedBasis, LargeOptions, LearnError, Learner, Learnt};
 pub use map::{Columns, Pairs, StrainMap};
 pub use prediction::Prediction;
 pub use prior::{Prior, columns};

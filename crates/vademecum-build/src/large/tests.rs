@@ -39,10 +39,11 @@ fn all_rows_of_galerkin_have_the_energy_of_the_body() {
     let galerkin: Vec<_> = maps.iter().filter(|map| map.name.ends_with("Galerkin")).collect();
     assert_eq!(galerkin.len(), 3);
     for map in galerkin {
-        let r = map.eigenvalues.len();
-        let q: Vec<f64> = map.eigenvalues.iter().map(|l| (random.uniform() - 0.5) / l.sqrt()).collect();
-        let u: Vec<f64> =
-            (0..map.vectors.nrows()).map(|i| (0..r).map(|k| map.vectors[(i, k)] * q[k]).sum()).collect();
+        let r = map.basis.eigenvalues.len();
+        let q: Vec<f64> = map.basis.eigenvalues.iter().map(|l| (random.uniform() - 0.5) / l.sqrt()).collect();
+        let u: Vec<f64> = (0..map.basis.vectors.nrows())
+            .map(|i| (0..r).map(|k| map.basis.vectors[(i, k)] * q[k]).sum())
+            .collect();
         let (found, exact) = (map.map.energy(&q), strain.energy(&u));
         // The rows come from Gram matrices, which halve the digits.
         assert!((found - exact).abs() < 1e-7 * exact, "{found:e} {exact:e}");
@@ -54,9 +55,9 @@ fn a_basis_is_orthonormal_in_the_mass_and_its_stiffness_is_diagonal() {
     let prepared = beam();
     let pencil = prepared.body.model.pencil();
     for map in learnt(&prepared, &OPTIONS) {
-        let v = &map.vectors;
+        let v = &map.basis.vectors;
         let mut image = Mat::zeros(v.nrows(), v.ncols());
-        let r = map.eigenvalues.len();
+        let r = map.basis.eigenvalues.len();
         assert_eq!(r, OPTIONS.coordinates);
         pencil.mass().mul_into(v.as_ref(), image.as_mut());
         let mass = v.transpose() * &image;
@@ -66,11 +67,11 @@ fn a_basis_is_orthonormal_in_the_mass_and_its_stiffness_is_diagonal() {
             for j in 0..r {
                 let unit = f64::from(u8::from(i == j));
                 assert!((mass[(i, j)] - unit).abs() < 1e-9, "{} {i} {j}", map.name);
-                let size = (map.eigenvalues[i] * map.eigenvalues[j]).sqrt();
+                let size = (map.basis.eigenvalues[i] * map.basis.eigenvalues[j]).sqrt();
                 assert!((stiffness[(i, j)] / size - unit).abs() < 1e-8, "{} {i} {j}", map.name);
             }
         }
-        assert!(map.eigenvalues.is_sorted());
+        assert!(map.basis.eigenvalues.is_sorted());
     }
 }
 
@@ -121,8 +122,8 @@ fn regressions_teach_the_energy_of_states_that_nobody_saw() {
     let shapes = relaxed(&prediction, &prepared.symbolic, drawn.as_ref(), &Silent);
     let shapes = shapes.expect("shapes");
     let off = |map: &Learnt| {
-        let mut momenta = Mat::zeros(map.vectors.nrows(), map.vectors.ncols());
-        pencil.mass().mul_into(map.vectors.as_ref(), momenta.as_mut());
+        let mut momenta = Mat::zeros(map.basis.vectors.nrows(), map.basis.vectors.ncols());
+        pencil.mass().mul_into(map.basis.vectors.as_ref(), momenta.as_mut());
         let states = States::new(&strain, momenta.as_ref(), &shapes);
         let each = states.energies.iter().enumerate();
         let square =
@@ -184,17 +185,17 @@ fn a_regression_meets_the_states_better_than_what_it_began_with() {
     let pencil = prepared.body.model.pencil();
     let factor = prepared.symbolic.factor_of(pencil.stiffness()).expect("a factor");
     let map = &maps[0];
-    let mut momenta = Mat::zeros(map.vectors.nrows(), map.vectors.ncols());
-    pencil.mass().mul_into(map.vectors.as_ref(), momenta.as_mut());
+    let mut momenta = Mat::zeros(map.basis.vectors.nrows(), map.basis.vectors.ncols());
+    pencil.mass().mul_into(map.basis.vectors.as_ref(), momenta.as_mut());
     let shapes: Vec<Vec<f64>> = (0..map.states.ncols())
         .map(|s| {
-            let of = |i: usize| (0..12).map(|k| map.vectors[(i, k)] * map.states[(k, s)]).sum();
-            (0..map.vectors.nrows()).map(of).collect()
+            let of = |i: usize| (0..12).map(|k| map.basis.vectors[(i, k)] * map.states[(k, s)]).sum();
+            (0..map.basis.vectors.nrows()).map(of).collect()
         })
         .collect();
     let states = States::new(&strain, momenta.as_ref(), &shapes);
     let pairs = Pairs { interacting: 12, coupled: 0 };
-    let basis = (map.vectors.as_ref(), map.eigenvalues.as_slice());
+    let basis = (map.basis.vectors.as_ref(), map.basis.eigenvalues.as_slice());
     let mut found = columns(&strain, basis, pairs, Prior::Relaxed, (&prepared.symbolic, &factor));
     let off = |found: &super::Columns| -> f64 {
         let map = found.rows(states.coordinates.as_ref(), pairs.count()).expect("rows");

@@ -380,11 +380,11 @@ impl Seen {
 impl Learnt {
     /// A reference in the coordinates of the basis.
     pub fn see(&self, body: &Body, reference: &Reference) -> Seen {
-        let (n, reference) = (self.vectors.nrows(), &reference.displacements);
+        let (n, reference) = (self.basis.vectors.nrows(), &reference.displacements);
         let u = Mat::from_fn(n, reference.len(), |i, s| reference[s][i]);
         let mut momenta = Mat::zeros(n, reference.len());
         body.model.pencil().mass().mul_into(u.as_ref(), momenta.as_mut());
-        let coordinates = self.vectors.transpose() * &momenta;
+        let coordinates = self.basis.vectors.transpose() * &momenta;
         let dot =
             |s: usize| u.col_as_slice(s).iter().zip(momenta.col_as_slice(s)).map(|(a, b)| a * b).sum::<f64>();
         let whole: f64 = (0..reference.len()).map(dot).sum();

@@ -195,8 +195,8 @@ impl Stages<'_> {
             geometric_mean(&each.map(|((seen, motion), fine)| seen.apart(motion, fine)).collect::<Vec<_>>())
         };
         let mut best = self.motions(problem, map, references, None)?;
-        for k in (0..map.natural.len()).rev() {
-            let own = std::mem::take(&mut map.natural[k]);
+        for k in (0..map.basis.natural.len()).rev() {
+            let own = std::mem::take(&mut map.basis.natural[k]);
             if own == 0.0 {
                 continue;
             }
@@ -204,7 +204,7 @@ impl Stages<'_> {
             if off(&without) < off(&best) {
                 best = without;
             } else {
-                map.natural[k] = own;
+                map.basis.natural[k] = own;
             }
         }
         Ok(best)
@@ -231,9 +231,9 @@ fn worth_fitting(priors: &[(f64, Learnt)]) -> Vec<&Learnt> {
 
 /// The basis as files have it. Its signs are those of the strain map.
 fn basis_of(map: &Learnt) -> Basis {
-    let (r, values) = (map.eigenvalues.len(), &map.eigenvalues);
+    let (r, values) = (map.basis.eigenvalues.len(), &map.basis.eigenvalues);
     Basis {
-        vectors: map.vectors.clone(),
+        vectors: map.basis.vectors.clone(),
         stiffness: Mat::from_fn(r, r, |i, j| if i == j { values[i] } else { 0.0 }),
         eigenvalues: Some(values.clone()),
         energy: vec![],
@@ -243,7 +243,7 @@ fn basis_of(map: &Learnt) -> Basis {
 
 /// The strain map, and where its training was.
 fn sections(map: &Learnt, problem: &Problem) -> Vec<Draft> {
-    let (r, states) = (map.eigenvalues.len(), map.states.as_ref());
+    let (r, states) = (map.basis.eigenvalues.len(), map.states.as_ref());
     let linear = Mat::from_fn(r, r, |i, j| if i == j { map.map.frequencies[i] } else { 0.0 });
     let count = states.ncols() as f64;
     let mean = Mat::from_fn(r, r, |i, j| {
@@ -261,7 +261,7 @@ fn sections(map: &Learnt, problem: &Problem) -> Vec<Draft> {
         linear: linear.as_ref(),
         tail: &[],
         quadratic: map.map.quadratic.as_ref(),
-        modes: &map.natural,
+        modes: &map.basis.natural,
         substeps: SUBSTEPS,
         training: Some(training),
     };

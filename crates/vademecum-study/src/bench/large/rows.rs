@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 use vademecum_build::Matrix;
-use vademecum_build::certificate::CONVERGED;
+use vademecum_build::certificate::CONVERGED_SUBSTEPS;
 use vademecum_build::dynamics::large::LargeMarch;
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
@@ -62,7 +62,7 @@ impl Through<'_> {
                 methods.push(play(LargeMethod::File(precision), substeps)?);
             }
         }
-        let converged = self.play(LargeMethod::File(Precision::Double), CONVERGED)?;
+        let converged = self.play(LargeMethod::File(Precision::Double), CONVERGED_SUBSTEPS)?;
         self.listener.stage("time the steps of the file");
         for _ in 0..rounds {
             for Played { method, substeps, samples, .. } in &mut methods {
