@@ -21,7 +21,7 @@ pub enum Prior {
 /// The columns of a strain map: `B V` and, for each product, `E₂(v_a, v_b)`, which of a product of two
 /// different coordinates counts twice.
 ///
-/// With [`Prior::Relaxed`] what the rest of the body does with a product ([`let_go`]) strains it, too.
+/// With [`Prior::Relaxed`] what the rest of the body does with a product (`let_go`) strains it, too.
 pub fn columns(
     strain: &GreenStrain<'_>,
     basis: (MatRef<'_, f64>, &[f64]),
