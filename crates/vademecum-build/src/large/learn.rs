@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use super::basis::with_followers;
-use super::map::{Columns, Pairs, StrainMap};
+use super::map::{Pairs, StrainGram, StrainMap};
 use super::prior::{Prior, columns};
+use super::regression::Columns;
 use super::shapes::kept_states;
 use super::states::{States, draw};
 use crate::dynamics::large::LargeError;
@@ -163,8 +165,8 @@ impl<'a> Learner<'a> {
             let basis = sorted(with_followers(body.model.pencil(), own, &states, shapes)?, n_modes);
             let states = self.seen(&basis.vectors, &states);
             for prior in [Prior::Relaxed, Prior::Galerkin] {
-                let columns = self.columns(&basis, prior);
-                found.push(self.learnt(String::new(), (n_modes, prior), &basis, &columns, &states)?);
+                let gram = self.columns(&basis, prior).gram();
+                found.push(self.learnt(String::new(), (n_modes, prior), &basis, &gram, &states)?);
             }
         }
         Ok(found)
@@ -179,14 +181,12 @@ impl<'a> Learner<'a> {
         let states = self.states(from.modes, options.states, MARGIN * options.displacement)?;
         let basis = &from.basis;
         let states = self.seen(&basis.vectors, &states);
-        let mut columns = self.columns(basis, from.prior);
-        let mut found = vec![];
-        for ridge in RIDGES {
-            columns.fit(&states, ridge)?;
+        let grams = self.columns(basis, from.prior).fitted(&states, &RIDGES)?;
+        let of = |(ridge, gram): (&f64, &StrainGram)| {
             let name = format!(", fitted with ridge {ridge}");
-            found.push(self.learnt(name, (from.modes, from.prior), basis, &columns, &states)?);
-        }
-        Ok(found)
+            self.learnt(name, (from.modes, from.prior), basis, gram, &states)
+        };
+        RIDGES.par_iter().zip(&grams).map(of).collect()
     }
 
     /// The lowest modes.
@@ -221,7 +221,7 @@ impl<'a> Learner<'a> {
         fitted: String,
         (modes, prior): (usize, Prior),
         basis: &FollowedBasis,
-        columns: &Columns,
+        gram: &StrainGram,
         states: &States,
     ) -> Result<Learnt, LearnError> {
         let prior_name = match prior {
@@ -234,7 +234,7 @@ impl<'a> Learner<'a> {
             modes,
             prior,
             basis: basis.clone(),
-            map: columns.rows(states.coordinates.as_ref(), self.options.rows)?,
+            map: gram.rows(states.coordinates.as_ref(), self.options.rows)?,
             states: states.coordinates.clone(),
             energies: states.energies.clone(),
         })

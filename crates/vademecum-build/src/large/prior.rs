@@ -3,7 +3,8 @@
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 
-use super::map::{Columns, Pairs};
+use super::map::Pairs;
+use super::regression::Columns;
 use crate::fem::{Factor, GreenStrain, Solve, Symbolic, contiguous, contiguous_mut};
 use crate::linalg::{subtract_product, transposed_product};
 

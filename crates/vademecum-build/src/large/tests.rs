@@ -1,8 +1,12 @@
 //! Strain maps of a small beam.
 
-use faer::Mat;
+use faer::linalg::solvers::Solve as _;
+use faer::{Mat, Side};
 
-use super::{LargeOptions, Learner, Learnt, Pairs, Prediction, Prior, States, columns, draw, relaxed};
+use super::{
+    Columns, LargeOptions, Learner, Learnt, Pairs, Prediction, Prior, States, StrainGram, columns, draw,
+    relaxed,
+};
 use crate::dynamics::large::{Newton, Relaxation};
 use crate::dynamics::lowest_modes;
 use crate::fem::GreenStrain;
@@ -87,7 +91,7 @@ fn relaxing_what_the_basis_cannot_show_leaves_its_own_rows_and_lowers_the_energy
     let [plain, relaxed] = [Prior::Galerkin, Prior::Relaxed].map(|prior| {
         let basis = (modes.vectors.as_ref(), modes.eigenvalues.as_slice());
         let found = columns(&strain, basis, pairs, prior, (&prepared.symbolic, &factor));
-        found.rows(q.as_ref(), pairs.count()).expect("rows")
+        found.gram().rows(q.as_ref(), pairs.count()).expect("rows")
     });
     let size = plain.quadratic.subrows(0, 6).norm_max();
     for k in 0..6 {
@@ -196,14 +200,49 @@ fn a_regression_meets_the_states_better_than_what_it_began_with() {
     let states = States::new(&strain, momenta.as_ref(), &shapes);
     let pairs = Pairs { interacting: 12, coupled: 0 };
     let basis = (map.basis.vectors.as_ref(), map.basis.eigenvalues.as_slice());
-    let mut found = columns(&strain, basis, pairs, Prior::Relaxed, (&prepared.symbolic, &factor));
-    let off = |found: &super::Columns| -> f64 {
-        let map = found.rows(states.coordinates.as_ref(), pairs.count()).expect("rows");
+    let found = columns(&strain, basis, pairs, Prior::Relaxed, (&prepared.symbolic, &factor));
+    let off = |gram: &StrainGram| -> f64 {
+        let map = gram.rows(states.coordinates.as_ref(), pairs.count()).expect("rows");
         let each = states.energies.iter().enumerate();
         each.map(|(s, e)| (map.energy(states.coordinates.col_as_slice(s)) / e - 1.0).powi(2)).sum()
     };
-    let before = off(&found);
-    found.fit(&states, 1.0).expect("a regression");
-    let after = off(&found);
+    let before = off(&found.gram());
+    let after = off(&found.fitted(&states, &[1.0]).expect("a regression")[0]);
     assert!(after < 0.5 * before, "{before:e} {after:e}");
+}
+
+/// Each regression by its equations, on the full strains and one after the other.
+#[test]
+fn a_sequence_of_regressions_is_what_its_equations_say() {
+    let mut random = Random::new(11);
+    let pairs = Pairs { interacting: 3, coupled: 2 };
+    let (rows, p, count, frequencies) = (5000, pairs.count(), 40, vec![1.0, 2.0, 3.0, 4.0, 5.0]);
+    let mut matrix = |n, m| Mat::from_fn(n, m, |_, _| random.uniform() - 0.5);
+    // Two of the coordinates hardly move, so that some products are nearly not seen.
+    let sizes = [1.0, 1.0, 1.0, 1e-3, 1e-3];
+    let coordinates = Mat::from_fn(5, 5, |i, j| if i == j { sizes[i] } else { 0.0 }) * matrix(5, count);
+    let columns = Columns { frequencies, pairs, linear: matrix(rows, 5), quadratic: matrix(rows, p) };
+    let energies: Vec<f64> = (0..count).map(|s| 0.5 + s as f64).collect();
+    let states = States { coordinates, strains: matrix(rows, count), energies };
+    let ridges = [1.0, 1e-2, 1e-4];
+    let found = columns.fitted(&states, &ridges).expect("regressions");
+
+    let products = pairs.products_of(states.coordinates.as_ref());
+    let weighted = Mat::from_fn(count, p, |s, j| products[(j, s)] / states.energies[s]);
+    let gram = &products * &weighted;
+    let mean = (0..p).map(|j| gram[(j, j)]).sum::<f64>() / p as f64;
+    let mut quadratic = columns.quadratic.clone();
+    for (ridge, found) in ridges.iter().zip(found) {
+        let missing = &states.strains - &columns.linear * &states.coordinates - &quadratic * &products;
+        let ridged = &gram + Mat::from_fn(p, p, |i, j| if i == j { ridge * mean } else { 0.0 });
+        let factor = ridged.llt(Side::Lower).expect("a factor");
+        quadratic += factor.solve((missing * &weighted).transpose()).transpose();
+        let exact = Columns { quadratic: quadratic.clone(), ..columns.clone() }.gram();
+        let direct = quadratic.transpose() * &quadratic;
+        let off = (&found.gram - &direct).norm_l2() / direct.norm_l2();
+        assert!(off < 1e-9, "ridge {ridge}: {off:e}");
+        assert!((&exact.gram - &direct).norm_l2() < 1e-12 * direct.norm_l2());
+        let off = (&found.top - &exact.top).norm_l2() / exact.top.norm_l2();
+        assert!(off < 1e-9, "ridge {ridge}: {off:e}");
+    }
 }

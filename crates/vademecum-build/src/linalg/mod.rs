@@ -83,6 +83,16 @@ pub(crate) fn transposed_product(v: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Mat<
     parts.into_iter().fold(zero, |sum, part| sum + part)
 }
 
+/// `A B`; all threads.
+pub(crate) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    by_rows(c.as_mut(), a.ncols(), |first, rows| {
+        let a = a.subrows(first, rows.nrows());
+        matmul(rows, Accum::Replace, a, b, 1.0, Par::Seq);
+    });
+    c
+}
+
 /// `X ← X − V C` for tall `X` and `V`; all threads.
 pub(crate) fn subtract_product(x: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef<'_, f64>) {
     let some = |(at, rows): (usize, MatMut<'_, f64>)| {

@@ -114,9 +114,10 @@ pub(super) fn large_memory(
     let [choosing, certifying] = instants.map(|count| NUMBER * n * count as f64);
     // A tangent and its factor on every thread; the states, and once more on their way to the basis.
     let shapes = threads() * (0.5 * matrices + factor) + NUMBER * n * 2.0 * states;
-    // The products move the body, and a solve has a copy of that. A regression has the products of all states
-    // twice, and rows come from a few Gram matrices.
-    let regression = products * (2.0 * states + 4.0 * products);
+    // The products move the body, and a solve has a copy of that. Regressions have the products of all states
+    // three times and some Gram matrices; rows are cut on every thread from a few more.
+    let cut = states + 6.0 * products;
+    let regression = products * (3.0 * states + 8.0 * products + threads() * cut);
     let maps =
         NUMBER * (strains * (states + r + products) + n * (2.0 * products + 2.0 * states) + regression);
     // The rough march of the certificate and the refined one, beside what chose the map.
