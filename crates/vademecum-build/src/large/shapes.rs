@@ -63,7 +63,7 @@ pub fn relaxed(
             let scale = 0.5_f64.powi(halvings);
             let q: Vec<f64> = drawn.col(s).iter().map(|q| scale * q).collect();
             let mut relaxation = Relaxation::new(strain, symbolic, modes, newton)?;
-            match relaxation.relax_from(prediction.at(&q), &q) {
+            match relaxation.relax(Some(prediction.at(&q)), &q) {
                 Ok(shape) if strain.least_stretch(&shape.displacement) >= SOFTENING => {
                     found = Some(shape.displacement);
                     break;

@@ -161,9 +161,9 @@ fn a_prediction_leads_to_the_shape_that_is_found_from_rest_and_sooner() {
         let q: Vec<f64> = q.iter().copied().collect();
         let search = |newton| Relaxation::new(&strain, &prepared.symbolic, own.0, newton).expect("a search");
         let newton = Newton { keep: 0.0, ..Newton::default() };
-        let from_rest = search(newton).relax(&q).expect("a shape");
+        let from_rest = search(newton).relax(None, &q).expect("a shape");
         let guess = prediction.at(&q);
-        let found = search(Newton::default()).relax_from(guess.clone(), &q).expect("a shape");
+        let found = search(Newton::default()).relax(Some(guess.clone()), &q).expect("a shape");
         let (whole, apart) = (
             distance(&from_rest.displacement, &vec![0.0; strain.n_dof()]),
             distance(&from_rest.displacement, &found.displacement),

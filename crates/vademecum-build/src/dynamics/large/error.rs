@@ -94,13 +94,11 @@ pub enum LargeError {
     },
     /// A relaxation failed.
     #[error(
-        "no relaxed shape was found beyond {reached} of the way to the prescribed coordinates: Newton's method \
-         stopped at a relative residual of {residual:.1e} after {iterations} iterations; prescribe coordinates \
-         nearer to those of the last shape"
+        "no relaxed shape was found at the prescribed coordinates: Newton's method stopped at a relative \
+         residual of {residual:.1e} after {iterations} iterations; prescribe coordinates nearer to those of the \
+         last shape"
     )]
     NoShape {
-        /// Part of the way that was gone.
-        reached: f64,
         /// Energy of the last correction as a part of the energy, its root.
         residual: f64,
         /// Iterations of the attempt that failed.

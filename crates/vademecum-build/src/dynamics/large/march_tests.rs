@@ -301,7 +301,7 @@ fn a_relaxed_shape_has_least_energy_at_its_coordinates() {
     let newton = Newton { tolerance: 1e-10, ..Newton::default() };
     let relaxation = || Relaxation::new(&strain, &symbolic, basis, newton).expect("a relaxation");
     let mut way = relaxation();
-    let found = way.relax(&q).expect("a shape");
+    let found = way.relax(None, &q).expect("a shape");
     let tip = moved(&model, &found.displacement, nearest(&model, [1.0, 0.1, 0.075]));
     println!("q {q:?}: tip {tip:.3?}, {} factorisations", found.factorisations);
     assert!(tip.iter().map(|x| x * x).sum::<f64>().sqrt() > 0.2);
@@ -331,7 +331,7 @@ fn a_relaxed_shape_has_least_energy_at_its_coordinates() {
         q[k] += d;
         let mut way = relaxation();
         way.begin_at(&found.displacement).expect("a displacement");
-        strain.energy(&way.relax(&q).expect("a shape").displacement)
+        strain.energy(&way.relax(None, &q).expect("a shape").displacement)
     };
     for k in 0..3 {
         let d = 1e-3;
@@ -342,14 +342,10 @@ fn a_relaxed_shape_has_least_energy_at_its_coordinates() {
     let mut factorisations = 0;
     for step in 1..=10 {
         let next = q.map(|q| q * (1.0 - 0.2 * f64::from(step)));
-        factorisations += way.relax(&next).expect("a shape").factorisations;
+        factorisations += way.relax(None, &next).expect("a shape").factorisations;
     }
     println!("{factorisations} factorisations for 10 shapes");
-    let away = Relaxation::new(&strain, &symbolic, basis, newton).expect("a relaxation").relax(&[
-        f64::NAN,
-        0.0,
-        0.0,
-    ]);
+    let away = relaxation().relax(None, &[f64::NAN, 0.0, 0.0]);
     assert!(matches!(away, Err(LargeError::NoShape { .. })), "{away:?}");
 }
 

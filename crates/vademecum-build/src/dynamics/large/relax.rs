@@ -7,7 +7,7 @@
 //! [ Wᵀ    0 ] [ λ ] = [ q − Wᵀ u   ]
 //! ```
 //!
-//! in the two forms of Newton's method that `newton.rs` explains. The first correction meets the constraint,
+//! in the first form of Newton's method that `newton.rs` explains. The first correction meets the constraint,
 //! and the others stay on it. A factor, with its solve for `W`, serves as long as the corrections shrink
 //! fast ([`Newton::keep`]).
 
@@ -16,7 +16,7 @@ use faer::{Mat, MatRef, Side};
 
 use super::error::{LargeError, check_length};
 use super::newton::{DIVERGED, Newton, ROUNDING};
-use super::vectors::{add, dot, sum};
+use super::vectors::{add, dot};
 use crate::fem::{Factor, FactorError, GreenStrain, Solve, Symbolic};
 use crate::linalg::transposed_product;
 
@@ -28,7 +28,6 @@ pub struct Relaxation<'a> {
     /// `M V`, shape (n, r).
     momenta: Mat<f64>,
     displacement: Vec<f64>,
-    coordinates: Vec<f64>,
     factorisations: usize,
 }
 
@@ -54,9 +53,6 @@ pub struct Guess {
     pub stress: Vec<f64>,
 }
 
-/// Most halvings of the way to the prescribed coordinates.
-const HALVINGS: i32 = 8;
-
 impl<'a> Relaxation<'a> {
     /// Relaxations over a basis, shape (n, r); they begin at rest.
     ///
@@ -77,9 +73,8 @@ impl<'a> Relaxation<'a> {
         let mut momenta = Mat::zeros(n, basis.ncols());
         let columns = basis.to_owned();
         pencil.mass().mul_into(columns.as_ref(), momenta.as_mut());
-        let coordinates = vec![0.0; basis.ncols()];
         let displacement = vec![0.0; n];
-        Ok(Relaxation { strain, symbolic, newton, momenta, displacement, coordinates, factorisations: 0 })
+        Ok(Relaxation { strain, symbolic, newton, momenta, displacement, factorisations: 0 })
     }
 
     /// Begins anew at a displacement; the next relaxation starts there.
@@ -89,64 +84,32 @@ impl<'a> Relaxation<'a> {
     pub fn begin_at(&mut self, displacement: &[f64]) -> Result<(), LargeError> {
         check_length("the displacement", displacement.len(), self.strain.n_dof())?;
         self.displacement = displacement.to_vec();
-        self.coordinates = self.project(displacement);
         Ok(())
     }
 
-    /// The shape at coordinates `q`. The way there is halved where Newton's method finds no shape; the next
-    /// relaxation starts at the last shape that was found.
+    /// The shape at coordinates `q`: searched for from a guess if there is one, and where that leads nowhere
+    /// from the last shape. The next search starts at what was found. What it does not find is mostly a body
+    /// that collapses.
     ///
     /// # Errors
     /// [`LargeError::NoShape`], a length, memory.
-    pub fn relax(&mut self, q: &[f64]) -> Result<Relaxed, LargeError> {
-        check_length("the prescribed coordinates", q.len(), self.coordinates.len())?;
-        self.factorisations = 0;
-        let from = self.coordinates.clone();
-        let (mut reached, mut part) = (0.0, 1.0);
-        loop {
-            let next = if reached + 1.001 * part >= 1.0 { 1.0 } else { reached + part };
-            let target: Vec<f64> = if next == 1.0 {
-                q.to_vec()
-            } else {
-                from.iter().zip(q).map(|(a, b)| a + next * (b - a)).collect()
-            };
-            let gone = match self.go(None, &target, true) {
-                Err(Failure::Stopped { .. }) => self.go(None, &target, false),
-                done => done,
-            };
-            match gone {
-                Ok(forces) if next == 1.0 => return Ok(self.relaxed(forces)),
-                Ok(_) => (reached, part) = (next, 2.0 * part),
-                Err(Failure::Factor(error)) => return Err(error.into()),
-                Err(Failure::Stopped { residual, iterations }) => {
-                    part = 0.5 * (next - reached);
-                    if part < 0.5_f64.powi(HALVINGS) {
-                        return Err(LargeError::NoShape { reached, residual, iterations });
-                    }
-                }
-            }
+    pub fn relax(&mut self, guess: Option<Guess>, q: &[f64]) -> Result<Relaxed, LargeError> {
+        check_length("the prescribed coordinates", q.len(), self.momenta.ncols())?;
+        if let Some(guess) = &guess {
+            check_length("the guessed displacement", guess.displacement.len(), self.displacement.len())?;
+            check_length("the guessed stress", guess.stress.len(), self.strain.n_rows())?;
         }
-    }
-
-    /// A quick search for the shape at `q`: from a guess, and else from the last shape, by the first form of
-    /// Newton's method and without halving the way. What it does not find is mostly a body that collapses.
-    ///
-    /// # Errors
-    /// As [`Relaxation::relax`].
-    pub fn relax_from(&mut self, guess: Guess, q: &[f64]) -> Result<Relaxed, LargeError> {
-        check_length("the prescribed coordinates", q.len(), self.coordinates.len())?;
-        check_length("the guessed displacement", guess.displacement.len(), self.displacement.len())?;
-        check_length("the guessed stress", guess.stress.len(), self.strain.n_rows())?;
         self.factorisations = 0;
-        let gone = match self.go(Some(guess), q, true) {
-            Err(Failure::Stopped { .. }) => self.go(None, q, true),
+        let guessed = guess.is_some();
+        let gone = match self.go(guess, q) {
+            Err(Failure::Stopped { .. }) if guessed => self.go(None, q),
             done => done,
         };
         match gone {
             Ok(forces) => Ok(self.relaxed(forces)),
             Err(Failure::Factor(error)) => Err(error.into()),
             Err(Failure::Stopped { residual, iterations }) => {
-                Err(LargeError::NoShape { reached: 0.0, residual, iterations })
+                Err(LargeError::NoShape { residual, iterations })
             }
         }
     }
@@ -162,9 +125,8 @@ impl<'a> Relaxation<'a> {
     }
 
     /// From the last shape, or from where `guess` says, to the one at `q`; the last shape stays where it
-    /// fails. `mixed` is the first form of Newton's method, with a stress of its own in the tangent; else the
-    /// second, with a line search.
-    fn go(&mut self, guess: Option<Guess>, q: &[f64], mixed: bool) -> Result<Vec<f64>, Failure> {
+    /// fails.
+    fn go(&mut self, guess: Option<Guess>, q: &[f64]) -> Result<Vec<f64>, Failure> {
         let rows = self.strain.n_rows();
         let (mut u, stress) = match guess {
             Some(Guess { displacement, stress }) => (displacement, Some(stress)),
@@ -183,7 +145,7 @@ impl<'a> Relaxation<'a> {
                 let mut own: Border = match border.take() {
                     Some(border) => border,
                     None => {
-                        let made = self.border(&u, &stress, mixed).map_err(Failure::Factor)?;
+                        let made = self.border(&u, &stress).map_err(Failure::Factor)?;
                         made.ok_or_else(|| stopped(previous, iteration))?
                     }
                 };
@@ -200,23 +162,17 @@ impl<'a> Relaxation<'a> {
             if size.is_nan() || size > DIVERGED {
                 return Err(stopped(size, iteration));
             }
-            if mixed {
-                self.strain.rate(&u, &p, &mut stress);
-                add(&mut stress, 1.0, &z);
-            }
-            // The first correction is whole in any case: it meets the constraint.
-            let whole = self.descend(&mut u, &p, &mut f, mixed || iteration == 0);
+            self.strain.rate(&u, &p, &mut stress);
+            add(&mut stress, 1.0, &z);
+            add(&mut u, 1.0, &p);
             self.strain.strain(&u, &mut z);
-            if !mixed {
-                stress.copy_from_slice(&z);
-            }
-            if whole && (size <= self.newton.tolerance || size < ROUNDING && size >= 0.5 * previous) {
+            self.strain.transpose(&u, &z, &mut f);
+            if size <= self.newton.tolerance || size < ROUNDING && size >= 0.5 * previous {
                 self.displacement = u;
-                self.coordinates = q.to_vec();
                 return Ok(forces);
             }
             previous = size;
-            if self.newton.keep == 0.0 || !whole {
+            if self.newton.keep == 0.0 {
                 border = None;
             }
         }
@@ -224,43 +180,18 @@ impl<'a> Relaxation<'a> {
     }
 
     /// The factor of the tangent in its border; nothing where it is not positive definite.
-    fn border(&mut self, u: &[f64], stress: &[f64], mixed: bool) -> Result<Option<Border>, FactorError> {
-        let Some(factor) = self.factorise(u, stress, mixed)? else { return Ok(None) };
+    fn border(&mut self, u: &[f64], stress: &[f64]) -> Result<Option<Border>, FactorError> {
+        self.factorisations += 1;
+        let factor = match self.symbolic.factorize(self.strain.weighted_tangent(u, 1.0, stress, false)) {
+            Err(FactorError::NotPositiveDefinite { .. }) => return Ok(None),
+            done => done?,
+        };
         let mut memory = Solve::new(self.symbolic, self.momenta.ncols(), false);
         let mut answers = self.momenta.clone();
         memory.solve_in_place(&factor, answers.as_mut());
         let compliance = transposed_product(self.momenta.as_ref(), answers.as_ref());
         let Ok(compliance) = compliance.as_ref().llt(Side::Lower) else { return Ok(None) };
         Ok(Some(Border { factor, memory, answers, compliance }))
-    }
-
-    /// Goes along `p`: all the way where the constraint is not met yet, else until the slope of the energy is
-    /// half of what it was or turns. Whether it went all the way.
-    fn descend(&self, u: &mut Vec<f64>, p: &[f64], f: &mut [f64], all: bool) -> bool {
-        let (from, start) = (u.clone(), dot(p, f));
-        let mut length = 1.0;
-        for _ in 0..12 {
-            *u = sum(&from, length, p);
-            self.strain.force(u, f);
-            let slope = dot(p, f);
-            if all || slope <= 0.5 * start.abs() {
-                break;
-            }
-            length *= (start.abs() / (start.abs() + slope)).clamp(0.1, 0.5);
-        }
-        length == 1.0
-    }
-
-    /// The factor of the tangent. Where it is not positive definite, nothing in the mixed form, else the
-    /// factor of one without compression.
-    fn factorise(&mut self, u: &[f64], stress: &[f64], mixed: bool) -> Result<Option<Factor>, FactorError> {
-        self.factorisations += 1;
-        let tangent = |pulled| self.strain.weighted_tangent(u, 1.0, stress, pulled);
-        match self.symbolic.factorize(tangent(false)) {
-            Err(FactorError::NotPositiveDefinite { .. }) if mixed => Ok(None),
-            Err(FactorError::NotPositiveDefinite { .. }) => self.symbolic.factorize(tangent(true)).map(Some),
-            done => done.map(Some),
-        }
     }
 }
 
