@@ -218,9 +218,9 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
         10f64.powf((low / 1.2).log10().floor())..10f64.powf((high * 1.6).log10().ceil())
     };
     let mut svg = String::new();
-    let root = SVGBackend::with_string(&mut svg, (900, 600)).into_drawing_area();
+    let root = SVGBackend::with_string(&mut svg, (900 + LEGEND, 600)).into_drawing_area();
     root.fill(&WHITE)?;
-    let area = named(&root, chart, &[])?;
+    let (area, beside) = named(&root, chart, &[])?.split_horizontally(900);
     let mut context = axes(&area, chart, range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
     let pale = RGBColor(215, 215, 215);
     context.draw_series(LineSeries::new(front.iter().copied(), pale.stroke_width(9)))?;
@@ -230,19 +230,59 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
         let style = if solid { color.filled() } else { color.stroke_width(2) };
         let points: Vec<&(f64, f64, String)> = cloud.points.iter().filter(usable).collect();
         context.draw_series(LineSeries::new(points.iter().map(|p| (p.0, p.1)), color.stroke_width(1)))?;
-        context
-            .draw_series(points.iter().map(|p| Circle::new((p.0, p.1), 4, style)))?
-            .label(cloud.name.as_str())
-            .legend(move |(x, y)| Circle::new((x + 12, y), 4, style));
-        let word = |p: &&(f64, f64, String)| {
-            EmptyElement::at((p.0, p.1)) + Text::new(p.2.clone(), (6, -12), ("sans-serif", 12))
-        };
-        context.draw_series(points.iter().map(word))?;
+        context.draw_series(points.iter().map(|p| Circle::new((p.0, p.1), 4, style)))?;
+        let y = 20 + 22 * i as i32;
+        beside.draw(&Circle::new((8, y), 4, style))?;
+        beside.draw(&Text::new(cloud.name.as_str(), (20, y - 8), ("sans-serif", 14)))?;
     }
-    legend(&mut context, &all)?;
+    let marked: Vec<((i32, i32), &str)> =
+        all.iter().map(|p| (context.backend_coord(&(p.0, p.1)), p.2.as_str())).collect();
+    for (place, word) in words_beside(&marked) {
+        root.draw(&Text::new(word, place, ("sans-serif", WORD as u32)))?;
+    }
     root.present()?;
-    drop((context, area, root));
+    drop((context, area, beside, root));
     Ok(svg)
+}
+
+/// Width of the names beside a scatter \[px\].
+const LEGEND: u32 = 240;
+/// Height of the words beside points \[px\].
+const WORD: i32 = 12;
+
+/// The upper left corners of words beside points \[px\]: none of them covers another one or a point. A word
+/// that stands beside a point already is not said again beside one that can hardly be told from it.
+fn words_beside<'a>(points: &[((i32, i32), &'a str)]) -> Vec<((i32, i32), &'a str)> {
+    const AWAY: [i32; 4] = [6, 18, 32, 48];
+    const RADIUS: i32 = 4;
+    let overlap = |a: [i32; 4], b: [i32; 4]| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+    let mut taken: Vec<[i32; 4]> =
+        points.iter().map(|&((x, y), _)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
+    let mut said: Vec<((i32, i32), &str)> = vec![];
+    let mut placed = vec![];
+    for &((x, y), word) in points {
+        let near = |&((a, b), other): &((i32, i32), &str)| {
+            other == word && (a - x).abs() <= 3 * RADIUS && (b - y).abs() <= 3 * RADIUS
+        };
+        if said.iter().any(near) {
+            continue;
+        }
+        said.push(((x, y), word));
+        // Wide letters, so that a word is never wider than it is taken for.
+        let width = 7 * word.chars().count() as i32;
+        let corners = AWAY.iter().flat_map(|&away| {
+            let (right, left) = (x + away, x - away - width);
+            let (above, below) = (y - away - WORD / 2, y + away - WORD / 2);
+            [(right, above), (right, below), (left, above), (left, below), (x - width / 2, above - 6)]
+        });
+        let boxed = |(x, y): (i32, i32)| [x, y, x + width, y + WORD];
+        let free = |corner: &(i32, i32)| !taken.iter().any(|&other| overlap(boxed(*corner), other));
+        if let Some(corner) = corners.into_iter().find(free) {
+            taken.push(boxed(corner));
+            placed.push((corner, word));
+        }
+    }
+    placed
 }
 
 /// Zero where a place on a linear axis differs from it by rounding only.
@@ -313,42 +353,6 @@ where
         .y_label_formatter(&|v: &f64| number(near_zero(*v, extent)))
         .draw()?;
     Ok(context)
-}
-
-/// The names of all series, each beside its mark, in the part of a logarithmic chart with the fewest points.
-fn legend<X, Y>(context: &mut Axes<'_, X, Y>, points: &[&(f64, f64, String)]) -> Result<(), Box<dyn Error>>
-where
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
-    use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleLeft, MiddleRight, UpperLeft, UpperRight};
-    let (x, y) = (context.x_range(), context.y_range());
-    let share =
-        |value: f64, range: &Range<f64>| (value / range.start).log10() / (range.end / range.start).log10();
-    let points_in = |side: bool, third: usize| {
-        let here = |p: &&&(f64, f64, String)| {
-            let (across, up) = (share(p.0, &x), share(p.1, &y));
-            (across >= 0.5) == side && ((3.0 * up) as usize).min(2) == third
-        };
-        points.iter().filter(here).count()
-    };
-    let places = [
-        (UpperRight, points_in(true, 2)),
-        (MiddleRight, points_in(true, 1)),
-        (LowerLeft, points_in(false, 0)),
-        (LowerRight, points_in(true, 0)),
-        (MiddleLeft, points_in(false, 1)),
-        (UpperLeft, points_in(false, 2)),
-    ];
-    let (place, _) = places.into_iter().min_by_key(|(_, points)| *points).unwrap_or((UpperRight, 0));
-    context
-        .configure_series_labels()
-        .position(place)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .label_font(("sans-serif", 14))
-        .draw()?;
-    Ok(())
 }
 
 fn draw<X, Y>(chart: &Chart<'_>, series: &[Series<'_>], mark: Mark, x: X, y: Y) -> DrawResult
@@ -453,6 +457,27 @@ mod tests {
         assert_eq!(round_numbers(2e-7, 6e-6), [2e-7, 5e-7, 1e-6, 2e-6, 5e-6]);
         assert_eq!(round_numbers(0.5, 2e5), [1.0, 10.0, 100.0, 1e3, 1e4, 1e5]);
         assert!(round_numbers(1e-300, 1e300).len() <= 11);
+    }
+
+    #[test]
+    fn words_beside_points_cover_nothing() {
+        let words: Vec<String> = (0..12).map(|k| format!("{k}, 6 terms")).collect();
+        let place = |k: i32| (100 + 5 * (k % 4), 100 + 9 * (k / 4));
+        let points: Vec<((i32, i32), &str)> =
+            words.iter().zip(0..).map(|(word, k)| (place(k), word.as_str())).collect();
+        let placed = words_beside(&points);
+        assert!(placed.len() > 6, "{placed:?}");
+        let boxed = |&((x, y), word): &((i32, i32), &str)| [x, y, x + 7 * word.len() as i32, y + WORD];
+        for (k, a) in placed.iter().map(boxed).enumerate() {
+            for b in placed[..k].iter().map(boxed) {
+                assert!(a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1], "{a:?} {b:?}");
+            }
+            for ((x, y), _) in &points {
+                assert!(!((a[0]..a[2]).contains(x) && (a[1]..a[3]).contains(y)), "{a:?} {x} {y}");
+            }
+        }
+        let twice = [((50, 50), "8"), ((52, 50), "8"), ((90, 50), "8")];
+        assert_eq!(words_beside(&twice).len(), 2, "one word for two points in one place");
     }
 
     #[test]
