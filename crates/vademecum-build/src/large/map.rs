@@ -14,7 +14,7 @@
 use faer::{Mat, MatRef};
 
 use crate::dynamics::symmetric_eigen;
-use crate::linalg::{NoConvergence, product, symmetric_part};
+use crate::linalg::{NoConvergence, Random, product, symmetric_part};
 
 /// Products of coordinates: each pair once, in the order of its first coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -94,29 +94,57 @@ pub struct StrainGram {
 
 impl StrainGram {
     /// The rows: one for each coordinate and `extra` more, those that hold most of the rest on `states`
-    /// (their coordinates, one a column). What is left out only lowers the energy.
+    /// (their coordinates, one a column). What is left out only lowers the energy. Where more rows are asked
+    /// for than the states could choose, they are those that hold most of the rest by itself.
     ///
     /// # Errors
     /// [`NoConvergence`].
     pub fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<StrainMap, NoConvergence> {
         let Self { top, gram, pairs, .. } = self;
-        let (r, p) = (top.nrows(), pairs.count());
+        let (r, extra) = (top.nrows(), extra.min(pairs.count()));
         let rest = symmetric_part((gram - product(top.transpose(), top.as_ref())).as_ref());
-        let (squares, axes) = symmetric_eigen(rest.as_ref())?;
-        let root = |j: usize| squares[j].max(0.0).sqrt();
-        // C with CᵀC the rest, in the axes of its eigenvectors.
-        let c = Mat::from_fn(p, p, |i, j| root(i) * axes[(j, i)]);
-        let seen = product(c.as_ref(), pairs.products_of(states).as_ref());
-        let spread = symmetric_part(product(seen.as_ref(), seen.transpose()).as_ref());
-        let (_, kept) = symmetric_eigen(spread.as_ref())?;
-        let extra = extra.min(p);
-        let mut quadratic = Mat::zeros(r + extra, p);
-        quadratic.subrows_mut(0, r).copy_from(top);
-        for k in 0..extra {
+        let beside = if 2 * extra <= states.ncols() && 2 * extra <= pairs.count() {
+            rows_on_states(rest.as_ref(), pairs.products_of(states).as_ref(), extra)?
+        } else {
+            let (squares, axes) = symmetric_eigen(rest.as_ref())?;
             // Eigenvalues ascend.
-            let row = kept.col(p - 1 - k).transpose() * &c;
-            quadratic.row_mut(r + k).copy_from(&row);
-        }
+            let of = |k: usize| squares.len() - 1 - k;
+            Mat::from_fn(extra, squares.len(), |k, j| squares[of(k)].max(0.0).sqrt() * axes[(j, of(k))])
+        };
+        let mut quadratic = Mat::zeros(r + extra, pairs.count());
+        quadratic.subrows_mut(0, r).copy_from(top);
+        quadratic.subrows_mut(r, extra).copy_from(&beside);
         Ok(StrainMap { frequencies: self.frequencies.clone(), pairs: *pairs, quadratic })
     }
+}
+
+/// The rows of `C`, with `CᵀC` the rest, along the principal directions of `C P`, the products of states a
+/// column. With `y` the right singular vectors of `C P` and `σ` its singular values they are `(CᵀC P y / σ)ᵀ`,
+/// which needs no `C`. The vectors come from a few block iterations on `PᵀCᵀC P`; however far these have
+/// converged, the directions are orthonormal.
+fn rows_on_states(
+    rest: MatRef<'_, f64>,
+    products: MatRef<'_, f64>,
+    count: usize,
+) -> Result<Mat<f64>, NoConvergence> {
+    const ITERATIONS: usize = 6;
+    /// Below this part of the largest square a direction is rounding.
+    const LEAST: f64 = 1e-13;
+    let n = products.ncols();
+    let weighted = product(rest, products);
+    let image = |x: MatRef<'_, f64>| product(products.transpose(), product(weighted.as_ref(), x).as_ref());
+    let mut random = Random::new(1);
+    let mut x = Mat::from_fn(n, (count + count / 2 + 8).min(n), |_, _| random.uniform() - 0.5);
+    for _ in 0..ITERATIONS {
+        x = image(x.as_ref()).qr().compute_thin_Q();
+    }
+    let spread = symmetric_part(product(x.transpose(), image(x.as_ref()).as_ref()).as_ref());
+    let (squares, axes) = symmetric_eigen(spread.as_ref())?;
+    let last = squares.len() - 1;
+    let scaled = Mat::from_fn(last + 1, count, |i, k| match squares[last - k] {
+        square if square > LEAST * squares[last] => axes[(i, last - k)] / square.sqrt(),
+        _ => 0.0,
+    });
+    let vectors = product(x.as_ref(), scaled.as_ref());
+    Ok(product(weighted.as_ref(), vectors.as_ref()).transpose().to_owned())
 }

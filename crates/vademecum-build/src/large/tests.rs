@@ -246,3 +246,35 @@ fn a_sequence_of_regressions_is_what_its_equations_say() {
         assert!(off < 1e-9, "ridge {ridge}: {off:e}");
     }
 }
+
+/// The rows hold as much of the rest on the states as any could, and never more than there is.
+#[test]
+fn rows_are_the_principal_directions_of_the_rest_on_states() {
+    let mut random = Random::new(5);
+    let pairs = Pairs { interacting: 7, coupled: 0 };
+    let p = pairs.count();
+    // A rest with a spectrum of six decades beside rows of coordinates that do not matter here.
+    let root = Mat::from_fn(p, p, |i, _| (random.uniform() - 0.5) * 10_f64.powf(-6.0 * i as f64 / p as f64));
+    let gram = StrainGram {
+        frequencies: vec![1.0; 7],
+        pairs,
+        top: Mat::zeros(7, p),
+        gram: root.transpose() * &root,
+    };
+    let states = Mat::from_fn(7, 60, |_, _| random.uniform() - 0.5);
+    let seen = &root * pairs.products_of(states.as_ref());
+    let squares: Vec<f64> = seen.singular_values().expect("singular values").iter().map(|s| s * s).collect();
+    for extra in [3, 8, 14, 20, p] {
+        let rows = gram.rows(states.as_ref(), extra).expect("rows").quadratic;
+        let rows = rows.subrows(7, extra);
+        let held = (rows * pairs.products_of(states.as_ref())).squared_norm_l2();
+        let most: f64 = squares[..extra].iter().sum();
+        assert!(held < most * (1.0 + 1e-9), "{extra}: {held:e} {most:e}");
+        if extra <= 14 || extra == p {
+            assert!(held > most * (1.0 - 1e-6), "{extra}: {held:e} {most:e}");
+        }
+        let left = &gram.gram - rows.transpose() * rows;
+        let least = left.self_adjoint_eigenvalues(Side::Lower).expect("eigenvalues")[0];
+        assert!(least > -1e-9 * gram.gram.norm_max(), "{extra}: {least:e}");
+    }
+}
