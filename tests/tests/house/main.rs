@@ -336,7 +336,7 @@ const DEBUG_TEXTS: [(&str, &str); 4] = [
     ("crates/vademecum-build/src/mesh/select.rs", "an error shows the selection as it was read"),
     ("crates/vademecum-build/src/input/problem/check.rs", "an error shows what was found"),
     ("crates/vademecum-build/src/store/inputs.rs", "the key of a stage on disk, all digits of its inputs"),
-    ("crates/vademecum-study/src/scenario.rs", "an error shows what was found"),
+    ("crates/vademecum-study/src/scenario/check.rs", "an error shows what was found"),
 ];
 
 #[test]

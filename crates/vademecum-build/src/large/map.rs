@@ -119,9 +119,9 @@ impl StrainGram {
 }
 
 /// The rows of `C`, with `CᵀC` the rest, along the principal directions of `C P`, the products of states a
-/// column. With `y` the right singular vectors of `C P` and `σ` its singular values they are `(CᵀC P y / σ)ᵀ`,
-/// which needs no `C`. The vectors come from a few block iterations on `PᵀCᵀC P`; however far these have
-/// converged, the directions are orthonormal.
+/// column. With `y` the right singular vectors of `C P` and `σ` its singular values they are
+/// `(CᵀC P y / σ)ᵀ`, which needs no `C`. The vectors come from a few block iterations on `PᵀCᵀC P`; however
+/// far these have converged, the directions are orthonormal.
 fn rows_on_states(
     rest: MatRef<'_, f64>,
     products: MatRef<'_, f64>,

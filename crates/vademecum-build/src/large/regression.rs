@@ -9,8 +9,8 @@
 //! A = A_q + (S − A_l Q − A_q P) W Pᵀ E diag(c) Eᵀ        c ← (ρ c + 1)/(g + ρ), from c = 0
 //! ```
 //!
-//! so all of them need what is missing once, along the axes `E`, and of it only Gram matrices: a strain map is
-//! cut from those. The axes are scaled by `1/√(g + ρ)` with the least ridge, so that directions which few
+//! so all of them need what is missing once, along the axes `E`, and of it only Gram matrices: a strain map
+//! is cut from those. The axes are scaled by `1/√(g + ρ)` with the least ridge, so that directions which few
 //! states tell apart do not lose their digits.
 
 use faer::linalg::matmul::matmul;
