@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use vademecum_build::dynamics::first_frequency;
+use vademecum_build::dynamics::FirstMode;
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
@@ -56,7 +56,7 @@ pub fn in_forty_steps(parse: impl Fn(&str) -> Problem) -> (Problem, f64, usize) 
     let prepared = prepare(&parse(""), &mut Stopwatch::new(&Silent), &Silent);
     let prepared = prepared.unwrap_or_else(|error| panic!("{error}"));
     let pencil = prepared.body.model.pencil();
-    let period = 1.0 / first_frequency(pencil, &prepared.symbolic).expect("a first mode");
+    let period = FirstMode::find(pencil, &prepared.symbolic).expect("a first mode").period();
     (parse(&format!("[time]\nstep = {:e}\n", period / 40.0)), period, pencil.n_dof())
 }
 

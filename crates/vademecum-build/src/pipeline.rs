@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use crate::basis::{BasisError, Runs, find_basis};
 use crate::certificate::UnseenLoads;
-use crate::dynamics::{FullOrder, first_frequency};
+use crate::dynamics::{FirstMode, FullOrder};
 use crate::export::{Draft, NodeOrder};
 use crate::fem::Engine;
 use crate::input::{BasisKind, Problem};
@@ -198,14 +198,17 @@ fn model(
 ) -> Result<(Prepared, f64), BuildError> {
     let memory = options.memory();
     let means = Means { memory, engine: options.engine, precision: options.precision };
-    let prepared = prepare_within(problem, &means, watch, listener)?;
+    let mut prepared = prepare_within(problem, &means, watch, listener)?;
     plan::check_model(problem, &prepared, memory)?;
-    let pencil = prepared.body.model.pencil();
-    let first = || first_frequency(pencil, &prepared.symbolic);
-    let first_period = match prepared.first_period {
+    let first = match prepared.first_mode.take() {
         Some(known) => known,
-        None => 1.0 / watch.stage("first natural mode", first)?,
+        None => {
+            let find = || FirstMode::find(prepared.body.model.pencil(), &prepared.symbolic);
+            watch.stage("first natural mode", find)?
+        }
     };
+    let first_period = first.period();
+    prepared.first_mode = Some(first);
     prepared.check_time_step(first_period, listener)?;
     Ok((prepared, first_period))
 }

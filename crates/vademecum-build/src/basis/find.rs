@@ -103,7 +103,8 @@ fn nominal_basis(
             Some(error) => enough_modes(problem, prepared, error, kept.kept.listener, solves)?,
             None => {
                 let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
-                lowest_modes_kept(pencil, &prepared.symbolic, count, solves)?
+                let begun = (solves, prepared.first_mode.as_ref());
+                lowest_modes_kept(pencil, &prepared.symbolic, count, begun)?
             }
         };
         return Ok((modes_basis(vectors, eigenvalues), 0));
@@ -128,7 +129,8 @@ fn enough_modes(
     listener: &dyn Listener,
     solves: &KeptSolves<'_>,
 ) -> Result<Modes, BasisError> {
-    match modes_within(&prepared.body, &prepared.symbolic, error, listener, solves)? {
+    let begun = (solves, prepared.first_mode.as_ref());
+    match modes_within(&prepared.body, &prepared.symbolic, error, listener, begun)? {
         Enough::Modes(modes, reached) => {
             listener
                 .note(&format!("{} natural modes have a bound of {reached:.2e}", modes.eigenvalues.len()));

@@ -14,7 +14,7 @@ use super::kept_certificate;
 use super::unseen::UnseenLoads;
 use super::verdict::StructureMeasured;
 use crate::basis::Basis;
-use crate::dynamics::{FullOrder, first_frequency};
+use crate::dynamics::{FirstMode, FullOrder, ModesError};
 use crate::export::NodeOrder;
 use crate::fem::Pencil;
 use crate::parametric::{Parametric, RadiusSample};
@@ -64,9 +64,10 @@ pub fn certify_box(
     let pencil_at = |setting: &Setting| setting.pencil(prepared.body.model.pencil());
     // Ranks search for one at a time.
     let ahead = prepared.symbolic.is_spread().then(|| {
-        let first =
-            |values: &Vec<f64>| first_frequency(&pencil_at(&space.setting(values)), &prepared.symbolic);
-        corners.iter().map(first).collect::<Result<Vec<f64>, _>>()
+        let period = |values: &Vec<f64>| -> Result<f64, ModesError> {
+            Ok(FirstMode::find(&pencil_at(&space.setting(values)), &prepared.symbolic)?.period())
+        };
+        corners.iter().map(period).collect::<Result<Vec<f64>, _>>()
     });
     let ahead = ahead.transpose()?;
     let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureMeasured, CertificateError> {
@@ -75,11 +76,11 @@ pub fn certify_box(
         let responses = parametric.responses(&prepared.scheme, &setting)?;
         // Uniform factors are folded into θ by the evaluator and into the pencil for the full-order march.
         let pencil = pencil_at(&setting);
-        let first = match &ahead {
+        let period = match &ahead {
             Some(known) => known[corner],
-            None => first_frequency(&pencil, &prepared.symbolic)?,
+            None => FirstMode::find(&pencil, &prepared.symbolic)?.period(),
         };
-        let unseen = &unseen.over(1.0 / (first * setting.step.time_step));
+        let unseen = &unseen.over(period / setting.step.time_step);
         let inputs = |inputs: Inputs| {
             inputs.value(&(&prepared.scheme, &setting)).with(basis).with(&responses[..]).with(unseen)
         };

@@ -4,14 +4,13 @@ use std::time::Instant;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::linalg::matmul::matmul;
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use faer::{Mat, MatMut, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
 use crate::fem::{AT_ONCE, EngineError, Rows, Search, agree_matrix, contiguous};
-use crate::linalg::{Columns, NoConvergence, Random};
+use crate::linalg::{Columns, NoConvergence, Random, product};
 use crate::store::KeptSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
@@ -46,6 +45,22 @@ pub(super) struct Krylov<'a> {
     kept: Option<&'a KeptSolves<'a>>,
 }
 
+/// A space without the rows it grows on, which a search for more modes goes on from.
+pub(crate) struct Grown {
+    basis: Columns,
+    expanded: usize,
+    projected: Mat<f64>,
+    random: Random,
+}
+
+#[cfg(test)]
+impl Grown {
+    /// Number of vectors.
+    pub fn used(&self) -> usize {
+        self.basis.as_ref().ncols()
+    }
+}
+
 /// Rayleigh–Ritz pairs, `θ` descending.
 pub(super) struct Ritz {
     pub values: Vec<f64>,
@@ -56,15 +71,25 @@ pub(super) struct Ritz {
 }
 
 impl<'a> Krylov<'a> {
-    /// A space for a search.
+    /// A space for a search, of random vectors.
     pub fn new(
+        rows: &'a mut dyn Rows,
+        search: &Search,
+        kept: Option<&'a KeptSolves<'a>>,
+    ) -> Result<Krylov<'a>, EngineError> {
+        let mut space = Self::empty(rows, search, kept);
+        space.add_random_block()?;
+        Ok(space)
+    }
+
+    fn empty(
         rows: &'a mut dyn Rows,
         &Search { count, available, stiffest, .. }: &Search,
         kept: Option<&'a KeptSolves<'a>>,
-    ) -> Result<Krylov<'a>, EngineError> {
+    ) -> Krylov<'a> {
         let own = rows.own();
         let capacity = search_vectors(count).min(available);
-        let mut space = Krylov {
+        Krylov {
             rows,
             basis: Columns::with_room(own, capacity),
             capacity,
@@ -73,9 +98,29 @@ impl<'a> Krylov<'a> {
             random: Random::new(1),
             stiffest,
             kept,
-        };
-        space.add_random_block()?;
-        Ok(space)
+        }
+    }
+
+    /// A space for a search, from what an earlier one for fewer modes has grown.
+    pub fn resume(
+        rows: &'a mut dyn Rows,
+        search: &Search,
+        kept: Option<&'a KeptSolves<'a>>,
+        grown: Grown,
+    ) -> Self {
+        let mut space = Self::empty(rows, search, kept);
+        space.basis.append(grown.basis.as_ref());
+        (space.expanded, space.random) = (grown.expanded, grown.random);
+        let (m, n) = (space.used(), space.expanded);
+        space.projected.submatrix_mut(0, 0, m, n).copy_from(grown.projected.submatrix(0, 0, m, n));
+        space
+    }
+
+    /// What a search for more modes can go on from: nothing where columns were left out for want of room.
+    pub fn grown(self) -> Option<Grown> {
+        let whole = self.used() < self.capacity;
+        let Self { basis, expanded, projected, random, .. } = self;
+        whole.then_some(Grown { basis, expanded, projected, random })
     }
 
     fn used(&self) -> usize {
@@ -183,17 +228,15 @@ impl<'a> Krylov<'a> {
     }
 
     /// Ritz vectors over the dofs, with their true residuals; without rows on other ranks than the first.
-    pub fn modes(mut self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
+    pub fn modes(&mut self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
         let n = self.basis.as_ref().nrows();
         // A singular mass shows as θ = 0, to rounding.
         let found = ritz.values.iter().take(count).filter(|&&t| t > 1e-15 * ritz.values[0]).count();
         if found < count {
             return Err(ModesError::SingularMass { found });
         }
-        let mut vectors = Mat::zeros(n, count);
-        let coordinates = ritz.vectors.subcols(0, count);
         let basis = self.basis.as_ref().subcols(0, self.expanded);
-        matmul(vectors.as_mut(), Accum::Replace, basis, coordinates, 1.0, Par::Seq);
+        let vectors = product(basis, ritz.vectors.subcols(0, count));
         let (quotients, residuals) = self.quotients_and_residuals(vectors.as_ref())?;
         // Close pairs may change places by rounding.
         let mut order: Vec<usize> = (0..count).collect();

@@ -31,7 +31,7 @@ pub use march::{
 };
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub(crate) use modes::lowest_modes_kept;
-pub use modes::{Modes, ModesError, first_frequency, lowest_modes, search_on};
+pub use modes::{FirstMode, Modes, ModesError, lowest_modes, search_on};
 pub use schemes::{SchemeError, SchemeKind};
 pub use truth::{
     Beside, Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,

@@ -7,9 +7,11 @@
 //! fresh random block joins, and only if its expansion changes nothing the answer stands (Parlett, *The
 //! Symmetric Eigenvalue Problem*, ch. 13).
 
+use std::sync::{Mutex, PoisonError};
+
 use faer::Mat;
 
-use super::krylov::Krylov;
+use super::krylov::{Grown, Krylov};
 use crate::fem::{EngineError, FactorError, Pencil, Rows, Search, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::progress::Cancelled;
@@ -104,10 +106,11 @@ pub enum ModesError {
 /// # Errors
 /// [`ModesError`]. Modes that have not converged are no error: see [`Modes::residuals`].
 pub fn lowest_modes(pencil: &Pencil, symbolic: &Symbolic, count: usize) -> Result<Modes, ModesError> {
-    search(pencil, symbolic, count, (TOLERANCE, PROBES), None)
+    Ok(search(pencil, symbolic, count, (TOLERANCE, PROBES), (None, None))?.0)
 }
 
-/// The same, of which solves are kept while it goes on; it ends when the user wants to stop.
+/// The same, of which solves are kept while it goes on; it ends when the user wants to stop. It goes on from
+/// the search for the first mode of the same pencil, where that is at hand, and finds the same bits.
 ///
 /// # Errors
 /// As [`lowest_modes`]; [`Cancelled`].
@@ -115,29 +118,52 @@ pub(crate) fn lowest_modes_kept(
     pencil: &Pencil,
     symbolic: &Symbolic,
     count: usize,
-    kept: &KeptSolves<'_>,
+    (kept, first): (&KeptSolves<'_>, Option<&FirstMode>),
 ) -> Result<Modes, ModesError> {
-    search(pencil, symbolic, count, (TOLERANCE, PROBES), Some(kept))
+    let grown = first.and_then(FirstMode::take);
+    Ok(search(pencil, symbolic, count, (TOLERANCE, PROBES), (Some(kept), grown))?.0)
 }
 
-/// The first natural frequency \[Hz\], to nine digits, as far as the matrices have them: a third of the work
-/// of [`lowest_modes`], because nothing is probed for.
-///
-/// # Errors
-/// [`ModesError`].
-pub fn first_frequency(pencil: &Pencil, symbolic: &Symbolic) -> Result<f64, ModesError> {
-    let first = search(pencil, symbolic, 1, (ROUGH, 0), None)?;
-    Ok(first.frequencies_hz()[0])
+/// The first natural frequency of a body, and what the search for it has grown.
+pub struct FirstMode {
+    /// Hz, to eight digits, as far as the matrices have them.
+    pub frequency_hz: f64,
+    /// Until a search goes on from it. Nothing on several ranks, each of which has its own rows.
+    grown: Mutex<Option<Grown>>,
 }
 
-/// The lowest modes to a residual, after so many expansions more.
+impl FirstMode {
+    /// Finds it: a third of the work of [`lowest_modes`], because nothing is probed for.
+    ///
+    /// # Errors
+    /// [`ModesError`].
+    pub fn find(pencil: &Pencil, symbolic: &Symbolic) -> Result<Self, ModesError> {
+        let (first, grown) = search(pencil, symbolic, 1, (ROUGH, 0), (None, None))?;
+        let grown = Mutex::new(grown.filter(|_| !symbolic.is_spread()));
+        Ok(Self { frequency_hz: first.frequencies_hz()[0], grown })
+    }
+
+    /// s.
+    pub fn period(&self) -> f64 {
+        1.0 / self.frequency_hz
+    }
+
+    fn take(&self) -> Option<Grown> {
+        self.grown.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// Solves that are kept, and what an earlier search has grown.
+type Begun<'a> = (Option<&'a KeptSolves<'a>>, Option<Grown>);
+
+/// The lowest modes to a residual, after so many expansions more, and what a search for more can go on from.
 fn search(
     pencil: &Pencil,
     symbolic: &Symbolic,
     count: usize,
     (tolerance, probes): (f64, usize),
-    kept: Option<&KeptSolves<'_>>,
-) -> Result<Modes, ModesError> {
+    begun: Begun<'_>,
+) -> Result<(Modes, Option<Grown>), ModesError> {
     let n = pencil.n_elastic();
     if count == 0 || count > n {
         return Err(ModesError::Count { count, n });
@@ -149,9 +175,9 @@ fn search(
     })?;
     let stiffest = stiffest_dof(pencil);
     let search = Search { count, available: n, tolerance, probes, stiffest };
-    let modes = search_on(factor.rows(pencil, &search)?.as_mut(), &search, kept)?;
+    let (modes, grown) = search_from(factor.rows(pencil, &search)?.as_mut(), &search, begun)?;
     let share = f64::EPSILON * stiffest / modes.eigenvalues[0].max(0.0);
-    if share <= LOST { Ok(modes) } else { Err(ModesError::LostInRounding { share }) }
+    if share <= LOST { Ok((modes, grown)) } else { Err(ModesError::LostInRounding { share }) }
 }
 
 /// The modes of a search, on rows that are all here or spread over ranks, each of which calls this. The
@@ -165,15 +191,31 @@ pub fn search_on(
     search: &Search,
     kept: Option<&KeptSolves<'_>>,
 ) -> Result<Modes, ModesError> {
+    Ok(search_from(rows, search, (kept, None))?.0)
+}
+
+/// The same, from what an earlier search for fewer modes with a looser tolerance has grown.
+fn search_from(
+    rows: &mut dyn Rows,
+    search: &Search,
+    (kept, grown): Begun<'_>,
+) -> Result<(Modes, Option<Grown>), ModesError> {
     let Search { count, tolerance, probes, .. } = *search;
-    let mut space = Krylov::new(rows, search, kept)?;
+    // What has grown is looked at before it grows on, as it would have been.
+    let mut is_new = grown.is_some();
+    let mut space = match grown {
+        Some(grown) => Krylov::resume(rows, search, kept, grown),
+        None => Krylov::new(rows, search, kept)?,
+    };
     // Expansions of the last probe.
     let mut probed: Option<usize> = None;
     let ritz = loop {
         if space.is_stopped()? {
             return Err(Cancelled.into());
         }
-        space.expand()?;
+        if !std::mem::take(&mut is_new) {
+            space.expand()?;
+        }
         let ritz = space.ritz()?;
         let within = |r: f64| ritz.values.len() >= count && ritz.residuals[..count].iter().all(|&x| x <= r);
         // What a probe finds asks for another one.
@@ -192,7 +234,8 @@ pub fn search_on(
             }
         }
     };
-    space.modes(&ritz, count)
+    let modes = space.modes(&ritz, count)?;
+    Ok((modes, space.grown()))
 }
 
 /// The largest `K_ii / M_ii`, 1/s²: a Rayleigh quotient, so the largest eigenvalue from below, and within a
@@ -336,6 +379,24 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_search_goes_on_from_that_for_the_first_mode_to_the_same_bits() {
+        let model = beam([24, 4, 4], [1.0, 0.1, 0.1]).unwrap();
+        let symbolic = Symbolic::analyze(model.pencil()).unwrap();
+        for count in [1, 3, 40] {
+            let whole = lowest_modes(model.pencil(), &symbolic, count).unwrap();
+            let first = FirstMode::find(model.pencil(), &symbolic).unwrap();
+            let off = (first.frequency_hz / whole.frequencies_hz()[0] - 1.0).abs();
+            assert!(off < 1e-8, "{off:e}");
+            let grown = first.grown.lock().unwrap().as_ref().map(Grown::used);
+            assert!(grown.is_some_and(|used| used >= 24), "{grown:?} vectors are handed on");
+            let begun = (&KeptSolves::new(None, &Silent), Some(&first));
+            let found = lowest_modes_kept(model.pencil(), &symbolic, count, begun).unwrap();
+            assert_eq!((found.eigenvalues, found.vectors), (whole.eigenvalues, whole.vectors));
+            assert!(first.take().is_none());
+        }
+    }
+
     /// Wants to stop when asked for the fifth time.
     struct Impatient(AtomicUsize);
 
@@ -357,7 +418,7 @@ mod tests {
         let store = Store::new(&folder.path().join("work"), false);
         let listener = Impatient(AtomicUsize::new(0));
         let first = KeptSolves::of_all(&store, &listener);
-        let stopped = lowest_modes_kept(pencil, &symbolic, 40, &first);
+        let stopped = lowest_modes_kept(pencil, &symbolic, 40, (&first, None));
         assert!(matches!(stopped, Err(ModesError::Cancelled(_))));
         // The start, and four expansions.
         let files = || std::fs::read_dir(store.folder()).unwrap().map(|file| file.unwrap().path());
@@ -365,7 +426,7 @@ mod tests {
         // One of them is damaged, and solved for again.
         std::fs::write(files().next().unwrap(), b"half").unwrap();
         let again = KeptSolves::of_all(&store, &Silent);
-        let modes = lowest_modes_kept(pencil, &symbolic, 40, &again).unwrap();
+        let modes = lowest_modes_kept(pencil, &symbolic, 40, (&again, None)).unwrap();
         assert_eq!(again.found(), 4);
         assert_eq!(modes.eigenvalues, whole.eigenvalues);
         assert_eq!(modes.vectors, whole.vectors);

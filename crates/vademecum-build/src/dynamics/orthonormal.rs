@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
+use faer::prelude::ReborrowMut;
 use faer::{Mat, MatRef, Par};
 
 use crate::fem::{EngineError, LocalMass, MassProduct, SymmetricMatrix, sum_matrix};
@@ -94,9 +95,11 @@ fn pass(
             }
             onto_new[(used, c)] = left;
             for columns in [&mut block, &mut weighted] {
-                for row in 0..n {
-                    columns[(row, used)] = columns[(row, c)] / left;
+                if used < c {
+                    let (mut before, from) = columns.as_mut().split_at_col_mut(c);
+                    before.rb_mut().col_mut(used).copy_from(from.col(0));
                 }
+                columns.col_as_slice_mut(used).iter_mut().for_each(|entry| *entry /= left);
             }
             used += 1;
             take_off(rows, [&mut block, &mut weighted], used - 1..used, c + 1..end, &mut onto_new)?;

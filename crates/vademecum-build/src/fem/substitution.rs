@@ -112,7 +112,7 @@ pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &
         forward(group, values, own, &mut update, k);
         Ok(update)
     };
-    let Ok(()) = supernodes.tree.upwards(supernodes.split(x, |group| group.columns * k), up);
+    let Ok(()) = supernodes.solves.upwards(supernodes.split(x, |group| group.columns * k), up);
     let down = |at: usize, own: &mut [T], above: Option<&Vec<T>>| {
         let group = &supernodes.groups[at];
         // All rows of the group, for its children.
@@ -127,7 +127,7 @@ pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &
         first.copy_from_slice(own);
         front
     };
-    supernodes.tree.downwards(supernodes.split(x, |group| group.columns * k), down);
+    supernodes.solves.downwards(supernodes.split(x, |group| group.columns * k), down);
 }
 
 /// The columns of a block over the rows of the matrix as solves take them; `number` gives the entry at a row

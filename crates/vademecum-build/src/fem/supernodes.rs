@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::number::Number;
 use super::sparse::SymmetricMatrix;
-use super::tree::Tree;
+use super::tree::{Leaves, Tree};
 
 /// Columns with the same rows below them.
 #[derive(Clone, Debug)]
@@ -47,6 +47,11 @@ impl Group {
         self.columns as f64 * (self.height() as f64).powi(2)
     }
 
+    /// Entries that a solve reads, about.
+    fn entries(&self) -> f64 {
+        self.columns as f64 * self.height() as f64
+    }
+
     /// The square on the columns of the group, and what stands below it.
     pub fn parts<'v, T>(&self, values: &'v [T]) -> (MatRef<'v, T>, MatRef<'v, T>) {
         MatRef::from_column_major_slice(&values[self.values.clone()], self.height(), self.columns)
@@ -58,7 +63,10 @@ impl Group {
 #[derive(Debug)]
 pub(super) struct Supernodes {
     pub groups: Vec<Group>,
+    /// For a factorisation.
     pub tree: Tree,
+    /// For solves.
+    pub solves: Tree,
     rows: Vec<u32>,
     /// For each row, where it stands in the parent of its group.
     in_parent: Vec<u32>,
@@ -133,15 +141,18 @@ impl Supernodes {
                 }
             }
         }
-        let tree = Tree::new(vec![], vec![]);
-        let mut all = Self { groups, tree, rows, in_parent: vec![], owner, place, order };
+        let [tree, solves] = [(); 2].map(|()| Tree::new(vec![], vec![], Leaves::Much));
+        let mut all = Self { groups, tree, solves, rows, in_parent: vec![], owner, place, order };
         let parent: Vec<_> = all.groups.iter().map(|group| all.parent(group)).collect();
         let local = |(group, parent): (&Group, &Option<usize>)| {
             parent.map_or(vec![], |parent| all.local(all.rows(group), &all.groups[parent]))
         };
         let places: Vec<Vec<u32>> = all.groups.par_iter().zip(&parent).map(local).collect();
         all.in_parent = places.concat();
-        all.tree = Tree::new(parent, all.groups.iter().map(Group::work).collect());
+        let work = |of: fn(&Group) -> f64| all.groups.iter().map(of).collect();
+        let [factorise, solve] = [work(Group::work), work(Group::entries)];
+        all.tree = Tree::new(parent.clone(), factorise, Leaves::Much);
+        all.solves = Tree::new(parent, solve, Leaves::Little);
         all
     }
 

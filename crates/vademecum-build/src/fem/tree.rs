@@ -3,17 +3,42 @@
 //! Threads share the subtrees that are small beside the whole. What stands above them is gone through group
 //! by group, and there threads share the rows of the dense products. Children are taken in one order, so the
 //! bits never depend on the number of threads.
+//!
+//! What a group leaves to its parent lies in memory until then. In a factorisation that is a dense matrix, so
+//! a few subtrees are gone through at a time, and then their parents. In a solve it is a few numbers for each
+//! row, so all subtrees come first and threads wait for each other once.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-/// Share of the whole work above which a subtree is no task of one thread.
-const TASK: f64 = 1.0 / 128.0;
+/// What a group leaves to its parent.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Leaves {
+    /// A dense matrix.
+    Much,
+    /// Some numbers for each of its rows.
+    Little,
+}
 
-/// Share of the whole work in the subtrees that threads share at a time: what they leave lies in memory until
-/// their parents take it.
-const AT_ONCE: f64 = 1.0 / 32.0;
+impl Leaves {
+    /// Share of the whole work above which a subtree is no task of one thread.
+    fn task(self) -> f64 {
+        match self {
+            Self::Much => 1.0 / 128.0,
+            Self::Little => 1.0 / 32.0,
+        }
+    }
+
+    /// Share of the whole work in the subtrees that threads share before some parent takes what they leave;
+    /// all of it where that is little.
+    fn at_once(self) -> Option<f64> {
+        match self {
+            Self::Much => Some(1.0 / 32.0),
+            Self::Little => None,
+        }
+    }
+}
 
 /// What is gone through at a time.
 #[derive(Debug)]
@@ -39,8 +64,8 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// The tree of groups by their parents; `work` is what each of them takes.
-    pub fn new(parent: Vec<Option<usize>>, mut work: Vec<f64>) -> Tree {
+    /// The tree of groups by their parents; `work` is what each of them takes, and `leaves` what it leaves.
+    pub fn new(parent: Vec<Option<usize>>, mut work: Vec<f64>, leaves: Leaves) -> Tree {
         let mut children = vec![vec![]; parent.len()];
         for (group, parent) in parent.iter().enumerate() {
             if let Some(parent) = *parent {
@@ -53,7 +78,7 @@ impl Tree {
         let total: f64 = roots.map(|group| work[group]).sum();
         // The root of the subtree that each group is in.
         let mut root: Vec<Option<usize>> = vec![None; work.len()];
-        for group in (0..work.len()).rev().filter(|&group| work[group] <= TASK * total) {
+        for group in (0..work.len()).rev().filter(|&group| work[group] <= leaves.task() * total) {
             root[group] = Some(parent[group].and_then(|parent| root[parent]).unwrap_or(group));
         }
         let mut subtrees: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -65,10 +90,12 @@ impl Tree {
         let mut subtrees = subtrees.into_iter().peekable();
         let mut stages = vec![];
         let above = (0..work.len()).filter(|&group| root[group].is_none()).map(Some);
+        let at_once = leaves.at_once();
         for next in above.chain([None]) {
-            while subtrees.peek().is_some_and(|(root, _)| next.is_none_or(|next| *root < next)) {
+            let is_next = |root: usize| at_once.is_none() || next.is_none_or(|next| root < next);
+            while subtrees.peek().is_some_and(|(root, _)| is_next(*root)) {
                 let (mut some, mut share) = (vec![], 0.0);
-                while share < AT_ONCE
+                while at_once.is_none_or(|most| share < most)
                     && let Some((root, groups)) = subtrees.next()
                 {
                     share += work[root] / total;
@@ -186,10 +213,12 @@ mod tests {
         // A binary tree of 255 groups, numbered so that subtrees are not in one piece: each level at a time.
         let parent: Vec<Option<usize>> =
             (0..255).map(|group| (group < 254).then_some(128 + group / 2)).collect();
-        for work in [1.0, 300.0] {
+        for (work, leaves) in
+            [(1.0, Leaves::Much), (300.0, Leaves::Much), (1.0, Leaves::Little), (300.0, Leaves::Little)]
+        {
             // The second one has all the work in a leaf.
             let shares = (0..255).map(|group| if group == 3 { work } else { 1.0 }).collect();
-            let tree = Tree::new(parent.clone(), shares);
+            let tree = Tree::new(parent.clone(), shares, leaves);
             let sizes = std::sync::Mutex::new(vec![0; 255]);
             let climb = |group: usize, part: usize, children: Vec<(usize, usize)>| {
                 assert_eq!(group, part);

@@ -21,8 +21,8 @@ use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::dynamics::schemes::bathe;
 use crate::dynamics::{
-    DampingError, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError, SchemeKind,
-    first_frequency,
+    DampingError, FirstMode, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError,
+    SchemeKind,
 };
 use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::{BasisKind, Problem, ProblemError};
@@ -85,8 +85,8 @@ pub struct Prepared {
     pub step: StepParameters,
     /// Damping ratios beside Rayleigh's, of a file that moves its modes exactly.
     pub ratios: ModalRatios,
-    /// First natural period \[s\], where the time step was proposed from it.
-    pub first_period: Option<f64>,
+    /// The first natural mode, once something has asked for it: the time step may be proposed from it.
+    pub first_mode: Option<FirstMode>,
 }
 
 impl Prepared {
@@ -179,23 +179,24 @@ pub fn prepare_within(
     if problem.mesh.matrices.is_some() {
         watch.stage("factorise matrices", || check_definite(body.model.pencil(), &symbolic))?;
     }
-    let (mut space, mut first_period) = (space, None);
+    let (mut space, mut first_mode) = (space, None);
     if space.time_step().is_none() {
         let factor = symbolic.stiffness_bytes() as f64 + body.model.pencil().bytes() as f64;
         memory.check(factor, ": a coarser mesh", || format!("the matrices of {} free dofs", body.n_dof()))?;
-        let first = || first_frequency(body.model.pencil(), &symbolic);
-        let period = 1.0 / watch.stage("first natural mode", first)?;
+        let find = || FirstMode::find(body.model.pencil(), &symbolic);
+        let first = watch.stage("first natural mode", find)?;
+        let period = first.period();
         let proposed = proposed_time_step(period);
         listener.note(&format!(
             "no `time.step` is given: {proposed:e} s is taken, {:.0} steps in the first natural period",
             period / proposed
         ));
         space = space.at_time_step(proposed);
-        first_period = Some(period);
+        first_mode = Some(first);
     }
     let step = space.setting(&space.nominal()).step;
     let ratios = problem.damping.modal_ratios();
-    Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios, first_period })
+    Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios, first_mode })
 }
 
 /// Whether a file that is exact in time is built from products with the matrices and solves alone.

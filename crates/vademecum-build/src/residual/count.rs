@@ -14,7 +14,7 @@ use super::selected::static_answers;
 use super::small::{Symmetric, semidefinite};
 use super::sweep::sweep;
 use super::way::Way;
-use crate::dynamics::{Modes, lowest_modes_kept, search_vectors};
+use crate::dynamics::{FirstMode, Modes, lowest_modes_kept, search_vectors};
 use crate::fem::Symbolic;
 use crate::limits::Memory;
 use crate::prepared::Body;
@@ -40,7 +40,8 @@ pub enum Enough {
 }
 
 /// The fewest natural modes whose relative bound is at most `error` at every loadable node and in every
-/// direction; at most 512, and no more than memory holds. Their search keeps its solves while it goes on.
+/// direction; at most 512, and no more than memory holds. Their search keeps its solves while it goes on, and
+/// may go on from that for the first mode.
 ///
 /// # Errors
 /// [`ResidualError`].
@@ -49,7 +50,7 @@ pub fn modes_within(
     symbolic: &Symbolic,
     error: f64,
     listener: &dyn Listener,
-    solves: &KeptSolves<'_>,
+    begun: (&KeptSolves<'_>, Option<&FirstMode>),
 ) -> Result<Enough, ResidualError> {
     let (pencil, nodes) = (body.model.pencil(), &body.load_nodes);
     let none = Mat::<f64>::zeros(pencil.n_dof(), 0);
@@ -65,7 +66,7 @@ pub fn modes_within(
     let mut missed = 0;
     let mut count = FIRST.min(pencil.n_elastic());
     loop {
-        let modes = lowest_modes_kept(pencil, symbolic, count, solves)?;
+        let modes = lowest_modes_kept(pencil, symbolic, count, begun)?;
         // From the beginning: two modes of one frequency may have turned.
         let mut grams = answers.clone();
         let mut reached = f64::INFINITY;

@@ -333,7 +333,8 @@ fn an_error_chooses_the_fewest_modes() {
         let Prepared { body, symbolic, .. } = &block.prepared;
         for error in errors {
             let Enough::Modes(modes, reached) =
-                modes_within(body, symbolic, error, &Silent, &KeptSolves::new(None, &Silent)).expect("modes")
+                modes_within(body, symbolic, error, &Silent, (&KeptSolves::new(None, &Silent), None))
+                    .expect("modes")
             else {
                 panic!("all modes reach any error")
             };
@@ -355,7 +356,9 @@ fn an_error_chooses_the_fewest_modes() {
 fn no_number_of_modes_is_found_for_a_bound_out_of_reach() {
     let finer = BLOCK.replace("divisions = [4, 2, 2]", "divisions = [8, 4, 4]");
     let Prepared { body, symbolic, .. } = &prepared(&finer);
-    match modes_within(body, symbolic, 1e-5, &Silent, &KeptSolves::new(None, &Silent)).expect("an answer") {
+    match modes_within(body, symbolic, 1e-5, &Silent, (&KeptSolves::new(None, &Silent), None))
+        .expect("an answer")
+    {
         Enough::Missed { modes: 512, reached } => assert!(reached > 1e-5 && reached < 1.0),
         Enough::Missed { modes, .. } => panic!("{modes} modes were tried"),
         Enough::Modes(modes, _) => panic!("{} modes", modes.eigenvalues.len()),
