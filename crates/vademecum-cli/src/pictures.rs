@@ -251,7 +251,8 @@ const LEGEND: u32 = 240;
 const WORD: i32 = 12;
 
 /// The upper left corners of words beside points \[px\]: none of them covers another one or a point. A word
-/// that stands beside a point already is not said again beside one that can hardly be told from it.
+/// that stands beside a point already is not said again beside one that can hardly be told from it, and one
+/// that finds no free place near its point is left out.
 fn words_beside<'a>(points: &[((i32, i32), &'a str)]) -> Vec<((i32, i32), &'a str)> {
     const AWAY: [i32; 4] = [6, 18, 32, 48];
     const RADIUS: i32 = 4;

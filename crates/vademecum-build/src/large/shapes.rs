@@ -57,12 +57,13 @@ pub fn relaxed(
     let (strain, modes) = (prediction.strain, prediction.modes);
     let done = AtomicUsize::new(0);
     let newton = Newton { tolerance: TOLERANCE, ..Newton::default() };
+    let at_rest = Relaxation::new(strain, symbolic, modes, newton)?;
     let of = |s: usize| {
         let mut found = None;
         for halvings in 0..HALVINGS {
             let scale = 0.5_f64.powi(halvings);
             let q: Vec<f64> = drawn.col(s).iter().map(|q| scale * q).collect();
-            let mut relaxation = Relaxation::new(strain, symbolic, modes, newton)?;
+            let mut relaxation = at_rest.clone();
             match relaxation.relax(Some(prediction.at(&q)), &q) {
                 Ok(shape) if strain.least_stretch(&shape.displacement) >= SOFTENING => {
                     found = Some(shape.displacement);

@@ -11,6 +11,8 @@
 //! and the others stay on it. A factor, with its solve for `W`, serves as long as the corrections shrink
 //! fast ([`Newton::keep`]).
 
+use std::sync::Arc;
+
 use faer::linalg::solvers::{Llt, Solve as _};
 use faer::{Mat, MatRef, Side};
 
@@ -20,13 +22,15 @@ use super::vectors::{add, dot};
 use crate::fem::{Factor, FactorError, GreenStrain, Solve, Symbolic};
 use crate::linalg::transposed_product;
 
-/// Shapes of least energy at prescribed coordinates of a basis, each begun at the one before.
+/// Shapes of least energy at prescribed coordinates of a basis, each begun at the one before. A copy shares
+/// what belongs to the basis.
+#[derive(Clone)]
 pub struct Relaxation<'a> {
     strain: &'a GreenStrain<'a>,
     symbolic: &'a Symbolic,
     newton: Newton,
     /// `M V`, shape (n, r).
-    momenta: Mat<f64>,
+    momenta: Arc<Mat<f64>>,
     displacement: Vec<f64>,
     factorisations: usize,
 }
@@ -73,7 +77,7 @@ impl<'a> Relaxation<'a> {
         let mut momenta = Mat::zeros(n, basis.ncols());
         let columns = basis.to_owned();
         pencil.mass().mul_into(columns.as_ref(), momenta.as_mut());
-        let displacement = vec![0.0; n];
+        let (momenta, displacement) = (Arc::new(momenta), vec![0.0; n]);
         Ok(Relaxation { strain, symbolic, newton, momenta, displacement, factorisations: 0 })
     }
 
@@ -121,7 +125,7 @@ impl<'a> Relaxation<'a> {
     /// `VᵀM u`.
     fn project(&self, u: &[f64]) -> Vec<f64> {
         let column = MatRef::from_column_major_slice(u, u.len(), 1);
-        transposed_product(self.momenta.as_ref(), column).col_as_slice(0).to_vec()
+        transposed_product(self.momenta.as_ref().as_ref(), column).col_as_slice(0).to_vec()
     }
 
     /// From the last shape, or from where `guess` says, to the one at `q`; the last shape stays where it
@@ -187,9 +191,9 @@ impl<'a> Relaxation<'a> {
             done => done?,
         };
         let mut memory = Solve::new(self.symbolic, self.momenta.ncols(), false);
-        let mut answers = self.momenta.clone();
+        let mut answers = Mat::clone(&self.momenta);
         memory.solve_in_place(&factor, answers.as_mut());
-        let compliance = transposed_product(self.momenta.as_ref(), answers.as_ref());
+        let compliance = transposed_product(self.momenta.as_ref().as_ref(), answers.as_ref());
         let Ok(compliance) = compliance.as_ref().llt(Side::Lower) else { return Ok(None) };
         Ok(Some(Border { factor, memory, answers, compliance }))
     }
