@@ -47,3 +47,13 @@ fn step_24_24_64_136<T: Scalar>(bencher: Bencher<'_, '_>) {
 fn step_32_0_64_128<T: Scalar>(bencher: Bencher<'_, '_>) {
     step::<T>(bencher, [32, 0, 64, 128]);
 }
+
+#[divan::bench(types = [f32, f64])]
+fn step_48_0_48_96<T: Scalar>(bencher: Bencher<'_, '_>) {
+    step::<T>(bencher, [48, 0, 48, 96]);
+}
+
+#[divan::bench(types = [f32, f64])]
+fn step_64_0_64_128<T: Scalar>(bencher: Bencher<'_, '_>) {
+    step::<T>(bencher, [64, 0, 64, 128]);
+}
