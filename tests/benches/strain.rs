@@ -1,5 +1,5 @@
 //! Steps of the strain structure: `cargo bench -p vademecum-tests --bench strain`. Times are those of
-//! [`STEPS`] steps; the names say `n, n₁, r, m`.
+//! [`STEPS`] steps.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -10,11 +10,22 @@ use vademecum_tests::strained::Strained;
 
 const STEPS: usize = 1000;
 
+/// `n, n₁, r, m` of the maps.
+const SIZES: [[usize; 4]; 6] = [
+    [16, 0, 16, 48],
+    [24, 0, 64, 112],
+    [24, 24, 64, 136],
+    [32, 0, 64, 128],
+    [48, 0, 48, 96],
+    [64, 0, 64, 128],
+];
+
 fn main() {
     divan::main();
 }
 
 /// A moving body under a held load, so that it never comes to rest.
+#[divan::bench(types = [f32, f64], args = SIZES)]
 fn step<T: Scalar>(bencher: Bencher<'_, '_>, sizes: [usize; 4]) {
     let parameters = StepParameters { time_step: 5e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
     let bytes = Strained::random(sizes, 1).file(&parameters);
@@ -26,34 +37,4 @@ fn step<T: Scalar>(bencher: Bencher<'_, '_>, sizes: [usize; 4]) {
             }
         });
     });
-}
-
-#[divan::bench(types = [f32, f64])]
-fn step_16_0_16_48<T: Scalar>(bencher: Bencher<'_, '_>) {
-    step::<T>(bencher, [16, 0, 16, 48]);
-}
-
-#[divan::bench(types = [f32, f64])]
-fn step_24_0_64_112<T: Scalar>(bencher: Bencher<'_, '_>) {
-    step::<T>(bencher, [24, 0, 64, 112]);
-}
-
-#[divan::bench(types = [f32, f64])]
-fn step_24_24_64_136<T: Scalar>(bencher: Bencher<'_, '_>) {
-    step::<T>(bencher, [24, 24, 64, 136]);
-}
-
-#[divan::bench(types = [f32, f64])]
-fn step_32_0_64_128<T: Scalar>(bencher: Bencher<'_, '_>) {
-    step::<T>(bencher, [32, 0, 64, 128]);
-}
-
-#[divan::bench(types = [f32, f64])]
-fn step_48_0_48_96<T: Scalar>(bencher: Bencher<'_, '_>) {
-    step::<T>(bencher, [48, 0, 48, 96]);
-}
-
-#[divan::bench(types = [f32, f64])]
-fn step_64_0_64_128<T: Scalar>(bencher: Bencher<'_, '_>) {
-    step::<T>(bencher, [64, 0, 64, 128]);
 }

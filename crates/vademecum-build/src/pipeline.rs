@@ -207,6 +207,10 @@ fn model(
             watch.stage("first natural mode", find)?
         }
     };
+    // Nothing else goes on from that search.
+    if problem.basis_kind() != BasisKind::Modes {
+        first.forget();
+    }
     let first_period = first.period();
     prepared.first_mode = Some(first);
     prepared.check_time_step(first_period, listener)?;

@@ -7,7 +7,7 @@ use super::error::BasisError;
 use super::pod::{Apply, Pod, apply};
 use super::ritz::{Basis, modes_basis, pod_basis, ritz_basis};
 use super::snapshots::{KeptRuns, Runs, SnapshotError, compute, import};
-use crate::dynamics::{FullOrder, Modes, lowest_modes_kept};
+use crate::dynamics::{FirstMode, FullOrder, Modes, lowest_modes_kept};
 use crate::fem::Solve;
 use crate::input::{BasisKind, InnerProduct, Problem};
 use crate::prepared::{Body, Prepared};
@@ -99,11 +99,11 @@ fn nominal_basis(
 ) -> Result<(Basis, usize), BasisError> {
     let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
     let Some(pod) = decompose(problem, body, full, runs, kept)? else {
+        let begun = (solves, prepared.first_mode.as_ref());
         let Modes { vectors, eigenvalues, .. } = match problem.basis.error {
-            Some(error) => enough_modes(problem, prepared, error, kept.kept.listener, solves)?,
+            Some(error) => enough_modes(problem, prepared, error, kept.kept.listener, begun)?,
             None => {
                 let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
-                let begun = (solves, prepared.first_mode.as_ref());
                 lowest_modes_kept(pencil, &prepared.symbolic, count, begun)?
             }
         };
@@ -127,9 +127,8 @@ fn enough_modes(
     prepared: &Prepared,
     error: f64,
     listener: &dyn Listener,
-    solves: &KeptSolves<'_>,
+    begun: (&KeptSolves<'_>, Option<&FirstMode>),
 ) -> Result<Modes, BasisError> {
-    let begun = (solves, prepared.first_mode.as_ref());
     match modes_within(&prepared.body, &prepared.symbolic, error, listener, begun)? {
         Enough::Modes(modes, reached) => {
             listener

@@ -53,14 +53,6 @@ pub(crate) struct Grown {
     random: Random,
 }
 
-#[cfg(test)]
-impl Grown {
-    /// Number of vectors.
-    pub fn used(&self) -> usize {
-        self.basis.as_ref().ncols()
-    }
-}
-
 /// Rayleigh–Ritz pairs, `θ` descending.
 pub(super) struct Ritz {
     pub values: Vec<f64>,

@@ -133,7 +133,7 @@ pub struct FirstMode {
 }
 
 impl FirstMode {
-    /// Finds it: a third of the work of [`lowest_modes`], because nothing is probed for.
+    /// Finds it with less work than [`lowest_modes`]: nothing is probed for.
     ///
     /// # Errors
     /// [`ModesError`].
@@ -146,6 +146,11 @@ impl FirstMode {
     /// s.
     pub fn period(&self) -> f64 {
         1.0 / self.frequency_hz
+    }
+
+    /// Lets go of what the search has grown.
+    pub(crate) fn forget(&self) {
+        self.take();
     }
 
     fn take(&self) -> Option<Grown> {
@@ -388,8 +393,7 @@ mod tests {
             let first = FirstMode::find(model.pencil(), &symbolic).unwrap();
             let off = (first.frequency_hz / whole.frequencies_hz()[0] - 1.0).abs();
             assert!(off < 1e-8, "{off:e}");
-            let grown = first.grown.lock().unwrap().as_ref().map(Grown::used);
-            assert!(grown.is_some_and(|used| used >= 24), "{grown:?} vectors are handed on");
+            assert!(first.grown.lock().unwrap().is_some(), "nothing is handed on");
             let begun = (&KeptSolves::new(None, &Silent), Some(&first));
             let found = lowest_modes_kept(model.pencil(), &symbolic, count, begun).unwrap();
             assert_eq!((found.eigenvalues, found.vectors), (whole.eigenvalues, whole.vectors));
