@@ -42,7 +42,8 @@ pub struct LargeOptions {
     pub coordinates: usize,
     /// Strain rows beside one for each coordinate.
     pub rows: usize,
-    /// States that the strains are fitted to; fewer show which shapes follow the modes.
+    /// States that the strains are fitted to, half of them at coordinates of the fewest modes of any map;
+    /// fewer show which shapes follow the modes.
     pub states: usize,
 }
 
@@ -177,8 +178,7 @@ impl<'a> Learner<'a> {
     /// # Errors
     /// [`LearnError`].
     pub fn fitted(&self, from: &Learnt) -> Result<Vec<Learnt>, LearnError> {
-        let Self { options, .. } = self;
-        let states = self.states(from.modes, options.states, MARGIN * options.displacement)?;
+        let states = self.mixed(from.modes)?;
         let basis = &from.basis;
         let states = self.seen(&basis.vectors, &states);
         let grams = self.columns(basis, from.prior).fitted(&states, &RIDGES)?;
@@ -192,6 +192,17 @@ impl<'a> Learner<'a> {
     /// The lowest modes.
     fn modes(&self, count: usize) -> MatRef<'_, f64> {
         self.modes.vectors.subcols(0, count)
+    }
+
+    /// The states of a regression: half of them at coordinates of so many modes, half at coordinates of the
+    /// fewest modes of any map, in which the further modes lie where the least energy has them.
+    fn mixed(&self, n_modes: usize) -> Result<Vec<Vec<f64>>, LearnError> {
+        let LargeOptions { coordinates, states: count, displacement, .. } = self.options;
+        let fewest = coordinates.div_ceil(SPLITS[0]);
+        let of_fewest = if n_modes > fewest { count / 2 } else { 0 };
+        let mut states = self.states(fewest, of_fewest, MARGIN * displacement)?;
+        states.extend(self.states(n_modes, count - of_fewest, MARGIN * displacement)?);
+        Ok(states)
     }
 
     /// Shapes of least energy at coordinates of so many modes, up to a displacement \[m\].

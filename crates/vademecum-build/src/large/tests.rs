@@ -144,6 +144,23 @@ fn regressions_teach_the_energy_of_states_that_nobody_saw() {
 }
 
 #[test]
+fn half_of_the_states_of_a_regression_move_in_the_fewest_modes() {
+    let prepared = beam();
+    let kept = Kept::new(None, &prepared, &Silent);
+    let learner = Learner::new(&prepared.body, &prepared.symbolic, &OPTIONS, &kept).expect("modes");
+    let priors = learner.priors().expect("strain maps");
+    let energies = |map: &Learnt| learner.fitted(map).expect("regressions").swap_remove(0).energies;
+    let [few, more] = [&priors[0], &priors[4]];
+    assert_eq!([few.modes, more.modes], [2, 6]);
+    let (few, more) = (energies(few), energies(more));
+    assert_eq!([few.len(), more.len()], [OPTIONS.states; 2]);
+    let apart = |s: usize| (few[s] / more[s] - 1.0).abs();
+    let half = OPTIONS.states / 2;
+    assert!((0..half).all(|s| apart(s) < 1e-9));
+    assert!((half..OPTIONS.states).all(|s| apart(s) > 1e-6));
+}
+
+#[test]
 fn a_prediction_leads_to_the_shape_that_is_found_from_rest_and_sooner() {
     let prepared = beam();
     let pencil = prepared.body.model.pencil();
