@@ -24,7 +24,7 @@ const SEED: u64 = 0x1A26_E001;
 /// large one the prior stays nearly what it is; a small one asks for many states.
 const RIDGES: [f64; 3] = [1.0, 1e-2, 1e-4];
 
-/// Shares of the coordinates that are natural modes: one in so many.
+/// Shares of the coordinates that are natural modes, ascending: one in so many.
 const SPLITS: [usize; 3] = [6, 4, 2];
 /// Strain maps to choose from at most: for each share the two priors, and the regressions on one of them.
 pub const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
@@ -52,6 +52,11 @@ impl LargeOptions {
     /// coordinates. With fewer, a regression bends products that the states hardly tell apart.
     pub fn states_of(coordinates: usize) -> usize {
         coordinates * (coordinates + 1)
+    }
+
+    /// Natural modes of the bases that are tried, ascending.
+    fn natural_modes(&self) -> [usize; SPLITS.len()] {
+        SPLITS.map(|share| self.coordinates.div_ceil(share))
     }
 }
 
@@ -142,8 +147,8 @@ impl<'a> Learner<'a> {
     ) -> Result<Learner<'a>, LearnError> {
         let (strain, pencil) = (GreenStrain::new(&body.model)?, body.model.pencil());
         let options = LargeOptions { coordinates: options.coordinates.min(pencil.n_dof()), ..*options };
-        let most = SPLITS.map(|share| options.coordinates.div_ceil(share)).into_iter().max();
-        let modes = lowest_modes(pencil, symbolic, most.unwrap_or(1))?;
+        let [.., most] = options.natural_modes();
+        let modes = lowest_modes(pencil, symbolic, most)?;
         let factor = symbolic.factor_of(pencil.stiffness())?;
         Ok(Learner { body, symbolic, strain, factor, modes, options, kept })
     }
@@ -156,7 +161,7 @@ impl<'a> Learner<'a> {
     pub fn priors(&self) -> Result<Vec<Learnt>, LearnError> {
         let Self { body, options, .. } = self;
         let mut found = vec![];
-        for n_modes in SPLITS.map(|share| options.coordinates.div_ceil(share)) {
+        for n_modes in options.natural_modes() {
             let few = options.states.min(FOLLOWED * options.coordinates);
             let states = self.states(n_modes, few, options.displacement)?;
             let (modes, eigenvalues) = (self.modes(n_modes), &self.modes.eigenvalues[..n_modes]);
@@ -197,8 +202,8 @@ impl<'a> Learner<'a> {
     /// The states of a regression: half of them at coordinates of so many modes, half at coordinates of the
     /// fewest modes of any map, in which the further modes lie where the least energy has them.
     fn mixed(&self, n_modes: usize) -> Result<Vec<Vec<f64>>, LearnError> {
-        let LargeOptions { coordinates, states: count, displacement, .. } = self.options;
-        let fewest = coordinates.div_ceil(SPLITS[0]);
+        let LargeOptions { states: count, displacement, .. } = self.options;
+        let [fewest, ..] = self.options.natural_modes();
         let of_fewest = if n_modes > fewest { count / 2 } else { 0 };
         let mut states = self.states(fewest, of_fewest, MARGIN * displacement)?;
         states.extend(self.states(n_modes, count - of_fewest, MARGIN * displacement)?);
