@@ -131,89 +131,50 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
-// Documentation shows the blocks of a type in this order: what a reader wants first comes first.
-mod scene;
-mod step;
-
-mod output;
-
-mod compliance;
-mod motion;
-mod rebind;
-
-mod axes;
+// From the lowest room to the highest: a room uses those above its own line, and the scene that all of them extend.
 mod base;
-mod batch;
-mod bind;
+
+mod kernels;
+
+mod sections;
+
+// Documentation shows the blocks of a type in this order: a reader wants binding and stepping first.
+mod scene;
+
+mod motion;
+
+mod show;
+
+mod flight;
+
+mod body;
+
 #[cfg(feature = "chapter")]
 pub mod chapter;
-mod contact;
-mod coordinates;
-mod cost;
-mod eigen;
-mod equation;
-mod error;
-mod factor;
-mod free;
-mod increment;
-mod kernel;
-mod lend;
-mod loads;
-#[cfg(feature = "mmap")]
-mod mmap;
-mod modal;
-mod options;
-mod principal;
-mod quantised;
-mod reaction;
-mod reconstruct;
-mod residual;
-mod rest;
-mod rigid;
-mod rows;
-mod scalar;
-mod shape;
-mod short_rows;
-#[cfg(feature = "alloc")]
-mod simulation;
-mod state;
-mod static_field;
-mod strain;
-mod strain_kernel;
-mod strain_map;
-mod strain_memory;
-mod strain_solve;
-mod strain_wide;
-mod stress;
-mod stress_rows;
-mod supports;
-mod surface;
-mod tree;
-mod vectors;
 
-pub use batch::{Batch, BatchStatus};
-pub use contact::Contact;
-pub use cost::Cost;
-pub use error::{BindError, LoadError, OutputError, ParameterError, StepError};
-pub use free::FreeBody;
-pub use loads::Loads;
-#[cfg(feature = "mmap")]
-pub use mmap::{Mapped, OpenError};
-pub use modal::{Modal, ModalSizes};
-pub use options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
-pub use reaction::Reaction;
-pub use rigid::{RigidBody, RigidMotion};
-pub use rows::Field;
-pub use scalar::Scalar;
-pub use scene::Scene;
+pub use base::error::{BindError, LoadError, OutputError, ParameterError, StepError};
+pub use base::options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
+pub use base::scalar::Scalar;
+pub use body::batch::{Batch, BatchStatus};
 #[cfg(feature = "alloc")]
-pub use simulation::{Simulation, SimulationError};
-pub use state::State;
-pub use static_field::StaticField;
-pub use strain::{EnergyAccount, Training};
-pub use stress::Tensor;
-pub use stress_rows::StressPoint;
-pub use surface::{Surface, SurfacePoint, nearest_in_triangle};
-pub use tree::{SurfaceTree, TreeSizes};
+pub use body::simulation::{Simulation, SimulationError};
+pub use body::tree::{SurfaceTree, TreeSizes};
+pub use flight::free::FreeBody;
+pub use flight::rigid::{RigidBody, RigidMotion};
+pub use motion::modal::{Modal, ModalSizes};
+pub use motion::strain::{EnergyAccount, Training};
+pub use scene::cost::Cost;
+pub use scene::loads::Loads;
+pub use scene::scene::Scene;
+pub use scene::state::State;
+pub use sections::contact::Contact;
+#[cfg(feature = "mmap")]
+pub use sections::mmap::{Mapped, OpenError};
+pub use sections::rows::Field;
+pub use sections::stress_rows::StressPoint;
+pub use sections::surface::{Surface, SurfacePoint, nearest_in_triangle};
+pub use show::reaction::Reaction;
+pub use show::static_field::StaticField;
+pub use show::stress::Tensor;
 pub use vademecum_format as format;
 pub use vademecum_format::BaseMotion;

@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use crate::error::{BindError, LoadError, StepError};
-use crate::lend::Short;
+use crate::base::error::{BindError, LoadError, StepError};
+use crate::base::lend::Short;
 use vademecum_format::{ChapterRole, FormatError};
 
 /// Why a scene of the chapter's structure could not be bound.

@@ -4,11 +4,11 @@
 use super::error::{ChapterBindError, ChapterLoadError};
 use super::scene::{ChapterScene, Shape};
 use super::terms::{Unknown, pieces, place};
-use crate::contact::Contact;
-use crate::error::{BindError, LoadError};
-use crate::lend::{Lender, Short};
-use crate::loads::Amplitudes;
-use crate::scalar::Scalar;
+use crate::base::error::{BindError, LoadError};
+use crate::base::lend::{Lender, Short};
+use crate::base::scalar::Scalar;
+use crate::scene::loads::Amplitudes;
+use crate::sections::contact::Contact;
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{Chapter, ChapterAxis, ChapterRole};
 

@@ -2,10 +2,10 @@
 
 use super::scene::ChapterScene;
 use super::state::ChapterState;
-use crate::error::OutputError;
-use crate::rows::{Factors, Field, factors};
-use crate::scalar::Scalar;
-use crate::surface::SurfacePoint;
+use crate::base::error::OutputError;
+use crate::base::scalar::Scalar;
+use crate::sections::rows::{Factors, Field, factors};
+use crate::sections::surface::SurfacePoint;
 
 impl<T: Scalar> ChapterScene<'_, T> {
     /// Value of probe `index`. `O(r)`.

@@ -1,15 +1,15 @@
 //! Binding a file with the chapter's structure.
 
 use super::error::ChapterBindError;
-use crate::bind::{Asked, matrices, needed};
-use crate::coordinates::Parts;
-use crate::equation::{Equation, Matrices, Stiffness};
-use crate::error::BindError;
-use crate::lend::Lender;
-use crate::options::{SceneOptions, Sizes, StructureChoice};
-use crate::rows::Rows;
-use crate::scalar::Scalar;
-use crate::{rest, shape};
+use crate::base::error::BindError;
+use crate::base::lend::Lender;
+use crate::base::options::{SceneOptions, Sizes, StructureChoice};
+use crate::base::scalar::Scalar;
+use crate::kernels::coordinates::Parts;
+use crate::scene::bind::{Asked, matrices, needed};
+use crate::scene::equation::{Equation, Matrices, Stiffness};
+use crate::scene::{rest, shape};
+use crate::sections::rows::Rows;
 use vademecum_format::scheme::{MAX_STAGES, StepParameters};
 use vademecum_format::{Chapter, File, MAX_REGIONS, Metadata, SectionKind};
 

@@ -2,10 +2,10 @@
 
 use super::error::ChapterBindError;
 use super::scene::ChapterScene;
-use crate::coordinates::Coordinates;
-use crate::error::{BindError, StepError};
-use crate::lend::Lender;
-use crate::scalar::Scalar;
+use crate::base::error::{BindError, StepError};
+use crate::base::lend::Lender;
+use crate::base::scalar::Scalar;
+use crate::kernels::coordinates::Coordinates;
 
 use super::scene::Shape;
 

@@ -5,11 +5,11 @@ use super::loads::ChapterLoads;
 use super::scene::ChapterScene;
 use super::state::ChapterState;
 use super::terms::{Unknown, pieces};
-use crate::error::StepError;
-use crate::kernel::flushed;
-use crate::lend::{Lender, Short};
-use crate::options::Status;
-use crate::scalar::Scalar;
+use crate::base::error::StepError;
+use crate::base::lend::{Lender, Short};
+use crate::base::options::Status;
+use crate::base::scalar::Scalar;
+use crate::kernels::kernel::flushed;
 use vademecum_format::{ChapterAxis, ChapterRole};
 
 impl<T: Scalar> ChapterScene<'_, T> {

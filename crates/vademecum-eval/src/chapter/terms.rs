@@ -1,7 +1,7 @@
 //! Sums of products of one-dimensional functions.
 
-use crate::lend::{Lender, Short};
-use crate::scalar::Scalar;
+use crate::base::lend::{Lender, Short};
+use crate::base::scalar::Scalar;
 use vademecum_format::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
 
 /// A part with its factors and terms in the scene's precision.

@@ -1,0 +1,8 @@
+//! Numbers, lent memory, options and errors: what every other room uses.
+
+pub(crate) mod error;
+pub(crate) mod lend;
+pub(crate) mod options;
+pub(crate) mod principal;
+pub(crate) mod scalar;
+pub(crate) mod vectors;

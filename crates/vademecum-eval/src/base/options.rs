@@ -1,0 +1,186 @@
+//! What a scene is asked for, and how much memory it wants for it.
+
+use crate::base::error::ParameterError;
+use crate::base::scalar::Scalar;
+use vademecum_format::{MAX_REGIONS, Metadata, ParameterRole};
+
+/// The ways a step can be held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Structure {
+    /// One 3×3 block per mode: `9r` multiply-adds.
+    Diagonal,
+    /// One dense map: `9r²` multiply-adds.
+    Block,
+    /// One 2×2 block per mode, which moves it exactly under loads that are linear over the step: `4r`
+    /// multiply-adds ([`vademecum_format::exact`]).
+    Exact,
+    /// Large displacements: a strain that is quadratic in the coordinates, and one small solve a sub-step.
+    Strain,
+}
+
+/// Which structure a scene shall take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StructureChoice {
+    /// The strain one if the file has it, else the exact one if the file was built for it. Otherwise the
+    /// cheapest whose certificate keeps the tolerance, or else the one with the smaller certified error. The
+    /// block one if a region's scale is not 1; a scene that will be set to such scales later asks for the
+    /// block one from the start.
+    #[default]
+    Auto,
+    /// The diagonal one.
+    Diagonal,
+    /// The block one.
+    Block,
+    /// The exact one, which every file with the diagonal structure can take.
+    Exact,
+    /// The strain one.
+    Strain,
+}
+
+/// What a scene is bound to; [`SceneOptions::default`] is the file as it was built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneOptions {
+    /// Structure of the step.
+    pub structure: StructureChoice,
+    /// Trajectory error (relative, as in the certificate) that [`StructureChoice::Auto`] accepts. A structure
+    /// within [`allowed_error`](vademecum_format::policy::allowed_error) of its projection floor is accepted
+    /// in any case: no structure on this basis does better.
+    pub tolerance: f64,
+    /// `Δt` \[s\]; the file's if `None`.
+    pub time_step: Option<f64>,
+    /// Scale of the stiffness.
+    pub stiffness: f64,
+    /// Scale of the density.
+    pub density: f64,
+    /// `κ_q`: scale of each region's stiffness, beside that of the whole body; 1 past the file's regions.
+    pub region_stiffness: [f64; MAX_REGIONS],
+    /// `ρ_q`: scale of each region's density, beside that of the whole body; 1 past the file's regions.
+    pub region_density: [f64; MAX_REGIONS],
+    /// Rayleigh `α` \[1/s\]; the file's if `None`.
+    pub alpha: Option<f64>,
+    /// Rayleigh `β` \[s\]; the file's if `None`.
+    pub beta: Option<f64>,
+    /// An unloaded body is put at rest once the sum of its `3r` absolute state numbers \[m kg^½\] is at or
+    /// below this, or at or below [`Scalar::REST`](crate::Scalar::REST).
+    /// [`Scene::energy_at_rest`](crate::Scene::energy_at_rest) tells the energy that goes with it.
+    pub rest_below: f64,
+    /// Of the separated solution of the block structure only the first so many terms; all if `None`. The
+    /// build puts the strongest first; what leaving terms out costs in accuracy is told by
+    /// `vademecum info --terms-for`, and no certificate of the file speaks of it. Binding, parameters,
+    /// contacts and patterns then neither read nor add up the other terms.
+    pub terms: Option<usize>,
+    /// Whether outputs add what the modes leave out of the static answer to the loads, where the file has it.
+    pub residual: bool,
+    /// With a residual or with reactions: for so many contacts with nodes of their own there is room.
+    /// Contacts on the same nodes share it.
+    pub contacts: usize,
+    /// Sub-steps of a step of the strain structure, 1 to 1024; those the file was built with if `None`. The
+    /// other structures have none.
+    pub substeps: Option<usize>,
+    /// `c`: numerical viscosity of strain rows, which takes from a small motion of frequency `ω` the energy
+    /// that `c (ω k/2)⁴` damping ratios a sub-step of `k` would. 0 keeps the energy exactly. Only of the
+    /// strain structure.
+    pub viscosity: f64,
+}
+
+impl Default for SceneOptions {
+    fn default() -> Self {
+        Self {
+            structure: StructureChoice::Auto,
+            tolerance: 0.0,
+            time_step: None,
+            stiffness: 1.0,
+            density: 1.0,
+            region_stiffness: [1.0; MAX_REGIONS],
+            region_density: [1.0; MAX_REGIONS],
+            alpha: None,
+            beta: None,
+            rest_below: 0.0,
+            terms: None,
+            residual: true,
+            contacts: 16,
+            substeps: None,
+            viscosity: 1.0 / 18.0,
+        }
+    }
+}
+
+impl SceneOptions {
+    /// The file's parameter of this name.
+    #[must_use]
+    pub fn find(metadata: &Metadata<'_>, name: &str) -> Option<usize> {
+        metadata.active_parameters().iter().position(|parameter| parameter.name == name)
+    }
+
+    /// Sets one of the file's parameters, counted from 0, to a value in its range (ends included).
+    ///
+    /// # Errors
+    /// [`ParameterError`]; the options are then unchanged.
+    pub fn set(
+        &mut self,
+        metadata: &Metadata<'_>,
+        parameter: usize,
+        value: f64,
+    ) -> Result<(), ParameterError> {
+        use ParameterRole as R;
+        let unknown = ParameterError::Unknown { index: parameter };
+        let known = metadata.active_parameters().get(parameter).ok_or(unknown)?;
+        let (lower, upper) = (known.lower, known.upper);
+        if !(lower..=upper).contains(&value) {
+            return Err(ParameterError::OutsideRange { parameter, value, lower, upper });
+        }
+        let region = |scales: &mut [f64; MAX_REGIONS], region: u32| match scales.get_mut(region as usize) {
+            Some(scale) => {
+                *scale = value;
+                Ok(())
+            }
+            None => Err(unknown),
+        };
+        match known.role {
+            R::Stiffness => self.stiffness = value,
+            R::RegionStiffness { region: q } => region(&mut self.region_stiffness, q)?,
+            R::Density => self.density = value,
+            R::RegionDensity { region: q } => region(&mut self.region_density, q)?,
+            R::Alpha => self.alpha = Some(value),
+            R::Beta => self.beta = Some(value),
+            R::TimeStep => self.time_step = Some(value),
+            _ => return Err(unknown),
+        }
+        Ok(())
+    }
+
+    /// The threshold below which a body rests, rounded.
+    pub(crate) fn rest_threshold<T: Scalar>(&self) -> T {
+        let asked = T::from_f64(self.rest_below);
+        if asked < T::REST { T::REST } else { asked }
+    }
+
+    /// Whether the scale of a region is not 1.
+    pub(crate) fn moves_a_region(&self) -> bool {
+        self.region_stiffness.iter().chain(&self.region_density).any(|&scale| scale != 1.0)
+    }
+}
+
+/// How much memory to lend, in numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// Of `T`, to the scene.
+    pub scene: usize,
+    /// Of `f64`, to [`Scene::bind`](crate::Scene::bind) and
+    /// [`Scene::set_parameter`](crate::Scene::set_parameter) while they run.
+    pub work: usize,
+    /// Of `T`, to each [`State`](crate::State).
+    pub state: usize,
+    /// Of `T`, to each [`Loads`](crate::Loads).
+    pub loads: usize,
+}
+
+/// What a step found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Status {
+    /// The body moves or is loaded.
+    Moving,
+    /// The body is unloaded and at rest: its state is zero and further steps cost nothing.
+    AtRest,
+}

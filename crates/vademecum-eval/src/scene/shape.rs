@@ -1,0 +1,260 @@
+//! The lengths everything of a scene agrees on, and the choice of the structure.
+
+use crate::base::error::BindError;
+use crate::base::options::{SceneOptions, Sizes, Structure, StructureChoice};
+use crate::base::scalar::Scalar;
+use crate::kernels::coordinates::Parts;
+use crate::kernels::kernel::{LANES, TILE};
+use crate::kernels::strain::map::strain_shape;
+use crate::kernels::strain::memory::StrainShape;
+use crate::sections::axes::Axes;
+use crate::sections::residual::room;
+use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
+use vademecum_format::scheme::fuse_work_len;
+use vademecum_format::{AxisRole, File, Metadata, SectionKind, StructureCertificate};
+
+/// The lengths a scene, its states and its loads agree on.
+#[derive(Clone, Copy, Debug, Eq)]
+pub(crate) struct Shape {
+    /// As it was chosen; read by [`Shape::structure`].
+    chosen: Structure,
+    pub r: usize,
+    /// Stages of the scheme; 2 of an exact step, which takes loads at its start and at its end.
+    pub n_stages: usize,
+    /// Terms in use.
+    pub n_terms: usize,
+    /// Points of all axes.
+    pub n_points: usize,
+    /// Nodes and patterns whose forces are remembered for the static residual and for reactions.
+    pub statics: [usize; 2],
+    /// Of the strain structure.
+    pub strain: StrainShape,
+}
+
+/// Every step compares two of them with its own: all numbers at once, without a branch for each.
+impl PartialEq for Shape {
+    #[inline(always)]
+    fn eq(&self, other: &Self) -> bool {
+        let Self { chosen, r, n_stages, n_terms, n_points, statics: [nodes, patterns], strain } = *self;
+        let StrainShape { interacting, leading, tail, rows } = strain;
+        let differ = (r ^ other.r)
+            | (n_stages ^ other.n_stages)
+            | (n_terms ^ other.n_terms)
+            | (n_points ^ other.n_points)
+            | (nodes ^ other.statics[0])
+            | (patterns ^ other.statics[1])
+            | (interacting ^ other.strain.interacting)
+            | (leading ^ other.strain.leading)
+            | (tail ^ other.strain.tail)
+            | (rows ^ other.strain.rows);
+        chosen == other.chosen && differ == 0
+    }
+}
+
+impl Shape {
+    /// The structure. Without the feature `full` no other than the exact one is ever chosen, and the compiler
+    /// learns it here: it leaves out of a program what the others need.
+    pub const fn structure(&self) -> Structure {
+        if cfg!(feature = "full") { self.chosen } else { Structure::Exact }
+    }
+
+    /// How many of ζ, Δt ζ̇ and Δt² ζ̈ a state holds.
+    pub const fn n_parts(&self) -> usize {
+        match self.structure() {
+            Structure::Diagonal | Structure::Block => 3,
+            Structure::Exact | Structure::Strain => 2,
+        }
+    }
+
+    /// Distance between ζ, Δt ζ̇ and Δt² ζ̈ in a state.
+    pub const fn stride(&self) -> usize {
+        match self.structure() {
+            Structure::Diagonal | Structure::Exact => self.r.next_multiple_of(LANES),
+            Structure::Block | Structure::Strain => self.r,
+        }
+    }
+
+    /// Length of one state, padded for the kernel.
+    pub const fn padded(&self) -> usize {
+        match self.structure() {
+            Structure::Diagonal | Structure::Exact | Structure::Strain => self.n_parts() * self.stride(),
+            Structure::Block => (3 * self.r).next_multiple_of(TILE),
+        }
+    }
+
+    /// Where the parts of a state lie.
+    pub const fn parts(&self) -> Parts {
+        Parts { count: self.n_parts(), r: self.r, stride: self.stride(), padded: self.padded() }
+    }
+
+    /// A state: old and new.
+    pub const fn state_len(&self) -> usize {
+        2 * self.padded() + self.statics_len() + self.scratch_len()
+    }
+
+    /// Length of the memory that a step works in, beside a state.
+    pub const fn scratch_len(&self) -> usize {
+        match self.structure() {
+            Structure::Diagonal | Structure::Block | Structure::Exact => 0,
+            Structure::Strain => self.strain.scratch_len(),
+        }
+    }
+
+    /// Length of loads.
+    pub const fn loads_len(&self) -> usize {
+        self.padded() + (2 + self.n_stages) * self.r + self.statics_len()
+    }
+
+    /// Length of the forces that are remembered.
+    const fn statics_len(&self) -> usize {
+        4 * self.statics[0] + self.statics[1]
+    }
+
+    /// Length of the step map.
+    pub const fn map_len(&self) -> usize {
+        match self.structure() {
+            Structure::Diagonal | Structure::Exact => self.n_parts() * self.padded(),
+            Structure::Block => self.padded() * 3 * self.r,
+            Structure::Strain => self.strain.map_len(),
+        }
+    }
+
+    /// Length of one stage's load map.
+    pub const fn load_map_len(&self) -> usize {
+        match self.structure() {
+            Structure::Diagonal | Structure::Exact | Structure::Strain => self.padded(),
+            Structure::Block => self.padded() * self.r,
+        }
+    }
+
+    /// Length of the load maps of all stages.
+    pub const fn load_maps_len(&self) -> usize {
+        self.n_stages * self.load_map_len()
+    }
+
+    /// Weights of the terms in all stages.
+    pub const fn weights_len(&self) -> usize {
+        self.n_stages * self.n_terms
+    }
+
+    /// Numbers of `f64` that fusing wants.
+    pub const fn work_len(&self) -> usize {
+        let (r, n) = (self.r, self.n_stages);
+        match self.structure() {
+            Structure::Diagonal => (9 + 3 * n) * r,
+            Structure::Exact => (4 + 2 * n) * r,
+            Structure::Strain => 0,
+            Structure::Block => {
+                (n + 9 + 3 * n) * r * r + self.weights_len() + Axes::WORK * self.n_points + fuse_work_len(r)
+            }
+        }
+    }
+
+    pub const fn sizes(&self) -> Sizes {
+        Sizes {
+            scene: self.map_len() + self.load_maps_len() + self.weights_len(),
+            work: self.work_len(),
+            state: self.state_len(),
+            loads: self.loads_len(),
+        }
+    }
+}
+
+/// The shape of a scene of these options.
+pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
+    check(options)?;
+    let metadata = file.metadata();
+    let strain = file.section(SectionKind::StrainSizes).is_some();
+    let structure = choose(metadata, strain, options)?;
+    let (n_terms, n_points) = match structure {
+        Structure::Block => (terms(metadata, options)?, metadata.n_axis_points() as usize),
+        Structure::Diagonal | Structure::Exact | Structure::Strain => (0, 0),
+    };
+    let n_stages = match structure {
+        Structure::Exact | Structure::Strain => 2,
+        Structure::Diagonal | Structure::Block => metadata.scheme.active().len(),
+    };
+    let residual = options.residual && structure != Structure::Block;
+    let (statics, strain) = match structure {
+        Structure::Strain => ([0; 2], strain_shape(file)?),
+        _ => (room::<T>(file, options.contacts, residual), StrainShape::default()),
+    };
+    Ok(Shape {
+        chosen: structure,
+        r: metadata.n_modes as usize,
+        n_stages,
+        n_terms,
+        n_points,
+        statics,
+        strain,
+    })
+}
+
+/// The terms a block scene of these options adds up: the first of the file's.
+pub(crate) fn terms(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<usize, BindError> {
+    let found = metadata.n_terms as usize;
+    let asked = options.terms.unwrap_or(found);
+    // On a stage axis every term is a stage of its own.
+    let fixed = metadata.active_axes().iter().any(|axis| matches!(axis.role, AxisRole::Stage));
+    if asked == found || (!fixed && (1..found).contains(&asked)) {
+        return Ok(asked);
+    }
+    Err(BindError::Terms { asked, found })
+}
+
+/// What does not depend on the file.
+pub(crate) fn check(options: &SceneOptions) -> Result<(), BindError> {
+    for value in [options.tolerance, options.rest_below] {
+        if value.is_nan() || value < 0.0 {
+            return Err(BindError::BadOption { value });
+        }
+    }
+    Ok(())
+}
+
+fn choose(metadata: &Metadata<'_>, strain: bool, options: &SceneOptions) -> Result<Structure, BindError> {
+    let exact = metadata.diagonal.then_some(Structure::Exact);
+    let block = metadata.block.then_some(Structure::Block);
+    let diagonal = if metadata.scheme.is_exact() { None } else { exact.and(Some(Structure::Diagonal)) };
+    let strain = strain.then_some(Structure::Strain);
+    if exact.or(block).or(strain).is_none() {
+        // A file without either opens only if it has the chapter's.
+        return Err(BindError::OnlyChapter);
+    }
+    if !cfg!(feature = "full") {
+        let asked = match options.structure {
+            StructureChoice::Auto => metadata.scheme.is_exact() && strain.is_none(),
+            StructureChoice::Exact => true,
+            StructureChoice::Diagonal | StructureChoice::Block | StructureChoice::Strain => false,
+        };
+        return exact.filter(|_| asked && !options.moves_a_region()).ok_or(BindError::LeftOut);
+    }
+    if options.moves_a_region() {
+        return match options.structure {
+            StructureChoice::Diagonal | StructureChoice::Exact => Err(BindError::NotDiagonal),
+            StructureChoice::Strain => Err(BindError::WholeBody),
+            StructureChoice::Auto if strain.is_some() => Err(BindError::WholeBody),
+            _ => block.ok_or(BindError::NotDiagonal),
+        };
+    }
+    let structure = match options.structure {
+        StructureChoice::Diagonal => diagonal,
+        StructureChoice::Block => block,
+        StructureChoice::Exact => exact,
+        StructureChoice::Strain => strain,
+        StructureChoice::Auto if strain.is_some() => strain,
+        StructureChoice::Auto if metadata.scheme.is_exact() => exact,
+        StructureChoice::Auto if diagonal.is_some() && block.is_some() => {
+            let [a, b] = [&metadata.certificate.diagonal, &metadata.certificate.block];
+            // An unstable structure is no better than one whose error was never measured.
+            let error = |c: &StructureCertificate| {
+                let unknown = c.trajectory_error.is_nan() || c.spectral_radius > STABLE_RADIUS;
+                if unknown { f64::MAX } else { c.trajectory_error }
+            };
+            let keeps = |c| error(c) <= options.tolerance || error(c) <= allowed_error(c.projection_floor);
+            if keeps(a) || (!keeps(b) && error(a) <= error(b)) { diagonal } else { block }
+        }
+        StructureChoice::Auto => diagonal.or(block),
+    };
+    structure.ok_or(BindError::NoStructure)
+}

@@ -1,0 +1,179 @@
+//! Finding the point of the loadable surface nearest to a point in space.
+//!
+//! Brute force over all loadable triangles, without an index: contacts are looked up when a hand or a tool
+//! moves, and 10 000 triangles take a fraction of a millisecond. For more of them, and for the surface as it
+//! has moved, there is [`SurfaceTree`](crate::SurfaceTree).
+
+use vademecum_format::{File, Numbers, SectionKind};
+
+use crate::base::error::OutputError;
+
+/// The loadable surface of a file, at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'m> {
+    coordinates: Numbers<'m>,
+    n_nodes: usize,
+    triangles: &'m [[u8; 4]],
+}
+
+/// A point of the loadable surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Nodes of its triangle, in file order.
+    pub nodes: [u32; 3],
+    /// Barycentric weights; they sum to 1.
+    pub weights: [f64; 3],
+    /// Where it is \[m\].
+    pub position: [f64; 3],
+    /// Distance \[m\] from the point that was asked for.
+    pub distance: f64,
+}
+
+impl<'m> Surface<'m> {
+    /// The loadable surface of `file`.
+    ///
+    /// # Errors
+    /// [`OutputError::Missing`] if coordinates or triangles are not in the file or are compressed.
+    pub fn new(file: &File<'m>) -> Result<Self, OutputError> {
+        let metadata = file.metadata();
+        Self::of(file, metadata.n_load_triangles, metadata.n_load_nodes)
+    }
+
+    /// The whole surface of `file`, the loadable triangles first: for a [`SurfaceTree`](crate::SurfaceTree)
+    /// that knows what lies in front of what.
+    ///
+    /// # Errors
+    /// As for [`Surface::new`].
+    pub fn whole(file: &File<'m>) -> Result<Self, OutputError> {
+        Self::of(file, u32::MAX, file.metadata().n_surface_nodes)
+    }
+
+    /// The first triangles, and the first nodes, among which theirs are.
+    fn of(file: &File<'m>, n_triangles: u32, n_nodes: u32) -> Result<Self, OutputError> {
+        let section = |kind| file.section(kind).ok_or(OutputError::Missing { kind });
+        let missing = |kind| move |_| OutputError::Missing { kind };
+        let kind = SectionKind::NodeCoordinates;
+        let coordinates = section(kind)?.numbers().map_err(missing(kind))?;
+        let kind = SectionKind::Triangles;
+        let all = section(kind)?.u32s().map_err(missing(kind))?;
+        let triangles = all.get(..(n_triangles as usize).saturating_mul(3)).unwrap_or(all);
+        Ok(Self { coordinates, n_nodes: n_nodes as usize, triangles })
+    }
+
+    /// Its triangles.
+    pub(crate) const fn n_triangles(&self) -> usize {
+        self.triangles.len() / 3
+    }
+
+    /// Its nodes are among so many first ones of the file.
+    pub(crate) const fn n_nodes(&self) -> usize {
+        self.n_nodes
+    }
+
+    /// Nodes of a triangle.
+    pub(crate) fn triangle(&self, triangle: usize) -> Option<[u32; 3]> {
+        self.triangles.as_chunks::<3>().0.get(triangle).map(|nodes| nodes.map(u32::from_le_bytes))
+    }
+
+    /// A coordinate at rest \[m\], three a node.
+    pub(crate) fn coordinate(&self, at: usize) -> Option<f64> {
+        self.coordinates.get(at)
+    }
+
+    /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or
+    /// `point` is not finite.
+    ///
+    /// ```
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let bytes = BODY;
+    /// let file = File::parse(bytes)?;
+    /// let surface = Surface::new(&file)?;
+    /// let above = surface.locate([0.0, 0.0, 0.25]).ok_or("nothing to touch")?;
+    /// assert_eq!((above.position, above.distance), ([0.0; 3], 0.25));
+    /// assert_eq!(above.weights.iter().sum::<f64>(), 1.0);
+    /// assert_eq!(surface.locate([f64::NAN; 3]), None);
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
+        let mut nearest: Option<SurfacePoint> = None;
+        for triangle in self.triangles.as_chunks::<3>().0 {
+            let nodes = triangle.map(u32::from_le_bytes);
+            let [Some(a), Some(b), Some(c)] = nodes.map(|node| self.node(node)) else {
+                continue;
+            };
+            let weights = nearest_in_triangle(point, [a, b, c]);
+            let position = [0, 1, 2].map(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i]);
+            let away = minus(point, position);
+            let distance = libm::sqrt(dot(away, away));
+            if distance.is_finite() && nearest.is_none_or(|known| distance < known.distance) {
+                nearest = Some(SurfacePoint { nodes, weights, position, distance });
+            }
+        }
+        nearest
+    }
+
+    fn node(&self, node: u32) -> Option<[f64; 3]> {
+        let at = (node as usize).checked_mul(3)?;
+        Some([
+            self.coordinates.get(at)?,
+            self.coordinates.get(at.checked_add(1)?)?,
+            self.coordinates.get(at.checked_add(2)?)?,
+        ])
+    }
+}
+
+/// `a + s b`.
+pub(crate) fn add([a, b, c]: [f64; 3], s: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [a + s * x, b + s * y, c + s * z]
+}
+
+pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Barycentric weights of the point of the triangle `a b c` nearest to `p`: the inside if the projection lies
+/// there, else the best of the three edges. A triangle without area gives its edges' answer.
+///
+/// ```
+/// use vademecum_eval::nearest_in_triangle;
+///
+/// let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// assert_eq!(nearest_in_triangle([0.5, -2.0, 7.0], triangle), [0.5, 0.5, 0.0]);
+/// ```
+#[must_use]
+pub fn nearest_in_triangle(p: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let (ab, ac, ap) = (minus(b, a), minus(c, a), minus(p, a));
+    let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
+    let (pb, pc) = (dot(ap, ab), dot(ap, ac));
+    let area = bb * cc - bc * bc;
+    let (v, w) = ((cc * pb - bc * pc) / area, (bb * pc - bc * pb) / area);
+    if area > 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
+        return [1.0 - v - w, v, w];
+    }
+    let edges = [(a, b, [0, 1]), (b, c, [1, 2]), (c, a, [2, 0])];
+    let mut best = ([1.0, 0.0, 0.0], f64::INFINITY);
+    for (from, to, places) in edges {
+        let (along, away) = (minus(to, from), minus(p, from));
+        let share = (dot(along, away) / dot(along, along)).clamp(0.0, 1.0);
+        let share = if share.is_finite() { share } else { 0.0 };
+        let rest = minus(away, along.map(|x| share * x));
+        if dot(rest, rest) < best.1 {
+            let mut weights = [0.0; 3];
+            weights[places[0]] = 1.0 - share;
+            weights[places[1]] = share;
+            best = (weights, dot(rest, rest));
+        }
+    }
+    best.0
+}
