@@ -339,9 +339,8 @@ impl From<StudyError> for Failure {
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")
             }
-            error @ StudyError::Long { .. } => Self::new(Cause::Input, error).remedy(
-                "a shorter `duration`; or `--long` marches all of them (`bench` and `export`: `--steps N`)",
-            ),
+            error @ StudyError::Long { .. } => Self::new(Cause::Input, error)
+                .remedy("a shorter `duration`; or `--long` marches all of them (`export`: `--steps N`)"),
             error @ StudyError::TooManyLoads { .. } => Self::new(Cause::Input, error)
                 .remedy("split the scenario: the full-order march keeps every load over all dofs"),
             error @ (StudyError::NoParameter { .. }

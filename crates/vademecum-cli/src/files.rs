@@ -13,6 +13,7 @@ use crate::console;
 use crate::failure::{Cause, DAMAGED, Failure, UNREAD};
 use crate::looks::{Looks, is_vademecum, look_at};
 use crate::pictures::DrawResult;
+use crate::print::print_json;
 
 /// What a command writes, which reads `inputs` and what `problem` names. Everything that the program writes
 /// goes through this.
@@ -27,6 +28,19 @@ pub fn check_output(outputs: &Outputs, path: &Path, kind: Kind) -> Result<(), Fa
     outputs.check(&[(path.to_path_buf(), kind)])?;
     console::make_way_for(path);
     Ok(())
+}
+
+/// The bytes of the vademecum file that a command makes another one of, once that may be written, and the
+/// outputs to write it with. `others` are read too.
+pub fn open_pair(
+    arguments: &OutputArguments,
+    file: &Path,
+    others: &[Option<&Path>],
+    output: &Path,
+) -> Result<(Outputs, Vec<u8>), Failure> {
+    let outputs = outputs(arguments, &[&[Some(file)], others].concat(), None);
+    check_output(&outputs, output, Kind::Vademecum)?;
+    Ok((outputs, read_file(file)?))
 }
 
 /// Writes bytes whole or not at all.
@@ -197,8 +211,11 @@ pub struct Rewritten {
 }
 
 impl Rewritten {
-    /// As a line of text.
-    pub fn print(&self) {
+    /// As JSON or as a line of text.
+    pub fn print(&self, json: bool) {
+        if json {
+            return print_json(self);
+        }
         println!("{}: {} bytes, {} before", self.file, self.bytes, self.bytes_before);
     }
 }

@@ -67,7 +67,7 @@ pub fn compare(
 }
 
 /// `BL⁻ᵀ` and `Lᵀζ`, `LLᵀ = BᵀMB`: the same fields in an M-orthonormal basis.
-pub(crate) fn orthonormal(
+pub fn orthonormal(
     mass: &SymmetricMatrix,
     basis: MatRef<'_, f64>,
     coordinates: MatRef<'_, f64>,

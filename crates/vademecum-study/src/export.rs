@@ -9,9 +9,10 @@ use vademecum_build::field;
 use vademecum_build::input::{BasisKind, Problem};
 use vademecum_build::progress::Listener;
 
-use crate::bench::{Bound, Study};
 use crate::error::StudyError;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
+use crate::scenario_loads::ScenarioLoads;
+use crate::study::Study;
 
 /// What the march needs to know: `model.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -136,7 +137,7 @@ impl ExportedModel {
         // Contacts find their triangle through a file, as they do when it is stepped.
         let file = study.file(&study.basis(BasisKind::Modes, 1)?.value, None)?.value;
         let prepared = study.prepared();
-        let loads = Bound::new(&file, &scenario, &prepared.body)?.loads;
+        let loads = ScenarioLoads::new(&file, &scenario, &prepared.body)?.loads;
         let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, steps.is_some())?;
         let model = Model {
             version: 1,

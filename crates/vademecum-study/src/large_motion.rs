@@ -1,5 +1,5 @@
 //! A body under the loads of a scenario at large displacements and full order, and how well its motion is
-//! known: what `verify` and `bench` measure against.
+//! known: what `verify` and the laboratory measure against.
 //!
 //! A reference is marched by Bathe's method with a part of the file's step, and beside it a second one with
 //! twice that step: how far the two are apart says how well the reference is known. Where that is not well
@@ -30,7 +30,7 @@ const MOST_PARTS: usize = 16;
 const KNOWN: f64 = 0.3;
 
 /// A body and its loads.
-pub(crate) struct LargeMotion<'a> {
+pub struct LargeMotion<'a> {
     strain: &'a GreenStrain<'a>,
     symbolic: &'a Symbolic,
     loads: Vec<SparseLoad>,
@@ -44,14 +44,16 @@ pub(crate) struct LargeMotion<'a> {
 }
 
 /// A force over the free dofs, where it is not zero, and how it follows time.
-pub(crate) struct SparseLoad {
+pub struct SparseLoad {
+    /// Free dofs and their forces \[N\].
     pub row: Vec<(u32, f64)>,
+    /// Course in time.
     pub when: History,
 }
 
 /// How far marches go.
 #[derive(Clone, Copy)]
-pub(crate) struct Extent {
+pub struct Extent {
     /// Steps of the file.
     pub steps: usize,
     /// Steps of Bathe's method in a step of the file that are marched beside a reference.
@@ -63,7 +65,7 @@ pub(crate) struct Extent {
 }
 
 /// The reference, and the march with twice its step.
-pub(crate) struct Reference<'m> {
+pub struct Reference<'m> {
     /// Steps of the reference in a step of the file.
     pub parts: usize,
     motion: &'m LargeMotion<'m>,
@@ -305,7 +307,7 @@ impl SparseLoad {
 
 /// How far two motions are apart: squares of a distance and of what it is a share of.
 #[derive(Default)]
-pub(crate) struct Apart([f64; 2]);
+pub struct Apart([f64; 2]);
 
 impl Apart {
     /// Adds an instant.

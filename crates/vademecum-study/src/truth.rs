@@ -49,7 +49,7 @@ const MOST_OF_ALL: usize = 4_000;
 ///
 /// # Errors
 /// [`TruthError`].
-pub(crate) fn find_truth<'a>(
+pub fn find_truth<'a>(
     pencil: &'a Pencil,
     symbolic: &Symbolic,
     decay: Decay<'_>,

@@ -19,11 +19,11 @@ use crate::error::StudyError;
 use crate::player::PlayOptions;
 use crate::scenario::Scenario;
 
-pub(crate) use asked::Asked;
+pub use asked::Asked;
 pub use large::{LargeVerification, verify_large};
 pub use linear::{Verification, verify_linear};
 pub use model::free_basis;
-pub(crate) use model::{file_nodes, full_order_loads};
+pub use model::{file_nodes, full_order_loads};
 
 /// A verification and the series behind it.
 pub type Verified<F = Figures> = asked::Verified<F>;

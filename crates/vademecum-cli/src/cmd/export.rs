@@ -41,7 +41,7 @@ What the files hold: formats/matrices-1.md. They are read by docs/benchmarks/pee
 struct Matrices {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
-    /// The scenario file (TOML); as `vademecum bench` if absent.
+    /// The scenario file (TOML); an oblique push on the middle loadable triangle if absent.
     #[arg(long)]
     scenario: Option<PathBuf>,
     /// Folder for the files; made if missing.

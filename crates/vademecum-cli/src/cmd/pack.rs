@@ -2,13 +2,11 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
 use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
-use crate::files::{check_output, outputs, read_file, write_file};
-use crate::print::print_json;
+use crate::files::{open_pair, write_file};
 
 /// Compresses a file for shipping; without a tolerance, `unpack` gives back the very bytes.
 #[derive(clap::Args)]
@@ -41,18 +39,11 @@ pub struct Pack {
 
 impl Pack {
     pub fn run(&self) -> Result<(), Failure> {
-        let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
-        check_output(&outputs, &self.output, Kind::Vademecum)?;
-        let bytes = read_file(&self.file)?;
+        let (outputs, bytes) = open_pair(&self.outputs, &self.file, &[], &self.output)?;
         let limit = self.limit.of(bytes.len());
         let packed = rewrite::pack_limited(&bytes, self.level, self.tolerance, limit);
         let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
-        let written = write_file(&outputs, &self.output, &packed, bytes.len())?;
-        if self.json {
-            print_json(&written);
-        } else {
-            written.print();
-        }
+        write_file(&outputs, &self.output, &packed, bytes.len())?.print(self.json);
         Ok(())
     }
 }

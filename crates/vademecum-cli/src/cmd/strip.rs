@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::store::Kind;
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::{Dropped, Keep, RewriteError, drop_terms_limited, strip};
 use vademecum_study::scenario::Scenario;
@@ -10,7 +9,7 @@ use vademecum_study::target::check_target;
 
 use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
-use crate::files::{Rewritten, check_output, outputs, read_file, write_file};
+use crate::files::{Rewritten, open_pair, write_file};
 use crate::print::print_json;
 
 /// Drops the parts of a file a target does not need.
@@ -63,9 +62,7 @@ impl Strip {
             KeepArgument::All => Keep::All,
         };
         let failed = |error: RewriteError| Failure::file(&self.file, error);
-        let outputs = outputs(&self.outputs, &[Some(&self.file), self.target.as_deref()], None);
-        check_output(&outputs, &self.output, Kind::Vademecum)?;
-        let bytes = read_file(&self.file)?;
+        let (outputs, bytes) = open_pair(&self.outputs, &self.file, &[self.target.as_deref()], &self.output)?;
         let mut stripped = strip(&bytes, keep).map_err(failed)?;
         let mut dropped_terms = None;
         if let Some(tolerance) = self.terms_for {
@@ -112,7 +109,7 @@ struct Without {
 
 impl Stripped {
     fn print(&self) {
-        self.written.print();
+        self.written.print(false);
         if let Some(terms) = &self.terms {
             println!(
                 "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with \

@@ -54,12 +54,18 @@ impl<F> Verified<F> {
 }
 
 /// What both laws of motion begin with.
-pub(crate) struct Asked<'a> {
+pub struct Asked<'a> {
+    /// Mesh node of each node of the file.
     pub file_nodes: Vec<u32>,
+    /// Step, scales and damping of the file.
     pub setting: Setting,
+    /// Step of the file \[s\].
     pub time_step: f64,
+    /// Steps that are marched.
     pub steps: usize,
+    /// Loads of the scenario.
     pub track: Track,
+    /// Body of the problem.
     pub body: &'a Body,
 }
 

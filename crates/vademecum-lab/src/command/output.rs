@@ -4,13 +4,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use vademecum_build::store::{Kind, Outputs};
-use vademecum_study::bench::{BenchTable, COLUMNS, Column, EqualTime, SchemeDistance, Side};
+use vademecum_lab::{BenchTable, COLUMNS, Column, EqualTime, SchemeDistance, Side};
 
 use super::pareto;
 use super::words::words;
-use crate::failure::Failure;
-use crate::files::write_bytes;
-use crate::print::json;
+use vademecum_cli::Failure;
+use vademecum_cli::front::{json, write_bytes};
 
 /// Writes bench.json, bench.csv, bench.md and the pictures.
 pub fn write(outputs: &Outputs, folder: &Path, table: &BenchTable) -> Result<(), Failure> {
@@ -135,7 +134,7 @@ fn in_words(side: &Side) -> String {
 mod tests {
     use super::*;
     use vademecum_build::input::BasisKind;
-    use vademecum_study::bench::{Identity, Precision, Way};
+    use vademecum_lab::{Identity, Precision, Way};
 
     #[test]
     fn every_row_of_the_chapter_has_its_line() {

@@ -18,6 +18,7 @@ use vademecum_build::basis::Basis;
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_build::dynamics::Rayleigh;
 use vademecum_build::linalg::project;
+use vademecum_study::parts::{Study, Timed};
 
 /// Natural modes, each moved exactly.
 pub struct ExactModes {
@@ -65,6 +66,14 @@ fn oscillation(omega_squared: f64, gamma: f64, h: f64) -> (f64, f64) {
 }
 
 impl ExactModes {
+    /// The natural modes of a study, with its step and damping.
+    ///
+    /// # Panics
+    /// As [`ExactModes::new`].
+    pub fn of_study(study: &Study, basis: &Basis) -> Timed<Self> {
+        Timed::new(|| Self::new(basis, study.time_step(), study.prepared().rayleigh()))
+    }
+
     /// The propagators of all modes.
     ///
     /// # Panics

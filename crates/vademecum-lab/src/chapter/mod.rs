@@ -17,15 +17,13 @@ use vademecum_build::input::{BasisKind, Repair};
 use vademecum_build::progress::Listener;
 use vademecum_eval::Contact;
 use vademecum_format::File;
+use vademecum_study::parts::{ScenarioLoads, Study, Timed, left_ranges, stop_if_asked, with_marches};
+use vademecum_study::player::{Body, PlacedContact, Playable, Track};
 
-use super::inputs::Bound;
 use super::method::{Group, Identity, March, Method, Part, Precision, Stepper, Way};
-use super::study::{Study, Timed};
-use crate::error::StudyError;
-use crate::player::chapter::{left_ranges, with_marches};
-use crate::player::{Body, PlacedContact, Playable, Track, stop_if_asked};
+use vademecum_study::StudyError;
 
-pub use map::LoadSites;
+pub use map::{LoadSites, chapter_bytes};
 
 /// Most terms of a stage in the chapter's rows; the last one has as many as the exact map.
 const TERMS: [Option<usize>; 3] = [Some(20), Some(40), None];
@@ -43,7 +41,7 @@ fn compared(modes: usize) -> bool {
 pub(super) fn add(
     groups: &mut [Group],
     study: &Study,
-    scenario: &Bound,
+    scenario: &ScenarioLoads,
     listener: &dyn Listener,
 ) -> Result<(), StudyError> {
     if scenario.track.contacts.is_empty() || !scenario.track.patterns.is_empty() {
@@ -72,14 +70,14 @@ struct Rows {
 
 impl Rows {
     /// One march per loaded node.
-    fn chapter(study: &Study, scenario: &Bound) -> Self {
+    fn chapter(study: &Study, scenario: &ScenarioLoads) -> Self {
         let nodal = node_by_node(&scenario.track);
         let sites = sites(study, scenario, &nodal, magnitudes(&nodal).fold(0.0, f64::max));
         Self { way: Way::Chapter, repairs: &[], limits: &TERMS, sites, tracks: Rc::new(nodal) }
     }
 
     /// All loads in one march.
-    fn repaired(study: &Study, scenario: &Bound) -> Self {
+    fn repaired(study: &Study, scenario: &ScenarioLoads) -> Self {
         let nodal = node_by_node(&scenario.track);
         let sites = sites(study, scenario, &nodal, magnitudes(&nodal).sum());
         let tracks = Rc::new(vec![scenario.track.clone()]);
@@ -93,9 +91,10 @@ impl Rows {
         let exact = group.methods.iter().position(solved).expect("every basis has a block row");
         let name = Identity::Reduced { basis: group.kind, way: self.way, precision: Precision::Double };
         listener.stage(&format!("{name}, {} modes", group.basis.n_modes()));
-        let setting = study.chapter_setting(&group.basis, &self.sites, listener)?;
+        let setting = map::chapter_setting(study, &group.basis, &self.sites, listener)?;
         for &limit in self.limits {
-            let file = study.chapter_file(&group.basis, &self.sites, &setting.value, self.repairs, limit)?;
+            let file =
+                map::chapter_file(study, &group.basis, &self.sites, &setting.value, self.repairs, limit)?;
             let Timed { value: (bytes, terms), seconds } = file;
             let offline_seconds = group.shared_seconds + setting.seconds + seconds;
             let stepper = Stepper::Chapter { bytes, tracks: Rc::clone(&self.tracks) };
@@ -131,7 +130,7 @@ fn magnitudes(nodal: &[Track]) -> impl Iterator<Item = f64> {
 }
 
 /// The loaded nodes; marched are those with the largest share of a contact, of the nodes that can move.
-fn sites(study: &Study, scenario: &Bound, nodal: &[Track], magnitude: f64) -> LoadSites {
+fn sites(study: &Study, scenario: &ScenarioLoads, nodal: &[Track], magnitude: f64) -> LoadSites {
     let dofs = study.prepared().body.model.dofs();
     let mesh_node = |node: u32| scenario.file_nodes[node as usize];
     let moves = |node: u32| (0..3).any(|c| dofs.free(3 * mesh_node(node) as usize + c).is_some());

@@ -14,9 +14,13 @@ use faer::MatRef;
 use vademecum_format::scheme::{SchemeTable, StageCoefficients, StepParameters, TableError};
 
 use super::staged::{Frame, ReducedSolver, add_product, add_weighted, axpy};
+use vademecum_build::basis::Basis;
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_build::linalg::project;
+use vademecum_build::prepared::Prepared;
 use vademecum_build::response::StageResponse;
+use vademecum_study::StudyError;
+use vademecum_study::parts::{Study, Timed};
 
 /// A reduced model that applies the responses of its stages one after the other.
 pub struct TwoStage {
@@ -27,6 +31,19 @@ pub struct TwoStage {
 }
 
 impl TwoStage {
+    /// The solver of a study in a basis, with its scheme and step.
+    ///
+    /// # Errors
+    /// [`StudyError`]: a parameter the scheme cannot take.
+    pub fn of_study(
+        study: &Study,
+        basis: &Basis,
+        responses: &[StageResponse],
+    ) -> Result<Timed<Self>, StudyError> {
+        let Prepared { scheme, step, .. } = study.prepared();
+        Timed::of(|| Ok(Self::new(basis.vectors.as_ref(), responses, scheme, step)?))
+    }
+
     /// Joins a basis and its stage responses, one per stage of the scheme.
     ///
     /// # Errors

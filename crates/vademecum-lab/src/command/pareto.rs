@@ -4,12 +4,12 @@ use std::path::Path;
 
 use vademecum_build::input::BasisKind;
 use vademecum_build::store::Outputs;
-use vademecum_study::bench::{BenchTable, Identity, LargeBenchTable, LargeRow, Row, Way, front};
+use vademecum_lab::{BenchTable, Identity, LargeBenchTable, LargeRow, Row, Way, front};
 
+use super::scatter::{Cloud, scatter};
 use super::words::words;
-use crate::failure::Failure;
-use crate::files::write_picture;
-use crate::pictures::{Chart, Cloud, DrawResult, scatter};
+use vademecum_cli::Failure;
+use vademecum_cli::front::{Chart, DrawResult, write_picture};
 
 /// Draws pareto.svg (the error of the reduction) and pareto-total.svg (the total error).
 pub fn draw(outputs: &Outputs, folder: &Path, table: &BenchTable) -> Result<(), Failure> {

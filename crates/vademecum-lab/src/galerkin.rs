@@ -14,6 +14,7 @@ use vademecum_build::basis::Basis;
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_build::dynamics::Rayleigh;
 use vademecum_build::linalg::project;
+use vademecum_study::parts::{Study, Timed};
 
 /// One stage: its factor and what its right-hand side is made of.
 struct Stage {
@@ -38,6 +39,12 @@ pub struct DenseGalerkin {
 }
 
 impl DenseGalerkin {
+    /// The solver of a study in a basis, with its scheme, step and damping.
+    pub fn of_study(study: &Study, basis: &Basis) -> Timed<Self> {
+        let prepared = study.prepared();
+        Timed::new(|| Self::new(basis, &prepared.scheme, study.time_step(), prepared.rayleigh()))
+    }
+
     /// Factorises the stages.
     ///
     /// # Panics

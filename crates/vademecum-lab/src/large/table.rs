@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-use crate::bench::method::Precision;
-use crate::bench::table::{Column, column, figures, part, whole};
+use crate::method::Precision;
+use crate::table::{Column, column, figures, part, whole};
 
 /// Everything a comparison found. Errors are relative L2 over all dofs and steps in the mass norm.
 #[derive(Serialize)]

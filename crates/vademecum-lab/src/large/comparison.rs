@@ -10,19 +10,17 @@ use vademecum_build::pipeline::{BuildError, BuildOptions, Built, Outcome, SHAPES
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_format::File;
+use vademecum_study::parts::{Apart, Asked, Extent, LargeMotion, Timed, full_order_loads, orthonormal};
+use vademecum_study::verify::free_basis;
 
 use super::push::push;
 use super::rows::{Marched, Through};
 use super::table::{LargeBenchTable, LargeErrors, LargeMethod, LargeRow};
-use crate::bench::measure;
-use crate::bench::study::Timed;
-use crate::bench::trajectory::{Projection, Reference};
-use crate::compare::orthonormal;
-use crate::error::{FileError, StudyError};
-use crate::large_motion::{Apart, Extent, LargeMotion};
-use crate::player::PlayOptions;
-use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
-use crate::verify::{Asked, free_basis, full_order_loads};
+use crate::measure;
+use crate::trajectory::{Projection, Reference};
+use vademecum_study::player::PlayOptions;
+use vademecum_study::scenario::{STEPS_AT_FULL_ORDER, Scenario};
+use vademecum_study::{FileError, StudyError};
 
 /// How far a comparison goes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,7 +79,7 @@ const WHAT: &str =
 /// # Errors
 /// [`FileError::NotFree`]: a scenario that throws the body; [`StudyError::NothingToPush`];
 /// [`StudyError::LargeMarch`]: Newton's method finds no next step; [`StudyError::Build`]: a build that fails,
-/// more memory than there is, more work than was asked for; otherwise as [`verify`](crate::verify::verify()).
+/// more memory than there is, more work than was asked for; otherwise as [`verify`](vademecum_study::verify::verify()).
 pub fn compare_large_methods(
     problem: &Problem,
     scenario: Option<&Scenario>,

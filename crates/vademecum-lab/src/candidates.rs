@@ -8,11 +8,12 @@ use vademecum_build::input::BasisKind;
 use vademecum_build::progress::Listener;
 use vademecum_format::File;
 use vademecum_rewrite::{DECODED_LIMIT, pack_within, unpack};
+use vademecum_study::parts::{Study, Timed, file_nodes};
+use vademecum_study::verify::free_basis;
 
 use super::method::{Group, Method, Part, Shipped, Way};
-use super::study::{Study, Timed};
-use crate::error::StudyError;
-use crate::verify::{file_nodes, free_basis};
+use super::{DenseGalerkin, ExactModes, TwoStage};
+use vademecum_study::StudyError;
 
 /// Relative error of fields that the quantised file may bring, and the level it is packed with: what is
 /// shipped.
@@ -54,7 +55,7 @@ pub(super) fn groups(
 fn pod(study: &Study, modes: usize) -> Result<Group, StudyError> {
     let Timed { value: basis, seconds } = study.basis(BasisKind::Pod, modes)?;
     let shared = study.prepare_seconds() + study.snapshot_seconds() + seconds;
-    let dense = study.galerkin(&basis);
+    let dense = DenseGalerkin::of_study(study, &basis);
     let mut methods = vec![Method::solver(Way::DenseSolves, shared + dense.seconds, dense.value)];
     block(study, &basis, shared, &mut methods)?;
     Ok(Group { kind: BasisKind::Pod, basis, shared_seconds: shared, methods })
@@ -108,7 +109,7 @@ fn quantised(study: &Study, methods: &[Method]) -> Result<Method, StudyError> {
 fn natural(study: &Study, modes: usize) -> Result<Group, StudyError> {
     let Timed { value: basis, seconds } = study.basis(BasisKind::Modes, modes)?;
     let shared = study.prepare_seconds() + seconds;
-    let exact = study.exact(&basis);
+    let exact = ExactModes::of_study(study, &basis);
     let mut methods = vec![Method::solver(Way::ExactMotion, shared + exact.seconds, exact.value)];
     let steps = study.exact_file(&basis)?;
     both_precisions(Way::Exact, shared + steps.seconds, steps.value, &mut methods);
@@ -128,7 +129,7 @@ fn diagonal(study: &Study, basis: &Basis, shared: f64, methods: &mut Vec<Method>
 fn block(study: &Study, basis: &Basis, shared: f64, methods: &mut Vec<Method>) -> Result<(), StudyError> {
     let responses = study.responses(basis)?;
     let shared = shared + responses.seconds;
-    let two_stage = study.two_stage(basis, &responses.value)?;
+    let two_stage = TwoStage::of_study(study, basis, &responses.value)?;
     let file = study.file(basis, Some(&responses.value))?;
     methods.push(Method::solver(Way::TwoStage, shared + two_stage.seconds, two_stage.value));
     both_precisions(Way::Block, shared + file.seconds, file.value, methods);

@@ -1,12 +1,12 @@
 //! What a comparison found: one row per method, number of modes and Δt.
 
 use serde::Serialize;
+use vademecum_study::parts::{median, percentiles};
 
 use super::equal_time::EqualTime;
 use super::errors::Errors;
 use super::measure::Samples;
 use super::method::{Group, Identity, Method};
-use crate::statistics::{median, percentiles};
 
 /// Everything a comparison found.
 #[derive(Serialize)]

@@ -5,8 +5,8 @@ use vademecum_build::input::Problem;
 use vademecum_build::large::asked_displacement;
 use vademecum_build::prepared::Prepared;
 
-use crate::error::StudyError;
-use crate::scenario::{ContactEntry, Scenario, SinusoidEntry};
+use vademecum_study::StudyError;
+use vademecum_study::scenario::{ContactEntry, Scenario, SinusoidEntry};
 
 /// Modes that tell how far a force moves the place where it acts.
 const MODES: usize = 8;

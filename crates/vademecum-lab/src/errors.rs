@@ -13,11 +13,11 @@ use serde::Serialize;
 use vademecum_build::Matrix;
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
+use vademecum_study::parts::Study;
 
 use super::method::{Group, March, Method, Part, Shipped, Way};
-use super::study::Study;
 use super::trajectory::{Projection, Reference, distance, distance_on_bases};
-use crate::error::StudyError;
+use vademecum_study::StudyError;
 
 /// Error of a method and its parts; the parts a method does not have are `None`.
 #[derive(Clone, Copy, Debug, Serialize)]

@@ -1,6 +1,6 @@
 //! A row of the table in words.
 
-use vademecum_study::bench::Row;
+use vademecum_lab::Row;
 
 /// Modes, terms, and Δt where it is another than the problem's.
 pub fn words(row: &Row, time_step: f64) -> String {

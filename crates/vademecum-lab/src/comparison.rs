@@ -7,20 +7,18 @@ use vademecum_build::dynamics::{FullOrder, SchemeKind, TimedLoad};
 use vademecum_build::input::{BasisKind, Problem};
 use vademecum_build::prepared::Prepared;
 use vademecum_build::progress::Listener;
+use vademecum_study::parts::{ScenarioLoads, Study, Timed, find_truth};
 
 use super::candidates::{Extent, groups};
 use super::chapter;
 use super::equal_time::equal_time;
 use super::errors::Marches;
-use super::inputs::Bound;
 use super::measure::{self, Candidates, Samples};
 use super::method::{Group, Identity, March, Method, Way};
-use super::study::{Study, Timed};
 use super::table::{At, BenchTable, Row, SchemeDistance};
-use super::trajectory::{Reference, distance, mean_at_jumps, thinned};
-use crate::error::StudyError;
-use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
-use crate::truth::find_truth;
+use super::trajectory::{Reference, distance, march, mean_at_jumps, thinned};
+use vademecum_study::StudyError;
+use vademecum_study::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 
 /// How far a comparison goes.
 #[derive(Clone, Debug)]
@@ -74,7 +72,7 @@ pub fn compare_methods(
     let extent = Extent { modes, tolerances: options.tolerances.clone() };
     let mut groups = groups(&study, &extent, listener)?;
     let bytes = groups.iter().flat_map(Group::files).next().expect("every group has a file");
-    let bound = Bound::new(bytes, &scenario, &study.prepared().body)?;
+    let bound = ScenarioLoads::new(bytes, &scenario, &study.prepared().body)?;
     chapter::add(&mut groups, &study, &bound, listener)?;
     let asked = options.steps.is_some();
     let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, asked || options.long)?;
@@ -210,7 +208,7 @@ impl Comparison<'_> {
     ) -> Result<Matrix, StudyError> {
         self.listener.stage(&format!("march full order, {}, {:e} s", solver.scheme, solver.full.value.dt()));
         let TimeStep { times, parts } = length;
-        self.study.march(&solver.full.value, parts, loads, self.march.steps / times, self.listener)
+        Ok(march(&solver.full.value, parts, loads, self.march.steps / times, self.listener)?)
     }
 
     /// How far a scheme is from the exact motion, as files sample the loads (known) and, unless `quick`, with

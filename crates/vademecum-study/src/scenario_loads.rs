@@ -10,7 +10,7 @@ use crate::scenario::Scenario;
 use crate::verify::{file_nodes, full_order_loads};
 
 /// A scenario on a body: the nodes of every file of a body stand in one order, so that one track serves all.
-pub(crate) struct Bound {
+pub struct ScenarioLoads {
     /// As files take it.
     pub track: Track,
     /// As solvers without a file take it.
@@ -19,7 +19,7 @@ pub(crate) struct Bound {
     pub file_nodes: Vec<u32>,
 }
 
-impl Bound {
+impl ScenarioLoads {
     /// Binds the scenario through any file of the body.
     ///
     /// # Errors

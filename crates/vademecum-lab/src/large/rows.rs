@@ -8,15 +8,14 @@ use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
 use vademecum_eval::{Scalar, SceneOptions, StructureChoice};
 use vademecum_format::File;
+use vademecum_study::parts::{LargeMotion, percentiles, stop_if_asked};
+use vademecum_study::player::{Track, with_scene};
 
 use super::table::{LargeErrors, LargeMethod, LargeRow};
-use crate::bench::measure::{Samples, held_steps, noise};
-use crate::bench::method::{Precision, play_file};
-use crate::bench::trajectory::{Projection, Reference, distance};
-use crate::error::StudyError;
-use crate::large_motion::LargeMotion;
-use crate::player::{Track, stop_if_asked, with_scene};
-use crate::statistics::percentiles;
+use crate::measure::{Samples, held_steps, noise};
+use crate::method::{Precision, play_file};
+use crate::trajectory::{Projection, Reference, distance};
+use vademecum_study::StudyError;
 
 /// Bursts of a file in one round.
 const BURSTS: usize = 100;

@@ -125,7 +125,7 @@ pub fn play(solver: &dyn ReducedSolver, loads: &[TimedLoad], steps: usize) -> Ma
     coordinates
 }
 
-/// `out ← B ζ` over the free dofs, length n. Bound by reading the basis once.
+/// `out ← B ζ` over the free dofs, length n. ScenarioLoads by reading the basis once.
 pub fn reconstruct_into(basis: MatRef<'_, f64>, state: &[f64], out: &mut [f64]) {
     out.fill(0.0);
     for (j, &value) in state[..basis.ncols()].iter().enumerate() {

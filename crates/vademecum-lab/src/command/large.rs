@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use vademecum_build::store::{Kind, Outputs};
-use vademecum_study::bench::{LARGE_COLUMNS, LargeBenchTable};
+use vademecum_lab::{LARGE_COLUMNS, LargeBenchTable};
 
 use super::output::{csv, table_of, write_texts};
 use super::pareto;
-use crate::failure::Failure;
-use crate::print::json;
+use vademecum_cli::Failure;
+use vademecum_cli::front::json;
 
 /// What is written.
 pub const FILES: [(&str, Kind); 4] = [

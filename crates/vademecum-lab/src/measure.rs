@@ -12,13 +12,12 @@ use vademecum_build::dynamics::{self, FullOrder, INSTANTS, TimedLoad};
 use vademecum_build::progress::Listener;
 use vademecum_eval::{Field, Loads, Scalar, Scene, State};
 use vademecum_format::{File, SectionKind};
+use vademecum_study::parts::{median, stop_if_asked, with_marches};
+use vademecum_study::player::{Body, Playable, Track, with_scene};
 
 use super::method::{Group, Method, Precision, Stepper};
 use super::staged::{self, ReducedSolver};
-use crate::error::StudyError;
-use crate::player::chapter::with_marches;
-use crate::player::{Body, Playable, Track, stop_if_asked, with_scene};
-use crate::statistics::median;
+use vademecum_study::StudyError;
 
 /// Steps of one burst: enough for the clock to be a small part, few enough for the slow ones to show.
 pub(super) const BURST: usize = 32;

@@ -10,14 +10,14 @@ use vademecum_build::dynamics::{SchemeKind, TimedLoad};
 use vademecum_build::input::BasisKind;
 use vademecum_eval::{Scalar, SceneOptions, StructureChoice};
 use vademecum_format::File;
+use vademecum_study::compare::coordinate_matrix;
+use vademecum_study::player::{Track, play_in};
 
 use super::chapter::{self, Played};
 use super::staged::{self, ReducedSolver};
 use super::trajectory::thinned;
-use crate::compare::coordinate_matrix;
-use crate::error::StudyError;
-use crate::player::{Track, play_in};
 use vademecum_build::progress::Listener;
+use vademecum_study::StudyError;
 
 /// A way to step on a basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,11 +2,8 @@
 
 use std::time::Instant;
 
-use faer::Mat;
 use vademecum_build::basis::{Basis, BasisError, KeptRuns, Pod, Runs, basis_of_pod, modes_basis};
-use vademecum_build::dynamics::{
-    FullOrder, SchemeKind, TimedLoad, announce, lowest_modes, mode_table, table_matrix,
-};
+use vademecum_build::dynamics::{FullOrder, SchemeKind, announce, lowest_modes, mode_table, table_matrix};
 use vademecum_build::export::{Draft, NodeOrder, Parts, encode, program};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::input::{BasisKind, ParameterEntry, ParameterKind, ParameterScale, Problem};
@@ -19,15 +16,17 @@ use vademecum_build::store::Kept;
 use vademecum_format::Certificate;
 use vademecum_format::scheme::SchemeTable;
 
-use super::{DenseGalerkin, ExactModes, TwoStage, trajectory};
 use crate::error::StudyError;
 use crate::scenario::{ContactEntry, Scenario};
 
 /// What a file holds of the step beside the diagonal structure.
 #[derive(Default)]
-pub(super) struct Form<'a> {
+pub struct Form<'a> {
+    /// The block structure.
     pub block: Option<BlockTerms<'a>>,
+    /// Live parameters of the block structure.
     pub parameters: Option<&'a ParameterSpace>,
+    /// Sections of another structure, which stand in place of the diagonal one.
     pub others: Vec<Draft>,
     /// The modes move exactly instead of by the stages of the scheme.
     pub exact: bool,
@@ -43,14 +42,14 @@ pub struct Timed<T> {
 
 impl<T> Timed<T> {
     /// Does the work and times it.
-    fn new(work: impl FnOnce() -> T) -> Self {
+    pub fn new(work: impl FnOnce() -> T) -> Self {
         let start = Instant::now();
         let value = work();
         Self { value, seconds: start.elapsed().as_secs_f64() }
     }
 
     /// Does work that may fail and times it.
-    pub(super) fn of<E>(work: impl FnOnce() -> Result<T, E>) -> Result<Self, E> {
+    pub fn of<E>(work: impl FnOnce() -> Result<T, E>) -> Result<Self, E> {
         let Timed { value, seconds } = Timed::new(work);
         Ok(Self { value: value?, seconds })
     }
@@ -194,8 +193,8 @@ impl Study {
         })
     }
 
-    /// The full-order solves of the stages projected on a basis: what the block structure and [`TwoStage`]
-    /// are made of.
+    /// The full-order solves of the stages projected on a basis: the block structure is
+    /// made of.
     ///
     /// # Errors
     /// [`StudyError`]: a stage that does not factorise.
@@ -256,7 +255,11 @@ impl Study {
         })
     }
 
-    pub(super) fn encode(
+    /// The bytes of a file with this basis and this form of the step. Its certificate is empty.
+    ///
+    /// # Errors
+    /// [`StudyError`]: numbers a file cannot hold.
+    pub fn encode(
         &self,
         basis: &Basis,
         Form { block, parameters, others, exact }: Form<'_>,
@@ -295,33 +298,6 @@ impl Study {
         Ok(encode(&parts).map_err(BuildError::from)?)
     }
 
-    /// The plain reduced solver in a basis.
-    pub fn galerkin(&self, basis: &Basis) -> Timed<DenseGalerkin> {
-        let rayleigh = self.prepared.rayleigh();
-        Timed::new(|| DenseGalerkin::new(basis, &self.prepared.scheme, self.time_step(), rayleigh))
-    }
-
-    /// The block vademecum stepped stage by stage.
-    ///
-    /// # Errors
-    /// [`StudyError`]: a parameter the scheme cannot take.
-    pub fn two_stage(
-        &self,
-        basis: &Basis,
-        responses: &[StageResponse],
-    ) -> Result<Timed<TwoStage>, StudyError> {
-        let Prepared { scheme, step, .. } = &self.prepared;
-        Timed::of(|| Ok(TwoStage::new(basis.vectors.as_ref(), responses, scheme, step)?))
-    }
-
-    /// Natural modes, each moved exactly.
-    ///
-    /// # Panics
-    /// If the basis has no eigenvalues.
-    pub fn exact(&self, basis: &Basis) -> Timed<ExactModes> {
-        Timed::new(|| ExactModes::new(basis, self.time_step(), self.prepared.rayleigh()))
-    }
-
     /// The full-order solver with a scheme and a step \[s\], factorised.
     ///
     /// # Errors
@@ -333,22 +309,6 @@ impl Study {
     ) -> Result<Timed<FullOrder<'_>>, StudyError> {
         let (pencil, rayleigh) = (self.prepared.body.model.pencil(), self.prepared.rayleigh());
         Timed::of(|| Ok(FullOrder::new(pencil, &self.prepared.symbolic, scheme, time_step, rayleigh)?))
-    }
-
-    /// Marches loads full order from rest and keeps the displacement \[m\] at `steps` instants and the start,
-    /// `split` steps of the solver apart; shape (n, steps + 1).
-    ///
-    /// # Errors
-    /// [`StudyError`]: a march that is stopped.
-    pub fn march(
-        &self,
-        full: &FullOrder<'_>,
-        split: usize,
-        loads: &[TimedLoad],
-        steps: usize,
-        listener: &dyn Listener,
-    ) -> Result<Mat<f64>, StudyError> {
-        Ok(trajectory::march(full, split, loads, steps, listener)?)
     }
 
     /// What a body is pushed with where no scenario is given: an oblique push on the middle one of the
