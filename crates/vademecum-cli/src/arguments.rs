@@ -19,17 +19,17 @@ pub struct OutputArguments {
 }
 
 /// The problem and scenario of the demo, inside the program.
-pub const PROBLEM: &str = include_str!("../assets/cantilever.toml");
+pub(crate) const PROBLEM: &str = include_str!("../assets/cantilever.toml");
 /// See [`PROBLEM`].
-pub const SCENARIO: &str = include_str!("../assets/push.toml");
+pub(crate) const SCENARIO: &str = include_str!("../assets/push.toml");
 
 /// The demo's problem.
-pub fn demo_problem() -> Result<Problem, Failure> {
+pub(crate) fn demo_problem() -> Result<Problem, Failure> {
     Ok(Problem::parse(PROBLEM, "the demo's problem", PathBuf::new())?)
 }
 
 /// The demo's scenario.
-pub fn demo_scenario() -> Result<Scenario, Failure> {
+pub(crate) fn demo_scenario() -> Result<Scenario, Failure> {
     Ok(Scenario::parse(SCENARIO, "the demo's scenario")?)
 }
 
@@ -48,7 +48,7 @@ pub fn scenario_or_demo(path: Option<&Path>, problem: Option<&Path>) -> Result<O
 }
 
 /// A live parameter and its value, from `NAME=VALUE`. A name may hold the sign itself.
-pub fn setting(text: &str) -> Result<ParameterValue, String> {
+pub(crate) fn setting(text: &str) -> Result<ParameterValue, String> {
     let (name, value) = text.rsplit_once('=').ok_or("expected NAME=VALUE")?;
     let number = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
     Ok(ParameterValue { name: name.trim().to_string(), value: number })
@@ -61,14 +61,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// A relative error that rounding may bring.
-pub fn rounding(text: &str) -> Result<f64, String> {
+pub(crate) fn rounding(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| (1e-12..=0.1).contains(number));
     number.ok_or_else(|| format!("`{text}` is no number from 1e-12 to 0.1; write one such as 1e-4"))
 }
 
 /// Structure of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum StructureArgument {
+pub(crate) enum StructureArgument {
     /// The cheapest whose certificate keeps the tolerance.
     Auto,
     /// One 3 × 3 map per mode.
@@ -83,7 +83,7 @@ pub enum StructureArgument {
 
 impl StructureArgument {
     /// What a scenario is played through.
-    pub fn options(self) -> PlayOptions {
+    pub(crate) fn options(self) -> PlayOptions {
         let structure = match self {
             Self::Diagonal => StructureChoice::Diagonal,
             Self::Block => StructureChoice::Block,
@@ -106,13 +106,13 @@ pub struct Limit {
 
 impl Limit {
     /// For a file of this length.
-    pub fn of(self, file_length: usize) -> u64 {
+    pub(crate) fn of(self, file_length: usize) -> u64 {
         self.limit.unwrap_or_else(|| vademecum_rewrite::default_limit(file_length))
     }
 }
 
 /// Bytes: a whole number, with K, M, G or T for powers of 1000, or Ki, Mi, Gi or Ti for powers of 1024.
-pub fn size(text: &str) -> Result<u64, String> {
+pub(crate) fn size(text: &str) -> Result<u64, String> {
     let wrong = || format!("`{text}` is no size; write bytes, or a number with K, M, G or T, such as 512M");
     let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
     let factor: u64 = match text[digits.len()..].to_ascii_uppercase().as_str() {

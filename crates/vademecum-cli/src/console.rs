@@ -16,7 +16,7 @@ static ASIDE: AtomicBool = AtomicBool::new(false);
 
 /// Keeps lines out of an output that goes to the pipe or file that standard output is.
 #[cfg(unix)]
-pub fn make_way_for(output: &Path) {
+pub(crate) fn make_way_for(output: &Path) {
     use std::os::fd::AsFd;
     use std::os::unix::fs::{FileTypeExt, MetadataExt};
     let standard = std::io::stdout().as_fd().try_clone_to_owned().map(std::fs::File::from);
@@ -29,10 +29,10 @@ pub fn make_way_for(output: &Path) {
 }
 
 #[cfg(not(unix))]
-pub fn make_way_for(_: &Path) {}
+pub(crate) fn make_way_for(_: &Path) {}
 
 /// Turns Ctrl-C and termination into a polite stop; a second one kills.
-pub fn listen_for_ctrl_c() {
+pub(crate) fn listen_for_ctrl_c() {
     let result = ctrlc::set_handler(|| {
         if CANCELLED.swap(true, Ordering::SeqCst) {
             std::process::exit(130);

@@ -32,11 +32,11 @@ use machine::{Blame, MEMORY, blame};
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
 
 /// What to do about a file that cannot be read.
-pub const UNREAD: &str = "name a file that exists and that you may read";
+pub(crate) const UNREAD: &str = "name a file that exists and that you may read";
 /// What to do about a disk that refuses.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
 /// What to do about a vademecum file that says what cannot be.
-pub const DAMAGED: &str =
+pub(crate) const DAMAGED: &str =
     "the file was damaged after it was written, or not written by this program: copy or build it again";
 
 /// What to do about a file that does not have a section.
@@ -109,7 +109,7 @@ impl Failure {
     }
 
     /// A file that cannot be read or written.
-    pub fn io(path: &Path, error: std::io::Error) -> Self {
+    pub(crate) fn io(path: &Path, error: std::io::Error) -> Self {
         Self::new(Cause::Machine, format!("{}: {error}", path.display())).remedy(DISK)
     }
 
@@ -150,7 +150,7 @@ impl Failure {
     }
 
     /// The process's exit code.
-    pub fn exit_code(&self) -> u8 {
+    pub(crate) fn exit_code(&self) -> u8 {
         self.cause as u8
     }
 }
@@ -185,7 +185,7 @@ impl fmt::Display for Failure {
 /// Tells in a sentence that the system refused memory or a thread, and ends the program.
 ///
 /// The standard library's collections end the program by themselves then; matrices and threads panic.
-pub fn end_where_memory_is_refused() {
+pub(crate) fn end_where_memory_is_refused() {
     let others = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         let payload = info.payload();

@@ -7,7 +7,7 @@ use plotters::style::RGBColor;
 use crate::pictures::{COLORS, DrawResult, SIZE, number};
 
 /// What an outline shows beside the body.
-pub struct Outline<'a> {
+pub(crate) struct Outline<'a> {
     /// Above the picture.
     pub title: &'a str,
     /// Points to mark: colour index and position.
@@ -20,7 +20,7 @@ pub struct Outline<'a> {
 ///
 /// Written by hand and not by plotters, which makes two elements of each triangle: neighbours of one shade
 /// share a path, which keeps the picture of some thousand triangles small enough for a page.
-pub fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
+pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
     let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
     let mut facing: Vec<[[f64; 3]; 3]> = triangles.iter().map(corners).filter(faces_viewer).collect();
     let distance = |t: &[[f64; 3]; 3]| t.iter().flatten().sum::<f64>();

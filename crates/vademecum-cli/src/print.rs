@@ -17,7 +17,7 @@ pub fn print_json(value: &impl serde::Serialize) {
 }
 
 /// A length for people.
-pub fn bytes(length: usize) -> String {
+pub(crate) fn bytes(length: usize) -> String {
     match length {
         0..10_000 => format!("{length} bytes"),
         10_000..10_000_000 => format!("{:.1} kB", length as f64 / 1e3),
@@ -26,7 +26,7 @@ pub fn bytes(length: usize) -> String {
 }
 
 /// Prints a build's report.
-pub fn print_report(report: &BuildReport) {
+pub(crate) fn print_report(report: &BuildReport) {
     println!(
         "{} nodes, {} elements, {} free dofs; {} snapshots; {} modes; {:.1} steps per first period",
         report.nodes,
@@ -121,7 +121,7 @@ fn print_timings(report: &BuildReport) {
 }
 
 /// Prints the certificate of the chapter's structure.
-pub fn print_chapter(c: &ChapterReport) {
+pub(crate) fn print_chapter(c: &ChapterReport) {
     print_structure("chapter", &c.structure);
     if let Some(step) = c.left_at {
         println!("a trajectory left its axes at step {step}; the errors are of the steps before");
@@ -153,7 +153,7 @@ fn print_structure(name: &str, s: &StructureReport) {
 
 /// Whether a structure is reciprocal, and how much energy a free motion can gain; empty where a file does not
 /// say.
-pub fn symmetry(s: &StructureReport) -> String {
+pub(crate) fn symmetry(s: &StructureReport) -> String {
     if s.reciprocity.is_nan() {
         return String::new();
     }
@@ -164,7 +164,7 @@ pub fn symmetry(s: &StructureReport) -> String {
 }
 
 /// Prints what a verification measured.
-pub fn print_verification(v: &Verification) {
+pub(crate) fn print_verification(v: &Verification) {
     println!("{} steps, {} free dofs, {} modes, {} structure", v.steps, v.dofs, v.modes, v.structure);
     print_parameters(&v.parameters);
     println!(
@@ -204,7 +204,7 @@ pub fn print_verification(v: &Verification) {
 }
 
 /// The same beside a march at large displacements.
-pub fn print_large_verification(v: &LargeVerification) {
+pub(crate) fn print_large_verification(v: &LargeVerification) {
     println!("{} steps, {} free dofs, {} coordinates, {} structure", v.steps, v.dofs, v.modes, v.structure);
     print_parameters(&v.parameters);
     println!("surface moves by       {:.3e} m at most, at full order", v.displacement);

@@ -13,7 +13,7 @@ use vademecum_format::File;
 use vademecum_study::compare::coordinate_matrix;
 use vademecum_study::player::{Track, play_in};
 
-use super::chapter::{self, Played};
+use super::chapter::{self, ChapterMarch};
 use super::staged::{self, ReducedSolver};
 use super::trajectory::thinned;
 use vademecum_build::progress::Listener;
@@ -283,12 +283,12 @@ impl Method {
 
     /// Its coordinates from rest at the instants kept, the start included; shape (r, instants). Or why it has
     /// none.
-    pub fn play(&self, march: &March<'_>, listener: &dyn Listener) -> Result<Played, StudyError> {
+    pub fn play(&self, march: &March<'_>, listener: &dyn Listener) -> Result<ChapterMarch, StudyError> {
         let all = self.play_all(march, listener)?;
         Ok(if march.stride == 1 { all } else { all.map(|all| thinned(&all, march.stride)) })
     }
 
-    fn play_all(&self, march: &March<'_>, listener: &dyn Listener) -> Result<Played, StudyError> {
+    fn play_all(&self, march: &March<'_>, listener: &dyn Listener) -> Result<ChapterMarch, StudyError> {
         Ok(Ok(match &self.stepper {
             Stepper::Solver(solver) => staged::play(solver.as_ref(), march.loads, march.steps),
             Stepper::File(bytes) => {

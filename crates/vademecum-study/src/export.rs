@@ -40,12 +40,12 @@ pub struct Model {
     /// Modes r.
     pub modes: usize,
     /// When each column of the loads acts.
-    pub loads: Vec<When>,
+    pub loads: Vec<LoadCourse>,
 }
 
 /// When a column of the loads acts, and how it follows time: what is absent does not change it.
 #[derive(Clone, Debug, Serialize)]
-pub struct When {
+pub struct LoadCourse {
     /// First instant \[s\].
     pub start: f64,
     /// First instant without the load \[s\]; absent: to the end.
@@ -77,7 +77,7 @@ pub struct WaveFactor {
     pub mean: f64,
 }
 
-impl From<&History> for When {
+impl From<&History> for LoadCourse {
     fn from(History { during, share, course }: &History) -> Self {
         let table = match course {
             Course::Table(table, column) => Some(table.rows(*column).collect()),

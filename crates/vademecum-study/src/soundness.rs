@@ -26,7 +26,7 @@ pub struct Soundness {
 }
 
 /// Operations the eigenvalues of one step may cost, and those of all settings together.
-const MOST_OF_ONE: f64 = (1u64 << 38) as f64;
+const MAX_NUMBERS: f64 = (1u64 << 38) as f64;
 const MOST: f64 = (1u64 << 36) as f64;
 
 /// Operations for the eigenvalues of a general matrix of size `n`, about (Golub and Van Loan, table 7.5.1).
@@ -54,7 +54,7 @@ pub fn check_file(bytes: &[u8], limit: u64) -> Result<Soundness, StudyError> {
     let mut found = Soundness { checked, settings: 0, corners_left_out: 0, spectral_radius: None };
     let metadata = file.metadata();
     let cost = operations(3.0 * f64::from(metadata.n_modes));
-    if cost > MOST_OF_ONE {
+    if cost > MAX_NUMBERS {
         return Ok(found);
     }
     let own = &metadata.certificate;

@@ -235,7 +235,7 @@ impl Study {
         tolerance: f64,
         listener: &dyn Listener,
     ) -> Result<Timed<(Vec<u8>, usize)>, StudyError> {
-        const MOST_TERMS: usize = 100;
+        const MAX_TERMS: usize = 100;
         Timed::of(|| {
             let Prepared { body, symbolic, scheme, .. } = &self.prepared;
             let mut problem = self.problem.clone();
@@ -247,7 +247,7 @@ impl Study {
                 scale: ParameterScale::Log,
             }];
             let space = ParameterSpace::new(&problem, body.model.mesh(), self.prepared.rayleigh())?;
-            let asked = SeparationOptions { tolerance, max_terms: MOST_TERMS };
+            let asked = SeparationOptions { tolerance, max_terms: MAX_TERMS };
             let pencil = body.model.pencil();
             let parametric = separate_responses(pencil, symbolic, basis, &space, scheme, &asked, listener)?;
             let form = Form { block: Some(parametric.terms()?), parameters: Some(&space), ..Form::default() };

@@ -22,7 +22,7 @@ pub use look::{Meshes, Outcome, State, look};
 pub const VERSION: u32 = 1;
 
 /// Most jobs of a sweep.
-pub const MOST_JOBS: usize = 100_000;
+const MAX_JOBS: usize = 100_000;
 
 /// What to build.
 #[derive(Clone, Debug, Deserialize)]
@@ -139,7 +139,7 @@ impl Sweep {
             }
         }
         let count = sweep.combinations().and_then(|count| count.checked_mul(sweep.problems.len()));
-        if count.is_none_or(|count| count > MOST_JOBS) {
+        if count.is_none_or(|count| count > MAX_JOBS) {
             return impossible("vary".into(), "too many jobs", "at most 100 000");
         }
         Ok(sweep)
@@ -308,7 +308,7 @@ impl Jobs {
     /// # Errors
     /// As [`Jobs::lines`].
     pub fn plan(&self, folder: &Path) -> std::io::Result<Plan> {
-        let planned = |(job, line): (&Job, String)| Planned {
+        let planned = |(job, line): (&Job, String)| PlannedJob {
             name: job.name.clone(),
             problem: job.from.display().to_string(),
             values: job.values.iter().cloned().collect(),
@@ -334,12 +334,12 @@ pub struct Plan {
     /// Of this description.
     pub version: u32,
     /// All jobs, in the order of their list.
-    pub jobs: Vec<Planned>,
+    pub jobs: Vec<PlannedJob>,
 }
 
 /// A job as it was planned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Planned {
+pub struct PlannedJob {
     /// The name of its files.
     pub name: String,
     /// The problem file that it varies.

@@ -28,7 +28,7 @@ until the file is written.
   vademecum build regions.toml -o regions.vdm --repair
   mpirun -n 8 vademecum build large.toml -o large.vdm --engine petsc   on several processes or machines
 Keys of the problem file: `vademecum help problem`")]
-pub struct Build {
+pub(crate) struct Build {
     /// The problem file (TOML).
     problem: PathBuf,
     /// The file to write; an older vademecum file is replaced in one step.
@@ -101,7 +101,7 @@ enum SolverName {
 }
 
 impl Build {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         match self.engine {
             EngineName::Local if self.out_of_core.is_some() => {
                 Err(Failure::new(Cause::Usage, "`--out-of-core` is for `--engine petsc`"))

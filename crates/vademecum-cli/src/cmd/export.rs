@@ -20,13 +20,13 @@ use fmu::Fmu;
 
 /// Hands a model to other programs.
 #[derive(clap::Args)]
-pub struct Export {
+pub(crate) struct Export {
     #[command(subcommand)]
-    what: What,
+    what: ExportCommand,
 }
 
 #[derive(clap::Subcommand)]
-enum What {
+enum ExportCommand {
     Matrices(Matrices),
     Fmu(Fmu),
 }
@@ -37,7 +37,7 @@ enum What {
 #[command(after_help = "Examples:
   vademecum export matrices -o matrices                         the demo's beam and scenario
   vademecum export matrices body.toml --scenario push.toml --basis ritz --modes 16 -o matrices
-What the files hold: formats/matrices-1.md. They are read by docs/benchmarks/peers")]
+ExportCommand the files hold: formats/matrices-1.md. They are read by docs/benchmarks/peers")]
 struct Matrices {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
@@ -65,7 +65,7 @@ struct Matrices {
 
 /// What was written.
 #[derive(serde::Serialize)]
-struct Exported {
+struct MatricesOutput {
     folder: String,
     dofs: usize,
     modes: usize,
@@ -94,10 +94,10 @@ fn kind(text: &str) -> Result<BasisKind, String> {
 }
 
 impl Export {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         match &self.what {
-            What::Matrices(matrices) => matrices.run(console),
-            What::Fmu(fmu) => fmu.run(),
+            ExportCommand::Matrices(matrices) => matrices.run(console),
+            ExportCommand::Fmu(fmu) => fmu.run(),
         }
     }
 }
@@ -128,7 +128,7 @@ impl Matrices {
         }
         text("model.json", Kind::Json, &json(&export.model))?;
         console.clear();
-        let exported = Exported {
+        let exported = MatricesOutput {
             folder: self.output.display().to_string(),
             dofs: export.model.dofs,
             modes: export.model.modes,
@@ -137,7 +137,7 @@ impl Matrices {
         if self.json {
             print_json(&exported);
         } else {
-            let Exported { folder, dofs, modes, loads } = &exported;
+            let MatricesOutput { folder, dofs, modes, loads } = &exported;
             println!("{folder}: {dofs} dofs, {modes} modes, {loads} loads");
         }
         Ok(())

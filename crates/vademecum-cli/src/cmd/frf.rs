@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use vademecum_build::input::Problem;
 use vademecum_build::store::Kind;
 use vademecum_study::frf::{
-    Channel, FrequencyResponse, Quantity, Question, ResponseError, compare_response, frequencies,
+    Channel, FrequencyResponse, Quantity, ResponseError, ResponseRequest, compare_response, frequencies,
     frequency_response, polar,
 };
 use vademecum_study::parameters::{self, ParameterValue};
@@ -27,7 +27,7 @@ use crate::print::print_json;
 A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a name: of a probe behind
 `--out`, of a load pattern behind `--in`. The table has the real and the imaginary part of each output, for
 an input of amplitude 1 (N, or the pattern once).")]
-pub struct Frf {
+pub(crate) struct Frf {
     /// The vademecum file.
     file: PathBuf,
     /// Where the force acts, or the load pattern.
@@ -95,7 +95,7 @@ impl QuantityArgument {
 
 /// What is printed as JSON.
 #[derive(serde::Serialize)]
-struct Printed {
+struct ResponseOutput {
     outputs: Vec<String>,
     quantity: Quantity,
     frequencies_hz: Vec<f64>,
@@ -107,7 +107,7 @@ struct Printed {
 }
 
 impl Frf {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.force, &[Some(&self.file), self.problem.as_deref()], None);
         let written = [(&self.output, Kind::Csv), (&self.plot, Kind::Svg)];
         let written = written.into_iter().filter_map(|(path, kind)| Some((path.clone()?, kind)));
@@ -120,7 +120,7 @@ impl Frf {
         let about = |error| Failure::from(error).about(&self.file);
         parameters::set(&mut options, file.metadata(), &self.set).map_err(about)?;
         let (quantity, unit) = self.quantity.meaning();
-        let mut question = Question {
+        let mut question = ResponseRequest {
             input: self.input.clone(),
             outputs: self.outputs.clone(),
             frequencies: frequencies(self.range, self.points as usize, self.log),
@@ -157,7 +157,7 @@ impl Frf {
             let frequencies_hz = frequencies(self.range, self.points as usize, self.log);
             let values = found.values.iter().map(|row| row.iter().map(|x| [x.re, x.im]).collect()).collect();
             let highest_mode_hz = found.highest_mode_hz;
-            print_json(&Printed {
+            print_json(&ResponseOutput {
                 outputs: names,
                 quantity,
                 frequencies_hz,

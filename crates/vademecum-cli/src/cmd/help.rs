@@ -14,14 +14,14 @@ use crate::reference::{PAGES, Page};
   vademecum help sweep                every key of the sweep file
   vademecum help json                 what commands print with `--json`
   vademecum help export matrices      the same as `vademecum export matrices --help`")]
-pub struct Help {
+pub(crate) struct Help {
     /// A command, or `problem`, `scenario`, `sweep` or `json`, and a section of that page.
     topic: Vec<String>,
 }
 
 impl Help {
     /// Help on the topic; `program` is the whole command line.
-    pub fn run(&self, mut program: clap::Command) -> Result<(), Failure> {
+    pub(crate) fn run(&self, mut program: clap::Command) -> Result<(), Failure> {
         program.build();
         let topics = || {
             let commands = program.get_subcommands().map(|command| command.get_name().to_string());

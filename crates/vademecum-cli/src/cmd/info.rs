@@ -25,7 +25,7 @@ use crate::print::{json, print_chapter, print_json, symmetry};
 #[command(after_help = "Example:
   vademecum info body.vdm --json
   vademecum info body.vdm --terms-for 1e-3")]
-pub struct Info {
+pub(crate) struct Info {
     /// The vademecum file.
     file: PathBuf,
     /// Print JSON.
@@ -300,7 +300,7 @@ impl SectionReport {
 }
 
 impl Info {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let mapped = open(&self.file)?;
         let (contents, flaw) = self.read(mapped.bytes())?;
         if self.json {

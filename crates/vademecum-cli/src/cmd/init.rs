@@ -20,7 +20,7 @@ use crate::print::print_json;
   vademecum init part.inp --scale 0.001             the mesh is in millimetres
 Materials: steel, stainless, aluminium, titanium, brass, concrete, glass, wood, pla, abs, nylon, rubber,
 silicone, foam, bone, liver. Keys of the problem file: `vademecum help problem`")]
-pub struct Init {
+pub(crate) struct Init {
     /// The mesh file.
     mesh: PathBuf,
     /// The problem file to write [default: the mesh's name with `.toml`].
@@ -52,7 +52,7 @@ fn named(name: &str) -> Result<NamedMaterial, String> {
 
 impl Init {
     /// The command lines that follow.
-    pub fn run(&self, console: &Console) -> Result<Vec<Vec<PathBuf>>, Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<Vec<Vec<PathBuf>>, Failure> {
         let problem = self.output.clone().unwrap_or_else(|| self.mesh.with_extension("toml"));
         let outputs = outputs(&self.outputs, &[Some(&self.mesh)], None);
         check_output(&outputs, &problem, Kind::Own)?;

@@ -79,7 +79,7 @@ const MAX_CONNECTIONS: usize = 32;
 
 On the page: press on the body to push it, drag beside it to turn the view. With Sound on, a struck body rings
 in the ear; Picture and Clip save what is seen; Link puts camera and parameters into the address.")]
-pub struct View {
+pub(crate) struct View {
     /// The vademecum file.
     file: PathBuf,
     /// Say the address and leave opening the browser to you.
@@ -109,13 +109,13 @@ pub struct View {
 
 /// What `--export` has written.
 #[derive(serde::Serialize)]
-struct Written {
+struct PageOutput {
     page: String,
     bytes: usize,
 }
 
 impl View {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
         if let Some(path) = &self.export {
             check_output(&outputs, path, Kind::Html)?;
@@ -129,7 +129,7 @@ impl View {
             Some(path) => {
                 let page = page(&self.file, &file)?;
                 write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
-                let written = Written { page: path.display().to_string(), bytes: page.len() };
+                let written = PageOutput { page: path.display().to_string(), bytes: page.len() };
                 if self.json {
                     print_json(&written);
                 } else {
@@ -162,7 +162,7 @@ impl View {
             eprintln!("  note: no browser could be started; open the address above");
         }
         let live = AtomicUsize::new(0);
-        let content = Content { address, page, file };
+        let content = EmbeddedBody { address, page, file };
         std::thread::scope(|scope| {
             while !console.cancelled() {
                 match listener.accept() {
@@ -184,13 +184,13 @@ impl View {
 }
 
 /// What is served.
-struct Content<'a> {
+struct EmbeddedBody<'a> {
     address: SocketAddr,
     page: &'a str,
     file: &'a [u8],
 }
 
-impl Content<'_> {
+impl EmbeddedBody<'_> {
     /// Answers one request and closes.
     fn answer(&self, mut stream: TcpStream) -> std::io::Result<()> {
         stream.set_nonblocking(false)?;
@@ -202,7 +202,7 @@ impl Content<'_> {
         };
         let head = format!(
             "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
-             X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: \
+             X-EmbeddedBody-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: \
              close\r\n\r\n",
             body.len()
         );
@@ -303,8 +303,8 @@ fn open_browser(address: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn content() -> Content<'static> {
-        Content { address: ([127, 0, 0, 1], 4000).into(), page: "page", file: b"file" }
+    fn content() -> EmbeddedBody<'static> {
+        EmbeddedBody { address: ([127, 0, 0, 1], 4000).into(), page: "page", file: b"file" }
     }
 
     #[test]

@@ -10,11 +10,10 @@ use vademecum_build::pipeline::{BuildError, BuildOptions, Built, Outcome, SHAPES
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_format::File;
-use vademecum_study::parts::{Apart, Asked, Extent, LargeMotion, Timed, full_order_loads, orthonormal};
-use vademecum_study::verify::free_basis;
+use vademecum_study::parts::{BoundScenario, Extent, LargeMotion, MarchDistance, Timed, orthonormal};
 
 use super::push::push;
-use super::rows::{Marched, Through};
+use super::rows::{FullOrderRows, Through};
 use super::table::{LargeBenchTable, LargeErrors, LargeMethod, LargeRow};
 use crate::measure;
 use crate::trajectory::{Projection, Reference};
@@ -97,7 +96,8 @@ pub fn compare_large_methods(
         listener.note("the file misses its tolerance; it is compared all the same");
     }
     let built = Timed { value: built.value.either(), seconds: built.seconds };
-    let comparison = Comparison { problem, prepared: &prepared, built: &built, options, steps, listener };
+    let comparison =
+        LargeComparison { problem, prepared: &prepared, built: &built, options, steps, listener };
     comparison.table(&scenario)
 }
 
@@ -116,7 +116,7 @@ fn steps(scenario: &Scenario, options: &LargeBenchOptions, prepared: &Prepared) 
 }
 
 /// One comparison.
-struct Comparison<'a> {
+struct LargeComparison<'a> {
     problem: &'a Problem,
     prepared: &'a Timed<Prepared>,
     built: &'a Timed<Built>,
@@ -137,32 +137,32 @@ struct Truth {
     least_stretch: f64,
 }
 
-impl Comparison<'_> {
+impl LargeComparison<'_> {
     fn table(&self, scenario: &Scenario) -> Result<LargeBenchTable, StudyError> {
         let Self { problem, prepared, built, options, steps, listener } = *self;
         let prepared = &prepared.value;
         let file = File::parse(&built.value.bytes)?;
         let play = PlayOptions { long: options.any_length(), ..PlayOptions::default() };
-        let asked = Asked::new(&file, &play, problem, prepared, scenario, listener)?;
-        let body = asked.body;
+        let bound = BoundScenario::new(&file, &play, problem, prepared, scenario, listener)?;
+        let body = bound.body;
         let mass = body.model.pencil().mass();
-        let loads = full_order_loads(&file, &asked.track, body, &asked.file_nodes)?;
         let strain = GreenStrain::new(&body.model)?;
-        let motion = LargeMotion::new(&strain, prepared, &asked.setting, &loads);
-        let basis = free_basis(&file, body, &asked.file_nodes)?;
-        let identity = Matrix::identity(basis.ncols(), basis.ncols());
-        let (basis, turn) = orthonormal(mass, basis.as_ref(), identity.as_ref())?;
+        let motion = LargeMotion::new(&strain, prepared, &bound.setting, &bound.loads);
+        let modes = bound.basis.ncols();
+        let identity = Matrix::identity(modes, modes);
+        let (basis, turn) = orthonormal(mass, bound.basis.as_ref(), identity.as_ref())?;
 
         // Refused, if it is too long, before anything is stepped.
         let extent = options.extent(steps);
         let reference = motion.reference(PARTS, &extent, listener)?;
         let bytes = &built.value.bytes;
-        let through = Through { bytes, track: &asked.track, steps, turn: turn.as_ref(), listener };
+        let through = Through { bytes, track: &bound.track, steps, turn: turn.as_ref(), listener };
         let rounds = if options.quick { 3 } else { 7 };
         let played = through.all(options.substeps(), rounds)?;
         let (truth, _) = motion.known(reference, &extent, listener, |reference| {
             let mut moved = Matrix::zeros(mass.n(), 1 + steps);
-            let (mut apart, mut displacement, mut least_stretch) = (Apart::default(), 0.0_f64, f64::INFINITY);
+            let (mut apart, mut displacement, mut least_stretch) =
+                (MarchDistance::default(), 0.0_f64, f64::INFINITY);
             reference.march(steps, listener, |step, [fine, coarse], _| {
                 moved.col_as_slice_mut(step).copy_from_slice(fine);
                 apart.add(mass, [fine, coarse]);
@@ -175,7 +175,7 @@ impl Comparison<'_> {
             let (apart, parts) = (apart.share(), reference.parts);
             Ok((Truth { motion: moved, seen, apart, parts, displacement, least_stretch }, shown))
         })?;
-        let marched = Marched { motion: &motion, mass, truth: &truth.motion, steps, listener };
+        let marched = FullOrderRows { motion: &motion, mass, truth: &truth.motion, steps, listener };
         let mut methods = self.marched(&marched, basis.as_ref(), truth.seen.floor())?;
         let offline = (built.seconds, bytes.len());
         methods.extend(played.rows(&truth.seen, truth.motion.norm, offline));
@@ -187,7 +187,7 @@ impl Comparison<'_> {
             coordinates: basis.ncols(),
             strain_rows: report.large.as_ref().map_or(0, |large| large.rows),
             steps,
-            time_step: asked.time_step,
+            time_step: bound.time_step,
             steps_per_first_period: report.steps_per_first_period,
             displacement: truth.displacement,
             least_stretch: truth.least_stretch,
@@ -204,7 +204,7 @@ impl Comparison<'_> {
     /// Full order, and Newton's method on the basis of the file.
     fn marched(
         &self,
-        marched: &Marched<'_>,
+        marched: &FullOrderRows<'_>,
         basis: MatRef<'_, f64>,
         floor: f64,
     ) -> Result<Vec<LargeRow>, StudyError> {

@@ -20,7 +20,7 @@ pub struct Library {
 
 /// Why a library is none.
 #[derive(Clone, Debug, thiserror::Error)]
-pub enum NoLibrary {
+pub enum LibraryError {
     /// An unknown name of a platform.
     #[error(
         "`{platform}` is no platform; expected an architecture (x86_64, x86, aarch64, aarch32, riscv64), a dash, and linux, windows or darwin, such as x86_64-linux"
@@ -45,17 +45,17 @@ impl Library {
     /// Checks that these bytes could be the library for the platform.
     ///
     /// # Errors
-    /// [`NoLibrary`].
-    pub fn new(platform: &str, bytes: Vec<u8>) -> Result<Self, NoLibrary> {
+    /// [`LibraryError`].
+    pub fn new(platform: &str, bytes: Vec<u8>) -> Result<Self, LibraryError> {
         let known = platform.split_once('-').is_some_and(|(architecture, system)| {
             ARCHITECTURES.contains(&architecture) && ["linux", "windows", "darwin"].contains(&system)
         });
         if !known {
-            return Err(NoLibrary::Platform { platform: platform.into() });
+            return Err(LibraryError::Platform { platform: platform.into() });
         }
         for symbol in ["fmi2DoStep", "fmi3DoStep"] {
             if !bytes.windows(symbol.len()).any(|window| window == symbol.as_bytes()) {
-                return Err(NoLibrary::NoEntry { symbol });
+                return Err(LibraryError::NoEntry { symbol });
             }
         }
         Ok(Self { platform: platform.into(), bytes })

@@ -20,11 +20,11 @@ pub(super) struct Description<'a> {
     pub token: &'a str,
     pub metadata: &'a Metadata<'a>,
     pub internal_step: f64,
-    pub variables: &'a [Described],
+    pub variables: &'a [VariableDescription],
 }
 
 /// A variable, in words.
-pub(super) struct Described {
+pub(super) struct VariableDescription {
     pub variable: Variable,
     /// Its value reference.
     reference: u32,
@@ -43,7 +43,7 @@ fn unit(metadata: &Metadata<'_>, si: &str) -> String {
 }
 
 /// Names of what variables belong to, and what else they are described by.
-pub(super) struct Named<'a> {
+pub(super) struct VariableNames<'a> {
     pub points: Vec<String>,
     pub stresses: Vec<String>,
     pub patterns: Vec<String>,
@@ -60,9 +60,9 @@ pub(super) struct Named<'a> {
 pub(super) fn describe(
     reference: u32,
     variable: Variable,
-    named: &Named<'_>,
+    named: &VariableNames<'_>,
     options: &SceneOptions,
-) -> Option<Described> {
+) -> Option<VariableDescription> {
     let (start, range) = match variable {
         Variable::Parameter(index) => {
             let start = vademecum_fmu::parameter(options, named.metadata, index)?;
@@ -73,10 +73,18 @@ pub(super) fn describe(
     };
     let owner = named.owner(variable);
     let (text, unit) = (named.text(variable, &owner), named.unit(variable));
-    Some(Described { variable, reference, name: full_name(variable, &owner), text, unit, start, range })
+    Some(VariableDescription {
+        variable,
+        reference,
+        name: full_name(variable, &owner),
+        text,
+        unit,
+        start,
+        range,
+    })
 }
 
-impl Named<'_> {
+impl VariableNames<'_> {
     /// Name of the point, pattern, probe, parameter, place or support that a variable belongs to; empty for
     /// one of the whole body.
     fn owner(&self, variable: Variable) -> String {
@@ -360,7 +368,7 @@ impl Description<'_> {
             let all = self.variables.iter().enumerate();
             all.filter(|(_, described)| is_output(described.variable))
         };
-        let unknown = |element: &str, (place, described): (usize, &Described)| {
+        let unknown = |element: &str, (place, described): (usize, &VariableDescription)| {
             let element = Element::new(element);
             let element = match self.version {
                 FmiVersion::Two => element.with("index", &(place + 1).to_string()),
@@ -368,7 +376,7 @@ impl Description<'_> {
             };
             element.always("dependencies", "").closed()
         };
-        let known = |described: &Described| described.start.is_some();
+        let known = |described: &VariableDescription| described.start.is_some();
         let list =
             |element: &str| -> Vec<String> { outputs().map(|output| unknown(element, output)).collect() };
         let initial = |element: &str| -> Vec<String> {
@@ -410,7 +418,7 @@ fn quotes_match(name: &str) -> bool {
     }
 }
 
-impl Described {
+impl VariableDescription {
     /// What both versions say in the same words.
     fn common(&self, element: &str) -> Element {
         let (causality, variability, initial) = roles(self.variable);

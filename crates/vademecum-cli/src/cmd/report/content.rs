@@ -11,13 +11,13 @@ use vademecum_study::contents::{lines, numbers};
 use vademecum_study::free_run::FreeRun;
 use vademecum_study::separation::Enrichment;
 use vademecum_study::timings::Timings;
-use vademecum_study::verify::Verified;
+use vademecum_study::verify::AnyVerification;
 
 use super::build_times::BuildTimes;
 use crate::failure::Failure;
 
 /// Everything the page shows.
-pub struct Content<'a> {
+pub(crate) struct Content<'a> {
     /// Title of the page.
     pub title: String,
     /// The file.
@@ -35,7 +35,7 @@ pub struct Content<'a> {
     /// A long free run.
     pub free: FreeRun,
     /// The full-order march beside it, if one was asked for.
-    pub verified: Option<Verified>,
+    pub verified: Option<AnyVerification>,
     /// How the error fell with the terms.
     pub history: Vec<Enrichment>,
     /// The spectral radius over the box of the parameters.
@@ -50,12 +50,12 @@ pub struct Content<'a> {
 
 impl Content<'_> {
     /// Numbers of a section; none if the file does not have it.
-    pub fn numbers(&self, kind: SectionKind) -> Result<Vec<f64>, Failure> {
+    pub(crate) fn numbers(&self, kind: SectionKind) -> Result<Vec<f64>, Failure> {
         numbers(self.file, kind).map_err(|error| Failure::file(self.path, error))
     }
 
     /// Names of probes or patterns, in one line.
-    pub fn listed(&self, kind: SectionKind) -> Result<String, FileError> {
+    pub(crate) fn listed(&self, kind: SectionKind) -> Result<String, FileError> {
         let names = lines(self.file, kind)?;
         Ok(if names.is_empty() { "none".into() } else { names.join(", ") })
     }

@@ -17,7 +17,7 @@ use crate::html::escaped;
 const STYLE: &str = include_str!("../../../assets/report.css");
 
 /// The whole page.
-pub fn page(content: &Content<'_>, figures: &Figures) -> String {
+pub(crate) fn page(content: &Content<'_>, figures: &Figures) -> String {
     let title = escaped(&content.title);
     let parts = [
         ("The body", "body", body(content)),
