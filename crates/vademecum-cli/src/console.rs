@@ -1,4 +1,4 @@
-//! What the user sees while work runs: progress on standard error, results on standard output.
+//! Console: progress on standard error, results on standard output.
 
 use std::io::IsTerminal;
 use std::path::Path;
@@ -58,9 +58,9 @@ pub fn show(line: std::fmt::Arguments<'_>) {
     }
 }
 
-/// What is shown of a stage that has not said how long it is.
+/// Progress of a stage of unknown length.
 const UNCOUNTED: &str = "{spinner} {msg} ({elapsed})";
-/// What is shown of one that has.
+/// Progress of a stage of known length.
 const COUNTED: &str = "{spinner} {msg:<28} {wide_bar} {pos}/{len} {eta}";
 
 fn style(template: &str) -> ProgressStyle {

@@ -15,8 +15,8 @@ use crate::looks::{Looks, is_vademecum, look_at};
 use crate::pictures::DrawResult;
 use crate::print::print_json;
 
-/// What a command writes, which reads `inputs` and what `problem` names. Everything that the program writes
-/// goes through this.
+/// Outputs of a command that reads `inputs` and the files named by `problem`. Everything that the program
+/// writes goes through this.
 pub fn outputs(arguments: &OutputArguments, inputs: &[Option<&Path>], problem: Option<&Problem>) -> Outputs {
     let given = inputs.iter().flatten().map(|path| path.to_path_buf());
     Outputs::new(given.chain(problem.map(Problem::files).unwrap_or_default()), arguments.force)
@@ -94,12 +94,12 @@ pub fn open_or_map(path: &Path, map: bool) -> Result<Mapped, Failure> {
     recognised(path, mapped)
 }
 
-/// What is no regular file is told apart before it is read: reading a FIFO would wait for ever.
+/// Refuses other than regular files before they are read: reading a FIFO would block.
 fn refuse_irregular(path: &Path) -> Result<(), Failure> {
     open_regular(path).map(drop).map_err(|error| unreadable(path, Some(&error)))
 }
 
-/// What was opened, if it is a vademecum file.
+/// The opened file, if it is a vademecum file.
 fn recognised(path: &Path, opened: Result<Mapped, OpenError>) -> Result<Mapped, Failure> {
     let mapped = opened.map_err(|error| unreadable(path, error.source()))?;
     recognise(path, mapped.bytes())?;
@@ -142,7 +142,7 @@ pub fn usable_bytes<'a>(
     Ok(file)
 }
 
-/// Whether stepping a file and showing its motion reads a section; the others are for people.
+/// True of sections that stepping and showing the motion read; the others are for people.
 pub fn is_stepped(kind: SectionKind) -> bool {
     use SectionKind as S;
     let for_people =
@@ -169,7 +169,7 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     Err(Failure::new(Cause::File, text).about(path).remedy(instead(looks)))
 }
 
-/// What to do with a file that is no vademecum.
+/// Remedy for a file that is no vademecum.
 fn instead(looks: Looks) -> &'static str {
     match looks {
         Looks::Problem => "`vademecum build PROBLEM -o FILE` makes a vademecum file of it",

@@ -1,4 +1,4 @@
-//! What the pages of `view` and of `report` share.
+//! Common parts of the pages of `view` and `report`.
 
 use std::path::Path;
 

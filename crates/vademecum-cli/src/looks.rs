@@ -1,4 +1,4 @@
-//! What a file looks like, where another kind of file was expected.
+//! Recognition of a file that is not of the expected kind.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use vademecum_build::mesh::{self, MeshError};
 use vademecum_build::store::read_regular;
 use vademecum_format::MAGIC;
 
-/// What a file looks like.
+/// Kind of a file by its contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Looks {
     /// There is nothing in it.
@@ -49,12 +49,12 @@ impl Looks {
     }
 }
 
-/// What the file at `path` looks like; unknown if it cannot be read.
+/// Kind of the file at `path`; unknown if it cannot be read.
 pub(crate) fn look(path: &Path) -> Looks {
     read_regular(path).map_or(Looks::Unknown, |bytes| look_at(path, &bytes))
 }
 
-/// What these bytes of the file at `path` look like.
+/// Kind of these bytes of the file at `path`.
 pub(crate) fn look_at(path: &Path, bytes: &[u8]) -> Looks {
     if bytes.is_empty() {
         return Looks::Empty;

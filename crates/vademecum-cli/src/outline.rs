@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 
 use crate::pictures::{COLORS, DrawResult, SIZE, number};
 
-/// What an outline shows beside the body.
+/// Marks of an outline beside the body.
 pub(crate) struct Outline<'a> {
     /// Above the picture.
     pub title: &'a str,
@@ -106,7 +106,7 @@ pub(crate) fn project(p: [f64; 3]) -> (f64, f64) {
     ((p[0] - p[1]) * 0.866, (p[0] + p[1]) * -0.5 + p[2])
 }
 
-/// Whether a triangle shows its outside.
+/// True of triangles that show their outside.
 pub(crate) fn faces_viewer(triangle: &[[f64; 3]; 3]) -> bool {
     normal(triangle).iter().sum::<f64>() > 0.0
 }

@@ -16,7 +16,7 @@ pub struct Series<'a> {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What a chart says about itself.
+/// Title and axes of a chart.
 #[derive(Clone, Copy)]
 pub struct Chart<'a> {
     /// Above the chart.
@@ -58,9 +58,9 @@ pub type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
 /// Two lines and how far they are apart.
 pub(crate) struct ComparedLines<'a> {
-    /// What is compared with, then what is compared.
+    /// The reference, then the compared line.
     pub lines: [Series<'a>; 2],
-    /// When loads act: start and end along x.
+    /// Start and end of each load along x.
     pub acting: &'a [[f64; 2]],
 }
 
@@ -153,7 +153,7 @@ pub(crate) fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResu
     }
 }
 
-/// Whether a point can be drawn.
+/// True of points that can be drawn.
 fn usable(p: &(f64, f64), log_y: bool) -> bool {
     p.0.is_finite() && p.1.is_finite() && (!log_y || p.1 > 0.0)
 }
@@ -227,7 +227,7 @@ fn round_numbers(low: f64, high: f64) -> Vec<f64> {
     all.filter(|v| (low..=high).contains(v)).collect()
 }
 
-/// How the points of a series are shown.
+/// Style of a series.
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     Line,

@@ -8,9 +8,9 @@ const WIDTH: usize = 80;
 
 /// A page about a kind of file.
 pub(crate) struct Page {
-    /// What it is called on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What it is about.
+    /// Subject.
     pub about: &'static str,
     text: &'static str,
 }

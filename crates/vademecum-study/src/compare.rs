@@ -26,7 +26,7 @@ pub struct Comparison {
     pub seconds_per_step: f64,
 }
 
-/// What is compared.
+/// A reduced motion, for comparison.
 pub struct ReducedMotion<'a> {
     /// Rows of `B` over the free dofs, shape (n, r).
     pub basis: MatRef<'a, f64>,

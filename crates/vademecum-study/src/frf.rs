@@ -31,12 +31,12 @@ pub enum Channel {
     Named(String),
 }
 
-/// What is asked.
+/// Request for a frequency response.
 #[derive(Clone, Debug)]
 pub struct ResponseRequest {
-    /// Where a force of amplitude 1 N acts, or which load pattern swings with amplitude 1.
+    /// Point of a force of amplitude 1 N, or load pattern of amplitude 1.
     pub input: Channel,
-    /// What is read.
+    /// Outputs.
     pub outputs: Vec<Channel>,
     /// Frequencies \[Hz\], above 0.
     pub frequencies: Vec<f64>,
@@ -44,7 +44,7 @@ pub struct ResponseRequest {
     pub quantity: Quantity,
 }
 
-/// What of the motion is read.
+/// Quantity of the outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -101,7 +101,7 @@ struct ModalModel {
     mass: Mat<f64>,
     damping: Mat<f64>,
     stiffness: Mat<f64>,
-    /// Whether all three are diagonal.
+    /// True if all three are diagonal.
     diagonal: bool,
 }
 
@@ -166,7 +166,7 @@ impl ModalModel {
     }
 }
 
-/// What a channel is for; it says among which names one is looked up.
+/// Side of a channel; decides among which names it is looked up.
 #[derive(Clone, Copy)]
 enum Side {
     Input,
@@ -250,7 +250,7 @@ fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, 
     }
 }
 
-/// What the modes leave out of the static answer of each output to a unit load at the input \[m/N\].
+/// Residual flexibility of each output to a unit load at the input \[m/N\].
 fn static_rest(
     file: &File<'_>,
     options: &SceneOptions,
@@ -324,7 +324,7 @@ pub fn frequency_response(
     Ok(FrequencyResponse { values, by_modes, highest_mode_hz })
 }
 
-/// How far a response is from direct solves of the full order, over all outputs and frequencies; each
+/// Distance of a response from direct full-order solves, over all outputs and frequencies; each
 /// difference is relative to the root of the mean square of its output over the frequencies.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ResponseError {

@@ -25,8 +25,8 @@ use crate::truth::force_row;
 /// Most steps of a reference in a step of the file.
 const MAX_PARTS: usize = 16;
 
-/// How far a reference may be from the march beside it, as a part of the error that it shows: its own error
-/// is then about a tenth of that.
+/// Largest distance of a reference from the march beside it, as a part of the error that it shows: its own
+/// error is then about a tenth of that.
 const KNOWN: f64 = 0.3;
 
 /// A body and its loads.
@@ -51,16 +51,16 @@ pub struct SparseLoad {
     pub when: History,
 }
 
-/// How far marches go.
+/// Extent of the marches.
 #[derive(Clone, Copy)]
 pub struct Extent {
     /// Steps of the file.
     pub steps: usize,
     /// Steps of Bathe's method in a step of the file that are marched beside a reference.
     pub beside: usize,
-    /// Whether they may take more than four hours.
+    /// Allow more than four hours.
     pub long: bool,
-    /// What is marched, for people.
+    /// Description for messages.
     pub what: &'static str,
 }
 
@@ -165,7 +165,7 @@ impl<'a> LargeMotion<'a> {
         Ok(reference)
     }
 
-    /// What `measure` finds beside a reference. It also gives how far the reference was from the march beside
+    /// Result of `measure` beside a reference. It also gives how far the reference was from the march beside
     /// it, and the error that it should show: where the one is too much for the other, both are marched again
     /// with half of their steps. With the steps of the last reference in a step of the file.
     ///
@@ -218,7 +218,7 @@ impl<'m> Reference<'m> {
         ])
     }
 
-    /// What the marches over `steps` steps of the file are about to take, measured on a few from rest under
+    /// Estimated work of the marches over `steps` steps of the file, measured on a few from rest under
     /// the loads of the instant at which they are largest.
     fn work(&self, steps: usize) -> Result<Work, LargeError> {
         const FEW: usize = 3;
@@ -308,7 +308,7 @@ impl SparseLoad {
     }
 }
 
-/// How far two motions are apart: squares of a distance and of what it is a share of.
+/// Distance of two motions: squares of a distance and of what it is a share of.
 #[derive(Default)]
 pub struct MarchDistance([f64; 2]);
 

@@ -1,4 +1,4 @@
-//! What is asked of a finished file: a scenario played through it, a full-order march and other methods
+//! Studies of a finished file: a scenario played through it, a full-order march and other methods
 //! beside it.
 //!
 //! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It

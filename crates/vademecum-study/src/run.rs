@@ -44,7 +44,7 @@ pub struct Moment<'a> {
     pub fields: Option<Fields<'a>>,
 }
 
-/// What the table of probes says of an instant.
+/// Row of the table of probes.
 #[derive(Clone, Copy)]
 pub struct ProbeRow<'a> {
     /// Energy \[J\].
@@ -164,7 +164,7 @@ impl<'a> Run<'a> {
         &self.names
     }
 
-    /// Where the file knows the stress.
+    /// Points with stress.
     pub fn stress_places(&self) -> &[StressPlace] {
         &self.stresses.places
     }

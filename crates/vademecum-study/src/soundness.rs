@@ -1,4 +1,4 @@
-//! Whether a file can be relied on, without the problem it came from: what its sections say, and whether its
+//! Checks of a file without the problem it came from: its sections, and whether its
 //! step is as stable as its certificate claims.
 
 use serde::Serialize;
@@ -10,10 +10,10 @@ use vademecum_rewrite::{Checked, check_limited, unpack_wanted};
 
 use crate::error::{FileError, StudyError};
 
-/// What a check has seen.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Soundness {
-    /// What was read.
+    /// Checked contents.
     #[serde(flatten)]
     pub checked: Checked,
     /// Settings of the parameters at which the spectral radius of a step was found, over all structures.
@@ -114,7 +114,7 @@ impl Soundness {
     }
 }
 
-/// Where a certificate does not have the radius: of a step that doubles the state nobody has made use.
+/// Limit without a certified radius: a radius above 2 is never usable.
 const UNMEASURED: f64 = 2.0;
 
 /// A step may be as unstable as its certificate says, and no step need be more stable than the policy asks.
@@ -140,7 +140,7 @@ fn place(parameters: &[Parameter<'_>], corner: usize) -> String {
     format!(" at {}", all.join(", "))
 }
 
-/// What binding a scene reads.
+/// Sections that a scene is bound to.
 fn of_the_step(kind: SectionKind) -> bool {
     use SectionKind as S;
     matches!(

@@ -13,7 +13,7 @@ use crate::stress::stress_places;
 /// Points whose stress is compared; of more, so many are taken at equal distances of their numbers.
 const MAX_POINTS: usize = 256;
 
-/// Where the stress is compared, and how the full order has it.
+/// Points of the stress comparison, and their full-order rows.
 pub(crate) struct StressCheck {
     points: Vec<usize>,
     rows: Vec<Vec<(u32, f64)>>,

@@ -19,7 +19,7 @@ use vademecum_format::scheme::SchemeTable;
 use crate::error::StudyError;
 use crate::scenario::{ContactEntry, Scenario};
 
-/// What a file holds of the step beside the diagonal structure.
+/// Contents of a file beside the diagonal structure.
 #[derive(Default)]
 pub struct Form<'a> {
     /// The block structure.
@@ -311,7 +311,7 @@ impl Study {
         Timed::of(|| Ok(FullOrder::new(pencil, &self.prepared.symbolic, scheme, time_step, rayleigh)?))
     }
 
-    /// What a body is pushed with where no scenario is given: an oblique push on the middle one of the
+    /// Scenario of a body for which none is given: an oblique push on the middle one of the
     /// loadable triangles, 200 steps long, and 1 800 steps free.
     ///
     /// # Errors

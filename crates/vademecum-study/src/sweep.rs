@@ -24,16 +24,16 @@ pub const VERSION: u32 = 1;
 /// Most jobs of a sweep.
 const MAX_JOBS: usize = 100_000;
 
-/// What to build.
+/// Problem to build.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
     /// The problem files; relative paths start at the sweep file.
     pub problems: Vec<PathBuf>,
-    /// What changes from job to job.
+    /// Keys that change from job to job.
     #[serde(default)]
     pub vary: Vec<Vary>,
-    /// Whether the first values of all keys belong together, then the second ones, and so on; else every
+    /// Combine the first values of all keys, then the second ones, and so on; else every
     /// value of a key meets every one of the others.
     #[serde(default)]
     pub together: bool,
@@ -68,7 +68,7 @@ pub enum SweepError {
         job: String,
         /// Its keys and values.
         values: String,
-        /// What is wrong with it.
+        /// Fault.
         source: Box<ProblemError>,
     },
     /// A key that no problem can have.
@@ -80,7 +80,7 @@ pub enum SweepError {
         key: String,
         /// The problem file.
         problem: String,
-        /// Where its path ends.
+        /// Last key of its path.
         reason: String,
     },
 }
@@ -303,7 +303,7 @@ impl Jobs {
         Ok(self.jobs.iter().map(line).collect())
     }
 
-    /// What a collection has to know of the jobs, whose files lie in `folder`.
+    /// Plan for the collection of the jobs, whose files are in `folder`.
     ///
     /// # Errors
     /// As [`Jobs::lines`].
@@ -346,6 +346,6 @@ pub struct PlannedJob {
     pub problem: String,
     /// Keys and values.
     pub values: Table,
-    /// What a shell runs.
+    /// Command line.
     pub line: String,
 }

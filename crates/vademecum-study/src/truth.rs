@@ -69,7 +69,7 @@ pub fn find_truth<'a>(
     Truth::find(pencil, symbolic, decay, loads, steps, &options, listener)
 }
 
-/// What a file misses of the reference. `file` is its basis with its coordinates, then what its fields show
+/// Errors of a file against the reference. `file` is its basis with its coordinates, then what fields show
 /// beside them. `contacts` are the loads of the scenario's contacts, the number of the contact that each
 /// belongs to, and what the file shows under each, along its force and times its size, shape (loads,
 /// instants); `same_scheme` is the file beside the march at full order by its own scheme, and

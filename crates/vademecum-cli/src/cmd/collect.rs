@@ -11,7 +11,7 @@ use crate::failure::{Cause, Failure, UNREAD};
 use crate::files::{check_output, outputs, write_bytes};
 use crate::print::{bytes, print_json};
 
-/// Checks what the jobs of `plan` have built and puts their figures into one table.
+/// Checks the files that the jobs of `plan` have built and collects their figures in one table.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum collect sweep                        what is done, and the figures of it
@@ -42,7 +42,7 @@ struct CollectedJob {
     problem: String,
     values: toml::Table,
     state: State,
-    /// What is wrong with its file; empty where the state says all.
+    /// Fault of its file; empty if the state is enough.
     reason: String,
     #[serde(flatten)]
     outcome: Option<Outcome>,

@@ -47,7 +47,7 @@ pub(crate) struct Demo {
     outputs: OutputArguments,
 }
 
-/// What is written, beside problem and scenario.
+/// Files written, beside problem and scenario.
 const FILES: [(&str, Kind); 5] = [
     ("demo.vdm", Kind::Vademecum),
     ("demo.json", Kind::Json),

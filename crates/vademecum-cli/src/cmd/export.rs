@@ -18,7 +18,7 @@ use crate::files::{outputs, write_bytes};
 use crate::print::{json, print_json};
 use fmu::Fmu;
 
-/// Hands a model to other programs.
+/// Exports a model for other programs.
 #[derive(clap::Args)]
 pub(crate) struct Export {
     #[command(subcommand)]
@@ -31,13 +31,13 @@ enum ExportCommand {
     Fmu(Fmu),
 }
 
-/// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and what the march needs
-/// to know.
+/// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and the data of its time
+/// integration.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum export matrices -o matrices                         the demo's beam and scenario
   vademecum export matrices body.toml --scenario push.toml --basis ritz --modes 16 -o matrices
-ExportCommand the files hold: formats/matrices-1.md. They are read by docs/benchmarks/peers")]
+What the files hold: formats/matrices-1.md. They are read by docs/benchmarks/peers")]
 struct Matrices {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
@@ -63,7 +63,7 @@ struct Matrices {
     outputs: OutputArguments,
 }
 
-/// What was written.
+/// Report of the export.
 #[derive(serde::Serialize)]
 struct MatricesOutput {
     folder: String,
@@ -72,7 +72,7 @@ struct MatricesOutput {
     loads: usize,
 }
 
-/// What is written.
+/// Files written.
 const FILES: [(&str, Kind); 8] = [
     ("mass.mtx", Kind::Market),
     ("stiffness.mtx", Kind::Market),

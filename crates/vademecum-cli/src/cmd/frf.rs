@@ -18,7 +18,7 @@ use crate::files::{is_stepped, open_or_map, outputs, usable_file};
 use crate::pictures::{Series, response_chart};
 use crate::print::print_json;
 
-/// Frequency response of a vademecum: the answer of points and probes to a force that swings, in closed form.
+/// Frequency response function (FRF) of points and probes to a harmonic force, in closed form.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 -o tip.csv --plot tip.svg
@@ -30,22 +30,22 @@ an input of amplitude 1 (N, or the pattern once).")]
 pub(crate) struct Frf {
     /// The vademecum file.
     file: PathBuf,
-    /// Where the force acts, or the load pattern.
+    /// Point and direction of the force, or a load pattern.
     #[arg(long = "in", value_name = "CHANNEL", value_parser = channel, allow_hyphen_values = true)]
     input: Channel,
-    /// What is read; may be given several times.
+    /// Point and direction of an output, or a probe; may be given several times.
     #[arg(long = "out", value_name = "CHANNEL", value_parser = channel, required = true)]
     outputs: Vec<Channel>,
     /// First and last frequency \[Hz\].
     #[arg(long, value_name = "F0,F1", value_parser = range)]
     range: [f64; 2],
-    /// How many frequencies.
+    /// Number of frequencies.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     points: u32,
     /// Space the frequencies in equal ratios instead of equal steps.
     #[arg(long)]
     log: bool,
-    /// What of the motion is read.
+    /// Quantity of the outputs.
     #[arg(long, value_enum, default_value_t = QuantityArgument::Displacement)]
     quantity: QuantityArgument,
     /// Set a live parameter of the file, by its name; may be given several times.
@@ -60,7 +60,7 @@ pub(crate) struct Frf {
     /// The problem the file was built from, to compare with.
     #[arg(long, requires = "compare")]
     problem: Option<PathBuf>,
-    /// Compare with complex solves of the full order at so many frequencies of the range.
+    /// Compare with complex full-order solves at this number of frequencies of the range.
     #[arg(long, value_name = "COUNT", requires = "problem",
           value_parser = clap::value_parser!(u32).range(2..=100_000))]
     compare: Option<u32>,
@@ -93,7 +93,7 @@ impl QuantityArgument {
     }
 }
 
-/// What is printed as JSON.
+/// JSON output.
 #[derive(serde::Serialize)]
 struct ResponseOutput {
     outputs: Vec<String>,

@@ -59,8 +59,5 @@ fn show(page: &Page, section: &str) -> Result<(), Failure> {
 
 fn unknown(name: &str, known: &[String]) -> Failure {
     let nearest = did_you_mean(name, known.iter().map(String::as_str));
-    Failure::new(
-        Cause::Usage,
-        format!("there is no help on `{name}`; there is {}{nearest}", known.join(", ")),
-    )
+    Failure::new(Cause::Usage, format!("no help on `{name}`; known: {}{nearest}", known.join(", ")))
 }

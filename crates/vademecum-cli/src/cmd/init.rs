@@ -26,7 +26,7 @@ pub(crate) struct Init {
     /// The problem file to write [default: the mesh's name with `.toml`].
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// What the body is made of.
+    /// Material of the body.
     #[arg(long, default_value = "steel", value_parser = named)]
     material: NamedMaterial,
     /// Metres in a unit of the mesh [default: 0.001 for a body of more than 20 units, else 1].
@@ -47,7 +47,7 @@ fn named(name: &str) -> Result<NamedMaterial, String> {
     let known = || MATERIALS.map(|material| material.name).join(", ");
     let found = MATERIALS.into_iter().find(|material| material.name == name);
     let nearest = || did_you_mean(name, MATERIALS.iter().map(|material| material.name));
-    found.ok_or_else(|| format!("no material is called so; there are {}{}", known(), nearest()))
+    found.ok_or_else(|| format!("unknown material `{name}`; known: {}{}", known(), nearest()))
 }
 
 impl Init {

@@ -24,7 +24,7 @@ The effective mass of a mode is the share of the free mass that a shaken support
 pub(crate) struct Modes {
     /// The problem file (TOML).
     problem: PathBuf,
-    /// How many modes.
+    /// Number of modes.
     #[arg(long, default_value_t = 12)]
     count: usize,
     /// Write the shapes here (VTU); the largest displacement of each is 1.
@@ -40,7 +40,7 @@ pub(crate) struct Modes {
     outputs: OutputArguments,
 }
 
-/// What is printed as JSON.
+/// JSON output.
 #[derive(serde::Serialize)]
 struct ModesOutput {
     #[serde(flatten)]

@@ -33,16 +33,16 @@ pub(crate) struct Plan {
     outputs: OutputArguments,
 }
 
-/// What was planned.
+/// Report of a plan.
 #[derive(Serialize)]
 struct PlanOutput {
-    /// How many jobs there are.
+    /// Number of jobs.
     jobs: usize,
     /// Their list.
     list: PathBuf,
 }
 
-/// What to do about a folder that has other jobs.
+/// Remedy for a folder that has other jobs.
 const ANOTHER: &str = "plan another sweep into a folder of its own; what a folder has built stays";
 
 impl Plan {

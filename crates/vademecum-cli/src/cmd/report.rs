@@ -53,7 +53,7 @@ pub(crate) struct Report {
     /// The scenario to compare on.
     #[arg(long, requires = "problem")]
     scenario: Option<PathBuf>,
-    /// What `build --json` printed for this file: shows what the build took.
+    /// Output of `build --json` for this file: adds the times of the build.
     #[arg(long)]
     build: Option<PathBuf>,
     /// Print JSON.
@@ -65,7 +65,7 @@ pub(crate) struct Report {
     limit: Limit,
 }
 
-/// What was written.
+/// Report of the written page.
 #[derive(serde::Serialize)]
 struct ReportOutput {
     page: String,

@@ -58,7 +58,7 @@ pub(crate) struct Run {
     /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
     map: bool,
-    /// What happens without `--map`.
+    /// The default.
     #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
     /// Print JSON.
@@ -183,7 +183,7 @@ impl<'a> Results<'a> {
     }
 }
 
-/// What was marched and written.
+/// Report of a run.
 #[derive(serde::Serialize)]
 struct RunOutput<'a> {
     steps: usize,
@@ -202,7 +202,7 @@ struct RunOutput<'a> {
     largest_stress: Option<LargestStress>,
 }
 
-/// What is written; of the fields, the first.
+/// Files written; of the fields, the first.
 const FILES: [(&str, Kind); 4] = [
     ("probes.csv", Kind::Csv),
     ("stress.csv", Kind::Csv),

@@ -22,7 +22,7 @@ What is dropped is named; a scene that asks for it is refused by name.")]
 pub(crate) struct Strip {
     /// The vademecum file.
     file: PathBuf,
-    /// What the new file can still do.
+    /// Uses that the new file keeps.
     #[arg(long, value_enum, default_value_t = KeepArgument::All, required_unless_present = "terms_for")]
     keep: KeepArgument,
     /// Drop terms of the separated solution while its maps stay within this relative error, such as 1e-4.
@@ -43,12 +43,12 @@ pub(crate) struct Strip {
     limit: Limit,
 }
 
-/// What a stripped file can still do, as an argument.
+/// Uses that a stripped file keeps, as an argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum KeepArgument {
     /// Stepping under load patterns, and the probes.
     Probes,
-    /// That, contacts, and fields on the surface.
+    /// Stepping, contacts, and fields on the surface.
     Surface,
     /// Everything.
     All,
@@ -92,7 +92,7 @@ impl Strip {
     }
 }
 
-/// What was written, and what is gone.
+/// Report of a stripped file.
 #[derive(serde::Serialize)]
 struct StripOutput {
     #[serde(flatten)]
@@ -122,7 +122,7 @@ impl StripOutput {
     }
 }
 
-/// What nobody can do any more without a section.
+/// Lost uses without a section.
 const LOST: [(SectionKind, &str); 15] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),

@@ -64,7 +64,7 @@ const MODULES: [(&str, &str); 23] = modules!(
     "views"
 );
 
-/// Where the served page finds the file.
+/// Path of the file on the served page.
 const SOURCE: &str = "body.vdm";
 /// Longest request head that is read \[bytes\].
 const MAX_HEAD: usize = 16 * 1024;
@@ -82,7 +82,7 @@ in the ear; Picture and Clip save what is seen; Link puts camera and parameters 
 pub(crate) struct View {
     /// The vademecum file.
     file: PathBuf,
-    /// Say the address and leave opening the browser to you.
+    /// Print the address and do not open a browser.
     #[arg(long)]
     no_open: bool,
     /// Port on 127.0.0.1; a free one if absent.
@@ -98,7 +98,7 @@ pub(crate) struct View {
     /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
     map: bool,
-    /// What happens without `--map`.
+    /// The default.
     #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
     #[command(flatten)]
@@ -107,7 +107,7 @@ pub(crate) struct View {
     limit: Limit,
 }
 
-/// What `--export` has written.
+/// Report of `--export`.
 #[derive(serde::Serialize)]
 struct PageOutput {
     page: String,
@@ -183,7 +183,7 @@ impl View {
     }
 }
 
-/// What is served.
+/// Served contents.
 struct EmbeddedBody<'a> {
     address: SocketAddr,
     page: &'a str,
@@ -202,7 +202,7 @@ impl EmbeddedBody<'_> {
         };
         let head = format!(
             "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
-             X-EmbeddedBody-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: \
+             X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: \
              close\r\n\r\n",
             body.len()
         );

@@ -31,7 +31,7 @@ const TERMS: [Option<usize>; 3] = [Some(20), Some(40), None];
 /// A march in coordinates `(r, instants)`, or why there is none.
 pub(super) type ChapterMarch = Result<Matrix, String>;
 
-/// Whether a basis of so many modes is compared: with many modes the maps take long to make.
+/// True of numbers of modes that are compared: with many modes the maps take long to make.
 fn compared(modes: usize) -> bool {
     (6..=8).contains(&modes)
 }

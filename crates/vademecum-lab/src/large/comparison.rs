@@ -21,7 +21,7 @@ use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 use vademecum_study::{FileError, StudyError};
 
-/// How far a comparison goes.
+/// Options of a comparison.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LargeBenchOptions {
     /// Steps of the scenario that count for the error; all if absent.
@@ -48,7 +48,7 @@ impl LargeBenchOptions {
         if self.quick { &[1, COMPARED] } else { &[1, 2, COMPARED] }
     }
 
-    /// Whether a scenario of any length is taken.
+    /// Allow scenarios of any length.
     fn any_length(self) -> bool {
         self.long || self.steps.is_some()
     }
@@ -68,7 +68,7 @@ const COMPARED: usize = 4;
 /// Trajectories that are held at once: the reference, its product with the mass, and one beside it.
 const HELD: f64 = 3.0;
 
-/// What is marched, for people.
+/// Description for messages.
 const WHAT: &str =
     "the reference at full order and large displacements, one with twice its step, and the rows that march";
 
@@ -78,7 +78,8 @@ const WHAT: &str =
 /// # Errors
 /// [`FileError::NotFree`]: a scenario that throws the body; [`StudyError::NothingToPush`];
 /// [`StudyError::LargeMarch`]: Newton's method finds no next step; [`StudyError::Build`]: a build that fails,
-/// more memory than there is, more work than was asked for; otherwise as [`verify`](vademecum_study::verify::verify()).
+/// more memory than there is, more work than was asked for; otherwise as
+/// [`verify`](vademecum_study::verify::verify()).
 pub fn compare_large_methods(
     problem: &Problem,
     scenario: Option<&Scenario>,
@@ -233,7 +234,7 @@ fn seconds_to_basis(built: &Built) -> f64 {
     timings[..=last].iter().map(|timing| timing.seconds).sum()
 }
 
-/// How many times as long [`COMPARED`] steps at full order take as a step of each row.
+/// Ratio of the times of [`COMPARED`] steps at full order take as a step of each row.
 fn compare_times(rows: &mut [LargeRow]) {
     let is_compared = |row: &&LargeRow| row.name == LargeMethod::FullOrder && row.substeps == COMPARED;
     let full_order = rows.iter().find(is_compared).map_or(f64::NAN, |row| row.step_ns_p50);

@@ -149,7 +149,7 @@ impl PlayedRows {
     }
 }
 
-/// What marches over all elements are measured with.
+/// Context of the marches over all elements.
 pub(super) struct FullOrderRows<'a> {
     pub motion: &'a LargeMotion<'a>,
     pub mass: &'a SymmetricMatrix,

@@ -18,7 +18,7 @@ pub struct Library {
     pub bytes: Vec<u8>,
 }
 
-/// Why a library is none.
+/// Errors of a library for an FMU.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum LibraryError {
     /// An unknown name of a platform.
@@ -34,7 +34,7 @@ pub enum LibraryError {
         "this is no library for an FMU: it does not name {symbol}; expected what `cargo build --release -p vademecum-fmu` makes on that platform"
     )]
     NoEntry {
-        /// What is missing.
+        /// Missing symbol.
         symbol: &'static str,
     },
 }

@@ -12,7 +12,7 @@ use super::version::FmiVersion;
 /// Units of a file whose numbers mean what FMI says they do.
 const SI: &str = "SI: m, kg, s, N, Pa";
 
-/// What a description is made of.
+/// Contents of a description.
 pub(super) struct Description<'a> {
     pub version: FmiVersion,
     pub name: &'a str,
@@ -37,7 +37,7 @@ pub(super) struct VariableDescription {
     range: Option<[f64; 2]>,
 }
 
-/// How the unit of a kind is called in a file of these units.
+/// Name of an SI unit in a file of these units; empty in other units.
 fn unit(metadata: &Metadata<'_>, si: &str) -> String {
     if metadata.units == SI || si == "s" { si.into() } else { String::new() }
 }
@@ -107,7 +107,7 @@ impl VariableNames<'_> {
         self.metadata.active_parameters().get(index as usize)
     }
 
-    /// Whether a probe is a strain gauge.
+    /// True of strain gauges.
     fn is_gauge(&self, probe: u32) -> bool {
         self.probe_units.get(probe as usize).is_some_and(|unit| unit == "1")
     }
@@ -197,7 +197,7 @@ fn can_be_quoted(name: &str) -> bool {
     name.chars().all(quotable)
 }
 
-/// Whether a variable is an output.
+/// True of outputs.
 pub(super) fn is_output(variable: Variable) -> bool {
     matches!(roles(variable), ("output", ..))
 }
@@ -406,7 +406,7 @@ fn categories() -> String {
     Element::new("LogCategories").around("LogCategories", &Category::ALL.map(category))
 }
 
-/// Whether a name is one of the structured naming: what is no identifier is quoted.
+/// True of names in the structured naming convention: all but identifiers are quoted.
 fn quotes_match(name: &str) -> bool {
     let mut parts = name.split('\'');
     let outside = parts.next().unwrap_or_default();
@@ -419,7 +419,7 @@ fn quotes_match(name: &str) -> bool {
 }
 
 impl VariableDescription {
-    /// What both versions say in the same words.
+    /// Attributes common to both versions.
     fn common(&self, element: &str) -> Element {
         let (causality, variability, initial) = roles(self.variable);
         Element::new(element)

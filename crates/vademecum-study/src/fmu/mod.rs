@@ -24,7 +24,7 @@ pub use error::FmuError;
 pub use points::{NamedPoint, PlacedPoint, PlacedStress};
 pub use version::FmiVersion;
 
-/// What an FMU is made of, beside the file.
+/// Contents of an FMU beside the file.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
     /// Version of the interface.

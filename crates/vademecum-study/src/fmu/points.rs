@@ -20,7 +20,7 @@ const NEAR: f64 = 1e-2;
 pub struct NamedPoint {
     /// Its name.
     pub name: String,
-    /// Where, in the unit of the file.
+    /// Position in the unit of the file.
     pub at: [f64; 3],
 }
 
@@ -29,9 +29,9 @@ pub struct NamedPoint {
 pub struct PlacedPoint {
     /// Its name.
     pub name: String,
-    /// Where it is.
+    /// Position.
     pub position: [f64; 3],
-    /// How far that is from the point asked for.
+    /// Distance from the requested point.
     pub distance: f64,
     /// Nodes of its triangle.
     #[serde(skip)]
@@ -53,9 +53,9 @@ impl PlacedPoint {
 pub struct PlacedStress {
     /// Its name.
     pub name: String,
-    /// Where its node is.
+    /// Position of its node.
     pub position: [f64; 3],
-    /// How far that is from the point asked for.
+    /// Distance from the requested point.
     pub distance: f64,
     /// The node.
     #[serde(skip)]

@@ -1,4 +1,4 @@
-//! How loads follow time.
+//! Time courses of loads.
 
 use std::sync::Arc;
 
@@ -87,7 +87,7 @@ impl BaseEntry {
 }
 
 impl PatternUse {
-    /// How it follows time.
+    /// Its time course.
     pub(crate) fn history(&self, duration: f64) -> History {
         self.varying().history(duration)
     }
@@ -99,7 +99,7 @@ impl PatternUse {
     }
 }
 
-/// What contacts and patterns say alike of how they follow time.
+/// Time course of a contact or a pattern.
 pub(super) struct TimeCourse<'a> {
     pub(super) when: Interval,
     pub(super) table: bool,

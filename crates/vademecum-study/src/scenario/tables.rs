@@ -26,7 +26,7 @@ pub enum Rows {
     Here(Vec<Vec<f64>>),
 }
 
-/// What a table is about: the names of its columns.
+/// Kind of a table: the names of its columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Columns {
     /// `time,amplitude`.

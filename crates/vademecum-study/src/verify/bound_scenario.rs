@@ -27,7 +27,7 @@ pub struct VerificationRecord<F> {
     pub figures: F,
     /// Step \[s\].
     pub time_step: f64,
-    /// When loads act: start and end of each \[s\], within the scenario.
+    /// Start and end of each load \[s\], within the scenario.
     pub acting: Vec<[f64; 2]>,
     /// Names of the probes.
     pub probes: Vec<String>,
@@ -148,7 +148,7 @@ impl<'a> BoundScenario<'a> {
     }
 }
 
-/// What the file showed at every instant of the scenario, the start included.
+/// Series of the file at every instant of the scenario, the start included.
 #[derive(Default)]
 pub(super) struct PlayedSeries {
     pub structure: &'static str,
@@ -178,7 +178,7 @@ pub(super) fn show(
 }
 
 impl PlayedSeries {
-    /// What takes a body after each step.
+    /// Closure that records a body after each step.
     pub fn watch<'a>(
         &'a mut self,
         names: Vec<String>,

@@ -27,7 +27,7 @@ const PARTS: usize = 4;
 /// Steps of the free run that times a step of the file.
 const TIMED_STEPS: usize = 20_000;
 
-/// What was measured beside the motion at large displacements. Errors are relative L2 over all steps and,
+/// Comparison with the motion at large displacements. Errors are relative L2 over all steps and,
 /// where nothing else is said, over all dofs in the mass norm.
 #[derive(Clone, Debug, Serialize)]
 pub struct LargeVerification {
@@ -43,7 +43,7 @@ pub struct LargeVerification {
     pub time_step: f64,
     /// Values of the file's live parameters; none if it has none.
     pub parameters: Vec<ParameterValue>,
-    /// How far the loadable surface moves at most, at full order \[m\].
+    /// Largest displacement of the loadable surface at full order \[m\].
     pub displacement: f64,
     /// Error of the file.
     pub trajectory_error: f64,
@@ -147,10 +147,10 @@ pub fn verify_large(
     Ok(bound.verified(figures, (file, scenario), probes, energies)?)
 }
 
-/// What is marched, for people.
+/// Description for messages.
 const WHAT: &str = "the march at full order and large displacements, and one with twice its step";
 
-/// What the reference is compared with.
+/// Reduced motions that are compared with the reference.
 struct LargeComparison<'a> {
     body: &'a Body,
     /// The basis, orthonormal in the mass.
@@ -159,12 +159,12 @@ struct LargeComparison<'a> {
     pairs: MatRef<'a, f64>,
     /// The contact of the scenario that each load belongs to.
     entries: &'a [usize],
-    /// What the file shows under each, along its force and times its size; one instant after the other.
+    /// Displacement of the file under each, along its force and times its size; one instant after the other.
     under: &'a [f64],
     time_step: f64,
 }
 
-/// What one march of the reference gave.
+/// Result of one march of the reference.
 struct LargeFigures {
     /// Of the strain structure and of the linear one.
     errors: [TrajectoryError; 2],

@@ -23,7 +23,7 @@ use crate::truth::{TruthErrors, find_truth, truth_errors};
 /// Steps of the free run that times a step of the file.
 const TIMED_STEPS: usize = 100_000;
 
-/// What verification measured.
+/// Result of a verification.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verification {
     /// Steps marched.
@@ -51,7 +51,7 @@ pub struct Verification {
     /// Of the stress: the largest equivalent stress of the difference to the exact motion, over points and
     /// instants, as a share of its largest. None of a file without stress.
     pub stress_error: Option<f64>,
-    /// What the file says of loads in general; none if it does not keep it.
+    /// Error bound of the file for any load; `None` if the file does not have one.
     pub bound: Option<Bound>,
     /// Of the step as the evaluator marches it.
     pub spectral_radius: f64,
@@ -181,7 +181,7 @@ pub fn verify_linear(
     Ok(bound_scenario.verified(figures, (file, scenario), probes, energies)?)
 }
 
-/// What the fields of a file show of each load of a track beside the modes, at factor 1 on the load; shape
+/// Static part of the fields of a file for each load of a track at factor 1, beside the modes; shape
 /// (n, loads). Nothing where they show no more than the modes.
 fn static_columns(
     file: &File<'_>,
@@ -238,7 +238,7 @@ fn motion_of(truth: &Truth<'_>, full: &FullOrder<'_>, rows: &[Vec<(u32, f64)>]) 
     FullMotion { energy: motion.energy(), probes, seconds_per_step: seconds_per_step(full, 1) }
 }
 
-/// Whether a scenario is played through modes that are moved exactly.
+/// True if a scenario is played with exact time integration.
 fn moves_exactly(file: &File<'_>, options: &PlayOptions) -> bool {
     let asked = options.scene.structure;
     let own = file.metadata().scheme.is_exact() && asked == StructureChoice::Auto;

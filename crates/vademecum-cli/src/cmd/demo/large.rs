@@ -25,7 +25,7 @@ const SCENARIO: &str = include_str!("../../../assets/bend.toml");
 /// Steps of the long run.
 const MANY: usize = 20_000;
 
-/// What is written, beside problem and scenario.
+/// Files written, beside problem and scenario.
 const FILES: [(&str, Kind); 2] = [("demo.vdm", Kind::Vademecum), ("demo.json", Kind::Json)];
 
 #[derive(Serialize)]

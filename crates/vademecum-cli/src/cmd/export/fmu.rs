@@ -93,7 +93,7 @@ fn library(text: &str) -> Result<LibraryArgument, String> {
     Ok(LibraryArgument { platform: platform.trim().to_string(), path: path.into() })
 }
 
-/// What was written.
+/// Report of the export.
 #[derive(serde::Serialize)]
 struct FmuOutput {
     file: String,

@@ -1,4 +1,4 @@
-//! What the build said about its own times, `build --json`: a file cannot hold them, or two builds would not
+//! Times of the build, from `build --json`: a file cannot hold them, or two builds would not
 //! be the same bytes.
 
 use std::path::Path;
@@ -19,7 +19,7 @@ pub(crate) struct BuildTimes {
 /// A stage of the build.
 #[derive(Deserialize)]
 pub(crate) struct Stage {
-    /// What was done.
+    /// Name of the stage.
     pub stage: String,
     /// Wall time \[s\].
     pub seconds: f64,

@@ -24,27 +24,27 @@ pub(crate) struct Content<'a> {
     pub path: &'a Path,
     /// Its length.
     pub bytes: usize,
-    /// What it holds.
+    /// The file.
     pub file: &'a File<'a>,
     /// The file as it is on the disk, packed or not.
     pub stored: &'a File<'a>,
     /// Its modes.
     pub modes: Vec<ModeRow>,
-    /// What stepping it costs.
+    /// Times of the online work.
     pub timings: Timings,
     /// A long free run.
     pub free: FreeRun,
     /// The full-order march beside it, if one was asked for.
     pub verified: Option<AnyVerification>,
-    /// How the error fell with the terms.
+    /// Error over the number of terms.
     pub history: Vec<Enrichment>,
     /// The spectral radius over the box of the parameters.
     pub radii: Vec<RadiusSample>,
-    /// What was measured of each structure beside its certificate.
+    /// Figures of each structure beside its certificate.
     pub figures: FileFigures,
-    /// What was repaired.
+    /// Repairs.
     pub repairs: Vec<String>,
-    /// What the build took, if that is known.
+    /// Times of the build, if known.
     pub build: Option<BuildTimes>,
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct Figure {
     name: String,
     /// The SVG.
     pub svg: String,
-    /// What it shows and how to read it.
+    /// Caption.
     pub caption: String,
 }
 
@@ -67,7 +67,7 @@ impl Figures {
         self.drawn.iter().filter(move |(of, _)| *of == part).map(|(_, figure)| figure)
     }
 
-    /// How many there are.
+    /// Number of figures.
     pub(crate) fn len(&self) -> usize {
         self.drawn.len()
     }
@@ -141,7 +141,7 @@ impl Figures {
         self.add("basis", "modes", caption, bars("share of the snapshots' energy", &rows))
     }
 
-    /// What the modes leave out of a push at each place, as colours.
+    /// Colours of the truncation error of a push at each point.
     fn bound(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let unread = |error: FileError| Failure::file(content.path, error);
         let (Some(bound), map) =
