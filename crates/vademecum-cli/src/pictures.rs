@@ -16,7 +16,7 @@ pub struct Series<'a> {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What a chart says about itself.
+/// Title and axes of a chart.
 #[derive(Clone, Copy)]
 pub struct Chart<'a> {
     /// Above the chart.
@@ -57,15 +57,15 @@ pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
 /// Two lines and how far they are apart.
-pub struct Compared<'a> {
-    /// What is compared with, then what is compared.
+pub(crate) struct ComparedLines<'a> {
+    /// The reference, then the compared line.
     pub lines: [Series<'a>; 2],
-    /// When loads act: start and end along x.
+    /// Start and end of each load along x.
     pub acting: &'a [[f64; 2]],
 }
 
 /// Draws two lines that should be one, and their difference below; the times at which loads act are shaded.
-pub fn compared_chart(chart: &Chart<'_>, compared: Compared<'_>) -> DrawResult {
+pub(crate) fn compared_chart(chart: &Chart<'_>, compared: ComparedLines<'_>) -> DrawResult {
     let [first, second] = compared.lines;
     let apart = first.points.iter().zip(&second.points).map(|(a, b)| (a.0, b.1 - a.1)).collect();
     let (above, y) = engineering(chart.y, vec![first, second]);
@@ -98,7 +98,7 @@ pub fn compared_chart(chart: &Chart<'_>, compared: Compared<'_>) -> DrawResult {
 }
 
 /// Draws the amplitude of an answer on a logarithmic axis over the frequency, and its phase below.
-pub fn response_chart(
+pub(crate) fn response_chart(
     title: &str,
     y: &str,
     amplitudes: Vec<Series<'_>>,
@@ -141,7 +141,7 @@ fn engineering<'a>(y: &str, series: Vec<Series<'a>>) -> (Vec<Series<'a>>, String
 }
 
 /// Draws a line chart.
-pub fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
+pub(crate) fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
     let (series, y) = if chart.log_y { (series, chart.y.into()) } else { engineering(chart.y, series) };
     let (x, range) = ranges(&series, chart.log_y)?;
     let chart = &Chart { y: &y, ..*chart };
@@ -153,7 +153,7 @@ pub fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
     }
 }
 
-/// Whether a point can be drawn.
+/// True of points that can be drawn.
 fn usable(p: &(f64, f64), log_y: bool) -> bool {
     p.0.is_finite() && p.1.is_finite() && (!log_y || p.1 > 0.0)
 }
@@ -175,7 +175,7 @@ fn ranges(series: &[Series<'_>], log_y: bool) -> Result<(Range<f64>, Range<f64>)
 
 /// Draws the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis;
 /// all are positive.
-pub fn dot_chart(chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
+pub(crate) fn dot_chart(chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
     let all = || series.iter().flat_map(|s| &s.points);
     let range = |value: fn(&(f64, f64)) -> f64| {
         all().map(value).fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
@@ -227,7 +227,7 @@ fn round_numbers(low: f64, high: f64) -> Vec<f64> {
     all.filter(|v| (low..=high).contains(v)).collect()
 }
 
-/// How the points of a series are shown.
+/// Style of a series.
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     Line,
@@ -348,7 +348,7 @@ where
 }
 
 /// Draws horizontal bars: label, length, what stands at its end. Lengths are shares of the longest.
-pub fn bars(title: &str, rows: &[(String, f64, String)]) -> DrawResult {
+pub(crate) fn bars(title: &str, rows: &[(String, f64, String)]) -> DrawResult {
     const ROW: i32 = 26;
     const LEFT: i32 = 214;
     let longest = rows.iter().map(|row| row.1).fold(f64::MIN_POSITIVE, f64::max);

@@ -20,7 +20,7 @@ use vademecum_study::StudyError;
 const QUANTISED: f64 = 1e-4;
 const ZSTD_LEVEL: i32 = 19;
 
-/// Which rows a comparison has beside those it always has.
+/// Optional rows of a comparison.
 #[derive(Clone, Debug)]
 pub(super) struct Extent {
     /// Numbers of modes, ascending.

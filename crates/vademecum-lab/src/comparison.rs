@@ -20,7 +20,7 @@ use super::trajectory::{Reference, distance, march, mean_at_jumps, thinned};
 use vademecum_study::StudyError;
 use vademecum_study::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 
-/// How far a comparison goes.
+/// Options of a comparison.
 #[derive(Clone, Debug)]
 pub struct BenchOptions {
     /// Numbers of modes.
@@ -112,7 +112,7 @@ struct Solver<'a> {
     full: Timed<FullOrder<'a>>,
 }
 
-/// What the methods are measured against, and how long their steps take.
+/// References of the methods, and the times of their steps.
 struct Measured {
     /// Of the full-order solvers, one per scheme.
     of_solvers: Vec<Samples>,
@@ -211,8 +211,8 @@ impl Comparison<'_> {
         Ok(march(&solver.full.value, parts, loads, self.march.steps / times, self.listener)?)
     }
 
-    /// How far a scheme is from the exact motion, as files sample the loads (known) and, unless `quick`, with
-    /// loads at their mean.
+    /// Distance of a scheme from the exact motion, as files sample the loads (known) and, unless `quick`,
+    /// with loads at their mean.
     fn scheme_distance(
         &self,
         solver: &Solver<'_>,

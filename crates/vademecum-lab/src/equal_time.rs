@@ -26,7 +26,7 @@ pub struct EqualTime {
     pub ratio: Option<f64>,
 }
 
-/// What is held against what.
+/// A row of a comparison at equal time.
 #[derive(Clone, Serialize)]
 pub struct Side {
     /// The row.

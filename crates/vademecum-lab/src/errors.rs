@@ -39,7 +39,7 @@ pub struct Errors {
     pub error_rounding: Option<f64>,
 }
 
-/// What a scenario is measured against at one Δt.
+/// Reference solutions of a scenario at one Δt.
 pub(super) struct Marches {
     /// Exact in time, at the instants of `full`.
     pub truth: Reference,

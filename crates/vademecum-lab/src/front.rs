@@ -1,4 +1,4 @@
-//! Which of some points of time and error no other beats.
+//! Pareto front of points of time and error.
 
 /// Points are on the front if no faster one comes within this factor of their error: digits that differ
 /// behind the second figure are no reason to step slower.

@@ -1,12 +1,13 @@
-//! The laboratory: run time against error, method by method, made from the same pieces as a build. The program
-//! of this crate runs it: `cargo run --release -p vademecum-lab -- bench`.
+//! The laboratory: run time against error, method by method, made from the same pieces as a build. The
+//! program of this crate runs it: `cargo run --release -p vademecum-lab -- bench`.
 //!
 //! One model, one set of snapshots and one POD serve every basis, and one motion that is exact in time serves
 //! every total error, so that two rows differ by the basis and the structure of the step and by nothing else.
 //! Each piece is timed where it is made; a method's offline time is the sum of the pieces it needs, as if it
 //! had been built alone.
 //!
-//! [`compare_methods`] is the whole comparison; a [`Study`] makes the pieces. [`compare_large_methods`] is that of bodies of large displacements.
+//! [`compare_methods`] is the whole comparison; a [`Study`] makes the pieces. [`compare_large_methods`]
+//! is that of bodies of large displacements.
 
 mod candidates;
 mod chapter;

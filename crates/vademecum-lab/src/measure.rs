@@ -28,7 +28,7 @@ const FULL_STEPS: usize = 16;
 /// Times a scene is bound, and a field filled, in one round.
 const REPEATS: usize = 5;
 
-/// What was measured of one method.
+/// Samples of one method.
 #[derive(Default)]
 pub(super) struct Samples {
     /// Time of a step, one list of samples per round \[ns\].
@@ -39,7 +39,7 @@ pub(super) struct Samples {
     pub reconstruct_ms: Vec<f64>,
 }
 
-/// What is measured: full-order solvers, then the methods of all groups, in their order.
+/// Measured solvers: full-order solvers, then the methods of all groups, in their order.
 pub(super) struct Candidates<'a> {
     /// Full-order solvers.
     pub full: &'a [&'a FullOrder<'a>],
@@ -214,7 +214,7 @@ fn repeats(parts: f64, mut work: impl FnMut()) -> Vec<f64> {
     (0..REPEATS).map(once).collect()
 }
 
-/// What an empty burst costs per step \[ns\]: in every sample of a step, not taken off.
+/// Time of an empty burst per step \[ns\]: in every sample of a step, not taken off.
 pub(super) fn clock() -> f64 {
     median(bursts(BURSTS, || {
         black_box(());
@@ -227,15 +227,15 @@ impl Samples {
         self.step_ns.iter().map(|round| median(round.clone())).collect()
     }
 
-    /// How far the medians of the rounds lie apart, relative to the lowest.
+    /// Spread of the medians of the rounds, relative to the lowest.
     pub fn spread(&self) -> f64 {
         let range =
             self.round_medians().into_iter().fold((f64::MAX, 0.0_f64), |(a, b), m| (a.min(m), b.max(m)));
         range.1 / range.0 - 1.0
     }
 
-    /// How many times as long a step of `other` takes: the median over the rounds of the ratio within a
-    /// round.
+    /// Ratio of the times of a step of `other` and of this one: the median over the rounds of the ratio
+    /// within a round.
     pub fn times_faster_than(&self, other: &Samples) -> f64 {
         let ratios = self.round_medians().into_iter().zip(other.round_medians());
         median(ratios.map(|(own, other)| other / own).collect())

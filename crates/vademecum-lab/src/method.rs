@@ -1,4 +1,4 @@
-//! What is compared: a name for every row, and what a method is made of.
+//! Compared methods: a name for every row, and the parts of a method.
 
 use std::fmt;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use vademecum_format::File;
 use vademecum_study::compare::coordinate_matrix;
 use vademecum_study::player::{Track, play_in};
 
-use super::chapter::{self, Played};
+use super::chapter::{self, ChapterMarch};
 use super::staged::{self, ReducedSolver};
 use super::trajectory::thinned;
 use vademecum_build::progress::Listener;
@@ -45,7 +45,7 @@ pub enum Way {
 }
 
 impl Way {
-    /// Whether it steps with the chapter's maps.
+    /// True of methods that step with the chapter's maps.
     pub fn is_chapter(self) -> bool {
         matches!(self, Self::Chapter | Self::Repaired)
     }
@@ -60,7 +60,7 @@ impl Way {
     }
 }
 
-/// What numbers a method steps with.
+/// Precision of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// binary32.
@@ -69,16 +69,16 @@ pub enum Precision {
     Double,
 }
 
-/// What a row is of. Its text is the row's name in every record.
+/// Method of a row. Its text is the row's name in every record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Identity {
     /// The full-order march with a scheme.
     FullOrder(SchemeKind),
     /// A reduced method.
     Reduced {
-        /// What it stands on.
+        /// Basis.
         basis: BasisKind,
-        /// How it steps.
+        /// Kind of the step.
         way: Way,
         /// In which numbers.
         precision: Precision,
@@ -86,7 +86,7 @@ pub enum Identity {
 }
 
 impl Identity {
-    /// How it steps, if it is reduced.
+    /// Kind of the step, if it is reduced.
     pub fn way(self) -> Option<Way> {
         match self {
             Self::FullOrder(_) => None,
@@ -94,12 +94,12 @@ impl Identity {
         }
     }
 
-    /// Whether it is a reduced method on this basis.
+    /// True of reduced methods on this basis.
     pub fn is_on(self, kind: BasisKind) -> bool {
         matches!(self, Self::Reduced { basis, .. } if basis == kind)
     }
 
-    /// Whether it steps in binary32.
+    /// True of methods in binary32.
     pub fn is_single(self) -> bool {
         matches!(self, Self::Reduced { precision: Precision::Single, .. })
     }
@@ -160,7 +160,7 @@ impl Group {
         self.methods.iter().filter_map(Method::bytes)
     }
 
-    /// What a method of the group is.
+    /// Identity of a method of the group.
     pub fn identity(&self, method: &Method) -> Identity {
         Identity::Reduced { basis: self.kind, way: method.way, precision: method.precision }
     }
@@ -168,13 +168,13 @@ impl Group {
 
 /// One row of the table.
 pub(super) struct Method {
-    /// How it steps.
+    /// Kind of the step.
     pub way: Way,
     /// In which numbers.
     pub precision: Precision,
     /// Wall time of everything it needs \[s\].
     pub offline_seconds: f64,
-    /// What it steps with.
+    /// Solver or file.
     pub stepper: Stepper,
     /// Terms over the live parameters, where there are any.
     pub terms: Option<usize>,
@@ -192,7 +192,7 @@ pub(super) struct Shipped {
     pub basis: Matrix,
 }
 
-/// What a method differs in from another one of its group.
+/// Part of the error that tells a method from another one of its group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     /// Responses summed from terms instead of solved.
@@ -201,7 +201,7 @@ pub(super) enum Part {
     Rounding,
 }
 
-/// What a method steps with.
+/// Solver or file of a method.
 pub(super) enum Stepper {
     /// A solver without a file.
     Solver(Box<dyn ReducedSolver>),
@@ -216,7 +216,7 @@ pub(super) enum Stepper {
     },
 }
 
-/// What a march of a method needs.
+/// Inputs of a march of a method.
 #[derive(Clone, Copy)]
 pub(super) struct March<'a> {
     /// The scenario, as files take it.
@@ -276,19 +276,19 @@ impl Method {
         }
     }
 
-    /// What its file is bound to.
+    /// Scene options of its file.
     pub fn options(&self, time_step: Option<f64>) -> SceneOptions {
         SceneOptions { structure: self.way.structure(), time_step, ..SceneOptions::default() }
     }
 
     /// Its coordinates from rest at the instants kept, the start included; shape (r, instants). Or why it has
     /// none.
-    pub fn play(&self, march: &March<'_>, listener: &dyn Listener) -> Result<Played, StudyError> {
+    pub fn play(&self, march: &March<'_>, listener: &dyn Listener) -> Result<ChapterMarch, StudyError> {
         let all = self.play_all(march, listener)?;
         Ok(if march.stride == 1 { all } else { all.map(|all| thinned(&all, march.stride)) })
     }
 
-    fn play_all(&self, march: &March<'_>, listener: &dyn Listener) -> Result<Played, StudyError> {
+    fn play_all(&self, march: &March<'_>, listener: &dyn Listener) -> Result<ChapterMarch, StudyError> {
         Ok(Ok(match &self.stepper {
             Stepper::Solver(solver) => staged::play(solver.as_ref(), march.loads, march.steps),
             Stepper::File(bytes) => {

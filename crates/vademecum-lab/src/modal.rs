@@ -31,7 +31,7 @@ pub struct ExactModes {
 struct Propagator {
     /// `(q, q̇) → (q, q̇)`, row by row.
     state: [[f64; 2]; 2],
-    /// What the load at start and end of the step adds to `(q, q̇)`.
+    /// Contribution of the load at start and end of the step to `(q, q̇)`.
     load: [[f64; 2]; 2],
 }
 
@@ -93,7 +93,7 @@ impl ReducedSolver for ExactModes {
         &self.frame
     }
 
-    /// What the loads add to `q`, then to `q̇`.
+    /// Contribution of the loads to `q`, then to `q̇`.
     fn load_len(&self) -> usize {
         2 * self.modes.len()
     }

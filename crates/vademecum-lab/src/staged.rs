@@ -6,7 +6,7 @@ use vademecum_format::scheme::{HISTORY, SchemeTable};
 
 use vademecum_build::dynamics::{History, INSTANTS, TimedLoad};
 
-/// What every reduced solver is made on.
+/// Common data of reduced solvers.
 pub struct Frame {
     /// `B`, shape (n, r).
     pub basis: Mat<f64>,
@@ -19,7 +19,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// That of a scheme whose stages are taken one after the other.
+    /// Data of a scheme whose stages are taken one after the other.
     pub(super) fn staged(basis: MatRef<'_, f64>, table: &SchemeTable, time_step: f64) -> Self {
         let (instants, stages) = (table.instants(), table.active().len());
         Self { basis: basis.to_owned(), time_step, instants, stages }
@@ -34,9 +34,9 @@ impl Frame {
 /// A reduced solver on a basis `B`, from rest. Lengths and the start are those of a scheme taken stage by
 /// stage unless it says otherwise.
 pub trait ReducedSolver {
-    /// What it is made on.
+    /// Common data.
     fn frame(&self) -> &Frame;
-    /// What a force over the free dofs adds to the load vector of a step, per unit of its factor at each
+    /// Load vector of a step from a force over the free dofs, per unit of its factor at each
     /// instant; empty for an instant it does not use.
     fn responses(&self, force: &[f64]) -> [Vec<f64>; INSTANTS];
     /// One step of the state under a load vector. No allocation.
@@ -125,7 +125,7 @@ pub fn play(solver: &dyn ReducedSolver, loads: &[TimedLoad], steps: usize) -> Ma
     coordinates
 }
 
-/// `out ← B ζ` over the free dofs, length n. ScenarioLoads by reading the basis once.
+/// `out ← B ζ` over the free dofs, length n. Bound by reading the basis once.
 pub fn reconstruct_into(basis: MatRef<'_, f64>, state: &[f64], out: &mut [f64]) {
     out.fill(0.0);
     for (j, &value) in state[..basis.ncols()].iter().enumerate() {

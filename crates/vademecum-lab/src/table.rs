@@ -1,4 +1,4 @@
-//! What a comparison found: one row per method, number of modes and Δt.
+//! Result of a comparison: one row per method, number of modes and Δt.
 
 use serde::Serialize;
 use vademecum_study::parts::{median, percentiles};
@@ -42,7 +42,7 @@ pub struct BenchTable {
     pub methods: Vec<Row>,
 }
 
-/// What a time scheme costs in accuracy.
+/// Error of a time scheme.
 #[derive(Serialize)]
 pub struct SchemeDistance {
     /// The scheme.
@@ -59,7 +59,7 @@ pub struct SchemeDistance {
 /// One method with one number of modes at one Δt.
 #[derive(Serialize)]
 pub struct Row {
-    /// What it is.
+    /// Method.
     pub name: Identity,
     /// Number of modes; absent at full order.
     pub modes: Option<usize>,
@@ -79,25 +79,25 @@ pub struct Row {
     pub step_ns_p99: f64,
     /// Slowest step \[ns\].
     pub step_ns_max: f64,
-    /// How far the medians of the rounds lie apart, relative to the lowest.
+    /// Spread of the medians of the rounds, relative to the lowest.
     pub step_spread: f64,
-    /// How many times as long a full-order step takes.
+    /// Time of a full-order step over that of the row.
     pub times_full_order: f64,
     /// Time to fill the displacement of the body \[ms\].
     pub reconstruct_ms: Option<f64>,
-    /// How far it is off.
+    /// Errors.
     #[serde(flatten)]
     pub errors: Errors,
     /// Marches from rest whose sum is the answer; a step is one of each.
     pub marches: usize,
-    /// Why there is no answer.
+    /// Reason of a missing answer.
     pub note: Option<String>,
     /// Steps of its own in one of the problem's.
     #[serde(skip)]
     pub steps_per_step: f64,
 }
 
-/// What the rows of one Δt share.
+/// Common data of the rows of one Δt.
 pub(super) struct At<'a> {
     /// Δt \[s\].
     pub time_step: f64,

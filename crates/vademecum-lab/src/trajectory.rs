@@ -66,7 +66,7 @@ impl Reference {
         Self { displacement, weighted, norm }
     }
 
-    /// What a basis can hold of it.
+    /// Its projection on a basis.
     pub fn project(&self, mass: &SymmetricMatrix, basis: MatRef<'_, f64>) -> Projection {
         let coordinates = basis.transpose() * &self.weighted;
         let floor = self.apart(mass, basis, &coordinates);

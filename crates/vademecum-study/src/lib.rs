@@ -1,4 +1,4 @@
-//! What is asked of a finished file: a scenario played through it, a full-order march and other methods
+//! Studies of a finished file: a scenario played through it, a full-order march and other methods
 //! beside it.
 //!
 //! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It
@@ -45,12 +45,12 @@ pub use truth::{Entries, TruthErrors, contact_error};
 /// Parts of verifications for programs that compare methods: reference solutions, played files, statistics.
 pub mod parts {
     pub use crate::compare::orthonormal;
-    pub use crate::large_motion::{Apart, Extent, LargeMotion, Reference, SparseLoad};
+    pub use crate::large_motion::{Extent, LargeMotion, MarchDistance, Reference, SparseLoad};
     pub use crate::player::chapter::{left_ranges, with_marches};
     pub use crate::player::stop_if_asked;
     pub use crate::scenario_loads::ScenarioLoads;
     pub use crate::statistics::{median, percentiles};
     pub use crate::study::{Form, Study, Timed};
     pub use crate::truth::find_truth;
-    pub use crate::verify::{Asked, file_nodes, full_order_loads};
+    pub use crate::verify::{BoundScenario, file_nodes};
 }

@@ -19,7 +19,7 @@ use vademecum_format::scheme::SchemeTable;
 use crate::error::StudyError;
 use crate::scenario::{ContactEntry, Scenario};
 
-/// What a file holds of the step beside the diagonal structure.
+/// Contents of a file beside the diagonal structure.
 #[derive(Default)]
 pub struct Form<'a> {
     /// The block structure.
@@ -235,7 +235,7 @@ impl Study {
         tolerance: f64,
         listener: &dyn Listener,
     ) -> Result<Timed<(Vec<u8>, usize)>, StudyError> {
-        const MOST_TERMS: usize = 100;
+        const MAX_TERMS: usize = 100;
         Timed::of(|| {
             let Prepared { body, symbolic, scheme, .. } = &self.prepared;
             let mut problem = self.problem.clone();
@@ -247,7 +247,7 @@ impl Study {
                 scale: ParameterScale::Log,
             }];
             let space = ParameterSpace::new(&problem, body.model.mesh(), self.prepared.rayleigh())?;
-            let asked = SeparationOptions { tolerance, max_terms: MOST_TERMS };
+            let asked = SeparationOptions { tolerance, max_terms: MAX_TERMS };
             let pencil = body.model.pencil();
             let parametric = separate_responses(pencil, symbolic, basis, &space, scheme, &asked, listener)?;
             let form = Form { block: Some(parametric.terms()?), parameters: Some(&space), ..Form::default() };
@@ -311,7 +311,7 @@ impl Study {
         Timed::of(|| Ok(FullOrder::new(pencil, &self.prepared.symbolic, scheme, time_step, rayleigh)?))
     }
 
-    /// What a body is pushed with where no scenario is given: an oblique push on the middle one of the
+    /// Scenario of a body for which none is given: an oblique push on the middle one of the
     /// loadable triangles, 200 steps long, and 1 800 steps free.
     ///
     /// # Errors

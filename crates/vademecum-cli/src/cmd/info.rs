@@ -25,7 +25,7 @@ use crate::print::{json, print_chapter, print_json, symmetry};
 #[command(after_help = "Example:
   vademecum info body.vdm --json
   vademecum info body.vdm --terms-for 1e-3")]
-pub struct Info {
+pub(crate) struct Info {
     /// The vademecum file.
     file: PathBuf,
     /// Print JSON.
@@ -39,7 +39,7 @@ pub struct Info {
     limit: Limit,
 }
 
-/// What `info --json` prints of the bytes of a file. `path` is its name, for messages.
+/// JSON output of `info --json` for the bytes of a file. `path` is its name, for messages.
 ///
 /// # Errors
 /// [`Failure`]: bytes that are no vademecum file, or a damaged one.
@@ -146,7 +146,7 @@ impl From<&Parameter<'_>> for ParameterReport {
 #[derive(Serialize)]
 struct SupportReport {
     name: String,
-    /// Where its moment is taken \[m\].
+    /// Reference point of its moment \[m\].
     point: [f64; 3],
 }
 
@@ -163,17 +163,17 @@ struct Certificates {
     /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its
     /// axes, `null` where nothing was seen beyond the floor.
     good_for_steps: Option<f64>,
-    /// What `build --repair` did, in order; empty where nothing had to be repaired.
+    /// Repairs by `build --repair`, in order; empty without any.
     repairs: Vec<String>,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
     canonical: Option<ChapterReport>,
-    /// What the modes leave out of static answers; `null` where the file does not keep it.
+    /// Truncation error of static responses; `null` if the file does not have it.
     bound: Option<Bound>,
 }
 
 impl Certificates {
-    /// What a file says of its errors; `strain` tells whether it steps large displacements.
+    /// Certificates of a file; `strain` is true of a file of large displacements.
     fn read(file: &File<'_>, strain: bool) -> Result<Self, FileError> {
         let m = file.metadata();
         let figures = figures(file)?;
@@ -240,9 +240,9 @@ impl Certificates {
         }
         if let Some(Bound { worst, median, p95, kind }) = &self.bound {
             println!(
-                "{kind}: after a jump of a contact force the modes miss at most {worst:.1e} of the static answer \
-                 at the worst loadable node, {median:.1e} in the median, {p95:.1e} for 95 % (mass norm, beside \
-                 the static residual)"
+                "{kind}: truncation error after a step load, as a share of the static response: at most {worst:.1e} at the \
+                 worst loadable node, median {median:.1e}, 95th percentile {p95:.1e} (mass norm, without residual \
+                 flexibility)"
             );
         }
         self.repairs.iter().for_each(|done| println!("repaired: {done}"));
@@ -300,7 +300,7 @@ impl SectionReport {
 }
 
 impl Info {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let mapped = open(&self.file)?;
         let (contents, flaw) = self.read(mapped.bytes())?;
         if self.json {
@@ -317,7 +317,7 @@ impl Info {
         Ok(())
     }
 
-    /// What the bytes of the file say, and what is wrong with its coordinates.
+    /// Contents of the file, and the fault of its coordinates, if any.
     fn read(&self, bytes: &[u8]) -> Result<(Contents, Option<RewriteError>), Failure> {
         let mut memory = vec![];
         let wanted = |kind| self.is_printed(kind);
@@ -328,7 +328,7 @@ impl Info {
         Ok((contents, check_coordinates(&read).err()))
     }
 
-    /// Whether a section is read, not only listed.
+    /// True of sections that are read, not only listed.
     fn is_printed(&self, kind: SectionKind) -> bool {
         use SectionKind as S;
         let printed = [
@@ -356,7 +356,7 @@ impl Info {
         printed.contains(&kind) || kind.is_chapter() || (kind == S::BlockLoad && self.terms_for.is_some())
     }
 
-    /// What `listed`, the file as it is, and `file`, what is read of it, say.
+    /// Contents of `listed`, the file as it is, and of `file`, its decoded sections.
     fn contents(&self, listed: &File<'_>, file: &File<'_>) -> Result<Contents, FileError> {
         let m = file.metadata();
         let canonical = Chapter::read(file)?;
@@ -422,7 +422,7 @@ fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
 }
 
 impl Contents {
-    /// Whether the file steps large displacements.
+    /// True of a file of large displacements.
     fn is_large(&self) -> bool {
         self.structures.contains(&"strain")
     }
@@ -512,7 +512,7 @@ impl Contents {
 }
 
 impl Contents {
-    /// How the terms came about and where the step was found stable.
+    /// Enrichment history and stability over the parameters.
     fn print_separation(&self) {
         if let (Some(first), Some(last)) = (self.enrichment_history.first(), self.enrichment_history.last()) {
             println!(
@@ -534,7 +534,7 @@ impl Contents {
         if !self.radius_samples.is_empty() {
             let (low, high) = radii.fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
             println!(
-                "spectral radius at {} points of the box: 1 {:+.1e} to 1 {:+.1e}",
+                "spectral radius at {} points of the parameter domain: 1 {:+.1e} to 1 {:+.1e}",
                 self.radius_samples.len(),
                 low - 1.0,
                 high - 1.0
@@ -558,9 +558,9 @@ impl CanonicalAxes {
 
 fn endurance(steps: f64) -> String {
     if steps == 0.0 {
-        return "the tolerance was not kept over the steps marched".into();
+        return "the tolerance was exceeded within the certified steps".into();
     }
-    format!("the tolerance is good for about {steps:.1e} steps at least, by the drift seen")
+    format!("tolerance kept for at least {steps:.1e} steps (extrapolated from the drift)")
 }
 
 /// From the stored errors and the tolerance of the stored problem; absent without either, or when it is

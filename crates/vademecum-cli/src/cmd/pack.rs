@@ -16,7 +16,7 @@ use crate::files::{open_pair, write_file};
 With a tolerance, what is known at every node (basis, load rows, coordinates) is rounded to 16 or 32 bits as
 far as fields stay within it.
 Probes, load patterns and the step are kept to the bit. `vademecum info` shows what it cost.")]
-pub struct Pack {
+pub(crate) struct Pack {
     /// The vademecum file.
     file: PathBuf,
     /// The compressed file.
@@ -38,7 +38,7 @@ pub struct Pack {
 }
 
 impl Pack {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let (outputs, bytes) = open_pair(&self.outputs, &self.file, &[], &self.output)?;
         let limit = self.limit.of(bytes.len());
         let packed = rewrite::pack_limited(&bytes, self.level, self.tolerance, limit);

@@ -9,7 +9,7 @@ use vademecum_build::store::{Growing, Kind, Outputs};
 use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
-use vademecum_study::run::{Fields, Moment, Probed};
+use vademecum_study::run::{Fields, Moment, ProbeRow};
 use vademecum_study::scenario::{FieldChoice, Scenario};
 use vademecum_study::stress::{LargestStress, StressPlace};
 use vademecum_study::{FileError, StudyError, run};
@@ -27,7 +27,7 @@ use crate::print::print_json;
   vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: `vademecum help scenario`")]
-pub struct Run {
+pub(crate) struct Run {
     /// The vademecum file.
     file: PathBuf,
     /// The scenario file (TOML).
@@ -58,7 +58,7 @@ pub struct Run {
     /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
     map: bool,
-    /// What happens without `--map`.
+    /// The default.
     #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
     /// Print JSON.
@@ -71,7 +71,7 @@ pub struct Run {
 }
 
 impl Run {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let scenario = Scenario::read(&self.scenario)?;
         let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
         outputs.check_in(&self.output, &FILES)?;
@@ -140,9 +140,8 @@ impl<'a> Results<'a> {
         }
         let found = moment.probes.and_then(|probed| probed.largest_stress);
         let known = self.largest;
-        self.largest = found
-            .filter(|found| known.is_none_or(|known| found.von_mises > known.von_mises))
-            .or(known);
+        self.largest =
+            found.filter(|found| known.is_none_or(|known| found.von_mises > known.von_mises)).or(known);
         match (&moment.fields, &mut self.fields) {
             (Some(shown), Some(series)) => series.add(moment.time, shown),
             _ => Ok(()),
@@ -164,7 +163,7 @@ impl<'a> Results<'a> {
     fn print(&self, run: &run::Run<'_>, json: bool) {
         if json {
             let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
-            return print_json(&Played {
+            return print_json(&RunOutput {
                 steps: run.steps,
                 time_step: run.time_step,
                 probes: &columns,
@@ -184,9 +183,9 @@ impl<'a> Results<'a> {
     }
 }
 
-/// What was marched and written.
+/// Report of a run.
 #[derive(serde::Serialize)]
-struct Played<'a> {
+struct RunOutput<'a> {
     steps: usize,
     time_step: f64,
     probes: &'a [String],
@@ -203,7 +202,7 @@ struct Played<'a> {
     largest_stress: Option<LargestStress>,
 }
 
-/// What is written; of the fields, the first.
+/// Files written; of the fields, the first.
 const FILES: [(&str, Kind); 4] = [
     ("probes.csv", Kind::Csv),
     ("stress.csv", Kind::Csv),
@@ -294,7 +293,7 @@ impl<'a> StressTable<'a> {
     }
 }
 
-fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
+fn write_row(line: &mut String, time: f64, probed: &ProbeRow<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
     let reactions = probed.reactions.as_flattened();
     probed

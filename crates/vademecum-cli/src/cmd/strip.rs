@@ -9,7 +9,7 @@ use vademecum_study::target::check_target;
 
 use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
-use crate::files::{Rewritten, open_pair, write_file};
+use crate::files::{RewriteOutput, open_pair, write_file};
 use crate::print::print_json;
 
 /// Drops the parts of a file a target does not need.
@@ -19,10 +19,10 @@ use crate::print::print_json;
   vademecum strip body.vdm --keep surface --for push.toml -o game.vdm
   vademecum strip body.vdm --terms-for 1e-4 -o fast.vdm
 What is dropped is named; a scene that asks for it is refused by name.")]
-pub struct Strip {
+pub(crate) struct Strip {
     /// The vademecum file.
     file: PathBuf,
-    /// What the new file can still do.
+    /// Uses that the new file keeps.
     #[arg(long, value_enum, default_value_t = KeepArgument::All, required_unless_present = "terms_for")]
     keep: KeepArgument,
     /// Drop terms of the separated solution while its maps stay within this relative error, such as 1e-4.
@@ -43,19 +43,19 @@ pub struct Strip {
     limit: Limit,
 }
 
-/// What a stripped file can still do, as an argument.
+/// Uses that a stripped file keeps, as an argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum KeepArgument {
     /// Stepping under load patterns, and the probes.
     Probes,
-    /// That, contacts, and fields on the surface.
+    /// Stepping, contacts, and fields on the surface.
     Surface,
     /// Everything.
     All,
 }
 
 impl Strip {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let keep = match self.keep {
             KeepArgument::Probes => Keep::Probes,
             KeepArgument::Surface => Keep::Surface,
@@ -80,8 +80,9 @@ impl Strip {
         let dropped: Vec<SectionKind> =
             file.sections().map(|s| s.kind()).filter(|&kind| !keep.keeps(kind)).collect();
         let lost = LOST.iter().filter(|(kind, _)| dropped.contains(kind));
-        let without = lost.map(|&(section, lost)| Without { section: section.to_string(), lost }).collect();
-        let stripped = Stripped { written, terms: dropped_terms, without };
+        let without =
+            lost.map(|&(section, lost)| LostSection { section: section.to_string(), lost }).collect();
+        let stripped = StripOutput { written, terms: dropped_terms, without };
         if self.json {
             print_json(&stripped);
         } else {
@@ -91,23 +92,23 @@ impl Strip {
     }
 }
 
-/// What was written, and what is gone.
+/// Report of a stripped file.
 #[derive(serde::Serialize)]
-struct Stripped {
+struct StripOutput {
     #[serde(flatten)]
-    written: Rewritten,
+    written: RewriteOutput,
     /// With `--terms-for`.
     terms: Option<Dropped>,
-    without: Vec<Without>,
+    without: Vec<LostSection>,
 }
 
 #[derive(serde::Serialize)]
-struct Without {
+struct LostSection {
     section: String,
     lost: &'static str,
 }
 
-impl Stripped {
+impl StripOutput {
     fn print(&self) {
         self.written.print(false);
         if let Some(terms) = &self.terms {
@@ -121,7 +122,7 @@ impl Stripped {
     }
 }
 
-/// What nobody can do any more without a section.
+/// Lost uses without a section.
 const LOST: [(SectionKind, &str); 15] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),

@@ -12,7 +12,7 @@ use crate::files::{open_pair, write_file};
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum unpack body.packed.vdm -o body.vdm")]
-pub struct Unpack {
+pub(crate) struct Unpack {
     /// The vademecum file.
     file: PathBuf,
     /// The raw file.
@@ -28,7 +28,7 @@ pub struct Unpack {
 }
 
 impl Unpack {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let (outputs, bytes) = open_pair(&self.outputs, &self.file, &[], &self.output)?;
         let limit = self.limit.of(bytes.len());
         let raw = rewrite::unpack(&bytes, limit).map_err(|error| Failure::file(&self.file, error))?;

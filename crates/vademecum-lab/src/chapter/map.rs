@@ -16,7 +16,7 @@ use vademecum_build::progress::Listener;
 use vademecum_study::StudyError;
 use vademecum_study::parts::{Form, Study, Timed};
 
-/// Where loads stand and how large they grow.
+/// Points and size of loads.
 #[derive(Clone, Debug)]
 pub struct LoadSites {
     /// Mesh nodes a load can stand at.

@@ -29,9 +29,9 @@ pub use map::{LoadSites, chapter_bytes};
 const TERMS: [Option<usize>; 3] = [Some(20), Some(40), None];
 
 /// A march in coordinates `(r, instants)`, or why there is none.
-pub(super) type Played = Result<Matrix, String>;
+pub(super) type ChapterMarch = Result<Matrix, String>;
 
-/// Whether a basis of so many modes is compared: with many modes the maps take long to make.
+/// True of numbers of modes that are compared: with many modes the maps take long to make.
 fn compared(modes: usize) -> bool {
     (6..=8).contains(&modes)
 }
@@ -156,7 +156,7 @@ pub(super) fn play(
     tracks: &[Track],
     march: &March<'_>,
     listener: &dyn Listener,
-) -> Result<Played, StudyError> {
+) -> Result<ChapterMarch, StudyError> {
     let file = File::parse(bytes)?;
     with_marches(&file, Some(march.time_step), tracks.len(), |scene, marches| {
         let instants = scene.instants();

@@ -10,7 +10,7 @@ use super::pareto;
 use vademecum_cli::Failure;
 use vademecum_cli::front::json;
 
-/// What is written.
+/// Files written.
 pub const FILES: [(&str, Kind); 4] = [
     ("bench.json", Kind::Json),
     ("bench.csv", Kind::Csv),

@@ -26,7 +26,7 @@ pub fn write_texts(outputs: &Outputs, folder: &Path, texts: &[String; 3]) -> Res
         .try_for_each(|(&(name, kind), text)| write_bytes(outputs, &folder.join(name), kind, text.as_bytes()))
 }
 
-/// What is written.
+/// Files written.
 pub const FILES: [(&str, Kind); 5] = [
     ("bench.json", Kind::Json),
     ("bench.csv", Kind::Csv),

@@ -37,7 +37,7 @@ pub fn draw_large(outputs: &Outputs, folder: &Path, table: &LargeBenchTable) -> 
     Ok(())
 }
 
-/// What reduction costs in accuracy: against full order at the same Δt.
+/// Error of the reduction: against full order at the same Δt.
 fn of_reduction(table: &BenchTable) -> Picture {
     // In print f64 lies on f32, and the natural modes of either structure on each other.
     let shown = |name: Identity| match name.way() {
@@ -63,7 +63,7 @@ fn of_reduction(table: &BenchTable) -> Picture {
     }
 }
 
-/// What everything costs in accuracy, the time scheme included; of the methods that move by stages those with
+/// Total error, time scheme included; of the methods that move by stages those with
 /// the most modes, the others lie on them.
 fn of_everything(table: &BenchTable) -> Picture {
     let shown = |name: Identity| match name.way() {

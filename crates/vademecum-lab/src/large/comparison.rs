@@ -10,11 +10,10 @@ use vademecum_build::pipeline::{BuildError, BuildOptions, Built, Outcome, SHAPES
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_format::File;
-use vademecum_study::parts::{Apart, Asked, Extent, LargeMotion, Timed, full_order_loads, orthonormal};
-use vademecum_study::verify::free_basis;
+use vademecum_study::parts::{BoundScenario, Extent, LargeMotion, MarchDistance, Timed, orthonormal};
 
 use super::push::push;
-use super::rows::{Marched, Through};
+use super::rows::{FullOrderRows, Through};
 use super::table::{LargeBenchTable, LargeErrors, LargeMethod, LargeRow};
 use crate::measure;
 use crate::trajectory::{Projection, Reference};
@@ -22,7 +21,7 @@ use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 use vademecum_study::{FileError, StudyError};
 
-/// How far a comparison goes.
+/// Options of a comparison.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LargeBenchOptions {
     /// Steps of the scenario that count for the error; all if absent.
@@ -49,7 +48,7 @@ impl LargeBenchOptions {
         if self.quick { &[1, COMPARED] } else { &[1, 2, COMPARED] }
     }
 
-    /// Whether a scenario of any length is taken.
+    /// Allow scenarios of any length.
     fn any_length(self) -> bool {
         self.long || self.steps.is_some()
     }
@@ -69,7 +68,7 @@ const COMPARED: usize = 4;
 /// Trajectories that are held at once: the reference, its product with the mass, and one beside it.
 const HELD: f64 = 3.0;
 
-/// What is marched, for people.
+/// Description for messages.
 const WHAT: &str =
     "the reference at full order and large displacements, one with twice its step, and the rows that march";
 
@@ -79,7 +78,8 @@ const WHAT: &str =
 /// # Errors
 /// [`FileError::NotFree`]: a scenario that throws the body; [`StudyError::NothingToPush`];
 /// [`StudyError::LargeMarch`]: Newton's method finds no next step; [`StudyError::Build`]: a build that fails,
-/// more memory than there is, more work than was asked for; otherwise as [`verify`](vademecum_study::verify::verify()).
+/// more memory than there is, more work than was asked for; otherwise as
+/// [`verify`](vademecum_study::verify::verify()).
 pub fn compare_large_methods(
     problem: &Problem,
     scenario: Option<&Scenario>,
@@ -97,7 +97,8 @@ pub fn compare_large_methods(
         listener.note("the file misses its tolerance; it is compared all the same");
     }
     let built = Timed { value: built.value.either(), seconds: built.seconds };
-    let comparison = Comparison { problem, prepared: &prepared, built: &built, options, steps, listener };
+    let comparison =
+        LargeComparison { problem, prepared: &prepared, built: &built, options, steps, listener };
     comparison.table(&scenario)
 }
 
@@ -116,7 +117,7 @@ fn steps(scenario: &Scenario, options: &LargeBenchOptions, prepared: &Prepared) 
 }
 
 /// One comparison.
-struct Comparison<'a> {
+struct LargeComparison<'a> {
     problem: &'a Problem,
     prepared: &'a Timed<Prepared>,
     built: &'a Timed<Built>,
@@ -137,32 +138,32 @@ struct Truth {
     least_stretch: f64,
 }
 
-impl Comparison<'_> {
+impl LargeComparison<'_> {
     fn table(&self, scenario: &Scenario) -> Result<LargeBenchTable, StudyError> {
         let Self { problem, prepared, built, options, steps, listener } = *self;
         let prepared = &prepared.value;
         let file = File::parse(&built.value.bytes)?;
         let play = PlayOptions { long: options.any_length(), ..PlayOptions::default() };
-        let asked = Asked::new(&file, &play, problem, prepared, scenario, listener)?;
-        let body = asked.body;
+        let bound = BoundScenario::new(&file, &play, problem, prepared, scenario, listener)?;
+        let body = bound.body;
         let mass = body.model.pencil().mass();
-        let loads = full_order_loads(&file, &asked.track, body, &asked.file_nodes)?;
         let strain = GreenStrain::new(&body.model)?;
-        let motion = LargeMotion::new(&strain, prepared, &asked.setting, &loads);
-        let basis = free_basis(&file, body, &asked.file_nodes)?;
-        let identity = Matrix::identity(basis.ncols(), basis.ncols());
-        let (basis, turn) = orthonormal(mass, basis.as_ref(), identity.as_ref())?;
+        let motion = LargeMotion::new(&strain, prepared, &bound.setting, &bound.loads);
+        let modes = bound.basis.ncols();
+        let identity = Matrix::identity(modes, modes);
+        let (basis, turn) = orthonormal(mass, bound.basis.as_ref(), identity.as_ref())?;
 
         // Refused, if it is too long, before anything is stepped.
         let extent = options.extent(steps);
         let reference = motion.reference(PARTS, &extent, listener)?;
         let bytes = &built.value.bytes;
-        let through = Through { bytes, track: &asked.track, steps, turn: turn.as_ref(), listener };
+        let through = Through { bytes, track: &bound.track, steps, turn: turn.as_ref(), listener };
         let rounds = if options.quick { 3 } else { 7 };
         let played = through.all(options.substeps(), rounds)?;
         let (truth, _) = motion.known(reference, &extent, listener, |reference| {
             let mut moved = Matrix::zeros(mass.n(), 1 + steps);
-            let (mut apart, mut displacement, mut least_stretch) = (Apart::default(), 0.0_f64, f64::INFINITY);
+            let (mut apart, mut displacement, mut least_stretch) =
+                (MarchDistance::default(), 0.0_f64, f64::INFINITY);
             reference.march(steps, listener, |step, [fine, coarse], _| {
                 moved.col_as_slice_mut(step).copy_from_slice(fine);
                 apart.add(mass, [fine, coarse]);
@@ -175,7 +176,7 @@ impl Comparison<'_> {
             let (apart, parts) = (apart.share(), reference.parts);
             Ok((Truth { motion: moved, seen, apart, parts, displacement, least_stretch }, shown))
         })?;
-        let marched = Marched { motion: &motion, mass, truth: &truth.motion, steps, listener };
+        let marched = FullOrderRows { motion: &motion, mass, truth: &truth.motion, steps, listener };
         let mut methods = self.marched(&marched, basis.as_ref(), truth.seen.floor())?;
         let offline = (built.seconds, bytes.len());
         methods.extend(played.rows(&truth.seen, truth.motion.norm, offline));
@@ -187,7 +188,7 @@ impl Comparison<'_> {
             coordinates: basis.ncols(),
             strain_rows: report.large.as_ref().map_or(0, |large| large.rows),
             steps,
-            time_step: asked.time_step,
+            time_step: bound.time_step,
             steps_per_first_period: report.steps_per_first_period,
             displacement: truth.displacement,
             least_stretch: truth.least_stretch,
@@ -204,7 +205,7 @@ impl Comparison<'_> {
     /// Full order, and Newton's method on the basis of the file.
     fn marched(
         &self,
-        marched: &Marched<'_>,
+        marched: &FullOrderRows<'_>,
         basis: MatRef<'_, f64>,
         floor: f64,
     ) -> Result<Vec<LargeRow>, StudyError> {
@@ -233,7 +234,7 @@ fn seconds_to_basis(built: &Built) -> f64 {
     timings[..=last].iter().map(|timing| timing.seconds).sum()
 }
 
-/// How many times as long [`COMPARED`] steps at full order take as a step of each row.
+/// Ratio of the times of [`COMPARED`] steps at full order take as a step of each row.
 fn compare_times(rows: &mut [LargeRow]) {
     let is_compared = |row: &&LargeRow| row.name == LargeMethod::FullOrder && row.substeps == COMPARED;
     let full_order = rows.iter().find(is_compared).map_or(f64::NAN, |row| row.step_ns_p50);

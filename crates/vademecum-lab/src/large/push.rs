@@ -1,4 +1,4 @@
-//! What a body of large displacements is pushed with where no scenario is given.
+//! Default scenario of a body of large displacements.
 
 use vademecum_build::dynamics::lowest_modes;
 use vademecum_build::input::Problem;
@@ -11,11 +11,11 @@ use vademecum_study::scenario::{ContactEntry, Scenario, SinusoidEntry};
 /// Modes that tell how far a force moves the place where it acts.
 const MODES: usize = 8;
 
-/// How far the linear body moves there, as a part of the displacement that the file is made for: the most
+/// Displacement of the linear body there, as a part of the displacement that the file is made for: the most
 /// that the pushes of a certificate have.
 const SHARE: f64 = 0.8;
 
-/// How much further than at rest a body of one frequency moves under a squared sine of one period.
+/// Dynamic amplification of a body of one frequency under a squared sine of one period.
 const SWING: f64 = 1.7;
 
 /// First periods of the scenario.

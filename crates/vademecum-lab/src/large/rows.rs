@@ -31,7 +31,7 @@ pub(super) struct Through<'a> {
 }
 
 /// The motion of a file under one method, and the times of its steps.
-pub(super) struct Played {
+pub(super) struct PlayedRow {
     method: LargeMethod,
     substeps: usize,
     /// On the orthonormal basis, shape (r, instants).
@@ -40,8 +40,8 @@ pub(super) struct Played {
 }
 
 /// All motions of a file.
-pub(super) struct AllPlayed {
-    methods: Vec<Played>,
+pub(super) struct PlayedRows {
+    methods: Vec<PlayedRow>,
     /// With so many sub-steps that more would make no difference.
     converged: Matrix,
 }
@@ -49,11 +49,11 @@ pub(super) struct AllPlayed {
 impl Through<'_> {
     /// The linear model, and the file in both precisions with each number of sub-steps: played, then timed in
     /// rounds by turns.
-    pub fn all(&self, substeps: &[usize], rounds: usize) -> Result<AllPlayed, StudyError> {
+    pub fn all(&self, substeps: &[usize], rounds: usize) -> Result<PlayedRows, StudyError> {
         self.listener.stage("step the file");
-        let play = |method: LargeMethod, substeps: usize| -> Result<Played, StudyError> {
+        let play = |method: LargeMethod, substeps: usize| -> Result<PlayedRow, StudyError> {
             let coordinates = self.play(method, substeps)?;
-            Ok(Played { method, substeps, coordinates, samples: Samples::default() })
+            Ok(PlayedRow { method, substeps, coordinates, samples: Samples::default() })
         };
         let mut methods = vec![play(LargeMethod::Linear, 1)?];
         for &substeps in substeps {
@@ -64,14 +64,14 @@ impl Through<'_> {
         let converged = self.play(LargeMethod::File(Precision::Double), CONVERGED_SUBSTEPS)?;
         self.listener.stage("time the steps of the file");
         for _ in 0..rounds {
-            for Played { method, substeps, samples, .. } in &mut methods {
+            for PlayedRow { method, substeps, samples, .. } in &mut methods {
                 let single = *method == LargeMethod::File(Precision::Single);
                 let time = if single { Self::time::<f32> } else { Self::time::<f64> };
                 samples.step_ns.push(time(self, &options(*method, *substeps))?);
                 stop_if_asked(self.listener)?;
             }
         }
-        Ok(AllPlayed { methods, converged })
+        Ok(PlayedRows { methods, converged })
     }
 
     fn play(&self, method: LargeMethod, substeps: usize) -> Result<Matrix, StudyError> {
@@ -96,7 +96,7 @@ fn options(method: LargeMethod, substeps: usize) -> SceneOptions {
     }
 }
 
-impl AllPlayed {
+impl PlayedRows {
     /// The smallest error of the file.
     pub fn least_error(&self, seen: &Projection) -> f64 {
         self.methods.iter().map(|played| seen.error(&played.coordinates)).fold(f64::INFINITY, f64::min)
@@ -114,7 +114,7 @@ impl AllPlayed {
         norm: f64,
         (offline_seconds, file_bytes): (f64, usize),
     ) -> Vec<LargeRow> {
-        let row = |played: &Played| LargeRow {
+        let row = |played: &PlayedRow| LargeRow {
             modes: Some(played.coordinates.nrows()),
             file_bytes: Some(file_bytes),
             ..LargeRow::new(
@@ -127,7 +127,7 @@ impl AllPlayed {
         self.methods.iter().map(row).collect()
     }
 
-    fn errors(&self, played: &Played, seen: &Projection, norm: f64) -> LargeErrors {
+    fn errors(&self, played: &PlayedRow, seen: &Projection, norm: f64) -> LargeErrors {
         let of_basis = LargeErrors {
             error_total: seen.error(&played.coordinates),
             error_basis: Some(seen.floor()),
@@ -135,7 +135,7 @@ impl AllPlayed {
         };
         let LargeMethod::File(precision) = played.method else { return of_basis };
         let apart = |a: &Matrix, b: &Matrix| (a - b).norm_l2() / norm;
-        let is_double = |other: &&Played| {
+        let is_double = |other: &&PlayedRow| {
             other.method == LargeMethod::File(Precision::Double) && other.substeps == played.substeps
         };
         let double = self.methods.iter().find(is_double).map_or(&played.coordinates, |p| &p.coordinates);
@@ -149,8 +149,8 @@ impl AllPlayed {
     }
 }
 
-/// What marches over all elements are measured with.
-pub(super) struct Marched<'a> {
+/// Context of the marches over all elements.
+pub(super) struct FullOrderRows<'a> {
     pub motion: &'a LargeMotion<'a>,
     pub mass: &'a SymmetricMatrix,
     pub truth: &'a Reference,
@@ -158,7 +158,7 @@ pub(super) struct Marched<'a> {
     pub listener: &'a dyn Listener,
 }
 
-impl Marched<'_> {
+impl FullOrderRows<'_> {
     /// The row of a march with `parts` steps in a step of the file, without the parts of its error. Each step
     /// of the scenario is timed by itself.
     pub fn row(

@@ -1,4 +1,4 @@
-//! What a comparison at large displacements found: one row per method and length of its own step.
+//! Result of a comparison at large displacements: one row per method and length of its own step.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ pub struct LargeBenchTable {
     pub time_step: f64,
     /// Steps in the first natural period.
     pub steps_per_first_period: f64,
-    /// How far the loadable surface moves at most, at full order \[m\].
+    /// Largest displacement of the loadable surface at full order \[m\].
     pub displacement: f64,
     /// The least principal stretch in any element and step, at full order.
     pub least_stretch: f64,
@@ -45,7 +45,7 @@ pub struct LargeBenchTable {
     pub methods: Vec<LargeRow>,
 }
 
-/// What a row is of. Its text is the row's name in every record.
+/// Method of a row. Its text is the row's name in every record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LargeMethod {
     /// The file, through the evaluator.
@@ -79,7 +79,7 @@ impl Serialize for LargeMethod {
 /// One method with one length of its own step.
 #[derive(Serialize)]
 pub struct LargeRow {
-    /// What it is.
+    /// Method.
     pub name: LargeMethod,
     /// Coordinates; absent at full order.
     pub modes: Option<usize>,
@@ -93,9 +93,9 @@ pub struct LargeRow {
     pub step_ns_p50: f64,
     /// 99th percentile \[ns\].
     pub step_ns_p99: f64,
-    /// How many times as long four steps at full order take.
+    /// Time of four steps at full order over that of the row.
     pub times_full_order: f64,
-    /// How far it is off.
+    /// Errors.
     #[serde(flatten)]
     pub errors: LargeErrors,
 }

@@ -12,7 +12,7 @@ use super::version::FmiVersion;
 /// Units of a file whose numbers mean what FMI says they do.
 const SI: &str = "SI: m, kg, s, N, Pa";
 
-/// What a description is made of.
+/// Contents of a description.
 pub(super) struct Description<'a> {
     pub version: FmiVersion,
     pub name: &'a str,
@@ -20,11 +20,11 @@ pub(super) struct Description<'a> {
     pub token: &'a str,
     pub metadata: &'a Metadata<'a>,
     pub internal_step: f64,
-    pub variables: &'a [Described],
+    pub variables: &'a [VariableDescription],
 }
 
 /// A variable, in words.
-pub(super) struct Described {
+pub(super) struct VariableDescription {
     pub variable: Variable,
     /// Its value reference.
     reference: u32,
@@ -37,13 +37,13 @@ pub(super) struct Described {
     range: Option<[f64; 2]>,
 }
 
-/// How the unit of a kind is called in a file of these units.
+/// Name of an SI unit in a file of these units; empty in other units.
 fn unit(metadata: &Metadata<'_>, si: &str) -> String {
     if metadata.units == SI || si == "s" { si.into() } else { String::new() }
 }
 
 /// Names of what variables belong to, and what else they are described by.
-pub(super) struct Named<'a> {
+pub(super) struct VariableNames<'a> {
     pub points: Vec<String>,
     pub stresses: Vec<String>,
     pub patterns: Vec<String>,
@@ -60,9 +60,9 @@ pub(super) struct Named<'a> {
 pub(super) fn describe(
     reference: u32,
     variable: Variable,
-    named: &Named<'_>,
+    named: &VariableNames<'_>,
     options: &SceneOptions,
-) -> Option<Described> {
+) -> Option<VariableDescription> {
     let (start, range) = match variable {
         Variable::Parameter(index) => {
             let start = vademecum_fmu::parameter(options, named.metadata, index)?;
@@ -73,10 +73,18 @@ pub(super) fn describe(
     };
     let owner = named.owner(variable);
     let (text, unit) = (named.text(variable, &owner), named.unit(variable));
-    Some(Described { variable, reference, name: full_name(variable, &owner), text, unit, start, range })
+    Some(VariableDescription {
+        variable,
+        reference,
+        name: full_name(variable, &owner),
+        text,
+        unit,
+        start,
+        range,
+    })
 }
 
-impl Named<'_> {
+impl VariableNames<'_> {
     /// Name of the point, pattern, probe, parameter, place or support that a variable belongs to; empty for
     /// one of the whole body.
     fn owner(&self, variable: Variable) -> String {
@@ -99,7 +107,7 @@ impl Named<'_> {
         self.metadata.active_parameters().get(index as usize)
     }
 
-    /// Whether a probe is a strain gauge.
+    /// True of strain gauges.
     fn is_gauge(&self, probe: u32) -> bool {
         self.probe_units.get(probe as usize).is_some_and(|unit| unit == "1")
     }
@@ -189,7 +197,7 @@ fn can_be_quoted(name: &str) -> bool {
     name.chars().all(quotable)
 }
 
-/// Whether a variable is an output.
+/// True of outputs.
 pub(super) fn is_output(variable: Variable) -> bool {
     matches!(roles(variable), ("output", ..))
 }
@@ -360,7 +368,7 @@ impl Description<'_> {
             let all = self.variables.iter().enumerate();
             all.filter(|(_, described)| is_output(described.variable))
         };
-        let unknown = |element: &str, (place, described): (usize, &Described)| {
+        let unknown = |element: &str, (place, described): (usize, &VariableDescription)| {
             let element = Element::new(element);
             let element = match self.version {
                 FmiVersion::Two => element.with("index", &(place + 1).to_string()),
@@ -368,7 +376,7 @@ impl Description<'_> {
             };
             element.always("dependencies", "").closed()
         };
-        let known = |described: &Described| described.start.is_some();
+        let known = |described: &VariableDescription| described.start.is_some();
         let list =
             |element: &str| -> Vec<String> { outputs().map(|output| unknown(element, output)).collect() };
         let initial = |element: &str| -> Vec<String> {
@@ -398,7 +406,7 @@ fn categories() -> String {
     Element::new("LogCategories").around("LogCategories", &Category::ALL.map(category))
 }
 
-/// Whether a name is one of the structured naming: what is no identifier is quoted.
+/// True of names in the structured naming convention: all but identifiers are quoted.
 fn quotes_match(name: &str) -> bool {
     let mut parts = name.split('\'');
     let outside = parts.next().unwrap_or_default();
@@ -410,8 +418,8 @@ fn quotes_match(name: &str) -> bool {
     }
 }
 
-impl Described {
-    /// What both versions say in the same words.
+impl VariableDescription {
+    /// Attributes common to both versions.
     fn common(&self, element: &str) -> Element {
         let (causality, variability, initial) = roles(self.variable);
         Element::new(element)

@@ -52,7 +52,7 @@ pub fn free_basis(file: &File<'_>, body: &Body, file_nodes: &[u32]) -> Result<Ma
 ///
 /// # Errors
 /// [`StudyError::ForeignPattern`]; [`StudyError::File`]: names that cannot be read.
-pub fn full_order_loads(
+pub(crate) fn full_order_loads(
     file: &File<'_>,
     track: &Track,
     body: &Body,

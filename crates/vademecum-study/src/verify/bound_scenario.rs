@@ -1,12 +1,14 @@
-//! What is asked of either law of motion, what a file shows of it, and what comes back.
+//! A scenario bound to a file and its problem, what the file shows of it, and what a verification returns.
 
+use vademecum_build::Matrix;
+use vademecum_build::dynamics::TimedLoad;
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Body, Prepared, Setting};
 use vademecum_build::progress::Listener;
 use vademecum_eval::Tensor;
 use vademecum_format::{File, SectionKind};
 
-use super::model::file_nodes;
+use super::model::{file_nodes, free_basis, full_order_loads};
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
 use crate::notes::notes;
@@ -17,15 +19,15 @@ use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 use crate::stress_error::StressCheck;
 
 /// Most memory that the loads take at full order \[bytes\].
-const MOST_LOAD_BYTES: u64 = 4_000_000_000;
+const MAX_LOAD_BYTES: u64 = 4_000_000_000;
 
 /// A verification and the series behind it.
-pub struct Verified<F> {
+pub struct VerificationRecord<F> {
     /// The figures.
     pub figures: F,
     /// Step \[s\].
     pub time_step: f64,
-    /// When loads act: start and end of each \[s\], within the scenario.
+    /// Start and end of each load \[s\], within the scenario.
     pub acting: Vec<[f64; 2]>,
     /// Names of the probes.
     pub probes: Vec<String>,
@@ -35,11 +37,18 @@ pub struct Verified<F> {
     pub energy_series: [Vec<f64>; 2],
 }
 
-impl<F> Verified<F> {
+impl<F> VerificationRecord<F> {
     /// The same series with other figures.
-    pub(super) fn with<G>(self, figures: impl FnOnce(F) -> G) -> Verified<G> {
+    pub(super) fn with<G>(self, figures: impl FnOnce(F) -> G) -> VerificationRecord<G> {
         let Self { time_step, acting, probes, probe_series, energy_series, .. } = self;
-        Verified { figures: figures(self.figures), time_step, acting, probes, probe_series, energy_series }
+        VerificationRecord {
+            figures: figures(self.figures),
+            time_step,
+            acting,
+            probes,
+            probe_series,
+            energy_series,
+        }
     }
 
     /// The part of the scenario that a picture shows \[s\]: while loads come and go, and half as long again.
@@ -53,8 +62,8 @@ impl<F> Verified<F> {
     }
 }
 
-/// What both laws of motion begin with.
-pub struct Asked<'a> {
+/// A scenario bound to a file and the model of its problem: what verification starts from, linear or not.
+pub struct BoundScenario<'a> {
     /// Mesh node of each node of the file.
     pub file_nodes: Vec<u32>,
     /// Step, scales and damping of the file.
@@ -65,12 +74,20 @@ pub struct Asked<'a> {
     pub steps: usize,
     /// Loads of the scenario.
     pub track: Track,
+    /// The same as forces over the free dofs.
+    pub loads: Vec<TimedLoad>,
+    /// Basis of the file over the free dofs, shape (n, r).
+    pub basis: Matrix,
     /// Body of the problem.
     pub body: &'a Body,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> BoundScenario<'a> {
     /// Binds the scenario to the file.
+    ///
+    /// # Errors
+    /// [`StudyError`]: a file of another mesh or without its basis, a scenario that does not fit, more loads
+    /// than memory.
     pub fn new(
         file: &File<'_>,
         options: &PlayOptions,
@@ -91,11 +108,38 @@ impl<'a> Asked<'a> {
         let track = Track::bind(file, scenario)?;
         let (loads, dofs) = (track.contacts.len() + track.patterns.len(), body.n_dof());
         let bytes = 8 * loads as u64 * dofs as u64;
-        if bytes > MOST_LOAD_BYTES {
-            return Err(StudyError::TooManyLoads { loads, dofs, bytes, limit: MOST_LOAD_BYTES });
+        if bytes > MAX_LOAD_BYTES {
+            return Err(StudyError::TooManyLoads { loads, dofs, bytes, limit: MAX_LOAD_BYTES });
         }
         notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
-        Ok(Self { file_nodes, setting, time_step, steps, track, body })
+        let loads = full_order_loads(file, &track, body, &file_nodes)?;
+        let basis = free_basis(file, body, &file_nodes)?;
+        Ok(Self { file_nodes, setting, time_step, steps, track, loads, basis, body })
+    }
+
+    /// Entry of the scenario of each contact.
+    pub(super) fn entries(&self) -> Vec<usize> {
+        self.track.contacts.iter().map(|placed| placed.entry).collect()
+    }
+
+    /// A verification of these figures and series, full order first.
+    pub(super) fn verified<F>(
+        &self,
+        figures: F,
+        (file, scenario): (&File<'_>, &Scenario),
+        probe_series: [Vec<f64>; 2],
+        energy_series: [Vec<f64>; 2],
+    ) -> Result<VerificationRecord<F>, FileError> {
+        let probes = lines(file, SectionKind::ProbeNames)?;
+        let acting = scenario.acting();
+        Ok(VerificationRecord {
+            figures,
+            time_step: self.time_step,
+            acting,
+            probes,
+            probe_series,
+            energy_series,
+        })
     }
 
     /// The first instant at which no load acts any more, in steps.
@@ -104,9 +148,9 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// What the file showed at every instant of the scenario, the start included.
+/// Series of the file at every instant of the scenario, the start included.
 #[derive(Default)]
-pub(super) struct Shown {
+pub(super) struct PlayedSeries {
     pub structure: &'static str,
     /// Reduced coordinates, one instant after the other.
     pub coordinates: Vec<f64>,
@@ -126,15 +170,15 @@ pub(super) fn show(
     stress: Option<&StressCheck>,
     (steps, time_step): (usize, f64),
     listener: &dyn Listener,
-) -> Result<Shown, StudyError> {
-    let mut shown = Shown::default();
+) -> Result<PlayedSeries, StudyError> {
+    let mut shown = PlayedSeries::default();
     let names = lines(file, SectionKind::ProbeNames)?;
     play(file, options, track, steps, listener, shown.watch(names, track, stress, time_step))?;
     Ok(shown)
 }
 
-impl Shown {
-    /// What takes a body after each step.
+impl PlayedSeries {
+    /// Closure that records a body after each step.
     pub fn watch<'a>(
         &'a mut self,
         names: Vec<String>,
