@@ -7,9 +7,11 @@
 extern crate std;
 
 use crate::blocks::Blocks;
+use crate::element::Codec;
 use crate::error::FormatError;
+use crate::kind::SectionKind;
 use crate::read::File;
-use crate::section::{Codec, Section, SectionKind};
+use crate::section::Section;
 use crate::write::{MAX_INPUTS, SectionInput, planned_len, write_planned};
 use std::vec;
 use std::vec::Vec;
