@@ -1,5 +1,6 @@
 //! What can go wrong, apart by who can act: binding (options or memory), loading, stepping, reading.
 
+use crate::sections::place::PlaceError;
 use core::fmt;
 use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, ParameterRole, SectionKind};
@@ -113,6 +114,11 @@ pub enum ParameterError {
         /// Its place.
         index: usize,
     },
+    /// The parameter is set twice at once.
+    Twice {
+        /// Its place.
+        parameter: usize,
+    },
     /// The value is outside the parameter's range, or not a number.
     OutsideRange {
         /// The parameter's place.
@@ -130,8 +136,10 @@ pub enum ParameterError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// A force, weight or amplitude is not finite.
+    /// A force, moment or amplitude is not finite.
     NotFinite,
+    /// The place is refused.
+    Place(PlaceError),
     /// The node is not loadable.
     NotLoadable {
         /// The node, in file order.
@@ -156,6 +164,8 @@ pub enum LoadError {
         /// [`SceneOptions::contacts`](crate::SceneOptions::contacts).
         contacts: usize,
     },
+    /// The body was bound without room for kept loads.
+    NoRoom,
     /// The loads were made for a scene of another shape.
     Mismatch,
     /// The loads hold contacts from before the scene's parameters changed; clear them and add again.
@@ -199,9 +209,11 @@ pub enum StepError {
 }
 
 /// Why an output could not be given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum OutputError {
+    /// The place is refused.
+    Place(PlaceError),
     /// A section this needs is not in the file, or is compressed.
     Missing {
         /// Its kind.
@@ -328,6 +340,7 @@ impl fmt::Display for ParameterError {
             Self::Unknown { index } => {
                 write!(out, "the file has no parameter {index}, or one this evaluator does not know")
             }
+            Self::Twice { parameter } => write!(out, "parameter {parameter} is set twice"),
             Self::OutsideRange { parameter, value, lower, upper } => {
                 write!(out, "parameter {parameter} = {value:e} is outside its range {lower:e} to {upper:e}")
             }
@@ -338,7 +351,8 @@ impl fmt::Display for ParameterError {
 impl fmt::Display for LoadError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NotFinite => write!(out, "a force, weight or amplitude is not finite"),
+            Self::NotFinite => write!(out, "a force, moment or amplitude is not finite"),
+            Self::Place(error) => error.fmt(out),
             Self::NotLoadable { node, limit } => {
                 write!(out, "node {node} is not loadable; the first {limit} nodes are")
             }
@@ -351,6 +365,9 @@ impl fmt::Display for LoadError {
                 "more contacts on nodes of their own than the {contacts} there is room for; raise \
                  `SceneOptions::contacts`"
             ),
+            Self::NoRoom => {
+                write!(out, "there is no room for kept loads: bind the body with `BodyOptions::keep_loads`")
+            }
             Self::Mismatch => write!(out, "these loads belong to a scene of another shape"),
             Self::NeedsState => write!(
                 out,
@@ -398,6 +415,7 @@ impl fmt::Display for StepError {
 impl fmt::Display for OutputError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
+            Self::Place(error) => error.fmt(out),
             Self::Missing { kind } => missing(out, kind),
             Self::OutOfRange { index, count } => write!(out, "index {index} of {count}"),
             Self::Length { found, needed } => {
@@ -431,6 +449,18 @@ impl core::error::Error for ParameterError {}
 impl core::error::Error for LoadError {}
 impl core::error::Error for StepError {}
 impl core::error::Error for OutputError {}
+
+impl From<PlaceError> for LoadError {
+    fn from(error: PlaceError) -> Self {
+        Self::Place(error)
+    }
+}
+
+impl From<PlaceError> for OutputError {
+    fn from(error: PlaceError) -> Self {
+        Self::Place(error)
+    }
+}
 
 impl From<FormatError> for BindError {
     fn from(error: FormatError) -> Self {
