@@ -105,7 +105,7 @@ impl<'m> Body<'m> {
     /// Pushes at the surface point nearest to `finger` for one step; how that point has moved, m.
     fn tick(&mut self, finger: [f64; 3], force: [f64; 3]) -> Result<[f64; 3], Fault> {
         let touched = self.surface.locate(finger).ok_or(Fault::NoSurface)?;
-        let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+        let contact = Contact::new(touched.place, force);
         self.loads.clear();
         self.loads.add_contact(&self.scene, &contact).map_err(Fault::Load)?;
         self.scene.step(&mut self.state, &self.loads).map_err(Fault::Step)?;

@@ -7,7 +7,7 @@
 use std::error::Error;
 
 use vademecum_eval::format::{File, SectionKind};
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State};
+use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, State};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
@@ -45,7 +45,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         for &(_, node, force) in touches.iter().filter(|&&(at, ..)| at == tick) {
             loads.clear();
             if force != [0.0; 3] {
-                loads.add_contact(&scene, &Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force })?;
+                loads
+                    .add_contact(&scene, &Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force))?;
             }
         }
         scene.step(&mut state, &loads)?;

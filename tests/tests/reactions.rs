@@ -77,7 +77,7 @@ fn marched(
     let full = Full::of(&problem(text));
     let file = File::parse(bytes).expect("a file");
     let place = Surface::new(&file).expect("a surface").locate(point).expect("a triangle");
-    let contact = Contact { nodes: place.nodes, weights: place.weights, force };
+    let contact = Contact::new(place.place, force);
     let mut load = full.contact(&contact);
     // Both patterns act, too, the second pulling.
     let n_patterns = full.body.patterns.len();
@@ -278,7 +278,7 @@ fn reactions_loads_and_inertia_are_in_equilibrium() {
                 let point = [place(), 0.1 * place(), 0.2 * place()];
                 let force = [0; 3].map(|_| 100.0 * (random.uniform() - 0.5));
                 let at = surface.locate(point).expect("a triangle");
-                let contact = Contact { nodes: at.nodes, weights: at.weights, force };
+                let contact = Contact::new(at.place, force);
                 loads.clear();
                 loads.add_contact(scene, &contact).expect("a contact");
                 let amplitude = random.uniform() - 0.5;

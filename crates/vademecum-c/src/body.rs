@@ -4,8 +4,8 @@ use core::ptr::NonNull;
 
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    BindError, Contact, FreeBody, Loads, Modal, RigidMotion, Scalar, Scene, SceneOptions, State, StaticField,
-    Status, StepError, StructureChoice, Surface, SurfacePoint,
+    BindError, Contact, FreeBody, Loads, Modal, Place, RigidMotion, Scalar, Scene, SceneOptions, State,
+    StaticField, Status, StepError, StructureChoice, Surface, SurfacePoint,
 };
 
 use crate::message::Message;
@@ -19,12 +19,12 @@ pub const MOST_PLACES: usize = 64;
 
 impl VdmPlace {
     pub(crate) fn contact(&self, force: [f64; 3]) -> Contact {
-        Contact { nodes: self.nodes, weights: self.weights, force }
+        Contact::new(Place::triangle(self.nodes, self.weights), force)
     }
 
     pub(crate) fn point(&self) -> SurfacePoint {
         let Self { nodes, weights, position, distance } = *self;
-        SurfacePoint { nodes, weights, position, distance }
+        SurfacePoint { place: Place::triangle(nodes, weights), position, distance }
     }
 }
 

@@ -13,7 +13,8 @@ pub type Amplitudes = [f64; 1 + MAX_STAGES];
 impl Body {
     pub fn locate(&mut self, point: [f64; 3], place: &mut VdmPlace) -> VdmStatus {
         match self.surface.as_ref().and_then(|surface| surface.locate(point)) {
-            Some(SurfacePoint { nodes, weights, position, distance }) => {
+            Some(SurfacePoint { place: found, position, distance }) => {
+                let (nodes, weights) = found.corners().unwrap_or_default();
                 *place = VdmPlace { nodes, weights, position, distance };
                 VdmStatus::VDM_OK
             }

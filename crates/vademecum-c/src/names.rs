@@ -12,7 +12,7 @@ use crate::types::{VdmNamed, VdmParameter, VdmStatus};
 impl Body {
     pub fn set_parameter(&mut self, parameter: u32, value: f64, work: &mut [f64]) -> VdmStatus {
         let index = parameter as usize;
-        let done = moved!(self.march, m => m.scene.set_parameter(index, value, &mut m.state, work));
+        let done = moved!(self.march, m => m.scene.set_parameters(&[(index, value)], &mut m.state, work));
         self.follow();
         self.answer(done, VdmStatus::VDM_BIND)
     }
@@ -36,9 +36,9 @@ impl Body {
             let region = |scales: &[f64], region: u32| scales.get(region as usize).copied();
             let value = match known.role {
                 ParameterRole::Stiffness => Some(options.stiffness),
-                ParameterRole::RegionStiffness { region: q } => region(&options.region_stiffness, q),
+                ParameterRole::RegionStiffness { region: q } => region(options.regions.stiffness(), q),
                 ParameterRole::Density => Some(options.density),
-                ParameterRole::RegionDensity { region: q } => region(&options.region_density, q),
+                ParameterRole::RegionDensity { region: q } => region(options.regions.density(), q),
                 ParameterRole::Alpha => Some(options.alpha.unwrap_or(metadata.alpha)),
                 ParameterRole::Beta => Some(options.beta.unwrap_or(metadata.beta)),
                 ParameterRole::TimeStep => Some(options.time_step.unwrap_or(metadata.time_step)),
@@ -115,7 +115,7 @@ impl<T: Scalar> Moved<T> {
         let mut options: SceneOptions = *self.scene.options();
         let before = options;
         for (index, &value) in values.iter().enumerate() {
-            options.set(self.scene.metadata(), index, value)?;
+            options.set(self.scene.metadata(), &[(index, value)])?;
         }
         self.scene.rebind(&options, work)?;
         if self.state.carry(&self.scene).is_err() {

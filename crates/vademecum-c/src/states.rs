@@ -1,7 +1,7 @@
 //! The state of a body: copied out and back, set, carried from one body to another; and how it yields at
 //! places.
 
-use vademecum_eval::{Contact, LoadError, Scalar, StepError};
+use vademecum_eval::{Contact, LoadError, Place, Scalar, StepError};
 
 use crate::body::{Body, MOST_PLACES, Moved, moved};
 use crate::types::{VdmPlace, VdmStatus};
@@ -73,7 +73,7 @@ impl Body {
 
 /// Room for the most places there may be.
 const CONTACTS: [Contact; MOST_PLACES] =
-    [Contact { nodes: [0; 3], weights: [0.0; 3], force: [0.0; 3] }; MOST_PLACES];
+    [Contact::new(Place::triangle([0; 3], [0.0; 3]), [0.0; 3]); MOST_PLACES];
 
 /// The places as contacts without force; `None` if they are too many.
 fn contacts_of<'c>(places: &[VdmPlace], contacts: &'c mut [Contact]) -> Option<&'c [Contact]> {

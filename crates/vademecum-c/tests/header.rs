@@ -270,7 +270,7 @@ fn a_haptic_loop_in_c_gets_the_bits_of_the_evaluator() {
         let depth = 2e-3 * f64::from(tick) / 1000.0;
         let under = scene.point(&state, &place, Field::Displacement).expect("a point");
         let force = [0.0, 0.0, -2e3 * (depth + under[2])];
-        let contact = Contact { nodes: place.nodes, weights: place.weights, force };
+        let contact = Contact::new(place.place, force);
         loads.add_contact(&scene, &contact).expect("a contact");
         scene.step(&mut state, &loads).expect("a step");
     }

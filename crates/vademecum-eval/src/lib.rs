@@ -26,7 +26,7 @@
 //!               │                               │ ◄── add_pattern ◄── gravity, pressure
 //!               └────────► Scene::step ◄────────┘
 //!                               │ ▲
-//!                               │ └──────────────── Scene::set_parameter ◄── a slider
+//!                               │ └──────────────── Scene::set_parameters ◄── a slider
 //!                               ▼
 //!             probe, node, point, surface_into, body_into, energy
 //! ```
@@ -56,7 +56,7 @@
 //!     // Touch. A load stays until `loads.clear()`.
 //!     let touched = Surface::new(&file)?.locate(finger).ok_or("no loadable surface")?;
 //!     let force = [0.0, 0.0, -20.0];
-//!     loads.add_contact(&scene, &Contact { nodes: touched.nodes, weights: touched.weights, force })?;
+//!     loads.add_contact(&scene, &Contact::new(touched.place, force))?;
 //!
 //!     // Step: this loop is what runs a thousand times a second. The first step of a new state starts with the
 //!     // acceleration that its loads demand.
@@ -88,7 +88,7 @@
 //!   forces with which tool and body just touch at the end of the step, and give them to
 //!   [`Loads::add_contact`] (`examples/press_a_sphere.rs`).
 //! - **A slider changes the body.** [`SceneOptions::find`] tells the index of a live parameter by its name;
-//!   [`Scene::set_parameter`] sets it, in 5 µs for 8 modes and 270 µs for 64, and carries the state over. The
+//!   [`Scene::set_parameters`] sets it, in 5 µs for 8 modes and 270 µs for 64, and carries the state over. The
 //!   loads from before are stale: clear them and add them again. For several parameters at once, or several
 //!   states: [`SceneOptions::set`], [`Scene::rebind`] and [`State::carry`]. A value outside of its range is
 //!   refused and changes nothing.
@@ -153,9 +153,10 @@ mod body;
 pub mod chapter;
 
 pub use base::error::{BindError, LoadError, OutputError, ParameterError, StepError};
-pub use base::options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
+pub use base::options::{RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use base::scalar::Scalar;
 pub use body::batch::{Batch, BatchStatus};
+pub use body::body::{Body, BodyOptions, BodyParts, LoadsAfter};
 #[cfg(feature = "alloc")]
 pub use body::simulation::{Simulation, SimulationError};
 pub use body::tree::{SurfaceTree, TreeSizes};
@@ -170,6 +171,7 @@ pub use scene::state::State;
 pub use sections::contact::Contact;
 #[cfg(feature = "mmap")]
 pub use sections::mmap::{Mapped, OpenError};
+pub use sections::place::{MAX_PLACE_NODES, Place, PlaceError};
 pub use sections::rows::Field;
 pub use sections::stress_rows::StressPoint;
 pub use sections::surface::{Surface, SurfacePoint, nearest_in_triangle};

@@ -7,8 +7,8 @@
 
 use vademecum_eval::format::{File, MAX_PARAMETERS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
-    BindError, Contact, Field, Loads, OutputError, RigidMotion, Scene, SceneOptions, State, StructureChoice,
-    SurfacePoint,
+    BindError, Contact, Field, Loads, OutputError, Place, RigidMotion, Scene, SceneOptions, State,
+    StructureChoice, SurfacePoint,
 };
 
 use crate::bytes::{Cursor, Pen};
@@ -322,7 +322,7 @@ impl Body {
                     if parameter(&options, metadata, index).is_none() {
                         return Err((variable, Refusal::NoVariable));
                     }
-                    let done = options.set(metadata, index as usize, value);
+                    let done = options.set(metadata, &[(index as usize, value)]);
                     done.map_err(|error| (variable, Refusal::Parameter(error)))?;
                     last = Some(variable);
                 }
@@ -478,7 +478,7 @@ impl Body {
         let mut options = before;
         for (index, value) in (0..).zip(parameters) {
             if parameter(&options, self.scene.metadata(), index).is_some() {
-                options.set(self.scene.metadata(), index as usize, value)?;
+                options.set(self.scene.metadata(), &[(index as usize, value)])?;
             }
         }
         if options != before {
@@ -569,7 +569,8 @@ impl Acting<'_> {
             let force = next_force(&mut inputs);
             let Some(point) = self.points.get(index).filter(|_| force != [0.0; 3]) else { continue };
             let force = self.flight.map_or(force, |flight| flight.turned.to_body(force));
-            loads.add_contact(self.scene, &Contact { nodes: point.nodes, weights: point.weights, force })?;
+            loads
+                .add_contact(self.scene, &Contact::new(Place::triangle(point.nodes, point.weights), force))?;
         }
         for (pattern, amplitude) in inputs.take(self.patterns as usize).enumerate() {
             if amplitude != 0.0 {
@@ -604,7 +605,7 @@ fn placed(file: &File<'static>, point: &Point<'_>) -> SurfacePoint {
             }
         }
     }
-    SurfacePoint { nodes, weights, position, distance: 0.0 }
+    SurfacePoint { place: Place::triangle(nodes, weights), position, distance: 0.0 }
 }
 
 /// Value of a parameter at these options; `None` for one that an FMU does not offer. The time step is one:
@@ -615,8 +616,8 @@ pub fn parameter(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) ->
     match metadata.active_parameters().get(index as usize)?.role {
         R::Stiffness => Some(options.stiffness),
         R::Density => Some(options.density),
-        R::RegionStiffness { region } => options.region_stiffness.get(region as usize).copied(),
-        R::RegionDensity { region } => options.region_density.get(region as usize).copied(),
+        R::RegionStiffness { region } => options.regions.stiffness().get(region as usize).copied(),
+        R::RegionDensity { region } => options.regions.density().get(region as usize).copied(),
         R::Alpha => Some(options.alpha.unwrap_or(metadata.alpha)),
         R::Beta => Some(options.beta.unwrap_or(metadata.beta)),
         _ => None,

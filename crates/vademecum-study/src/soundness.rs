@@ -74,7 +74,7 @@ pub fn check_file(bytes: &[u8], limit: u64) -> Result<Soundness, StudyError> {
             let mut options = nominal;
             let place = || place(parameters, corner);
             let set = parameters.iter().enumerate().try_for_each(|(index, parameter)| {
-                options.set(metadata, index, value(parameter, corner, index))
+                options.set(metadata, &[(index, value(parameter, corner, index))])
             });
             let beyond = match set {
                 Ok(()) => match found.hold(&file, "block", &own.block, &options, place) {

@@ -13,7 +13,9 @@ use core::panic::PanicInfo;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole};
-use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice, SurfacePoint};
+use vademecum_eval::{
+    Contact, Field, Place, RegionScales, SceneOptions, Status, StructureChoice, SurfacePoint,
+};
 
 use crate::message::Message;
 use crate::refusal::Refusal;
@@ -224,9 +226,15 @@ pub extern "C" fn parameter(index: usize) -> u32 {
 /// stiffness and of each region's density, 8 and 8.
 fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     let [structure, time_step, stiffness, density, alpha, beta, rest_below, regions @ ..] = *numbers;
-    let (mut region_stiffness, mut region_density) = ([1.0; MAX_REGIONS], [1.0; MAX_REGIONS]);
-    let scales = region_stiffness.iter_mut().chain(&mut region_density);
-    scales.zip(regions).for_each(|(scale, number)| *scale = number);
+    let mut scales = RegionScales::ONE;
+    for (region, &number) in (0..).zip(regions.iter().take(2 * MAX_REGIONS)) {
+        let count = MAX_REGIONS as u32;
+        // Their numbers are within what there may be.
+        let _ = match u32::checked_sub(region, count) {
+            None => scales.set_stiffness(region, number),
+            Some(region) => scales.set_density(region, number),
+        };
+    }
     let structure = match structure as u32 {
         1 => StructureChoice::Diagonal,
         2 => StructureChoice::Block,
@@ -238,8 +246,7 @@ fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
         time_step: Some(time_step),
         stiffness,
         density,
-        region_stiffness,
-        region_density,
+        regions: scales,
         alpha: Some(alpha),
         beta: Some(beta),
         rest_below,
@@ -320,13 +327,13 @@ pub extern "C" fn clear_loads() -> u32 {
 }
 
 fn point_of(nodes: [u32; 3], weights: [f64; 3]) -> SurfacePoint {
-    SurfacePoint { nodes, weights, position: [0.0; 3], distance: 0.0 }
+    SurfacePoint { place: Place::triangle(nodes, weights), position: [0.0; 3], distance: 0.0 }
 }
 
 /// Adds a held contact: nodes, weights (the third completes 1), force \[N\].
 #[unsafe(no_mangle)]
 pub extern "C" fn add_contact(a: u32, b: u32, c: u32, wa: f64, wb: f64, fx: f64, fy: f64, fz: f64) -> u32 {
-    let contact = Contact { nodes: [a, b, c], weights: [wa, wb, 1.0 - wa - wb], force: [fx, fy, fz] };
+    let contact = Contact::new(Place::triangle([a, b, c], [wa, wb, 1.0 - wa - wb]), [fx, fy, fz]);
     module().ask(|player| player.add_contact(&contact).map(|()| 1))
 }
 
@@ -409,8 +416,9 @@ pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
     let Some(file) = &module.file else { return 0 };
     match nearest(file, [x, y, z]) {
         Ok(Some(p)) => {
-            let nodes = p.nodes.map(f64::from);
-            module.give(nodes.into_iter().chain(p.weights).chain(p.position).chain([p.distance]));
+            let (nodes, weights) = p.place.corners().unwrap_or_default();
+            let nodes = nodes.map(f64::from);
+            module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
             1
         }
         Ok(None) => 0,

@@ -79,7 +79,11 @@ pub struct Touch {
 }
 
 const NOWHERE: Touch = Touch {
-    point: SurfacePoint { nodes: [0; 3], weights: [0.0; 3], position: [0.0; 3], distance: 0.0 },
+    point: SurfacePoint {
+        place: vademecum_eval::Place::triangle([0; 3], [0.0; 3]),
+        position: [0.0; 3],
+        distance: 0.0,
+    },
     place: [0.0; 3],
     force: [0.0; 3],
     depth: f64::NEG_INFINITY,
@@ -141,8 +145,7 @@ impl<'m> Ground<'m> {
             }
         }
         best.map(|(distance, node, position)| SurfacePoint {
-            nodes: [node as u32; 3],
-            weights: [1.0, 0.0, 0.0],
+            place: vademecum_eval::Place::triangle([node as u32; 3], [1.0, 0.0, 0.0]),
             position,
             distance,
         })
@@ -208,9 +211,9 @@ impl Tool {
         let n = touches.len();
 
         // How the places yield in the coming step, and where they go without the sphere.
-        let mut contacts = [Contact { nodes: [0; 3], weights: [0.0; 3], force: [0.0; 3] }; MOST];
+        let mut contacts = [Contact::new(vademecum_eval::Place::triangle([0; 3], [0.0; 3]), [0.0; 3]); MOST];
         for (contact, touch) in contacts.iter_mut().zip(&*touches) {
-            (contact.nodes, contact.weights) = (touch.point.nodes, touch.point.weights);
+            contact.place = touch.point.place;
         }
         let contacts = contacts.get(..n).unwrap_or_default();
         let (mut w, mut free) = (room(), [[0.0; 3]; MOST]);

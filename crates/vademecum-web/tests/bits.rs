@@ -7,7 +7,7 @@ use std::process::Command;
 use vademecum_eval::format::scheme::StepParameters;
 use vademecum_eval::format::{Element, File};
 use vademecum_eval::{
-    Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
+    Contact, Field, Loads, Place, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
 };
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 use vademecum_web::session::{Player, Session, lengths};
@@ -16,7 +16,7 @@ use vademecum_web::tool::Sphere;
 const LAYOUT: Layout = Layout { rows: 4, load_rows: 3, columns: 3, n_interior: 3, r: 11 };
 
 const POINT: SurfacePoint =
-    SurfacePoint { nodes: [1, 4, 3], weights: [0.25, 0.5, 0.25], position: [0.0; 3], distance: 0.0 };
+    SurfacePoint { place: Place::triangle([1, 4, 3], [0.25, 0.5, 0.25]), position: [0.0; 3], distance: 0.0 };
 
 /// The march of `march.mjs`, for one precision.
 struct Native<'f, 'n> {
@@ -129,7 +129,7 @@ fn press<T: Scalar>(file: &File<'_>, numbers: &mut Vec<f64>) -> usize {
 }
 
 fn contact() -> Contact {
-    Contact { nodes: POINT.nodes, weights: POINT.weights, force: [1.0, -2.0, 0.7] }
+    Contact::new(POINT.place, [1.0, -2.0, 0.7])
 }
 
 /// The module to test: the committed one, or the one named by `VADEMECUM_WASM` (a fresh build).

@@ -9,7 +9,7 @@
 mod board;
 
 use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State};
+use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Place};
 
 const TICKS: u32 = 1000;
 const EVERY: u32 = 50;
@@ -60,7 +60,7 @@ fn touch(scene: &Scene<'_, f32>, loads: &mut Loads<'_, f32>, asked: &Touch) -> O
     if asked.force == [0; 3] {
         return Some(());
     }
-    let contact = Contact { nodes: [asked.node; 3], weights: [1.0, 0.0, 0.0], force };
+    let contact = Contact::new(Place::triangle([asked.node; 3], [1.0, 0.0, 0.0]), force);
     loads.add_contact(scene, &contact).ok()
 }
 

@@ -8,7 +8,7 @@ use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::format::File;
 use vademecum_eval::{
     Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
-    SurfaceTree,
+    SurfaceTree, Place,
 };
 
 unsafe extern "C" {
@@ -36,7 +36,7 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     let mut state = State::new(&scene, state).ok()?;
     let mut loads = Loads::new(&scene, loads).ok()?;
     let index = SceneOptions::find(file.metadata(), "stiffness")?;
-    scene.set_parameter(index, 1.1, &mut state, work).ok()?;
+    scene.set_parameters(&[(index, 1.1)], &mut state, work).ok()?;
     scene.rebind(&options, work).ok()?;
     state.carry(&scene).ok()?;
     let point = Surface::new(&file).ok()?.locate([0.0; 3])?;
@@ -45,7 +45,7 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     let mut tree = SurfaceTree::new(&surface, &mut order, &mut boxes).ok()?;
     tree.refit(memory, 2.0).ok()?;
     let point = tree.pick(point.position, [0.0, 0.0, -1.0]).or(tree.locate(point.position))?;
-    let contact = Contact { nodes: point.nodes, weights: point.weights, force: [0.0, 0.0, -1.0] };
+    let contact = Contact::new(point.place, [0.0, 0.0, -1.0]);
     loads.add_contact(&scene, &contact).ok()?;
     loads.add_pattern_staged(&scene, 0, &[0.0, 0.5, 1.0, 0.0]).ok()?;
     scene.set(&mut state, &[0.0], &[1.0], &loads).ok()?;
@@ -78,7 +78,7 @@ fn run_chapter<T: Scalar>(bytes: &[u8], memory: &mut [T]) -> Option<f64> {
     let scene = ChapterScene::bind(&file, &SceneOptions::default(), scene).ok()?;
     let mut state = ChapterState::new(&scene, state).ok()?;
     let mut loads = ChapterLoads::new(&scene, loads).ok()?;
-    let contact = Contact { nodes: [0; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, -1.0] };
+    let contact = Contact::new(Place::triangle([0; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, -1.0]);
     loads.add_contact(&scene, &contact).ok()?;
     loads.add_contact_staged(&scene, &contact, &[0.0, 0.5, 1.0, 0.0]).ok()?;
     scene.set(&mut state, &[0.0], &[1.0], &loads).ok()?;

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use vademecum_eval::{
-    Contact, Field, Loads, OutputError, Scene, SceneOptions, Sizes, State, StaticField, Structure,
+    Contact, Field, Loads, OutputError, Place, Scene, SceneOptions, Sizes, State, StaticField, Structure,
 };
 use vademecum_format::File;
 use vademecum_format::scheme::MAX_STAGES;
@@ -255,7 +255,7 @@ impl<'m> March<'m> {
         let lent = memory.states.iter_mut().zip(&mut memory.loads);
         let trajectories = unseen.loads.iter().zip(lent).map(|(load, (state, loads))| {
             let nodes = load.nodes.map(|node| order.file_node[node as usize]);
-            let contact = Contact { nodes, weights: load.weights, force: load.force };
+            let contact = Contact::new(Place::triangle(nodes, load.weights), load.force);
             let (state, loads) = (State::new(&scene, state)?, Loads::new(&scene, loads)?);
             let mut trajectory = Trajectory { contact, load, state, loads, factors: [0.0; 1 + MAX_STAGES] };
             trajectory.load_step(&scene, 0)?;

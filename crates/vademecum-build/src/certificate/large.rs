@@ -1,7 +1,7 @@
 //! The certificate of large displacements: pushes at full order beside the bytes that ship.
 
 use faer::Mat;
-use vademecum_eval::{Contact, Loads, Scene, SceneOptions, State};
+use vademecum_eval::{Contact, Loads, Place, Scene, SceneOptions, State};
 use vademecum_format::File;
 use vademecum_format::scheme::MAX_STAGES;
 
@@ -98,7 +98,7 @@ fn follow_push(
         if factors.iter().any(|&f| f != 0.0) {
             for &(node, force) in &push.nodes {
                 let at = order.file_node[node as usize];
-                let contact = Contact { nodes: [at; 3], weights: [1.0, 0.0, 0.0], force };
+                let contact = Contact::new(Place::triangle([at; 3], [1.0, 0.0, 0.0]), force);
                 loads.add_contact_staged(&scene, &contact, &factors)?;
             }
         }

@@ -3,7 +3,7 @@
 
 use faer::{Mat, MatRef};
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
-use vademecum_eval::{Contact, SceneOptions};
+use vademecum_eval::{Contact, Place, SceneOptions};
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{ChapterRole, File, StructureCertificate};
 
@@ -290,7 +290,7 @@ impl ChapterUnseen {
             let mut full = vec![0.0; body.n_dof()];
             body.model.add_point_force(&[node], &[1.0], force, &mut full);
             let nodes = [order.file_node[node as usize]; 3];
-            let contact = Contact { nodes, weights: [1.0, 0.0, 0.0], force };
+            let contact = Contact::new(Place::triangle(nodes, [1.0, 0.0, 0.0]), force);
             Unseen { contact, timed: TimedLoad { column, force: full, when: when.into() } }
         };
         Self { loads: (0..TRAJECTORIES).map(load).collect(), steps }

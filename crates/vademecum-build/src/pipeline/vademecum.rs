@@ -269,7 +269,7 @@ impl Stages<'_> {
                 let mut options =
                     SceneOptions { structure: StructureChoice::Exact, ..SceneOptions::default() };
                 for (parameter, &value) in values.iter().enumerate() {
-                    options.set(file.metadata(), parameter, value).map_err(CertificateError::from)?;
+                    options.set(file.metadata(), &[(parameter, value)]).map_err(CertificateError::from)?;
                 }
                 let inputs = |inputs: Inputs| {
                     let step = (&setting, problem.output.precision, name, &prepared.ratios);

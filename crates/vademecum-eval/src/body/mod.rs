@@ -1,6 +1,8 @@
 //! Whole bodies: one, many of one file, and one that owns its memory.
 
 pub(crate) mod batch;
+#[expect(clippy::module_inception, reason = "the room is named after its first file")]
+pub(crate) mod body;
 #[cfg(feature = "alloc")]
 pub(crate) mod simulation;
 pub(crate) mod tree;

@@ -39,7 +39,7 @@ impl<T: Scalar> ChapterScene<'_, T> {
         point: &SurfacePoint,
         field: Field,
     ) -> Result<[f64; 3], OutputError> {
-        self.rows.point(point, self.multipliers(state, field)?)
+        self.rows.point(&point.place, self.multipliers(state, field)?)
     }
 
     /// The surface, `out` of shape `(n_surface_nodes, 3)`. Bound by reading the basis once.

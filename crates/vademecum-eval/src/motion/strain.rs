@@ -21,7 +21,7 @@ use crate::kernels::strain::memory::{Scratch, StrainMap};
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::contact::Contact;
+use crate::sections::place::Place;
 
 /// What a step did with the energy \[J\], see [`Scene::step_metered`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -157,7 +157,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// scene.set(&mut state, &[0.2, -0.1, 0.05], &[1.0; 3], &loads)?;
     /// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
     /// let force = [1.0, -2.0, -20.0];
-    /// let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+    /// let contact = Contact::new(touched.place, force);
     /// let (mut w, mut work) = ([0.0; 9], vec![0.0; scene.compliance_work(1)]);
     /// scene.compliance_at(&state, &[contact], &mut w, &mut work)?;
     /// let mut free = [[0.0; 3]];
@@ -181,14 +181,14 @@ impl<T: Scalar> Scene<'_, T> {
     pub fn compliance_at(
         &self,
         state: &State<'_, T>,
-        contacts: &[Contact],
+        places: &[impl AsRef<Place>],
         w: &mut [f64],
         work: &mut [T],
     ) -> Result<(), LoadError> {
         if self.shape.structure() != Structure::Strain {
-            return self.compliance(contacts, w, work);
+            return self.compliance(places, w, work);
         }
-        let (n, r) = (3 * contacts.len(), self.shape.r);
+        let (n, r) = (3 * places.len(), self.shape.r);
         if state.shape != self.shape || w.len() != n * n {
             return Err(LoadError::Mismatch);
         }
@@ -198,7 +198,7 @@ impl<T: Scalar> Scene<'_, T> {
         }
         let mut work = Lender::new(work);
         let rows = work.take(n * r)?;
-        self.project(contacts, rows)?;
+        self.project(places, rows)?;
         let map = self.strain_map()?;
         let mut scratch = Scratch::new(self.shape.strain, work.take(self.shape.scratch_len())?)?;
         let p = state.y.part(1).iter().enumerate().map(|(i, p)| T::from_f64(map.p_of(i, p.to_f64())));

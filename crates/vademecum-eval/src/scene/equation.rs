@@ -7,7 +7,6 @@
 use crate::base::error::StepError;
 use crate::base::scalar::Scalar;
 use crate::kernels::coordinates::Coordinates;
-use vademecum_format::MAX_REGIONS;
 use vademecum_format::scheme::StepParameters;
 
 /// The reduced matrices of a file, as it stores them.
@@ -38,9 +37,9 @@ pub(crate) struct Equation<'e, 'm> {
     pub matrices: &'e Matrices<'m>,
     pub parameters: &'e StepParameters,
     /// `κ_q`.
-    pub region_stiffness: &'e [f64; MAX_REGIONS],
+    pub region_stiffness: &'e [f64],
     /// `ρ_q`.
-    pub region_density: &'e [f64; MAX_REGIONS],
+    pub region_density: &'e [f64],
 }
 
 impl Equation<'_, '_> {
@@ -198,18 +197,12 @@ impl Equation<'_, '_> {
     }
 
     /// Row `k` of `Σ_q s_q A_q x`, the `A_q` one after the other.
-    fn region_row<S: Scalar>(
-        &self,
-        regions: &[[u8; 8]],
-        scales: &[f64; MAX_REGIONS],
-        k: usize,
-        x: &[S],
-    ) -> Option<f64> {
+    fn region_row<S: Scalar>(&self, regions: &[[u8; 8]], scales: &[f64], k: usize, x: &[S]) -> Option<f64> {
         self.over_regions(scales, |q| row(regions, q * x.len() + k, x))
     }
 
     /// `Σ_q s_q a_q` over the regions of the file.
-    fn over_regions(&self, scales: &[f64; MAX_REGIONS], a: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+    fn over_regions(&self, scales: &[f64], a: impl Fn(usize) -> Option<f64>) -> Option<f64> {
         let mut regions = scales.iter().take(self.matrices.n_regions).enumerate();
         regions.try_fold(0.0, |sum, (q, scale)| Some(sum + scale * a(q)?))
     }
@@ -277,7 +270,7 @@ fn copy<T: Copy>(from: &[T], to: &mut [T]) {
     to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
 }
 
-fn moved(scales: &[f64; MAX_REGIONS]) -> bool {
+fn moved(scales: &[f64]) -> bool {
     scales.iter().any(|&scale| scale != 1.0)
 }
 

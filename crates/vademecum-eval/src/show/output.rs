@@ -6,8 +6,8 @@ use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
+use crate::sections::place::Place;
 use crate::sections::rows::{Factors, Field, factors};
-use crate::sections::surface::SurfacePoint;
 
 impl<T: Scalar> Scene<'_, T> {
     /// Value of probe `index`. `O(r)`.
@@ -62,7 +62,8 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(value)
     }
 
-    /// Displacement or velocity of a point of the surface, three components. `O(r)`.
+    /// Displacement or velocity of a place, such as a [`SurfacePoint`](crate::SurfacePoint), three components.
+    /// `O(r)`.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -71,7 +72,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # loads.add_pattern(&scene, 0, 1.0)?;
     /// # scene.step(&mut state, &loads)?;
     /// // Half way between two nodes, the mean of both.
-    /// let middle = SurfacePoint { nodes: [0, 1, 3], weights: [0.5, 0.5, 0.0], position: [0.0; 3], distance: 0.0 };
+    /// let middle = Place::new(&[0, 1], &[0.5, 0.5])?;
     /// let there = scene.point(&state, &middle, Field::Displacement)?;
     /// let [a, b] = [scene.node(&state, 0, Field::Displacement)?, scene.node(&state, 1, Field::Displacement)?];
     /// for component in 0..3 {
@@ -86,11 +87,12 @@ impl<T: Scalar> Scene<'_, T> {
     pub fn point(
         &self,
         state: &State<'_, T>,
-        point: &SurfacePoint,
+        at: &impl AsRef<Place>,
         field: Field,
     ) -> Result<[f64; 3], OutputError> {
-        let mut value = self.sections.rows.point(point, self.factors(state, field)?)?;
-        for (&node, weight) in point.nodes.iter().zip(point.weights) {
+        let place = at.as_ref();
+        let mut value = self.sections.rows.point(place, self.factors(state, field)?)?;
+        for (node, weight) in place.entries() {
             self.add_static(state, field, node as usize, weight, &mut value);
         }
         Ok(value)

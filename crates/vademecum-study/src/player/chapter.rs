@@ -6,7 +6,7 @@
 use vademecum_build::certificate::spectral_radius;
 use vademecum_build::chapter::ChapterReport;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
-use vademecum_eval::{Scalar, SceneOptions, SurfacePoint};
+use vademecum_eval::{Place, Scalar, SceneOptions, SurfacePoint};
 use vademecum_format::{Chapter, File, SectionKind};
 
 use super::PlayOptions;
@@ -33,7 +33,7 @@ pub(super) fn nearest_position(
     let places = positions.iter().map(|&(node, at)| (node, at, distance(at)));
     let nearest = places.min_by(|a, b| a.2.total_cmp(&b.2));
     let (node, position, distance) = nearest.ok_or(FileError::NoSurface)?;
-    Ok(SurfacePoint { nodes: [node; 3], weights: [1.0, 0.0, 0.0], position, distance })
+    Ok(SurfacePoint { place: Place::triangle([node; 3], [1.0, 0.0, 0.0]), position, distance })
 }
 
 /// Binds a scene of the chapter's structure in memory of its own and hands it over, at rest and unloaded.

@@ -105,7 +105,7 @@ impl Track {
             let forces = entry.forces(scenario.duration);
             for (point, share) in places(index, entry)? {
                 for (force, history) in &forces {
-                    let contact = Contact { nodes: point.nodes, weights: point.weights, force: *force };
+                    let contact = Contact::new(point.place, *force);
                     let when = History { share, ..history.clone() };
                     contacts.push(PlacedContact { entry: index, contact, point, when });
                 }
