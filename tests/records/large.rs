@@ -1,8 +1,9 @@
-//! The record of `docs/benchmarks/large-displacements.md`: files of large displacements beside the full
+//! The record of `docs/measurements/large-displacements.md`: files of large displacements beside the full
 //! order.
 //!
 //! ```text
-//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N --work FOLDER]
+//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N --work
+//! FOLDER]
 //! ```
 //!
 //! Each body is built as `vademecum build` does it, with a step of a fortieth of its first period, and its

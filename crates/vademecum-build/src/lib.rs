@@ -51,8 +51,8 @@
 //! "#;
 //! let problem = Problem::parse(text, "beam.toml", std::path::PathBuf::new())?;
 //! let built = build(&problem, &BuildOptions::default(), &Silent)?.kept()?;
-//! // The first bending mode of a cantilever: 3.516/2π √(E I/ρ A)/l², here 21.4 Hz and a little less for shear.
-//! assert!((built.report.mode_table[0].frequency_hz / 21.4 - 1.0).abs() < 0.02);
+//! // The first bending mode of a cantilever: 3.516/2π √(E I/ρ A)/l², here 21.4 Hz and a little less for
+//! shear. assert!((built.report.mode_table[0].frequency_hz / 21.4 - 1.0).abs() < 0.02);
 //! assert!(built.bytes.len() == built.report.file_bytes);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -94,17 +94,17 @@ pub type Matrix = faer::Mat<f64>;
 
 // The numbers worked out by hand on these pages are compiled and asserted by the documentation tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/1-one-oscillator.md")]
+#[doc = include_str!("../../../docs/explanation/1-one-oscillator.md")]
 struct OneOscillator;
 
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/5a-separation-by-hand.md")]
+#[doc = include_str!("../../../docs/explanation/5a-separation-by-hand.md")]
 struct SeparationByHand;
 
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/7-exact-steps.md")]
+#[doc = include_str!("../../../docs/explanation/7-exact-steps.md")]
 struct ExactSteps;
 
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/large-displacements-reduced.md")]
+#[doc = include_str!("../../../docs/explanation/large-displacements-reduced.md")]
 struct LargeDisplacementsReduced;
