@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use vademecum_build::input::Problem;
 use vademecum_build::progress::Silent;
 use vademecum_eval::StructureChoice;
-use vademecum_study::bench::Study;
+use vademecum_study::parts::Study;
 use vademecum_tests::bases::{Row, VARIANTS, Variant, compare, file};
 use vademecum_tests::long_march::{energy_ratio, precision};
 use vademecum_tests::program::repository;

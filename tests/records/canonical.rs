@@ -15,7 +15,8 @@ use vademecum_build::input::{BasisKind, ChapterEntry, Problem, Repair};
 use vademecum_build::progress::Silent;
 use vademecum_eval::Contact;
 use vademecum_format::{Chapter, File};
-use vademecum_study::bench::Study;
+use vademecum_lab::chapter_bytes;
+use vademecum_study::parts::Study;
 use vademecum_tests::program::repository;
 use vademecum_tests::stage::with_chapter;
 
@@ -79,7 +80,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
         rows.push((name, map, clock.elapsed().as_secs_f64()));
     }
     let measured = |map: &ChapterMap| {
-        study.chapter_bytes(&basis, map, &ChapterCertificate::of_maps(map)).expect("the writer takes it")
+        chapter_bytes(study, &basis, map, &ChapterCertificate::of_maps(map)).expect("the writer takes it")
     };
     let bytes: Vec<Vec<u8>> = rows.iter().map(|row| measured(&row.1)).collect();
     let files: Vec<(&ChapterMap, &[u8])> =
@@ -88,7 +89,7 @@ fn record(study: &Study, kind: BasisKind, modes: usize, variants: &[Row]) {
     let unseen = ChapterUnseen::draw(&rows[0].1, &prepared.body, &order, study.runs(), STEPS);
     let certificates = certify_chapter(&files, &unseen, pencil.mass(), &full, &basis, &Silent);
     for ((name, map, seconds), c) in rows.iter().zip(certificates.expect("a march")) {
-        let bytes = study.chapter_bytes(&basis, map, &c).expect("the writer takes it");
+        let bytes = chapter_bytes(study, &basis, map, &c).expect("the writer takes it");
         let nanoseconds = step_nanoseconds(&bytes);
         let errors: Vec<String> =
             c.stages.iter().map(|e| format!("{:.1e} ({:.0e})", e.total, e.load)).collect();

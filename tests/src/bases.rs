@@ -16,7 +16,7 @@ use vademecum_build::response::StageResponse;
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::policy::ABSOLUTE_ERROR;
 use vademecum_format::scheme::theta;
-use vademecum_study::bench::Study;
+use vademecum_study::parts::Study;
 
 /// A basis and a way to project the stages on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

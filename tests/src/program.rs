@@ -11,12 +11,22 @@ use std::sync::OnceLock;
 #[must_use]
 pub fn program() -> PathBuf {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
-    PROGRAM.get_or_init(build).clone()
+    PROGRAM.get_or_init(|| build("vademecum-cli", "vademecum")).clone()
 }
 
-fn build() -> PathBuf {
+/// The laboratory's path, built as [`program`] is.
+///
+/// # Panics
+/// If it does not build.
+#[must_use]
+pub fn lab() -> PathBuf {
+    static LAB: OnceLock<PathBuf> = OnceLock::new();
+    LAB.get_or_init(|| build("vademecum-lab", "vademecum-lab")).clone()
+}
+
+fn build(package: &str, name: &str) -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--package", "vademecum-cli"]).current_dir(repository());
+    cargo.args(["build", "--quiet", "--package", package]).current_dir(repository());
     if !cfg!(debug_assertions) {
         cargo.arg("--release");
     }
@@ -25,7 +35,7 @@ fn build() -> PathBuf {
     let running = std::env::current_exe().expect("the test's own path");
     let inner = |folder: &Path| folder.ends_with("deps") || folder.ends_with("examples");
     let profile = running.ancestors().skip(1).find(|folder| !inner(folder)).expect("a profile folder");
-    profile.join(format!("vademecum{}", std::env::consts::EXE_SUFFIX))
+    profile.join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// The repository's folder.
@@ -102,10 +112,11 @@ pub fn vademecum<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Ran {
     Ran::new(&command(arguments).output().expect("the program starts"))
 }
 
-/// The program with these arguments, yet to be run.
+/// The program with these arguments, yet to be run; those of `bench` go to the laboratory.
 #[must_use]
 pub fn command<S: AsRef<std::ffi::OsStr>>(arguments: &[S]) -> Command {
-    let mut command = Command::new(program());
+    let is_bench = arguments.first().is_some_and(|first| first.as_ref() == "bench");
+    let mut command = Command::new(if is_bench { lab() } else { program() });
     command.arg("--quiet").args(arguments);
     command
 }

@@ -1,9 +1,10 @@
-//! `vademecum bench` end to end: what its record holds, and the orderings no machine and no load may break.
+//! `vademecum-lab bench` end to end: what its record holds, and the orderings no machine and no load may
+//! break.
 
 use std::path::Path;
 
 use serde_json::Value;
-use vademecum_study::bench::{COLUMNS, LARGE_COLUMNS};
+use vademecum_lab::{COLUMNS, LARGE_COLUMNS};
 use vademecum_tests::bending::BENT;
 use vademecum_tests::program::{repository, vademecum};
 

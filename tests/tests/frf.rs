@@ -9,7 +9,7 @@ use vademecum_eval::SceneOptions;
 use vademecum_format::File;
 use vademecum_study::StudyError;
 use vademecum_study::frf::{
-    Channel, Quantity, Question, compare_response, frequencies, frequency_response, polar,
+    Channel, Quantity, ResponseRequest, compare_response, frequencies, frequency_response, polar,
 };
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_tests::program::vademecum;
@@ -53,8 +53,8 @@ fn built(problem: &Problem) -> Vec<u8> {
     build(problem, &BuildOptions::default(), &Silent).expect("built").either().bytes
 }
 
-fn question(quantity: Quantity, last: f64) -> Question {
-    Question {
+fn question(quantity: Quantity, last: f64) -> ResponseRequest {
+    ResponseRequest {
         input: Channel::Point([0.7, 0.03, 0.1], [0.2, 0.3, -1.0]),
         outputs: vec![
             Channel::Named("tip".into()),
@@ -82,7 +82,7 @@ fn modes_and_what_they_leave_out_answer_as_the_full_order_does() {
     }
     // A pattern that swings.
     let asked =
-        Question { input: Channel::Named("gravity".into()), ..question(Quantity::Displacement, half) };
+        ResponseRequest { input: Channel::Named("gravity".into()), ..question(Quantity::Displacement, half) };
     let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
     assert!(error.rms < 1e-3, "{error:?}");
 }
@@ -140,7 +140,7 @@ fn quantities_differ_by_powers_of_the_frequency() {
     let bytes = built(&problem(""));
     let file = File::parse(&bytes).expect("a file");
     let of = |quantity| {
-        let asked = Question { frequencies: vec![13.0], ..question(quantity, 100.0) };
+        let asked = ResponseRequest { frequencies: vec![13.0], ..question(quantity, 100.0) };
         frequency_response(&file, &SceneOptions::default(), &asked).expect("a response").values[0][0]
     };
     let [u, v, a] = [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration].map(of);
@@ -218,7 +218,7 @@ fn damping_ratios_are_not_compared_with_a_matrix() {
     assert!(matches!(error, Err(StudyError::ModalDamping)), "{error:?}");
     // At the first peak a mode of damping ratio ζ answers 1/(2ζ) times as much as at rest.
     let of = |frequency: f64| {
-        let asked = Question { frequencies: vec![frequency], ..asked.clone() };
+        let asked = ResponseRequest { frequencies: vec![frequency], ..asked.clone() };
         frequency_response(&file, &options, &asked).expect("a response").by_modes[0][0].norm()
     };
     let peak = (0..4000).map(|i| of(15.0 + 0.005 * f64::from(i))).fold(0.0, f64::max);

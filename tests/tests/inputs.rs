@@ -46,7 +46,6 @@ fn arguments_that_are_no_regular_files_are_refused_by_what_they_are() {
     let lines = [
         ("build ODD -o o.vdm", 3),
         ("modes ODD", 3),
-        ("bench ODD --quick -o o", 3),
         ("run a.vdm --scenario ODD -o o", 3),
         ("strip a.vdm --keep probes --for ODD -o o.vdm", 3),
         ("mesh ODD", 4),

@@ -10,7 +10,7 @@ use vademecum_build::progress::{Listener, Silent, Stopwatch, is_cancelled};
 use vademecum_build::store::Store;
 use vademecum_eval::{Field, SceneOptions, Simulation};
 use vademecum_format::File;
-use vademecum_study::bench::{LargeBenchOptions, LargeMethod, LargeRow, Precision, compare_large_methods};
+use vademecum_lab::{LargeBenchOptions, LargeMethod, LargeRow, Precision, compare_large_methods};
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
 use vademecum_study::verify::verify_large;

@@ -10,26 +10,26 @@ use vademecum_study::scenario::Scenario;
 
 use crate::failure::Failure;
 
-/// What every command takes that writes files.
+/// Arguments of every command that writes files.
 #[derive(clap::Args)]
 pub struct OutputArguments {
-    /// Replace files of another kind too; without it, a file is replaced only by one of its own kind.
+    /// Overwrite outputs of another kind too [default: only files of the same kind].
     #[arg(long)]
     pub force: bool,
 }
 
 /// The problem and scenario of the demo, inside the program.
-pub const PROBLEM: &str = include_str!("../assets/cantilever.toml");
+pub(crate) const PROBLEM: &str = include_str!("../assets/cantilever.toml");
 /// See [`PROBLEM`].
-pub const SCENARIO: &str = include_str!("../assets/push.toml");
+pub(crate) const SCENARIO: &str = include_str!("../assets/push.toml");
 
 /// The demo's problem.
-pub fn demo_problem() -> Result<Problem, Failure> {
+pub(crate) fn demo_problem() -> Result<Problem, Failure> {
     Ok(Problem::parse(PROBLEM, "the demo's problem", PathBuf::new())?)
 }
 
 /// The demo's scenario.
-pub fn demo_scenario() -> Result<Scenario, Failure> {
+pub(crate) fn demo_scenario() -> Result<Scenario, Failure> {
     Ok(Scenario::parse(SCENARIO, "the demo's scenario")?)
 }
 
@@ -48,7 +48,7 @@ pub fn scenario_or_demo(path: Option<&Path>, problem: Option<&Path>) -> Result<O
 }
 
 /// A live parameter and its value, from `NAME=VALUE`. A name may hold the sign itself.
-pub fn setting(text: &str) -> Result<ParameterValue, String> {
+pub(crate) fn setting(text: &str) -> Result<ParameterValue, String> {
     let (name, value) = text.rsplit_once('=').ok_or("expected NAME=VALUE")?;
     let number = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
     Ok(ParameterValue { name: name.trim().to_string(), value: number })
@@ -57,18 +57,18 @@ pub fn setting(text: &str) -> Result<ParameterValue, String> {
 /// A positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
-    number.ok_or_else(|| format!("`{text}` is no positive number; write one such as 1e-3"))
+    number.ok_or_else(|| format!("`{text}` is not a positive number; expected one such as 1e-3"))
 }
 
 /// A relative error that rounding may bring.
-pub fn rounding(text: &str) -> Result<f64, String> {
+pub(crate) fn rounding(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| (1e-12..=0.1).contains(number));
-    number.ok_or_else(|| format!("`{text}` is no number from 1e-12 to 0.1; write one such as 1e-4"))
+    number.ok_or_else(|| format!("`{text}` is not a number from 1e-12 to 0.1; expected one such as 1e-4"))
 }
 
 /// Structure of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum StructureArgument {
+pub(crate) enum StructureArgument {
     /// The cheapest whose certificate keeps the tolerance.
     Auto,
     /// One 3 × 3 map per mode.
@@ -82,8 +82,8 @@ pub enum StructureArgument {
 }
 
 impl StructureArgument {
-    /// What a scenario is played through.
-    pub fn options(self) -> PlayOptions {
+    /// Options of the player.
+    pub(crate) fn options(self) -> PlayOptions {
         let structure = match self {
             Self::Diagonal => StructureChoice::Diagonal,
             Self::Block => StructureChoice::Block,
@@ -95,10 +95,10 @@ impl StructureArgument {
     }
 }
 
-/// What packed sections may decode to: the same flag for every command that decodes.
+/// Limit on decoded sizes: the same flag for every command that decodes.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct Limit {
-    /// Most bytes that the sections this command needs may decode to, such as 500000, 512M or 4G [default:
+    /// Limit on the decoded size of the packed sections that are read, such as 500000, 512M or 4G [default:
     /// 64M and 64 times the length of the file].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     limit: Option<u64>,
@@ -106,14 +106,15 @@ pub struct Limit {
 
 impl Limit {
     /// For a file of this length.
-    pub fn of(self, file_length: usize) -> u64 {
+    pub(crate) fn of(self, file_length: usize) -> u64 {
         self.limit.unwrap_or_else(|| vademecum_rewrite::default_limit(file_length))
     }
 }
 
 /// Bytes: a whole number, with K, M, G or T for powers of 1000, or Ki, Mi, Gi or Ti for powers of 1024.
-pub fn size(text: &str) -> Result<u64, String> {
-    let wrong = || format!("`{text}` is no size; write bytes, or a number with K, M, G or T, such as 512M");
+pub(crate) fn size(text: &str) -> Result<u64, String> {
+    let wrong =
+        || format!("`{text}` is not a size; expected bytes, or a number with K, M, G or T, such as 512M");
     let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
     let factor: u64 = match text[digits.len()..].to_ascii_uppercase().as_str() {
         "" | "B" => 1,

@@ -1,4 +1,4 @@
-//! What the user sees while work runs: progress on standard error, results on standard output.
+//! Console: progress on standard error, results on standard output.
 
 use std::io::IsTerminal;
 use std::path::Path;
@@ -16,7 +16,7 @@ static ASIDE: AtomicBool = AtomicBool::new(false);
 
 /// Keeps lines out of an output that goes to the pipe or file that standard output is.
 #[cfg(unix)]
-pub fn make_way_for(output: &Path) {
+pub(crate) fn make_way_for(output: &Path) {
     use std::os::fd::AsFd;
     use std::os::unix::fs::{FileTypeExt, MetadataExt};
     let standard = std::io::stdout().as_fd().try_clone_to_owned().map(std::fs::File::from);
@@ -29,10 +29,10 @@ pub fn make_way_for(output: &Path) {
 }
 
 #[cfg(not(unix))]
-pub fn make_way_for(_: &Path) {}
+pub(crate) fn make_way_for(_: &Path) {}
 
 /// Turns Ctrl-C and termination into a polite stop; a second one kills.
-pub fn listen_for_ctrl_c() {
+pub(crate) fn listen_for_ctrl_c() {
     let result = ctrlc::set_handler(|| {
         if CANCELLED.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
@@ -58,9 +58,9 @@ pub fn show(line: std::fmt::Arguments<'_>) {
     }
 }
 
-/// What is shown of a stage that has not said how long it is.
+/// Progress of a stage of unknown length.
 const UNCOUNTED: &str = "{spinner} {msg} ({elapsed})";
-/// What is shown of one that has.
+/// Progress of a stage of known length.
 const COUNTED: &str = "{spinner} {msg:<28} {wide_bar} {pos}/{len} {eta}";
 
 fn style(template: &str) -> ProgressStyle {

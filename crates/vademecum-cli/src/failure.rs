@@ -28,24 +28,24 @@ use crate::looks::{Looks, look};
 
 use machine::{Blame, MEMORY, blame};
 
-/// What to do about a mesh that was read and cannot be used.
+/// Remedy for a mesh that was read and cannot be used.
 const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every problem found";
 
-/// What to do about a file that cannot be read.
-pub const UNREAD: &str = "name a file that exists and that you may read";
-/// What to do about a disk that refuses.
+/// Remedy for a file that cannot be read.
+pub(crate) const UNREAD: &str = "name a file that exists and that you may read";
+/// Remedy for a failing disk.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
-/// What to do about a vademecum file that says what cannot be.
-pub const DAMAGED: &str =
+/// Remedy for an inconsistent vademecum file.
+pub(crate) const DAMAGED: &str =
     "the file was damaged after it was written, or not written by this program: copy or build it again";
 
-/// What to do about a file that does not have a section.
+/// Remedy for a file without a section.
 const STRIPPED: &str = "a file that was stripped has lost what its target did not need: use the one it was made of, or \
                         strip that one with `--keep surface`";
 
-/// Where the keys of a problem file are described.
+/// Reference of the keys of a problem file.
 const PROBLEM_KEYS: &str = "`vademecum help problem` lists every key and its range";
-/// Where the keys of a scenario file are described.
+/// Reference of the keys of a scenario file.
 const SCENARIO_KEYS: &str = "`vademecum help scenario` lists every key and its range";
 
 /// A failed command.
@@ -55,13 +55,13 @@ pub struct Failure {
     /// The vademecum file it is about.
     file: Option<PathBuf>,
     error: Box<dyn Error>,
-    /// What was kept all the same; empty if nothing was.
+    /// Results that were kept; empty without any.
     kept: String,
-    /// What to do; empty where the error says it.
+    /// Remedy; empty if the error names it.
     remedy: &'static str,
 }
 
-/// Who can act.
+/// Cause of a failure: who can act.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// The machine: disk, memory, permissions.
@@ -109,7 +109,7 @@ impl Failure {
     }
 
     /// A file that cannot be read or written.
-    pub fn io(path: &Path, error: std::io::Error) -> Self {
+    pub(crate) fn io(path: &Path, error: std::io::Error) -> Self {
         Self::new(Cause::Machine, format!("{}: {error}", path.display())).remedy(DISK)
     }
 
@@ -144,13 +144,13 @@ impl Failure {
         self.exit_code()
     }
 
-    /// Who can act.
+    /// Cause of a failure: who can act.
     pub fn cause(&self) -> Cause {
         self.cause
     }
 
     /// The process's exit code.
-    pub fn exit_code(&self) -> u8 {
+    pub(crate) fn exit_code(&self) -> u8 {
         self.cause as u8
     }
 }
@@ -185,7 +185,7 @@ impl fmt::Display for Failure {
 /// Tells in a sentence that the system refused memory or a thread, and ends the program.
 ///
 /// The standard library's collections end the program by themselves then; matrices and threads panic.
-pub fn end_where_memory_is_refused() {
+pub(crate) fn end_where_memory_is_refused() {
     let others = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         let payload = info.payload();
@@ -248,7 +248,7 @@ impl From<ScenarioError> for Failure {
     }
 }
 
-/// What to do about a file that should hold a problem or a scenario: what fits the file that it is instead,
+/// Remedy for a file that should hold a problem or a scenario: the one that fits its actual kind,
 /// or else where the keys are described.
 fn remedy_of_text(
     error: &TomlError,
@@ -339,9 +339,8 @@ impl From<StudyError> for Failure {
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")
             }
-            error @ StudyError::Long { .. } => Self::new(Cause::Input, error).remedy(
-                "a shorter `duration`; or `--long` marches all of them (`bench` and `export`: `--steps N`)",
-            ),
+            error @ StudyError::Long { .. } => Self::new(Cause::Input, error)
+                .remedy("a shorter `duration`; or `--long` marches all of them (`export`: `--steps N`)"),
             error @ StudyError::TooManyLoads { .. } => Self::new(Cause::Input, error)
                 .remedy("split the scenario: the full-order march keeps every load over all dofs"),
             error @ (StudyError::NoParameter { .. }
@@ -385,7 +384,7 @@ impl From<FileError> for Failure {
     }
 }
 
-/// What to do about a mesh. A file that breaks its format's rules says so itself, and `vademecum mesh` would
+/// Remedy for a mesh. A file that breaks its format's rules says so itself, and `vademecum mesh` would
 /// say the same.
 fn remedy_of_mesh(error: &MeshError) -> &'static str {
     match error {
@@ -398,7 +397,7 @@ fn remedy_of_mesh(error: &MeshError) -> &'static str {
     }
 }
 
-/// What to do about a file that cannot be rewritten, or does not pass its check.
+/// Remedy for a file that cannot be rewritten, or does not pass its check.
 fn remedy_of_rewriting(error: &RewriteError) -> &'static str {
     match error {
         RewriteError::Unknown { .. } => "use the version of this program that wrote the file, or a later one",

@@ -13,9 +13,10 @@ use crate::console;
 use crate::failure::{Cause, DAMAGED, Failure, UNREAD};
 use crate::looks::{Looks, is_vademecum, look_at};
 use crate::pictures::DrawResult;
+use crate::print::print_json;
 
-/// What a command writes, which reads `inputs` and what `problem` names. Everything that the program writes
-/// goes through this.
+/// Outputs of a command that reads `inputs` and the files named by `problem`. Everything that the program
+/// writes goes through this.
 pub fn outputs(arguments: &OutputArguments, inputs: &[Option<&Path>], problem: Option<&Problem>) -> Outputs {
     let given = inputs.iter().flatten().map(|path| path.to_path_buf());
     Outputs::new(given.chain(problem.map(Problem::files).unwrap_or_default()), arguments.force)
@@ -23,10 +24,23 @@ pub fn outputs(arguments: &OutputArguments, inputs: &[Option<&Path>], problem: O
 
 /// Refuses, before any work begins, what a command could not write. If it writes where standard output goes,
 /// what it has to say goes to standard error.
-pub fn check_output(outputs: &Outputs, path: &Path, kind: Kind) -> Result<(), Failure> {
+pub(crate) fn check_output(outputs: &Outputs, path: &Path, kind: Kind) -> Result<(), Failure> {
     outputs.check(&[(path.to_path_buf(), kind)])?;
     console::make_way_for(path);
     Ok(())
+}
+
+/// The bytes of the vademecum file that a command makes another one of, once that may be written, and the
+/// outputs to write it with. `others` are read too.
+pub(crate) fn open_pair(
+    arguments: &OutputArguments,
+    file: &Path,
+    others: &[Option<&Path>],
+    output: &Path,
+) -> Result<(Outputs, Vec<u8>), Failure> {
+    let outputs = outputs(arguments, &[&[Some(file)], others].concat(), None);
+    check_output(&outputs, output, Kind::Vademecum)?;
+    Ok((outputs, read_file(file)?))
 }
 
 /// Writes bytes whole or not at all.
@@ -36,12 +50,12 @@ pub fn write_bytes(outputs: &Outputs, path: &Path, kind: Kind, bytes: &[u8]) -> 
 
 /// Writes a text that belongs to the program: a file that holds it already stays, and no other of its name is
 /// replaced.
-pub fn write_own(outputs: &Outputs, path: &Path, text: &str) -> Result<(), Failure> {
+pub(crate) fn write_own(outputs: &Outputs, path: &Path, text: &str) -> Result<(), Failure> {
     if holds(path, text) { Ok(()) } else { write_bytes(outputs, path, Kind::Own, text.as_bytes()) }
 }
 
 /// Refuses what [`write_own`] could not write.
-pub fn check_own(outputs: &Outputs, path: &Path, text: &str) -> Result<(), Failure> {
+pub(crate) fn check_own(outputs: &Outputs, path: &Path, text: &str) -> Result<(), Failure> {
     if holds(path, text) { Ok(()) } else { Ok(outputs.check(&[(path.to_path_buf(), Kind::Own)])?) }
 }
 
@@ -60,7 +74,7 @@ pub fn write_picture(outputs: &Outputs, path: &Path, drawn: DrawResult) -> Resul
 }
 
 /// A file for as long as the command runs: copied, so that nothing that becomes of it on the disk matters.
-pub fn open(path: &Path) -> Result<Mapped, Failure> {
+pub(crate) fn open(path: &Path) -> Result<Mapped, Failure> {
     refuse_irregular(path)?;
     recognised(path, Mapped::copy(path))
 }
@@ -80,12 +94,12 @@ pub fn open_or_map(path: &Path, map: bool) -> Result<Mapped, Failure> {
     recognised(path, mapped)
 }
 
-/// What is no regular file is told apart before it is read: reading a FIFO would wait for ever.
+/// Refuses other than regular files before they are read: reading a FIFO would block.
 fn refuse_irregular(path: &Path) -> Result<(), Failure> {
     open_regular(path).map(drop).map_err(|error| unreadable(path, Some(&error)))
 }
 
-/// What was opened, if it is a vademecum file.
+/// The opened file, if it is a vademecum file.
 fn recognised(path: &Path, opened: Result<Mapped, OpenError>) -> Result<Mapped, Failure> {
     let mapped = opened.map_err(|error| unreadable(path, error.source()))?;
     recognise(path, mapped.bytes())?;
@@ -95,7 +109,7 @@ fn recognised(path: &Path, opened: Result<Mapped, OpenError>) -> Result<Mapped, 
 /// The file of a map with every section raw for which `wanted` holds, every section compared with its
 /// checksum: a program reads most of it anyway, and a damaged basis would pass for physics. What is packed is
 /// decoded into `memory`, with the wanted sections only.
-pub fn usable_file<'a>(
+pub(crate) fn usable_file<'a>(
     path: &Path,
     mapped: &'a Mapped,
     wanted: impl Fn(SectionKind) -> bool,
@@ -128,7 +142,7 @@ pub fn usable_bytes<'a>(
     Ok(file)
 }
 
-/// Whether stepping a file and showing its motion reads a section; the others are for people.
+/// True of sections that stepping and showing the motion read; the others are for people.
 pub fn is_stepped(kind: SectionKind) -> bool {
     use SectionKind as S;
     let for_people =
@@ -155,7 +169,7 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     Err(Failure::new(Cause::File, text).about(path).remedy(instead(looks)))
 }
 
-/// What to do with a file that is no vademecum.
+/// Remedy for a file that is no vademecum.
 fn instead(looks: Looks) -> &'static str {
     match looks {
         Looks::Problem => "`vademecum build PROBLEM -o FILE` makes a vademecum file of it",
@@ -169,7 +183,7 @@ fn instead(looks: Looks) -> &'static str {
 }
 
 /// Refuses a file of the canonical representation where contacts anywhere or free states are needed.
-pub fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), Failure> {
+pub(crate) fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), Failure> {
     if file.section(SectionKind::CanonicalParts).is_none() {
         return Ok(());
     }
@@ -179,7 +193,7 @@ pub fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), 
 }
 
 /// All bytes of a vademecum file, copied.
-pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
     let bytes = read_regular(path).map_err(|error| unreadable(path, Some(&error)))?;
     recognise(path, &bytes)?;
     Ok(bytes)
@@ -187,7 +201,7 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// A file that was made of another one.
 #[derive(serde::Serialize)]
-pub struct Rewritten {
+pub(crate) struct RewriteOutput {
     /// Its path.
     pub file: String,
     /// Its length.
@@ -196,15 +210,23 @@ pub struct Rewritten {
     pub bytes_before: usize,
 }
 
-impl Rewritten {
-    /// As a line of text.
-    pub fn print(&self) {
+impl RewriteOutput {
+    /// As JSON or as a line of text.
+    pub(crate) fn print(&self, json: bool) {
+        if json {
+            return print_json(self);
+        }
         println!("{}: {} bytes, {} before", self.file, self.bytes, self.bytes_before);
     }
 }
 
 /// Writes a vademecum file whole or not at all, and tells how large it has become.
-pub fn write_file(outputs: &Outputs, path: &Path, bytes: &[u8], before: usize) -> Result<Rewritten, Failure> {
+pub(crate) fn write_file(
+    outputs: &Outputs,
+    path: &Path,
+    bytes: &[u8],
+    before: usize,
+) -> Result<RewriteOutput, Failure> {
     write_bytes(outputs, path, Kind::Vademecum, bytes)?;
-    Ok(Rewritten { file: path.display().to_string(), bytes: bytes.len(), bytes_before: before })
+    Ok(RewriteOutput { file: path.display().to_string(), bytes: bytes.len(), bytes_before: before })
 }

@@ -39,6 +39,15 @@ pub use cmd::view::page;
 pub use failure::{Cause, Failure};
 pub use files::{is_stepped, open_or_map, usable_bytes};
 
+/// The console, outputs and charts of the program, for programs of its kind.
+pub mod front {
+    pub use crate::arguments::{OutputArguments, positive, problem_or_demo, scenario_or_demo};
+    pub use crate::console::{Console, show, tell};
+    pub use crate::files::{outputs, write_bytes, write_picture};
+    pub use crate::pictures::{Area, Axes, COLORS, Chart, DrawResult, Series, axes, named};
+    pub use crate::print::{json, print_json};
+}
+
 /// Real-time solid dynamics: build a vademecum offline, step it online.
 #[derive(Parser)]
 #[command(name = "vademecum", version, about, after_help = EXAMPLES, disable_help_subcommand = true)]
@@ -62,7 +71,6 @@ Examples:
   vademecum frf body.vdm --in 1,0,0,z --out tip --range 1,500 --plot tip.svg
   vademecum view body.vdm                           push it in the browser
   vademecum report body.vdm -o report.html          one page about a build, with figures
-  vademecum bench body.toml -o bench --quick        run time against error, method by method
   vademecum export matrices body.toml -o matrices   mass, stiffness, loads and basis for other programs
   vademecum plan sweep.toml -o sweep                many builds as jobs; `collect` gathers them
   vademecum strip body.vdm --keep probes -o p.vdm   only what stepping and probes need
@@ -86,6 +94,7 @@ enum Command {
     Demo(cmd::demo::Demo),
     View(cmd::view::View),
     Report(cmd::report::Report),
+    #[command(hide = true)]
     Bench(cmd::bench::Bench),
     Export(cmd::export::Export),
     Plan(cmd::plan::Plan),
@@ -103,10 +112,16 @@ enum Command {
 /// usage ends the process, and so does a second Ctrl-C.
 pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments = Arguments::parse_from(arguments);
+    run_command(arguments.quiet, |console| run(&arguments.command, console))
+}
+
+/// Runs a command of this or another program and gives the exit code: shows progress, listens for Ctrl-C, and
+/// prints what failed.
+pub fn run_command(quiet: bool, command: impl FnOnce(&console::Console) -> Result<(), Failure>) -> u8 {
     console::listen_for_ctrl_c();
     failure::end_where_memory_is_refused();
-    let console = console::Console::new(arguments.quiet);
-    let result = run(&arguments.command, &console);
+    let console = console::Console::new(quiet);
+    let result = command(&console);
     console.clear();
     match result {
         Ok(()) => 0,
@@ -133,7 +148,7 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::Demo(command) => command.run(console),
         Command::View(command) => command.run(console),
         Command::Report(command) => command.run(console),
-        Command::Bench(command) => command.run(console),
+        Command::Bench(command) => command.run(),
         Command::Export(command) => command.run(console),
         Command::Plan(command) => command.run(),
         Command::Collect(command) => command.run(),

@@ -1,4 +1,4 @@
-//! What a file looks like, where another kind of file was expected.
+//! Recognition of a file that is not of the expected kind.
 
 use std::path::Path;
 
@@ -6,9 +6,9 @@ use vademecum_build::mesh::{self, MeshError};
 use vademecum_build::store::read_regular;
 use vademecum_format::MAGIC;
 
-/// What a file looks like.
+/// Kind of a file by its contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Looks {
+pub(crate) enum Looks {
     /// There is nothing in it.
     Empty,
     /// A vademecum file.
@@ -33,7 +33,7 @@ pub enum Looks {
 
 impl Looks {
     /// As a message has it.
-    pub fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Empty => "it is empty",
             Self::Vademecum => "it looks like a vademecum file",
@@ -49,13 +49,13 @@ impl Looks {
     }
 }
 
-/// What the file at `path` looks like; unknown if it cannot be read.
-pub fn look(path: &Path) -> Looks {
+/// Kind of the file at `path`; unknown if it cannot be read.
+pub(crate) fn look(path: &Path) -> Looks {
     read_regular(path).map_or(Looks::Unknown, |bytes| look_at(path, &bytes))
 }
 
-/// What these bytes of the file at `path` look like.
-pub fn look_at(path: &Path, bytes: &[u8]) -> Looks {
+/// Kind of these bytes of the file at `path`.
+pub(crate) fn look_at(path: &Path, bytes: &[u8]) -> Looks {
     if bytes.is_empty() {
         return Looks::Empty;
     }
@@ -86,7 +86,7 @@ pub fn look_at(path: &Path, bytes: &[u8]) -> Looks {
 }
 
 /// A file that is damaged in its first bytes keeps the rest of them.
-pub fn is_vademecum(bytes: &[u8]) -> bool {
+pub(crate) fn is_vademecum(bytes: &[u8]) -> bool {
     let near = bytes.iter().zip(&MAGIC).filter(|(a, b)| a == b).count() >= 4;
     bytes.starts_with(&MAGIC) || (!bytes.is_empty() && near)
 }

@@ -6,8 +6,8 @@ use plotters::style::RGBColor;
 
 use crate::pictures::{COLORS, DrawResult, SIZE, number};
 
-/// What an outline shows beside the body.
-pub struct Outline<'a> {
+/// Marks of an outline beside the body.
+pub(crate) struct Outline<'a> {
     /// Above the picture.
     pub title: &'a str,
     /// Points to mark: colour index and position.
@@ -20,7 +20,7 @@ pub struct Outline<'a> {
 ///
 /// Written by hand and not by plotters, which makes two elements of each triangle: neighbours of one shade
 /// share a path, which keeps the picture of some thousand triangles small enough for a page.
-pub fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
+pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
     let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
     let mut facing: Vec<[[f64; 3]; 3]> = triangles.iter().map(corners).filter(faces_viewer).collect();
     let distance = |t: &[[f64; 3]; 3]| t.iter().flatten().sum::<f64>();
@@ -106,7 +106,7 @@ pub(crate) fn project(p: [f64; 3]) -> (f64, f64) {
     ((p[0] - p[1]) * 0.866, (p[0] + p[1]) * -0.5 + p[2])
 }
 
-/// Whether a triangle shows its outside.
+/// True of triangles that show their outside.
 pub(crate) fn faces_viewer(triangle: &[[f64; 3]; 3]) -> bool {
     normal(triangle).iter().sum::<f64>() > 0.0
 }

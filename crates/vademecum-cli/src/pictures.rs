@@ -16,7 +16,7 @@ pub struct Series<'a> {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What a chart says about itself.
+/// Title and axes of a chart.
 #[derive(Clone, Copy)]
 pub struct Chart<'a> {
     /// Above the chart.
@@ -29,16 +29,8 @@ pub struct Chart<'a> {
     pub log_y: bool,
 }
 
-/// Points of one method in a [`scatter`].
-pub struct Cloud {
-    /// Shown in the legend.
-    pub name: String,
-    /// Points (x, y), joined in this order, each with a word beside it.
-    pub points: Vec<(f64, f64, String)>,
-}
-
 /// Colours that stay apart in print and for colour-blind readers.
-pub(crate) const COLORS: [RGBColor; 5] = [
+pub const COLORS: [RGBColor; 5] = [
     RGBColor(0, 90, 181),
     RGBColor(220, 50, 32),
     RGBColor(0, 0, 0),
@@ -59,19 +51,21 @@ const NAMES: i32 = 26;
 
 /// The SVG, or why nothing could be drawn.
 pub type DrawResult = Result<String, Box<dyn Error>>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
+/// A part of a picture.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// Axes with their grid.
+pub type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
 /// Two lines and how far they are apart.
-pub struct Compared<'a> {
-    /// What is compared with, then what is compared.
+pub(crate) struct ComparedLines<'a> {
+    /// The reference, then the compared line.
     pub lines: [Series<'a>; 2],
-    /// When loads act: start and end along x.
+    /// Start and end of each load along x.
     pub acting: &'a [[f64; 2]],
 }
 
 /// Draws two lines that should be one, and their difference below; the times at which loads act are shaded.
-pub fn compared_chart(chart: &Chart<'_>, compared: Compared<'_>) -> DrawResult {
+pub(crate) fn compared_chart(chart: &Chart<'_>, compared: ComparedLines<'_>) -> DrawResult {
     let [first, second] = compared.lines;
     let apart = first.points.iter().zip(&second.points).map(|(a, b)| (a.0, b.1 - a.1)).collect();
     let (above, y) = engineering(chart.y, vec![first, second]);
@@ -104,7 +98,7 @@ pub fn compared_chart(chart: &Chart<'_>, compared: Compared<'_>) -> DrawResult {
 }
 
 /// Draws the amplitude of an answer on a logarithmic axis over the frequency, and its phase below.
-pub fn response_chart(
+pub(crate) fn response_chart(
     title: &str,
     y: &str,
     amplitudes: Vec<Series<'_>>,
@@ -147,7 +141,7 @@ fn engineering<'a>(y: &str, series: Vec<Series<'a>>) -> (Vec<Series<'a>>, String
 }
 
 /// Draws a line chart.
-pub fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
+pub(crate) fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
     let (series, y) = if chart.log_y { (series, chart.y.into()) } else { engineering(chart.y, series) };
     let (x, range) = ranges(&series, chart.log_y)?;
     let chart = &Chart { y: &y, ..*chart };
@@ -159,7 +153,7 @@ pub fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
     }
 }
 
-/// Whether a point can be drawn.
+/// True of points that can be drawn.
 fn usable(p: &(f64, f64), log_y: bool) -> bool {
     p.0.is_finite() && p.1.is_finite() && (!log_y || p.1 > 0.0)
 }
@@ -181,7 +175,7 @@ fn ranges(series: &[Series<'_>], log_y: bool) -> Result<(Range<f64>, Range<f64>)
 
 /// Draws the points of each series as dots on a logarithmic y axis, against a plain or a logarithmic x axis;
 /// all are positive.
-pub fn dot_chart(chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
+pub(crate) fn dot_chart(chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawResult {
     let all = || series.iter().flat_map(|s| &s.points);
     let range = |value: fn(&(f64, f64)) -> f64| {
         all().map(value).fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
@@ -201,89 +195,6 @@ pub fn dot_chart(chart: &Chart<'_>, log_x: bool, series: &[Series<'_>]) -> DrawR
         let margin = 0.03 * (x1 - x0);
         draw(chart, series, Mark::Dots, x0 - margin..x1 + margin, y)
     }
-}
-
-/// Draws points on two logarithmic axes, those of one cloud joined by a thin line, and `front` as a wide
-/// pale line behind them. Points that are not positive are left out.
-pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> DrawResult {
-    let usable = |p: &&(f64, f64, String)| p.0.is_finite() && p.1.is_finite() && p.0 > 0.0 && p.1 > 0.0;
-    let all: Vec<&(f64, f64, String)> = clouds.iter().flat_map(|c| c.points.iter().filter(usable)).collect();
-    if all.is_empty() {
-        return Err("nothing to draw".into());
-    }
-    // Whole decades, with room for the words beside the points: part of one gets a label at every tenth.
-    let range = |value: fn(&(f64, f64, String)) -> f64| {
-        let (low, high) =
-            all.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(value(p)), b.max(value(p))));
-        10f64.powf((low / 1.2).log10().floor())..10f64.powf((high * 1.6).log10().ceil())
-    };
-    let mut svg = String::new();
-    let root = SVGBackend::with_string(&mut svg, (900 + LEGEND, 600)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (area, beside) = named(&root, chart, &[])?.split_horizontally(900);
-    let mut context = axes(&area, chart, range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
-    let pale = RGBColor(215, 215, 215);
-    context.draw_series(LineSeries::new(front.iter().copied(), pale.stroke_width(9)))?;
-    for (i, cloud) in clouds.iter().enumerate() {
-        // Colours repeat after five clouds; hollow marks tell the second five from the first.
-        let (color, solid) = (COLORS[i % COLORS.len()], i < COLORS.len());
-        let style = if solid { color.filled() } else { color.stroke_width(2) };
-        let points: Vec<&(f64, f64, String)> = cloud.points.iter().filter(usable).collect();
-        context.draw_series(LineSeries::new(points.iter().map(|p| (p.0, p.1)), color.stroke_width(1)))?;
-        context.draw_series(points.iter().map(|p| Circle::new((p.0, p.1), 4, style)))?;
-        let y = 20 + 22 * i as i32;
-        beside.draw(&Circle::new((8, y), 4, style))?;
-        beside.draw(&Text::new(cloud.name.as_str(), (20, y - 8), ("sans-serif", 14)))?;
-    }
-    let marked: Vec<((i32, i32), &str)> =
-        all.iter().map(|p| (context.backend_coord(&(p.0, p.1)), p.2.as_str())).collect();
-    for (place, word) in words_beside(&marked) {
-        root.draw(&Text::new(word, place, ("sans-serif", WORD as u32)))?;
-    }
-    root.present()?;
-    drop((context, area, beside, root));
-    Ok(svg)
-}
-
-/// Width of the names beside a scatter \[px\].
-const LEGEND: u32 = 240;
-/// Height of the words beside points \[px\].
-const WORD: i32 = 12;
-
-/// The upper left corners of words beside points \[px\]: none of them covers another one or a point. A word
-/// that stands beside a point already is not said again beside one that can hardly be told from it, and one
-/// that finds no free place near its point is left out.
-fn words_beside<'a>(points: &[((i32, i32), &'a str)]) -> Vec<((i32, i32), &'a str)> {
-    const AWAY: [i32; 4] = [6, 18, 32, 48];
-    const RADIUS: i32 = 4;
-    let overlap = |a: [i32; 4], b: [i32; 4]| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
-    let mut taken: Vec<[i32; 4]> =
-        points.iter().map(|&((x, y), _)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
-    let mut said: Vec<((i32, i32), &str)> = vec![];
-    let mut placed = vec![];
-    for &((x, y), word) in points {
-        let near = |&((a, b), other): &((i32, i32), &str)| {
-            other == word && (a - x).abs() <= 3 * RADIUS && (b - y).abs() <= 3 * RADIUS
-        };
-        if said.iter().any(near) {
-            continue;
-        }
-        said.push(((x, y), word));
-        // Wide letters, so that a word is never wider than it is taken for.
-        let width = 7 * word.chars().count() as i32;
-        let corners = AWAY.iter().flat_map(|&away| {
-            let (right, left) = (x + away, x - away - width);
-            let (above, below) = (y - away - WORD / 2, y + away - WORD / 2);
-            [(right, above), (right, below), (left, above), (left, below), (x - width / 2, above - 6)]
-        });
-        let boxed = |(x, y): (i32, i32)| [x, y, x + width, y + WORD];
-        let free = |corner: &(i32, i32)| !taken.iter().any(|&other| overlap(boxed(*corner), other));
-        if let Some(corner) = corners.into_iter().find(free) {
-            taken.push(boxed(corner));
-            placed.push((corner, word));
-        }
-    }
-    placed
 }
 
 /// Zero where a place on a linear axis differs from it by rounding only.
@@ -316,15 +227,18 @@ fn round_numbers(low: f64, high: f64) -> Vec<f64> {
     all.filter(|v| (low..=high).contains(v)).collect()
 }
 
-/// How the points of a series are shown.
+/// Style of a series.
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     Line,
     Dots,
 }
 
-/// Title, axes and grid.
-fn axes<'a, X, Y>(
+/// Draws axes and their grid.
+///
+/// # Errors
+/// What the drawing refuses.
+pub fn axes<'a, X, Y>(
     root: &Area<'a>,
     chart: &Chart<'_>,
     x: X,
@@ -383,8 +297,16 @@ where
     Ok(svg)
 }
 
-/// Title and, of several series, their names in their colours above a chart; what is left for the chart.
-fn named<'a>(area: &Area<'a>, chart: &Chart<'_>, series: &[Series<'_>]) -> Result<Area<'a>, Box<dyn Error>> {
+/// Draws the title and, of several series, their names in their colours above a chart. The area that is left
+/// for the chart.
+///
+/// # Errors
+/// What the drawing refuses.
+pub fn named<'a>(
+    area: &Area<'a>,
+    chart: &Chart<'_>,
+    series: &[Series<'_>],
+) -> Result<Area<'a>, Box<dyn Error>> {
     if !chart.title.is_empty() {
         area.draw(&Text::new(chart.title, (20, 12), ("sans-serif", 18)))?;
     }
@@ -426,7 +348,7 @@ where
 }
 
 /// Draws horizontal bars: label, length, what stands at its end. Lengths are shares of the longest.
-pub fn bars(title: &str, rows: &[(String, f64, String)]) -> DrawResult {
+pub(crate) fn bars(title: &str, rows: &[(String, f64, String)]) -> DrawResult {
     const ROW: i32 = 26;
     const LEFT: i32 = 214;
     let longest = rows.iter().map(|row| row.1).fold(f64::MIN_POSITIVE, f64::max);
@@ -458,27 +380,6 @@ mod tests {
         assert_eq!(round_numbers(2e-7, 6e-6), [2e-7, 5e-7, 1e-6, 2e-6, 5e-6]);
         assert_eq!(round_numbers(0.5, 2e5), [1.0, 10.0, 100.0, 1e3, 1e4, 1e5]);
         assert!(round_numbers(1e-300, 1e300).len() <= 11);
-    }
-
-    #[test]
-    fn words_beside_points_cover_nothing() {
-        let words: Vec<String> = (0..12).map(|k| format!("{k}, 6 terms")).collect();
-        let place = |k: i32| (100 + 5 * (k % 4), 100 + 9 * (k / 4));
-        let points: Vec<((i32, i32), &str)> =
-            words.iter().zip(0..).map(|(word, k)| (place(k), word.as_str())).collect();
-        let placed = words_beside(&points);
-        assert!(placed.len() > 6, "{placed:?}");
-        let boxed = |&((x, y), word): &((i32, i32), &str)| [x, y, x + 7 * word.len() as i32, y + WORD];
-        for (k, a) in placed.iter().map(boxed).enumerate() {
-            for b in placed[..k].iter().map(boxed) {
-                assert!(a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1], "{a:?} {b:?}");
-            }
-            for ((x, y), _) in &points {
-                assert!(!((a[0]..a[2]).contains(x) && (a[1]..a[3]).contains(y)), "{a:?} {x} {y}");
-            }
-        }
-        let twice = [((50, 50), "8"), ((52, 50), "8"), ((90, 50), "8")];
-        assert_eq!(words_beside(&twice).len(), 2, "one word for two points in one place");
     }
 
     #[test]

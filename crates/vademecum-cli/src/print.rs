@@ -17,7 +17,7 @@ pub fn print_json(value: &impl serde::Serialize) {
 }
 
 /// A length for people.
-pub fn bytes(length: usize) -> String {
+pub(crate) fn bytes(length: usize) -> String {
     match length {
         0..10_000 => format!("{length} bytes"),
         10_000..10_000_000 => format!("{:.1} kB", length as f64 / 1e3),
@@ -26,7 +26,7 @@ pub fn bytes(length: usize) -> String {
 }
 
 /// Prints a build's report.
-pub fn print_report(report: &BuildReport) {
+pub(crate) fn print_report(report: &BuildReport) {
     println!(
         "{} nodes, {} elements, {} free dofs; {} snapshots; {} modes; {:.1} steps per first period",
         report.nodes,
@@ -88,7 +88,7 @@ pub fn print_report(report: &BuildReport) {
     print_timings(report);
 }
 
-/// What was measured of large displacements.
+/// Prints the certificate of large displacements.
 fn print_large(large: &LargeReport) {
     println!("\nlarge displacements: {}", large.strain_map);
     println!(
@@ -121,10 +121,10 @@ fn print_timings(report: &BuildReport) {
 }
 
 /// Prints the certificate of the chapter's structure.
-pub fn print_chapter(c: &ChapterReport) {
+pub(crate) fn print_chapter(c: &ChapterReport) {
     print_structure("chapter", &c.structure);
     if let Some(step) = c.left_at {
-        println!("a trajectory left its axes at step {step}; the errors are of the steps before");
+        println!("a trajectory left the parameter ranges at step {step}; errors are of the steps before");
     }
     for (i, s) in c.stages.iter().enumerate() {
         println!(
@@ -151,38 +151,41 @@ fn print_structure(name: &str, s: &StructureReport) {
     );
 }
 
-/// Whether a structure is reciprocal, and how much energy a free motion can gain; empty where a file does not
+/// Reciprocity of a structure, and the largest gain of energy of free motions; empty where a file does not
 /// say.
-pub fn symmetry(s: &StructureReport) -> String {
+pub(crate) fn symmetry(s: &StructureReport) -> String {
     if s.reciprocity.is_nan() {
         return String::new();
     }
     format!(
-        "; defect of reciprocity {:.1e}; largest energy of free motions {:.6} of that at their start, in a million steps",
+        "; reciprocity error {:.1e}; largest energy of free motions in a million steps {:.6} of the initial one",
         s.reciprocity, s.energy_growth
     )
 }
 
 /// Prints what a verification measured.
-pub fn print_verification(v: &Verification) {
+pub(crate) fn print_verification(v: &Verification) {
     println!("{} steps, {} free dofs, {} modes, {} structure", v.steps, v.dofs, v.modes, v.structure);
     print_parameters(&v.parameters);
     println!(
         "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
         v.trajectory_error
     );
-    println!("projection floor       {:.3e}  (error ÷ floor {:.4})", v.projection_floor, v.floor_ratio);
+    println!(
+        "projection error       {:.3e}  (error ÷ projection error {:.4})",
+        v.projection_floor, v.floor_ratio
+    );
     let truth = &v.truth;
     println!(
-        "error in all           {:.3e}  (against a motion exact in time, itself good to about {:.0e}: {} vectors)",
+        "total error            {:.3e}  (against a reference exact in time, whose own error is about {:.0e}: {} vectors)",
         truth.total_error, truth.truth_error, truth.truth_vectors
     );
     match truth.time_error {
-        Some(error) => println!("  of which time        {error:.3e}  (the same scheme at full order)"),
-        None => println!("  of which time        none       (modes are moved exactly)"),
+        Some(error) => println!("  time integration     {error:.3e}  (the same scheme at full order)"),
+        None => println!("  time integration     none       (exact in time)"),
     }
-    println!("  of which basis       {:.3e}  (what no coordinates could mend)", truth.basis_error);
-    println!("  the rest             {:.3e}  (what the file's coordinates add)", truth.rest_error);
+    println!("  basis                {:.3e}  (projection error)", truth.basis_error);
+    println!("  evaluation           {:.3e}  (added by the coordinates of the file)", truth.rest_error);
     if let Some(error) = truth.contact_error {
         println!("under the contacts     {error:.3e}  (along the force, while it acts; the largest)");
     }
@@ -191,7 +194,7 @@ pub fn print_verification(v: &Verification) {
     }
     if let Some(bound) = &v.bound {
         println!(
-            "certified for any load {:.1e} in the median, {:.1e} for 95 %, {:.1e} at worst ({}, beside the static part)",
+            "error of any point load: median {:.1e}, 95th percentile {:.1e}, worst {:.1e} ({}, without the static part)",
             bound.median, bound.p95, bound.worst, bound.kind
         );
     }
@@ -204,7 +207,7 @@ pub fn print_verification(v: &Verification) {
 }
 
 /// The same beside a march at large displacements.
-pub fn print_large_verification(v: &LargeVerification) {
+pub(crate) fn print_large_verification(v: &LargeVerification) {
     println!("{} steps, {} free dofs, {} coordinates, {} structure", v.steps, v.dofs, v.modes, v.structure);
     print_parameters(&v.parameters);
     println!("surface moves by       {:.3e} m at most, at full order", v.displacement);
@@ -212,7 +215,7 @@ pub fn print_large_verification(v: &LargeVerification) {
         "trajectory error       {:.3e}  (relative L2, mass norm, all dofs and steps)",
         v.trajectory_error
     );
-    println!("projection floor       {:.3e}  (what no coordinates could mend)", v.projection_floor);
+    println!("projection error       {:.3e}  (best approximation in the basis)", v.projection_floor);
     println!("linear model           {:.3e}  (of the same basis, stepped exactly)", v.linear_error);
     println!(
         "reference              {:.3e}  (its distance, in {} steps for one of the file, from a march in half as many)",

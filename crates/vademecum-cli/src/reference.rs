@@ -7,16 +7,16 @@
 const WIDTH: usize = 80;
 
 /// A page about a kind of file.
-pub struct Page {
-    /// What it is called on the command line.
+pub(crate) struct Page {
+    /// Name on the command line.
     pub name: &'static str,
-    /// What it is about.
+    /// Subject.
     pub about: &'static str,
     text: &'static str,
 }
 
 /// All pages inside the program.
-pub const PAGES: [Page; 4] = [
+pub(crate) const PAGES: [Page; 4] = [
     Page {
         name: "problem",
         about: "every key of the problem file, its range and its default",
@@ -41,17 +41,17 @@ pub const PAGES: [Page; 4] = [
 
 impl Page {
     /// The whole page.
-    pub fn whole(&self) -> String {
+    pub(crate) fn whole(&self) -> String {
         render(self.text)
     }
 
     /// Names of its sections, without marks.
-    pub fn sections(&self) -> Vec<String> {
+    pub(crate) fn sections(&self) -> Vec<String> {
         parts(self.text).into_iter().skip(1).map(title).collect()
     }
 
     /// The section of a name.
-    pub fn section(&self, name: &str) -> Option<String> {
+    pub(crate) fn section(&self, name: &str) -> Option<String> {
         let sought = name.to_lowercase();
         let mut all = parts(self.text).into_iter().skip(1);
         all.find(|part| title(part).to_lowercase() == sought).map(render)

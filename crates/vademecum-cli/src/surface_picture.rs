@@ -33,7 +33,7 @@ fn color(place: f64) -> [f64; 3] {
 ///
 /// # Errors
 /// If no value is above zero.
-pub fn colored(
+pub(crate) fn colored(
     title: &str,
     words: &dyn Fn(f64) -> String,
     values: &[f64],

@@ -4,8 +4,9 @@
 //! lie together) and is one zstd frame. In front stands a table of little-endian u64: `block_length`, then
 //! for each block where its frame ends, counted from the end of the table.
 
+use crate::element::Codec;
 use crate::error::FormatError;
-use crate::section::{Codec, Section};
+use crate::section::Section;
 use core::ops::Range;
 
 /// Most decoded bytes of a block: what a reader must hold beside the memory it decodes into.

@@ -10,10 +10,10 @@
 //! for, so they are a table of numbers, which is checked when the file is opened.
 
 use crate::error::FormatError;
+use crate::kind::{CHAPTER_AXIS, SectionKind};
 use crate::metadata::{MAX_TERMS, Metadata};
 use crate::read::File;
 use crate::scheme::{HISTORY, MAX_STAGES};
-use crate::section::{CHAPTER_AXIS, SectionKind};
 use core::fmt;
 
 /// Most points an axis of the chapter's structure may have.

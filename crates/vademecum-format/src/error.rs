@@ -2,12 +2,14 @@
 
 use crate::scheme::TableError;
 use core::fmt;
+use thiserror::Error;
 
 /// A refusal; numbers only, the sentence is made by `Display`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FormatError {
     /// 1: fewer bytes than the header or the directory needs.
+    #[error("{found} bytes where at least {needed} are needed; the file is cut: copy or build it again")]
     TooShort {
         /// Bytes given.
         found: u64,
@@ -15,13 +17,18 @@ pub enum FormatError {
         needed: u64,
     },
     /// 2: the first eight bytes are not the magic.
+    #[error("not a vademecum file: the first eight bytes are not 89 56 44 4D 0D 0A 1A 0A")]
     Magic,
     /// 3: a major version this reader does not know.
+    #[error("file version {found}, this reader knows version 1; use a newer program or build the file again")]
     MajorVersion {
         /// The file's.
         found: u16,
     },
     /// 4: the header does not match its checksum.
+    #[error(
+        "the header has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file again"
+    )]
     HeaderChecksum {
         /// Computed from the bytes.
         found: u32,
@@ -29,11 +36,13 @@ pub enum FormatError {
         expected: u32,
     },
     /// 5: bytes that must be zero are not (header, directory entry or padding).
+    #[error("byte {offset} is padding and must be zero; the file is damaged")]
     NotZero {
         /// Where in the file, in bytes from its start.
         offset: u64,
     },
     /// 6: the file is longer or shorter than it says.
+    #[error("{found} bytes, the file says {expected}; copy or build it again")]
     FileLength {
         /// Bytes given.
         found: u64,
@@ -41,6 +50,7 @@ pub enum FormatError {
         expected: u64,
     },
     /// 7: more sections than the limit.
+    #[error("{found} sections, the limit is {limit}")]
     SectionCount {
         /// The file's.
         found: u32,
@@ -48,6 +58,7 @@ pub enum FormatError {
         limit: u32,
     },
     /// 8: the metadata do not follow the directory.
+    #[error("metadata at byte {found}, they must follow the directory at byte {expected}")]
     MetadataOffset {
         /// The file's.
         found: u64,
@@ -55,6 +66,7 @@ pub enum FormatError {
         expected: u64,
     },
     /// 9: metadata longer than the limit or than the file.
+    #[error("metadata of {found} bytes, the limit is {limit}")]
     MetadataLength {
         /// The file's.
         found: u64,
@@ -62,6 +74,9 @@ pub enum FormatError {
         limit: u64,
     },
     /// 10: the directory does not match its checksum.
+    #[error(
+        "the directory has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file again"
+    )]
     DirectoryChecksum {
         /// Computed from the bytes.
         found: u32,
@@ -69,6 +84,9 @@ pub enum FormatError {
         expected: u32,
     },
     /// 11: the metadata do not match their checksum.
+    #[error(
+        "the metadata has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file again"
+    )]
     MetadataChecksum {
         /// Computed from the bytes.
         found: u32,
@@ -76,6 +94,9 @@ pub enum FormatError {
         expected: u32,
     },
     /// 12: the metadata are not the encoding of a [`crate::Metadata`] of exactly this length.
+    #[error(
+        "of {length} bytes of metadata {understood} could be understood; the writer is not ours or newer"
+    )]
     MetadataEncoding {
         /// Bytes understood; 0 when decoding failed.
         understood: u64,
@@ -83,6 +104,7 @@ pub enum FormatError {
         length: u64,
     },
     /// 13: a count is out of its range.
+    #[error("the number of {what} is {found}, expected {lower} to {upper}")]
     Count {
         /// Which.
         what: Quantity,
@@ -94,6 +116,7 @@ pub enum FormatError {
         upper: u32,
     },
     /// 14: a metadata number is not finite or out of its range.
+    #[error("{what} is {found:e}: not finite or out of its range")]
     Number {
         /// Which.
         what: Quantity,
@@ -101,20 +124,28 @@ pub enum FormatError {
         found: f64,
     },
     /// 15: the time scheme is not consistent.
+    #[error("the file's time scheme is refused: {0}")]
     Scheme(TableError),
     /// 16: an axis is malformed (range, number of points, or data in an unused place).
+    #[error("axis {axis} is malformed: check its range and number of points")]
     Axis {
         /// Its place.
         axis: u32,
     },
     /// 17: no structure of the step is present.
+    #[error(
+        "neither the diagonal, nor the block, nor the canonical, nor the strain structure is present: \
+         nothing to step with"
+    )]
     NoStructure,
     /// 18: a required section of a kind this reader does not know.
+    #[error("a required section of kind {kind} is unknown to this reader; use a newer program")]
     UnknownKind {
         /// The kind.
         kind: u32,
     },
     /// 19: a known section with an unknown element type, or one its kind may not have.
+    #[error("section {kind} has element type {found}, which its kind may not have")]
     Element {
         /// The section's kind.
         kind: u32,
@@ -122,6 +153,7 @@ pub enum FormatError {
         found: u8,
     },
     /// 20: a known section with an unknown codec.
+    #[error("section {kind} has codec {found}, unknown to this reader")]
     Codec {
         /// The section's kind.
         kind: u32,
@@ -129,6 +161,7 @@ pub enum FormatError {
         found: u8,
     },
     /// 21: flags this version does not define.
+    #[error("section {kind} has flags {found:#06x}; only bit 0 is defined")]
     Flags {
         /// The section's kind.
         kind: u32,
@@ -136,11 +169,13 @@ pub enum FormatError {
         found: u16,
     },
     /// 22: two sections of the same kind.
+    #[error("two sections of kind {kind}; one is allowed")]
     Duplicate {
         /// The kind.
         kind: u32,
     },
     /// 23: a section does not begin at the first multiple of 64 after the previous one.
+    #[error("section {kind} at byte {found}, expected at byte {expected}")]
     Offset {
         /// The section's kind.
         kind: u32,
@@ -150,6 +185,7 @@ pub enum FormatError {
         expected: u64,
     },
     /// 24: a section's length disagrees with its shape, its codec or the file.
+    #[error("section {kind} has {found} bytes, expected {expected} by its shape and the file's length")]
     Length {
         /// The section's kind.
         kind: u32,
@@ -159,6 +195,7 @@ pub enum FormatError {
         expected: u64,
     },
     /// 25: a section's shape disagrees with the metadata.
+    #[error("shape of section {kind}, place {axis}: {found}, the metadata ask for {expected}")]
     Shape {
         /// The section's kind.
         kind: u32,
@@ -170,11 +207,13 @@ pub enum FormatError {
         expected: u64,
     },
     /// 26: a section is missing that an announced structure or parameter needs.
+    #[error("section {kind} is missing, an announced structure or parameter needs it")]
     Missing {
         /// The kind of the section.
         kind: u32,
     },
     /// 27: a section does not match its checksum.
+    #[error("section {kind} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy it again")]
     SectionChecksum {
         /// The section's kind.
         kind: u32,
@@ -184,6 +223,7 @@ pub enum FormatError {
         expected: u32,
     },
     /// 28: a compressed section is asked for its numbers.
+    #[error("section {kind} is compressed (codec {codec}); unpack it before reading its numbers")]
     Compressed {
         /// The section's kind.
         kind: u32,
@@ -191,11 +231,13 @@ pub enum FormatError {
         codec: u8,
     },
     /// 29: a section of text is not UTF-8.
+    #[error("section {kind} is not UTF-8 text")]
     Text {
         /// The section's kind.
         kind: u32,
     },
     /// 30: the memory lent to the writer is too short.
+    #[error("{found} bytes were lent to the writer, {needed} are needed")]
     LentMemory {
         /// Bytes lent.
         found: u64,
@@ -203,22 +245,29 @@ pub enum FormatError {
         needed: u64,
     },
     /// 31: a parameter is malformed (range, region, a name or role used twice, or data in an unused place).
+    #[error(
+        "parameter {parameter} is malformed: check its range, its region, and that its name and role are \
+         its own"
+    )]
     Parameter {
         /// Its place.
         parameter: u32,
     },
     /// 32: a part of the canonical structure is malformed, or a stage lacks one (state and load, together or
     /// apart).
+    #[error("part {part} of the canonical structure is malformed or missing")]
     CanonicalPart {
         /// Its place; the number of parts where one is missing.
         part: u32,
     },
     /// 33: an axis of the canonical structure is malformed, out of order, or of no part.
+    #[error("axis {axis} of the canonical structure is malformed: role, order, range, points or factor")]
     CanonicalAxis {
         /// Its place.
         axis: u32,
     },
     /// 34: a section of the canonical structure has not the numbers its parts ask for.
+    #[error("section {kind} has {found} numbers, the parts of the canonical structure ask for {expected}")]
     CanonicalLength {
         /// The section's kind.
         kind: u32,
@@ -229,12 +278,14 @@ pub enum FormatError {
     },
     /// 35: a load position is no loadable node, or the load's direction is missing, not finite or one too
     /// many.
+    #[error("load position {place} is no loadable node, or the load's direction is wrong")]
     CanonicalLoad {
         /// Its place; the number of positions for the direction.
         place: u32,
     },
     /// 36: the table of a section coded by block is cut, not increasing, or does not end where the section
     /// does.
+    #[error("section {kind}: the table of its blocks is wrong at block {block}; the file is damaged")]
     BlockTable {
         /// The section's kind.
         kind: u32,
@@ -242,6 +293,7 @@ pub enum FormatError {
         block: u64,
     },
     /// 37: what should be one zstd frame of the decoded length is not.
+    #[error("section {kind}, block {block}: not one zstd frame of the declared length; the file is damaged")]
     Frame {
         /// The section's kind.
         kind: u32,
@@ -296,170 +348,9 @@ pub enum Quantity {
     Substeps,
 }
 
-impl fmt::Display for FormatError {
+impl fmt::Display for Quantity {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        use FormatError as E;
-        match *self {
-            E::TooShort { found, needed } => {
-                write!(
-                    out,
-                    "{found} bytes where at least {needed} are needed; the file is cut: copy or build it \
-                     again"
-                )
-            }
-            E::Magic => {
-                write!(out, "not a vademecum file: the first eight bytes are not 89 56 44 4D 0D 0A 1A 0A")
-            }
-            E::MajorVersion { found } => {
-                write!(
-                    out,
-                    "file version {found}, this reader knows version 1; use a newer program or build the \
-                     file again"
-                )
-            }
-            E::HeaderChecksum { found, expected } => checksum(out, "the header", found, expected),
-            E::NotZero { offset } => {
-                write!(out, "byte {offset} is padding and must be zero; the file is damaged")
-            }
-            E::FileLength { found, expected } => {
-                write!(out, "{found} bytes, the file says {expected}; copy or build it again")
-            }
-            E::SectionCount { found, limit } => {
-                write!(out, "{found} sections, the limit is {limit}")
-            }
-            E::MetadataOffset { found, expected } => {
-                write!(out, "metadata at byte {found}, they must follow the directory at byte {expected}")
-            }
-            E::MetadataLength { found, limit } => {
-                write!(out, "metadata of {found} bytes, the limit is {limit}")
-            }
-            E::DirectoryChecksum { found, expected } => checksum(out, "the directory", found, expected),
-            E::MetadataChecksum { found, expected } => checksum(out, "the metadata", found, expected),
-            E::MetadataEncoding { understood, length } => {
-                write!(
-                    out,
-                    "of {length} bytes of metadata {understood} could be understood; the writer is not \
-                     ours or newer"
-                )
-            }
-            E::Count { what, found, lower, upper } => {
-                write!(out, "the number of {} is {found}, expected {lower} to {upper}", what.name())
-            }
-            E::Number { what, found } => {
-                write!(out, "{} is {found:e}: not finite or out of its range", what.name())
-            }
-            E::Scheme(error) => write!(out, "the file's time scheme is refused: {error}"),
-            E::Axis { axis } => write!(out, "axis {axis} is malformed: check its range and number of points"),
-            E::NoStructure => {
-                write!(
-                    out,
-                    "neither the diagonal, nor the block, nor the canonical, nor the strain structure is \
-                     present: nothing to step with"
-                )
-            }
-            E::UnknownKind { kind } => {
-                write!(
-                    out,
-                    "a required section of kind {kind} is unknown to this reader; use a newer program"
-                )
-            }
-            E::Element { kind, found } => {
-                write!(out, "section {kind} has element type {found}, which its kind may not have")
-            }
-            E::Codec { kind, found } => {
-                write!(out, "section {kind} has codec {found}, unknown to this reader")
-            }
-            E::Flags { kind, found } => {
-                write!(out, "section {kind} has flags {found:#06x}; only bit 0 is defined")
-            }
-            E::Duplicate { kind } => write!(out, "two sections of kind {kind}; one is allowed"),
-            E::Offset { kind, found, expected } => {
-                write!(out, "section {kind} at byte {found}, expected at byte {expected}")
-            }
-            E::Length { kind, found, expected } => {
-                write!(
-                    out,
-                    "section {kind} has {found} bytes, expected {expected} by its shape and the file's length"
-                )
-            }
-            E::Shape { kind, axis, found, expected } => {
-                write!(out, "shape of section {kind}, place {axis}: {found}, the metadata ask for {expected}")
-            }
-            E::Missing { kind } => {
-                write!(out, "section {kind} is missing, an announced structure or parameter needs it")
-            }
-            E::SectionChecksum { kind, found, expected } => {
-                write!(
-                    out,
-                    "section {kind} has checksum {found:#010x}, written is {expected:#010x}: damaged, \
-                     copy it again"
-                )
-            }
-            E::Compressed { kind, codec } => {
-                write!(
-                    out,
-                    "section {kind} is compressed (codec {codec}); unpack it before reading its numbers"
-                )
-            }
-            E::Text { kind } => write!(out, "section {kind} is not UTF-8 text"),
-            E::LentMemory { found, needed } => {
-                write!(out, "{found} bytes were lent to the writer, {needed} are needed")
-            }
-            E::BlockTable { kind, block } => {
-                write!(
-                    out,
-                    "section {kind}: the table of its blocks is wrong at block {block}; the file is damaged"
-                )
-            }
-            E::Frame { kind, block } => {
-                write!(
-                    out,
-                    "section {kind}, block {block}: not one zstd frame of the declared length; the file \
-                     is damaged"
-                )
-            }
-            E::Parameter { parameter } => write!(
-                out,
-                "parameter {parameter} is malformed: check its range, its region, and that its name and \
-                 role are its own"
-            ),
-            E::CanonicalPart { part } => {
-                write!(out, "part {part} of the canonical structure is malformed or missing")
-            }
-            E::CanonicalAxis { axis } => {
-                write!(
-                    out,
-                    "axis {axis} of the canonical structure is malformed: role, order, range, points or \
-                     factor"
-                )
-            }
-            E::CanonicalLength { kind, found, expected } => {
-                write!(
-                    out,
-                    "section {kind} has {found} numbers, the parts of the canonical structure ask for \
-                     {expected}"
-                )
-            }
-            E::CanonicalLoad { place } => {
-                write!(out, "load position {place} is no loadable node, or the load's direction is wrong")
-            }
-        }
-    }
-}
-
-fn checksum(out: &mut fmt::Formatter<'_>, what: &str, found: u32, expected: u32) -> fmt::Result {
-    write!(
-        out,
-        "{what} has checksum {found:#010x}, written is {expected:#010x}: damaged, copy or build the file \
-         again"
-    )
-}
-
-impl core::error::Error for FormatError {}
-
-impl Quantity {
-    fn name(self) -> &'static str {
-        match self {
+        out.pad(match self {
             Self::Nodes => "nodes",
             Self::SurfaceNodes => "surface nodes",
             Self::LoadNodes => "loadable nodes",
@@ -480,7 +371,7 @@ impl Quantity {
             Self::Coupled => "coordinates that couple with those that interact",
             Self::StrainRows => "strain rows",
             Self::Substeps => "sub-steps of a step",
-        }
+        })
     }
 }
 

@@ -66,9 +66,11 @@ mod base;
 mod blocks;
 mod chapter;
 mod checksum;
+mod element;
 mod error;
 pub mod exact;
 mod fuse;
+mod kind;
 mod layout;
 mod metadata;
 mod names;
@@ -87,7 +89,9 @@ mod write;
 pub use base::{BASE_PATTERNS, BaseMotion, base_field};
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
 pub use chapter::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
+pub use element::{Codec, Element};
 pub use error::{FormatError, Quantity};
+pub use kind::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, SectionKind};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{
     Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_METADATA, MAX_MODES, MAX_NODES, MAX_PARAMETERS,
@@ -96,7 +100,7 @@ pub use metadata::{
 pub use parameter::{Parameter, ParameterRole};
 pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
-pub use section::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, Codec, Element, Numbers, Section, SectionKind};
+pub use section::{Numbers, Section};
 pub use strain::{MAX_STRAIN_ROWS, MAX_SUBSTEPS, StrainSizes};
 #[cfg(feature = "zstd")]
 pub use unpack::{Decoder, unpack_into, unpacked_len};

@@ -4,80 +4,14 @@
 
 use core::fmt;
 
+use crate::element::{Codec, Element};
+use crate::kind::SectionKind;
 use crate::metadata::{AxisKind, AxisRole};
 use crate::parameter::ParameterRole;
-use crate::section::{Codec, Element, SectionKind};
 
 impl fmt::Display for SectionKind {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.pad(match self {
-            Self::NodeIds => "NodeIds",
-            Self::NodeCoordinates => "NodeCoordinates",
-            Self::Triangles => "Triangles",
-            Self::ReducedStiffness => "ReducedStiffness",
-            Self::Eigenvalues => "Eigenvalues",
-            Self::SurfaceBasis => "SurfaceBasis",
-            Self::InteriorBasis => "InteriorBasis",
-            Self::BlockState => "BlockState",
-            Self::BlockLoad => "BlockLoad",
-            Self::PatternBasis => "PatternBasis",
-            Self::PatternBlock => "PatternBlock",
-            Self::PatternNames => "PatternNames",
-            Self::ProbeNames => "ProbeNames",
-            Self::ProbeRows => "ProbeRows",
-            Self::SingularValues => "SingularValues",
-            Self::ModeTable => "ModeTable",
-            Self::AxisPoints => "AxisPoints",
-            Self::Factors => "Factors",
-            Self::RegionStiffness => "RegionStiffness",
-            Self::RegionMass => "RegionMass",
-            Self::EnrichmentHistory => "EnrichmentHistory",
-            Self::RadiusSamples => "RadiusSamples",
-            Self::CanonicalParts => "CanonicalParts",
-            Self::CanonicalAxes => "CanonicalAxes",
-            Self::CanonicalFactors => "CanonicalFactors",
-            Self::CanonicalTerms => "CanonicalTerms",
-            Self::CanonicalPositions => "CanonicalPositions",
-            Self::CanonicalDirection => "CanonicalDirection",
-            Self::CanonicalCertificate => "CanonicalCertificate",
-            Self::Losses => "Losses",
-            Self::Repairs => "Repairs",
-            Self::StructureFigures => "StructureFigures",
-            Self::DampingRatios => "DampingRatios",
-            Self::ContactResidual => "ContactResidual",
-            Self::ResidualPairs => "ResidualPairs",
-            Self::PairResidual => "PairResidual",
-            Self::ProbeResidual => "ProbeResidual",
-            Self::PatternResidual => "PatternResidual",
-            Self::PatternProbeResidual => "PatternProbeResidual",
-            Self::StaticBound => "StaticBound",
-            Self::BoundMap => "BoundMap",
-            Self::FactorOrder => "FactorOrder",
-            Self::FactorGroups => "FactorGroups",
-            Self::FactorRows => "FactorRows",
-            Self::FactorValues => "FactorValues",
-            Self::PatternAnswer => "PatternAnswer",
-            Self::StressPoints => "StressPoints",
-            Self::StressBasis => "StressBasis",
-            Self::StressResidual => "StressResidual",
-            Self::PatternStress => "PatternStress",
-            Self::ElasticConstants => "ElasticConstants",
-            Self::ProbeUnits => "ProbeUnits",
-            Self::SupportNames => "SupportNames",
-            Self::SupportPoints => "SupportPoints",
-            Self::ReactionBasis => "ReactionBasis",
-            Self::ReactionLoads => "ReactionLoads",
-            Self::PatternReaction => "PatternReaction",
-            Self::BaseFrame => "BaseFrame",
-            Self::RigidBody => "RigidBody",
-            Self::StrainSizes => "StrainSizes",
-            Self::StrainLinear => "StrainLinear",
-            Self::StrainTail => "StrainTail",
-            Self::StrainQuadratic => "StrainQuadratic",
-            Self::StrainBox => "StrainBox",
-            Self::StrainLimits => "StrainLimits",
-            Self::StrainModes => "StrainModes",
-        })
+        out.pad(self.name())
     }
 }
 

@@ -2,10 +2,12 @@
 
 use crate::chapter::Chapter;
 use crate::checksum::checksum;
+use crate::element::{Codec, Element};
 use crate::error::FormatError;
+use crate::kind::SectionKind;
 use crate::layout::{BLOCK, Entry, Header, align, refuse_nonzero};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
-use crate::section::{Codec, Element, Section, SectionKind};
+use crate::section::Section;
 use crate::strain::StrainSizes;
 
 /// An opened file: borrowed bytes whose structure has been checked.

@@ -13,6 +13,7 @@
 
 use bincode::{BorrowDecode, Encode};
 use core::fmt;
+use thiserror::Error;
 
 pub use crate::fuse::{StageCoefficients, fuse_into, fuse_work_len, theta};
 
@@ -74,31 +75,42 @@ pub struct StepParameters {
 }
 
 /// Why a table or a fused step was refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TableError {
     /// The number of stages is not 1 to [`MAX_STAGES`].
+    #[error("a scheme of {found} stages; 1 to {MAX_STAGES} are possible")]
     StageCount {
         /// What the table says.
         found: u8,
     },
     /// A scheme of stages beside the strain structure, which has a step of its own.
+    #[error(
+        "a scheme of {found} stages beside the strain structure, which has a step of its own; expected \
+         none"
+    )]
     StagesBesideStrain {
         /// Stages of the scheme.
         found: u8,
     },
     /// A coefficient of this stage (or of `finish`, for the number of stages) is not finite.
+    #[error("stage {stage} of the scheme holds a number that is not finite")]
     NotFinite {
         /// The stage.
         stage: usize,
     },
     /// `m` or `k` of this stage is not positive, or its history uses a stage not solved yet.
+    #[error("stage {stage} of the scheme needs positive m and k and may use earlier stages only")]
     BadStage {
         /// The stage.
         stage: usize,
     },
     /// A sum that a consistent scheme owes is missed: constant displacement must be no motion,
     /// `k − Σh^K = Σf = 1`.
+    #[error(
+        "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement must stay \
+         constant"
+    )]
     Inconsistent {
         /// The stage, or the number of stages for `finish`.
         stage: usize,
@@ -106,6 +118,7 @@ pub enum TableError {
         by: f64,
     },
     /// A step parameter is not finite or not in its range, or makes `m̃` or `k̃` of a stage not positive.
+    #[error(fmt = bad_parameter)]
     BadParameter {
         /// The parameter's place in [`StepParameters`] (0 to 4), or 5 + the stage.
         index: usize,
@@ -113,6 +126,7 @@ pub enum TableError {
         value: f64,
     },
     /// A lent or given slice has the wrong length.
+    #[error("a slice of {found} numbers was lent where {needed} are needed")]
     Length {
         /// Length found.
         found: usize,
@@ -121,50 +135,16 @@ pub enum TableError {
     },
 }
 
-impl fmt::Display for TableError {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::StageCount { found } => {
-                write!(out, "a scheme of {found} stages; 1 to {MAX_STAGES} are possible")
-            }
-            Self::StagesBesideStrain { found } => {
-                write!(
-                    out,
-                    "a scheme of {found} stages beside the strain structure, which has a step of its own; \
-                     expected none"
-                )
-            }
-            Self::NotFinite { stage } => {
-                write!(out, "stage {stage} of the scheme holds a number that is not finite")
-            }
-            Self::BadStage { stage } => write!(
-                out,
-                "stage {stage} of the scheme needs positive m and k and may use earlier stages only"
-            ),
-            Self::Inconsistent { stage, by } => write!(
-                out,
-                "stage {stage} of the scheme misses a consistency sum by {by:e}: constant displacement \
-                 must stay constant"
-            ),
-            Self::BadParameter { index, value } => {
-                let names = ["time step", "alpha", "beta", "density scale", "stiffness scale"];
-                match names.get(index) {
-                    Some(name) => {
-                        write!(out, "{name} = {value:e} is not finite or not in its range")
-                    }
-                    None => {
-                        write!(out, "the parameters make a matrix weight of stage {} {value:e}", index - 5)
-                    }
-                }
-            }
-            Self::Length { found, needed } => {
-                write!(out, "a slice of {found} numbers was lent where {needed} are needed")
-            }
+fn bad_parameter(index: &usize, value: &f64, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let names = ["time step", "alpha", "beta", "density scale", "stiffness scale"];
+    match names.get(*index) {
+        Some(name) => write!(out, "{name} = {value:e} is not finite or not in its range"),
+        None => {
+            let stage = index.saturating_sub(names.len());
+            write!(out, "the parameters make a matrix weight of stage {stage} {value:e}")
         }
     }
 }
-
-impl core::error::Error for TableError {}
 
 impl StepParameters {
     /// Checks the ranges: `Δt, s_ρ, s_K > 0`, `α, β ≥ 0`, all finite.

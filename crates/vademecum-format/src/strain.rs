@@ -5,8 +5,8 @@
 //! without linear part.
 
 use crate::error::{FormatError, Quantity};
+use crate::kind::SectionKind;
 use crate::metadata::Metadata;
-use crate::section::SectionKind;
 
 /// Most strain rows of a file.
 pub const MAX_STRAIN_ROWS: u32 = 65_536;

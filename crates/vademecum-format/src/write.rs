@@ -2,11 +2,13 @@
 //! writer ends by parsing its own bytes, so reader and writer cannot disagree about what is allowed.
 
 use crate::checksum::checksum;
+use crate::element::{Codec, Element};
 use crate::error::FormatError;
+use crate::kind::SectionKind;
 use crate::layout::{BLOCK, Entry, Header, MAX_SECTIONS, align};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
 use crate::read::File;
-use crate::section::{Codec, Element, Section, SectionKind};
+use crate::section::Section;
 use bincode::Encode;
 use bincode::enc::EncoderImpl;
 use bincode::enc::write::SizeWriter;

@@ -26,8 +26,8 @@ pub struct Comparison {
     pub seconds_per_step: f64,
 }
 
-/// What is compared.
-pub struct Reduced<'a> {
+/// A reduced motion, for comparison.
+pub struct ReducedMotion<'a> {
     /// Rows of `B` over the free dofs, shape (n, r).
     pub basis: MatRef<'a, f64>,
     /// ζ at each instant, the start included; shape (r, instants).
@@ -45,7 +45,7 @@ pub fn compare(
     body: &Body,
     full: &FullOrder<'_>,
     loads: &[TimedLoad],
-    reduced: &Reduced<'_>,
+    reduced: &ReducedMotion<'_>,
     listener: &dyn Listener,
     mut observe: impl FnMut(&State),
 ) -> Result<Comparison, StudyError> {
@@ -67,7 +67,7 @@ pub fn compare(
 }
 
 /// `BL⁻ᵀ` and `Lᵀζ`, `LLᵀ = BᵀMB`: the same fields in an M-orthonormal basis.
-pub(crate) fn orthonormal(
+pub fn orthonormal(
     mass: &SymmetricMatrix,
     basis: MatRef<'_, f64>,
     coordinates: MatRef<'_, f64>,

@@ -1,4 +1,4 @@
-//! What people and other programs ask of a file without stepping it: names, numbers, the geometry.
+//! Contents of a file that need no stepping: names, numbers, the geometry.
 //!
 //! Sections may be compressed; each is decoded where it is asked for.
 
@@ -10,7 +10,7 @@ use vademecum_rewrite::{decode, default_limit};
 
 use crate::error::FileError;
 
-/// What one section may decode to. A caller who allows more hands over a file that is raw already.
+/// Limit on the decoded size of a section. A caller who allows more hands over a file that is raw already.
 fn limit(file: &File<'_>) -> u64 {
     default_limit(file.bytes().len())
 }
@@ -48,7 +48,7 @@ pub fn indices(file: &File<'_>, kind: SectionKind) -> Result<Vec<u64>, FileError
     })
 }
 
-/// What the build measured of each structure beside its certificate; nothing if the file does not keep it.
+/// Figures of each structure beside its certificate; `None` if the file does not have them.
 ///
 /// # Errors
 /// As [`numbers`].
@@ -70,7 +70,7 @@ pub struct Bound {
     pub kind: &'static str,
 }
 
-/// How much of a static answer the modes leave out; nothing if the file does not keep it.
+/// Truncation error of static responses; `None` if the file does not have it.
 ///
 /// # Errors
 /// As [`numbers`].
@@ -98,7 +98,7 @@ pub(crate) fn section<'a>(file: &File<'a>, kind: SectionKind) -> Result<Section<
     file.section(kind).ok_or(FileError::Missing { kind })
 }
 
-/// Where the nodes are, and how the surface is made of them.
+/// Nodes and surface triangles.
 pub struct Geometry {
     /// Coordinates of all nodes \[m\], in the order of the file: those of the surface first.
     pub nodes: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-//! Why a study ended without its figures.
+//! Errors of a study.
 //!
 //! No error here names the vademecum file it is about: a study is handed bytes and does not know where they
 //! came from. The caller, who knows, puts the name in front of a [`FileError`].
@@ -25,7 +25,7 @@ use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
-/// Why a study ended without its figures.
+/// Errors of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// A build behind it failed.
@@ -56,7 +56,7 @@ pub enum StudyError {
     )]
     LargeDisplacements,
     /// The scenario has a load pattern that the file does not have.
-    #[error("the file has no load pattern `{name}`; it has {known}")]
+    #[error("the file has no load pattern `{name}`; known: {known}")]
     NoPattern {
         /// The pattern's name.
         name: String,
@@ -100,8 +100,8 @@ pub enum StudyError {
     },
     /// Damping ratios are no matrix of the full order.
     #[error(
-        "the problem gives damping ratios, which are no matrix of the full order; a response is compared where \
-         damping is none or Rayleigh's (`alpha`, `beta`)"
+        "the full order has no matrix for modal damping ratios; `--compare` needs a problem without damping or \
+         with Rayleigh damping (`alpha`, `beta`)"
     )]
     ModalDamping,
     /// The stress of an element cannot be taken.
@@ -223,7 +223,7 @@ pub enum StudyError {
         time: f64,
         /// Step.
         step: usize,
-        /// What it is a value of.
+        /// Name of the quantity.
         what: String,
         /// The value.
         value: f64,
@@ -237,11 +237,11 @@ pub enum StudyError {
         time: f64,
         /// Steps taken before.
         step: usize,
-        /// Why.
+        /// Cause.
         source: FileError,
     },
     /// The file has no live parameter of this name.
-    #[error("the file has no live parameter `{name}`; it has {known}")]
+    #[error("the file has no live parameter `{name}`; known: {known}")]
     NoParameter {
         /// The name asked for.
         name: String,
@@ -272,7 +272,7 @@ pub enum StudyError {
     /// Every number of modes asked for is more than the snapshots span.
     #[error("no number of modes is left to compare: the snapshots span {span} dimensions")]
     NoModes {
-        /// What the snapshots span.
+        /// Dimension of the snapshots.
         span: usize,
     },
     /// The spectral radius of the step was not found.
@@ -288,7 +288,7 @@ pub(crate) fn place([x, y, z]: [f64; 3]) -> String {
     format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
-/// Why a vademecum file cannot be used for what is asked.
+/// Errors of the use of a vademecum file.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// It cannot be opened.
@@ -353,7 +353,7 @@ pub enum FileError {
         place: String,
         /// The radius.
         radius: f64,
-        /// What is allowed.
+        /// Limit.
         allowed: f64,
     },
     /// It was built on another mesh than the problem has.
@@ -376,7 +376,7 @@ pub enum FileError {
     Needed {
         /// The section.
         kind: SectionKind,
-        /// What of the scenario.
+        /// Part of the scenario.
         what: String,
     },
 }
@@ -405,7 +405,7 @@ as_build!(
     GreenError
 );
 
-/// What the evaluator and the rewriting say of a file is about the file.
+/// Errors of the evaluator and of rewriting are errors of the file.
 macro_rules! as_file {
     ($($error:ty),*) => {
         $(impl From<$error> for StudyError {

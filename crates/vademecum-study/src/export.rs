@@ -9,11 +9,12 @@ use vademecum_build::field;
 use vademecum_build::input::{BasisKind, Problem};
 use vademecum_build::progress::Listener;
 
-use crate::bench::{Bound, Study};
 use crate::error::StudyError;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
+use crate::scenario_loads::ScenarioLoads;
+use crate::study::Study;
 
-/// What the march needs to know: `model.json`.
+/// Data of the time integration: `model.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Model {
     /// Version of this list.
@@ -38,13 +39,13 @@ pub struct Model {
     pub basis: BasisKind,
     /// Modes r.
     pub modes: usize,
-    /// When each column of the loads acts.
-    pub loads: Vec<When>,
+    /// Time course of each column of the loads.
+    pub loads: Vec<LoadCourse>,
 }
 
-/// When a column of the loads acts, and how it follows time: what is absent does not change it.
+/// Time course of a column of the loads; absent factors are 1.
 #[derive(Clone, Debug, Serialize)]
-pub struct When {
+pub struct LoadCourse {
     /// First instant \[s\].
     pub start: f64,
     /// First instant without the load \[s\]; absent: to the end.
@@ -72,11 +73,11 @@ pub struct WaveFactor {
     pub sweep: f64,
     /// Phase at the start \[rad\].
     pub phase: f64,
-    /// What is added.
+    /// Mean value.
     pub mean: f64,
 }
 
-impl From<&History> for When {
+impl From<&History> for LoadCourse {
     fn from(History { during, share, course }: &History) -> Self {
         let table = match course {
             Course::Table(table, column) => Some(table.rows(*column).collect()),
@@ -100,14 +101,14 @@ pub struct FreeDof {
     pub node: u64,
     /// Component of the displacement, 0 to 2.
     pub component: usize,
-    /// Where the node is \[m\].
+    /// Position of the node \[m\].
     pub place: [f64; 3],
 }
 
 /// A model with loads and a basis.
 pub struct ExportedModel {
     study: Study,
-    /// What the march needs to know.
+    /// Data of the time integration.
     pub model: Model,
     /// The basis, shape (n, r).
     pub basis: field::Matrix,
@@ -136,7 +137,7 @@ impl ExportedModel {
         // Contacts find their triangle through a file, as they do when it is stepped.
         let file = study.file(&study.basis(BasisKind::Modes, 1)?.value, None)?.value;
         let prepared = study.prepared();
-        let loads = Bound::new(&file, &scenario, &prepared.body)?.loads;
+        let loads = ScenarioLoads::new(&file, &scenario, &prepared.body)?.loads;
         let all = scenario.steps_within(study.time_step(), STEPS_AT_FULL_ORDER, steps.is_some())?;
         let model = Model {
             version: 1,
@@ -167,7 +168,7 @@ impl ExportedModel {
         self.study.prepared().body.model.pencil().stiffness()
     }
 
-    /// What each row of the matrices is.
+    /// Node and component of each row of the matrices.
     pub fn free_dofs(&self) -> impl Iterator<Item = FreeDof> {
         let model = &self.study.prepared().body.model;
         let mesh = model.mesh();

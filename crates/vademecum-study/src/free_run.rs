@@ -1,4 +1,4 @@
-//! What a body that nothing drives does with its energy.
+//! Energy of an unforced motion.
 
 use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State};
 use vademecum_format::{File, SectionKind};
@@ -54,7 +54,7 @@ pub fn free_run(file: &File<'_>, lambdas: &[f64]) -> Result<FreeRun, StudyError>
     Ok(FreeRun { pushed, lowest, periods: steps as f64 * time_step / period })
 }
 
-/// Whether anything can act on the body.
+/// True if anything can act on the body.
 pub(crate) fn loadable(file: &File<'_>) -> bool {
     file.metadata().n_load_nodes > 0 || file.metadata().n_patterns > 0
 }

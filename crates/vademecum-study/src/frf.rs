@@ -31,12 +31,12 @@ pub enum Channel {
     Named(String),
 }
 
-/// What is asked.
+/// Request for a frequency response.
 #[derive(Clone, Debug)]
-pub struct Question {
-    /// Where a force of amplitude 1 N acts, or which load pattern swings with amplitude 1.
+pub struct ResponseRequest {
+    /// Point of a force of amplitude 1 N, or load pattern of amplitude 1.
     pub input: Channel,
-    /// What is read.
+    /// Outputs.
     pub outputs: Vec<Channel>,
     /// Frequencies \[Hz\], above 0.
     pub frequencies: Vec<f64>,
@@ -44,7 +44,7 @@ pub struct Question {
     pub quantity: Quantity,
 }
 
-/// What of the motion is read.
+/// Quantity of the outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -97,15 +97,15 @@ pub struct FrequencyResponse {
 }
 
 /// The reduced equation of motion at some options.
-struct Reduced {
+struct ModalModel {
     mass: Mat<f64>,
     damping: Mat<f64>,
     stiffness: Mat<f64>,
-    /// Whether all three are diagonal.
+    /// True if all three are diagonal.
     diagonal: bool,
 }
 
-impl Reduced {
+impl ModalModel {
     fn of(file: &File<'_>, options: &SceneOptions) -> Result<Self, FileError> {
         use SectionKind as S;
         let (metadata, r) = (file.metadata(), file.metadata().n_modes as usize);
@@ -166,7 +166,7 @@ impl Reduced {
     }
 }
 
-/// What a channel is for; it says among which names one is looked up.
+/// Side of a channel; decides among which names it is looked up.
 #[derive(Clone, Copy)]
 enum Side {
     Input,
@@ -191,21 +191,21 @@ impl Side {
 }
 
 /// A channel of a file.
-enum Placed {
+enum ResponsePoint {
     Point(SurfacePoint, [f64; 3]),
     /// The number of a load pattern (as an input) or of a probe (as an output).
     Named(usize),
 }
 
 /// Finds a channel in a file.
-fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<Placed, StudyError> {
+fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<ResponsePoint, StudyError> {
     match channel {
         Channel::Point(point, direction) => {
             let found = Surface::new(file).map_err(FileError::from)?.locate(*point);
             let found = found.ok_or(FileError::NoSurface)?;
             let found = within(file, reach(file)?, found, || format!("the point {}", written(*point)))?;
             let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-            Ok(Placed::Point(found, direction.map(|c| c / length)))
+            Ok(ResponsePoint::Point(found, direction.map(|c| c / length)))
         }
         Channel::Named(name) => {
             let known = lines(file, side.sections()[0])?;
@@ -215,7 +215,7 @@ fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<Placed, Study
                 what: side.what(),
                 known: listed(&known) + &did_you_mean(name, known.iter().map(String::as_str)),
             })?;
-            Ok(Placed::Named(index))
+            Ok(ResponsePoint::Named(index))
         }
     }
 }
@@ -226,15 +226,15 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The row of the basis that belongs to a channel.
-fn row(file: &File<'_>, placed: &Placed, side: Side) -> Result<Vec<f64>, FileError> {
+fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, FileError> {
     let r = file.metadata().n_modes as usize;
     match placed {
-        Placed::Named(index) => {
+        ResponsePoint::Named(index) => {
             let [_, kind] = side.sections();
             let rows = numbers(file, kind)?;
             rows.get(index * r..(index + 1) * r).map(<[f64]>::to_vec).ok_or(FileError::Missing { kind })
         }
-        Placed::Point(point, direction) => {
+        ResponsePoint::Point(point, direction) => {
             let kind = SectionKind::SurfaceBasis;
             let rows = numbers(file, kind)?;
             let mut sum = vec![0.0; r];
@@ -250,12 +250,12 @@ fn row(file: &File<'_>, placed: &Placed, side: Side) -> Result<Vec<f64>, FileErr
     }
 }
 
-/// What the modes leave out of the static answer of each output to a unit load at the input \[m/N\].
+/// Residual flexibility of each output to a unit load at the input \[m/N\].
 fn static_rest(
     file: &File<'_>,
     options: &SceneOptions,
-    input: &Placed,
-    outputs: &[Placed],
+    input: &ResponsePoint,
+    outputs: &[ResponsePoint],
 ) -> Result<Vec<f64>, StudyError> {
     let shown = |residual: bool| -> Result<Vec<f64>, StudyError> {
         let options = SceneOptions { residual, ..*options };
@@ -269,24 +269,24 @@ fn static_rest(
     Ok(shown(true)?.iter().zip(shown(false)?).map(|(whole, modes)| whole - modes).collect())
 }
 
-fn add(scene: &Scene<'_, f64>, loads: &mut Loads<'_, f64>, input: &Placed) -> Result<(), FileError> {
+fn add(scene: &Scene<'_, f64>, loads: &mut Loads<'_, f64>, input: &ResponsePoint) -> Result<(), FileError> {
     match input {
-        Placed::Point(at, force) => {
+        ResponsePoint::Point(at, force) => {
             let contact = Contact { nodes: at.nodes, weights: at.weights, force: *force };
             loads.add_contact(scene, &contact)?;
         }
-        Placed::Named(index) => loads.add_pattern(scene, *index, 1.0)?,
+        ResponsePoint::Named(index) => loads.add_pattern(scene, *index, 1.0)?,
     }
     Ok(())
 }
 
-fn read(scene: &Scene<'_, f64>, state: &State<'_, f64>, output: &Placed) -> Result<f64, FileError> {
+fn read(scene: &Scene<'_, f64>, state: &State<'_, f64>, output: &ResponsePoint) -> Result<f64, FileError> {
     match output {
-        Placed::Point(at, direction) => {
+        ResponsePoint::Point(at, direction) => {
             let moved = scene.point(state, at, Field::Displacement)?;
             Ok((0..3).map(|c| moved[c] * direction[c]).sum())
         }
-        Placed::Named(index) => Ok(scene.probe(state, *index, Field::Displacement)?),
+        ResponsePoint::Named(index) => Ok(scene.probe(state, *index, Field::Displacement)?),
     }
 }
 
@@ -298,11 +298,11 @@ fn read(scene: &Scene<'_, f64>, state: &State<'_, f64>, output: &Placed) -> Resu
 pub fn frequency_response(
     file: &File<'_>,
     options: &SceneOptions,
-    question: &Question,
+    question: &ResponseRequest,
 ) -> Result<FrequencyResponse, StudyError> {
-    let reduced = Reduced::of(file, options)?;
+    let reduced = ModalModel::of(file, options)?;
     let input = place(file, &question.input, Side::Input)?;
-    let outputs: Vec<Placed> =
+    let outputs: Vec<ResponsePoint> =
         question.outputs.iter().map(|output| place(file, output, Side::Output)).collect::<Result<_, _>>()?;
     let force = row(file, &input, Side::Input)?;
     let rows: Vec<Vec<f64>> =
@@ -324,7 +324,7 @@ pub fn frequency_response(
     Ok(FrequencyResponse { values, by_modes, highest_mode_hz })
 }
 
-/// How far a response is from direct solves of the full order, over all outputs and frequencies; each
+/// Distance of a response from direct full-order solves, over all outputs and frequencies; each
 /// difference is relative to the root of the mean square of its output over the frequencies.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ResponseError {
@@ -348,7 +348,7 @@ pub struct ResponseError {
 pub fn compare_response(
     file: &File<'_>,
     options: &SceneOptions,
-    question: &Question,
+    question: &ResponseRequest,
     problem: &Problem,
     listener: &dyn Listener,
 ) -> Result<ResponseError, StudyError> {
@@ -365,7 +365,7 @@ pub fn compare_response(
     let weights = |channel: &Channel, side: Side| -> Result<Vec<(u32, f64)>, StudyError> {
         let mut row = vec![];
         match (place(file, channel, side)?, side) {
-            (Placed::Point(at, direction), _) => {
+            (ResponsePoint::Point(at, direction), _) => {
                 for (&node, weight) in at.nodes.iter().zip(at.weights) {
                     for (c, along) in direction.iter().enumerate() {
                         let free = dofs.free(3 * nodes[node as usize] as usize + c);
@@ -373,13 +373,13 @@ pub fn compare_response(
                     }
                 }
             }
-            (Placed::Named(index), Side::Output) => {
+            (ResponsePoint::Named(index), Side::Output) => {
                 let name = &lines(file, SectionKind::ProbeNames)?[index];
                 let probe = body.probes.iter().find(|probe| probe.name == *name);
                 let probe = probe.ok_or_else(|| StudyError::ForeignProbe { name: name.clone() })?;
                 row.extend(body.probe_row(probe));
             }
-            (Placed::Named(index), Side::Input) => {
+            (ResponsePoint::Named(index), Side::Input) => {
                 let name = &lines(file, SectionKind::PatternNames)?[index];
                 let pattern = body.patterns.iter().find(|(pattern, _)| pattern == name);
                 let (_, force) = pattern.ok_or_else(|| StudyError::ForeignPattern { name: name.clone() })?;

@@ -1,5 +1,5 @@
 //! A body under the loads of a scenario at large displacements and full order, and how well its motion is
-//! known: what `verify` and `bench` measure against.
+//! known: what `verify` and the laboratory measure against.
 //!
 //! A reference is marched by Bathe's method with a part of the file's step, and beside it a second one with
 //! twice that step: how far the two are apart says how well the reference is known. Where that is not well
@@ -23,14 +23,14 @@ use crate::error::StudyError;
 use crate::truth::force_row;
 
 /// Most steps of a reference in a step of the file.
-const MOST_PARTS: usize = 16;
+const MAX_PARTS: usize = 16;
 
-/// How far a reference may be from the march beside it, as a part of the error that it shows: its own error
-/// is then about a tenth of that.
+/// Largest distance of a reference from the march beside it, as a part of the error that it shows: its own
+/// error is then about a tenth of that.
 const KNOWN: f64 = 0.3;
 
 /// A body and its loads.
-pub(crate) struct LargeMotion<'a> {
+pub struct LargeMotion<'a> {
     strain: &'a GreenStrain<'a>,
     symbolic: &'a Symbolic,
     loads: Vec<SparseLoad>,
@@ -44,26 +44,28 @@ pub(crate) struct LargeMotion<'a> {
 }
 
 /// A force over the free dofs, where it is not zero, and how it follows time.
-pub(crate) struct SparseLoad {
+pub struct SparseLoad {
+    /// Free dofs and their forces \[N\].
     pub row: Vec<(u32, f64)>,
+    /// Course in time.
     pub when: History,
 }
 
-/// How far marches go.
+/// Extent of the marches.
 #[derive(Clone, Copy)]
-pub(crate) struct Extent {
+pub struct Extent {
     /// Steps of the file.
     pub steps: usize,
     /// Steps of Bathe's method in a step of the file that are marched beside a reference.
     pub beside: usize,
-    /// Whether they may take more than four hours.
+    /// Allow more than four hours.
     pub long: bool,
-    /// What is marched, for people.
+    /// Description for messages.
     pub what: &'static str,
 }
 
 /// The reference, and the march with twice its step.
-pub(crate) struct Reference<'m> {
+pub struct Reference<'m> {
     /// Steps of the reference in a step of the file.
     pub parts: usize,
     motion: &'m LargeMotion<'m>,
@@ -71,7 +73,7 @@ pub(crate) struct Reference<'m> {
 }
 
 /// A march on its way.
-struct Moving<'m> {
+struct RunningMarch<'m> {
     march: &'m LargeMarch<'m>,
     /// Steps of it in a step of the file.
     parts: usize,
@@ -133,7 +135,7 @@ impl<'a> LargeMotion<'a> {
         mut observe: impl FnMut(usize, &[f64]),
     ) -> Result<Vec<f64>, StudyError> {
         let force = |time: f64, out: &mut [f64]| self.force(time, out);
-        let mut moving = Moving::new(march, parts, self.strain.n_dof(), &force)?;
+        let mut moving = RunningMarch::new(march, parts, self.strain.n_dof(), &force)?;
         observe(0, &moving.state.displacement);
         let mut seconds = Vec::with_capacity(steps);
         for step in 1..=steps {
@@ -163,7 +165,7 @@ impl<'a> LargeMotion<'a> {
         Ok(reference)
     }
 
-    /// What `measure` finds beside a reference. It also gives how far the reference was from the march beside
+    /// Result of `measure` beside a reference. It also gives how far the reference was from the march beside
     /// it, and the error that it should show: where the one is too much for the other, both are marched again
     /// with half of their steps. With the steps of the last reference in a step of the file.
     ///
@@ -179,7 +181,7 @@ impl<'a> LargeMotion<'a> {
         loop {
             listener.stage("march full order");
             let (found, [apart, error]) = measure(&reference)?;
-            if apart <= KNOWN * error || 2 * reference.parts > MOST_PARTS {
+            if apart <= KNOWN * error || 2 * reference.parts > MAX_PARTS {
                 return Ok((found, reference.parts));
             }
             listener.note(&format!(
@@ -208,12 +210,15 @@ impl<'a> LargeMotion<'a> {
 }
 
 impl<'m> Reference<'m> {
-    fn start(&self, force: &Force<'_>) -> Result<[Moving<'_>; 2], LargeError> {
+    fn start(&self, force: &Force<'_>) -> Result<[RunningMarch<'_>; 2], LargeError> {
         let ([fine, coarse], n) = (&self.marches, self.motion.strain.n_dof());
-        Ok([Moving::new(fine, self.parts, n, force)?, Moving::new(coarse, self.parts / 2, n, force)?])
+        Ok([
+            RunningMarch::new(fine, self.parts, n, force)?,
+            RunningMarch::new(coarse, self.parts / 2, n, force)?,
+        ])
     }
 
-    /// What the marches over `steps` steps of the file are about to take, measured on a few from rest under
+    /// Estimated work of the marches over `steps` steps of the file, measured on a few from rest under
     /// the loads of the instant at which they are largest.
     fn work(&self, steps: usize) -> Result<Work, LargeError> {
         const FEW: usize = 3;
@@ -267,7 +272,7 @@ impl<'m> Reference<'m> {
     }
 }
 
-impl<'m> Moving<'m> {
+impl<'m> RunningMarch<'m> {
     /// At rest.
     fn new(march: &'m LargeMarch<'m>, parts: usize, n: usize, force: &Force<'_>) -> Result<Self, LargeError> {
         let rest = vec![0.0; n];
@@ -286,7 +291,7 @@ impl<'m> Moving<'m> {
 }
 
 /// One step of the file, both marches at once; the wall time of the first \[s\].
-fn side_by_side([fine, coarse]: &mut [Moving<'_>; 2], force: &Force<'_>) -> Result<f64, LargeError> {
+fn side_by_side([fine, coarse]: &mut [RunningMarch<'_>; 2], force: &Force<'_>) -> Result<f64, LargeError> {
     std::thread::scope(|scope| {
         let beside = scope.spawn(|| coarse.advance(force));
         let seconds = fine.advance(force);
@@ -303,11 +308,11 @@ impl SparseLoad {
     }
 }
 
-/// How far two motions are apart: squares of a distance and of what it is a share of.
+/// Distance of two motions: squares of a distance and of what it is a share of.
 #[derive(Default)]
-pub(crate) struct Apart([f64; 2]);
+pub struct MarchDistance([f64; 2]);
 
-impl Apart {
+impl MarchDistance {
     /// Adds an instant.
     pub fn add(&mut self, mass: &SymmetricMatrix, [fine, coarse]: [&[f64]; 2]) {
         let difference: Vec<f64> = fine.iter().zip(coarse).map(|(a, b)| a - b).collect();

@@ -1,13 +1,12 @@
-//! What is asked of a finished file: a scenario played through it, a full-order march and other methods
+//! Studies of a finished file: a scenario played through it, a full-order march and other methods
 //! beside it.
 //!
 //! A study reads a vademecum and the problem it was built from, steps and measures, and returns figures. It
 //! prints nothing and writes nothing: the program `vademecum` and any other caller show what they get.
 //!
-//! Start at [`player`], which binds a [`scenario`] to a file and steps it. [`run`], [`verify`] and
-//! [`mod@bench`] are made of it; [`contents`] and [`separation`] read what a file says without stepping it.
+//! Start at [`player`], which binds a [`scenario`] to a file and steps it. [`run`] and [`verify`]
+//! are made of it; [`contents`] and [`separation`] read what a file says without stepping it.
 
-pub mod bench;
 pub mod compare;
 pub mod contents;
 mod error;
@@ -26,12 +25,14 @@ pub mod player;
 mod probes;
 pub mod run;
 pub mod scenario;
+mod scenario_loads;
 pub mod separation;
 pub mod soundness;
 pub mod starter;
 mod statistics;
 pub mod stress;
 mod stress_error;
+mod study;
 pub mod sweep;
 pub mod target;
 pub mod timings;
@@ -40,3 +41,16 @@ pub mod verify;
 
 pub use error::{FileError, StudyError};
 pub use truth::{Entries, TruthErrors, contact_error};
+
+/// Parts of verifications for programs that compare methods: reference solutions, played files, statistics.
+pub mod parts {
+    pub use crate::compare::orthonormal;
+    pub use crate::large_motion::{Extent, LargeMotion, MarchDistance, Reference, SparseLoad};
+    pub use crate::player::chapter::{left_ranges, with_marches};
+    pub use crate::player::stop_if_asked;
+    pub use crate::scenario_loads::ScenarioLoads;
+    pub use crate::statistics::{median, percentiles};
+    pub use crate::study::{Form, Study, Timed};
+    pub use crate::truth::find_truth;
+    pub use crate::verify::{BoundScenario, file_nodes};
+}

@@ -18,7 +18,7 @@ impl LogScale {
         (high > 0.0).then_some(Self { low, high })
     }
 
-    /// Where a value lies, 0 at the low end (and below) to 1 at the high one.
+    /// Position of a value, 0 at the low end (and below) to 1 at the high one.
     pub fn place(&self, value: f64) -> f64 {
         ((value.max(self.low) / self.low).ln() / (self.high / self.low).ln()).clamp(0.0, 1.0)
     }

@@ -7,7 +7,7 @@ use vademecum_format::{File, SectionKind};
 use crate::contents::numbers;
 use crate::error::{FileError, StudyError};
 
-/// How far a point may be from the surface: the diagonal of the box around all nodes \[m\].
+/// Largest accepted distance of a point from the surface: the diagonal of the box around all nodes \[m\].
 pub(crate) fn reach(file: &File<'_>) -> Result<f64, FileError> {
     let [low, high] = bounds(file, false)?;
     Ok((0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt())

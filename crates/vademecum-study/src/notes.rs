@@ -1,4 +1,4 @@
-//! What of a scenario acts on nothing, where and why: it is not wrong, but it is seldom meant.
+//! Notes on parts of a scenario that have no effect: valid, but seldom intended.
 
 use vademecum_build::dynamics::{Course, History, INSTANTS};
 use vademecum_format::{File, Numbers, SectionKind};
@@ -14,7 +14,7 @@ const FAR: f64 = 1e-6;
 /// Most notes of a scenario; the rest is counted.
 const MOST: usize = 20;
 
-/// What to tell of a scenario bound to a file, marched by so many steps.
+/// Notes on a scenario bound to a file and marched for `steps` steps.
 ///
 /// # Errors
 /// Names that cannot be read.
@@ -83,7 +83,7 @@ pub(crate) fn notes(
     Ok(notes)
 }
 
-/// How far a contact acts from where it was asked for, if that is worth a note.
+/// Note on a contact far from its requested point.
 fn far(placed: &PlacedContact) -> Option<f64> {
     let size = placed.point.position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     (placed.point.distance > FAR * size).then_some(placed.point.distance)
@@ -94,12 +94,12 @@ fn raw<'a>(file: &File<'a>, kind: SectionKind) -> Option<Numbers<'a>> {
     file.section(kind)?.numbers().ok()
 }
 
-/// Whether a row of `r` numbers is there and has zeros only: no mode moves what it stands for.
+/// True of a row of `r` zeros: no mode moves its output.
 fn is_zero(rows: &Numbers<'_>, index: usize, r: usize) -> bool {
     rows.row(index * r, r).is_some_and(|row| row.iter().all(|x| x == 0.0))
 }
 
-/// Whether all dofs that a contact's force acts on are held.
+/// True if all dofs under a contact's force are fixed.
 fn held(r: usize, basis: &Numbers<'_>, placed: &PlacedContact) -> bool {
     let contact = &placed.contact;
     let nodes = contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight != 0.0);
@@ -107,7 +107,7 @@ fn held(r: usize, basis: &Numbers<'_>, placed: &PlacedContact) -> bool {
     dofs.all(|(node, c)| contact.force[c] == 0.0 || is_zero(basis, 3 * node + c, r))
 }
 
-/// Why a load acts at no instant of a march that looks at these instants of a step, or at all; `None` if it
+/// Reason that a load acts at no instant of a march with these instants of a step, or at all; `None` if it
 /// acts.
 fn never(when: &History, instants: Option<&[f64; INSTANTS]>, time_step: f64, steps: usize) -> Option<String> {
     let (start, end) = (when.start(), when.end());

@@ -1,4 +1,4 @@
-//! How long a march will take, told as soon as its pace is known.
+//! Estimated duration of a march, from its first steps.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use vademecum_build::progress::Listener;
 
 /// A march that takes longer than this is announced \[s\].
 const LONG: f64 = 60.0;
-/// How long the pace is measured.
+/// Duration of the measurement.
 const MEASURED: Duration = Duration::from_millis(500);
 
 /// Passes everything on, and announces a long march once its pace is known.
@@ -56,7 +56,7 @@ impl Listener for Pace<'_> {
     }
 }
 
-/// What is said of a long march.
+/// Note on a long march.
 fn announcement(steps: usize, time_step: f64, seconds: f64) -> String {
     let about = time_in_words(seconds);
     format!("{steps} steps of {time_step} s take about {about} at the pace of the first ones")

@@ -75,7 +75,7 @@ pub fn values(options: &SceneOptions, metadata: &Metadata<'_>) -> Vec<ParameterV
     parameters.map(|p| ParameterValue { name: p.name.to_string(), value: value(p) }).collect()
 }
 
-/// What the model of a problem needs at these options of its file.
+/// Setting of the model of a problem for these options of its file.
 pub(crate) fn setting(options: &SceneOptions, metadata: &Metadata<'_>, space: &ParameterSpace) -> Setting {
     let mut setting = space.setting(&space.nominal());
     setting.step.time_step = options.time_step.unwrap_or(metadata.time_step);

@@ -15,7 +15,7 @@ const FAR: f64 = 1e-6;
 pub(crate) struct PlacedProbe {
     node: usize,
     direction: [f64; 3],
-    /// Where the node is at rest.
+    /// Position of the node at rest.
     pub position: [f64; 3],
 }
 

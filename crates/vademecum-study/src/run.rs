@@ -37,16 +37,16 @@ pub struct Moment<'a> {
     /// Time \[s\].
     pub time: f64,
     /// The probes.
-    pub probes: Option<Probed<'a>>,
+    pub probes: Option<ProbeRow<'a>>,
     /// The stress of each of [`Run::stress_places`].
     pub stress: Option<&'a [Tensor]>,
     /// The fields.
     pub fields: Option<Fields<'a>>,
 }
 
-/// What the table of probes says of an instant.
+/// Row of the table of probes.
 #[derive(Clone, Copy)]
-pub struct Probed<'a> {
+pub struct ProbeRow<'a> {
     /// Energy \[J\].
     pub energy: f64,
     /// Displacement of each probe \[m\], strain of each gauge, then each stress \[Pa\].
@@ -164,7 +164,7 @@ impl<'a> Run<'a> {
         &self.names
     }
 
-    /// Where the file knows the stress.
+    /// Points with stress.
     pub fn stress_places(&self) -> &[StressPlace] {
         &self.stresses.places
     }
@@ -205,7 +205,7 @@ impl<'a> Run<'a> {
         listener: &dyn Listener,
         mut show: impl FnMut(&Moment<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut instant = Shown::new(self);
+        let mut instant = InstantBuffers::new(self);
         let mut refused = None;
         listener.stage("step");
         let paced = Pace::new(self.time_step, listener);
@@ -242,7 +242,7 @@ fn built_probes(file: &File<'_>) -> Result<Vec<String>, FileError> {
 }
 
 /// Memory for what is shown of an instant.
-struct Shown {
+struct InstantBuffers {
     probes: Vec<f64>,
     stresses: Vec<Tensor>,
     stress: Vec<f64>,
@@ -255,7 +255,7 @@ struct Shown {
     nodes: Vec<[f64; 3]>,
 }
 
-impl Shown {
+impl InstantBuffers {
     fn new(run: &Run<'_>) -> Self {
         let n_fields = if run.plan.fields_every > 0 { 3 * run.n_field_nodes() } else { 0 };
         let n_stress = if run.stresses.places.is_empty() { 0 } else { n_fields / 3 };
@@ -344,7 +344,13 @@ impl Shown {
         let largest_stress = run.stresses.largest(stresses, time);
         Ok(Moment {
             time,
-            probes: energy.map(|energy| Probed { energy, values: probes, flight, largest_stress, reactions }),
+            probes: energy.map(|energy| ProbeRow {
+                energy,
+                values: probes,
+                flight,
+                largest_stress,
+                reactions,
+            }),
             stress: with_stress.then_some(stresses),
             fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),
         })

@@ -23,18 +23,18 @@ pub use entries::{
 pub use tables::Rows;
 
 /// Most steps that a march can have: beyond, `n Δt` no longer tells one instant from the next.
-pub const MOST_STEPS: u64 = 1 << 53;
+pub const MAX_STEPS: u64 = 1 << 53;
 
 /// Most steps that a file is marched unless it is asked for more: at about a microsecond for a step and its
 /// row of probes a quarter of an hour, and a table of some 60 GB if every step writes a row.
-pub const STEPS_OF_A_RUN: u64 = 1_000_000_000;
+pub(crate) const STEPS_OF_A_RUN: u64 = 1_000_000_000;
 
 /// Most steps that are marched at full order unless more is asked for: at some milliseconds a step, an hour
 /// or more. All of their reduced coordinates are kept until they are compared.
 pub const STEPS_AT_FULL_ORDER: u64 = 1_000_000;
 
 /// Most periods of a sinusoid or a chirp in a step: it is stepped in 2222 parts a period.
-const MOST_PERIODS: f64 = 16.0;
+const MAX_PERIODS: f64 = 16.0;
 
 /// A scenario file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -67,10 +67,10 @@ impl Scenario {
     /// Number of steps of `time_step`, at least one.
     ///
     /// # Errors
-    /// [`StudyError::TooManySteps`] beyond [`MOST_STEPS`].
+    /// [`StudyError::TooManySteps`] beyond [`MAX_STEPS`].
     pub fn steps(&self, time_step: f64) -> Result<usize, StudyError> {
         let (duration, steps) = (self.duration, (self.duration / time_step).round());
-        let countable = steps <= MOST_STEPS as f64 && steps <= usize::MAX as f64;
+        let countable = steps <= MAX_STEPS as f64 && steps <= usize::MAX as f64;
         if countable {
             Ok((steps as usize).max(1))
         } else {
@@ -97,9 +97,9 @@ impl Scenario {
         let patterns = self.patterns.iter().map(|pattern| pattern.varying().highest_frequency());
         let named = contacts.enumerate().map(|(i, f)| ("contact", i, f));
         for (kind, index, frequency) in named.chain(patterns.enumerate().map(|(i, f)| ("pattern", i, f))) {
-            if frequency * time_step > MOST_PERIODS {
+            if frequency * time_step > MAX_PERIODS {
                 let load = format!("{kind}[{index}]");
-                return Err(StudyError::TooFast { load, frequency, time_step, most: MOST_PERIODS });
+                return Err(StudyError::TooFast { load, frequency, time_step, most: MAX_PERIODS });
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! What a file keeps of the making of its separated solution: sections 21, 22 and 31.
+//! Build history of a separated solution: sections 21, 22 and 31.
 
 use serde::Serialize;
 use vademecum_build::parametric::RadiusSample;
@@ -7,7 +7,7 @@ use vademecum_format::{File, Parameter, SectionKind};
 use crate::contents::{lines, numbers};
 use crate::error::FileError;
 
-/// What an enrichment reached.
+/// Result of an enrichment step.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Enrichment {
     /// Terms after it.
@@ -39,7 +39,7 @@ pub fn radius_samples(file: &File<'_>) -> Result<Vec<RadiusSample>, FileError> {
     Ok(rows.chunks_exact(n_parameters + 1).map(sample).collect())
 }
 
-/// What the build did to make an unstable step stable, one repair a line; none if nothing had to be.
+/// Repairs of an unstable step by the build, one a line; empty without repairs.
 ///
 /// # Errors
 /// As [`lines`].

@@ -1,4 +1,4 @@
-//! Whether a file can be relied on, without the problem it came from: what its sections say, and whether its
+//! Checks of a file without the problem it came from: its sections, and whether its
 //! step is as stable as its certificate claims.
 
 use serde::Serialize;
@@ -10,10 +10,10 @@ use vademecum_rewrite::{Checked, check_limited, unpack_wanted};
 
 use crate::error::{FileError, StudyError};
 
-/// What a check has seen.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Soundness {
-    /// What was read.
+    /// Checked contents.
     #[serde(flatten)]
     pub checked: Checked,
     /// Settings of the parameters at which the spectral radius of a step was found, over all structures.
@@ -26,7 +26,7 @@ pub struct Soundness {
 }
 
 /// Operations the eigenvalues of one step may cost, and those of all settings together.
-const MOST_OF_ONE: f64 = (1u64 << 38) as f64;
+const MAX_NUMBERS: f64 = (1u64 << 38) as f64;
 const MOST: f64 = (1u64 << 36) as f64;
 
 /// Operations for the eigenvalues of a general matrix of size `n`, about (Golub and Van Loan, table 7.5.1).
@@ -54,7 +54,7 @@ pub fn check_file(bytes: &[u8], limit: u64) -> Result<Soundness, StudyError> {
     let mut found = Soundness { checked, settings: 0, corners_left_out: 0, spectral_radius: None };
     let metadata = file.metadata();
     let cost = operations(3.0 * f64::from(metadata.n_modes));
-    if cost > MOST_OF_ONE {
+    if cost > MAX_NUMBERS {
         return Ok(found);
     }
     let own = &metadata.certificate;
@@ -114,7 +114,7 @@ impl Soundness {
     }
 }
 
-/// Where a certificate does not have the radius: of a step that doubles the state nobody has made use.
+/// Limit without a certified radius: a radius above 2 is never usable.
 const UNMEASURED: f64 = 2.0;
 
 /// A step may be as unstable as its certificate says, and no step need be more stable than the policy asks.
@@ -140,7 +140,7 @@ fn place(parameters: &[Parameter<'_>], corner: usize) -> String {
     format!(" at {}", all.join(", "))
 }
 
-/// What binding a scene reads.
+/// Sections that a scene is bound to.
 fn of_the_step(kind: SectionKind) -> bool {
     use SectionKind as S;
     matches!(

@@ -33,7 +33,7 @@ const SUPPORTS: [&str; 10] =
 /// An isotropic material by its name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NamedMaterial {
-    /// What it is called.
+    /// Name.
     pub name: &'static str,
     /// Young's modulus \[Pa\].
     pub young: f64,
@@ -43,7 +43,7 @@ pub struct NamedMaterial {
     pub density: f64,
     /// Damping ratio that is usual for parts made of it.
     pub damping: f64,
-    /// Where the numbers are from.
+    /// Source of the numbers.
     pub source: &'static str,
 }
 
@@ -78,10 +78,10 @@ pub const MATERIALS: [NamedMaterial; 16] = [
     material("liver", [5e3, 0.45, 1050.0, 0.10], TISSUE),
 ];
 
-/// What is asked for; the rest is proposed.
+/// Options; everything else is proposed.
 #[derive(Clone, Debug)]
 pub struct StarterOptions {
-    /// What the body is made of.
+    /// Material of the body.
     pub material: NamedMaterial,
     /// Metres in a unit of the mesh; guessed from the size of the body if `None`.
     pub scale: Option<f64>,
@@ -98,7 +98,7 @@ pub struct Starter {
     pub scale: f64,
     /// Longest side \[m\].
     pub longest_side: f64,
-    /// What is held, in words.
+    /// Description of the support.
     pub support: String,
     /// First natural frequency \[Hz\].
     pub frequency: f64,
@@ -173,7 +173,7 @@ pub fn starter(
     })
 }
 
-/// Why there is no proposal.
+/// Errors of a proposal.
 #[derive(Debug, thiserror::Error)]
 pub enum StarterError {
     /// The mesh cannot be used.
@@ -187,7 +187,7 @@ pub enum StarterError {
     Study(#[from] StudyError),
 }
 
-/// What is held.
+/// Support.
 struct Support {
     /// As the problem file writes it.
     toml: String,

@@ -10,7 +10,7 @@ use crate::scenario::{StressEntry, StressQuantity};
 /// A stress column this far from the point given, relative to the node's largest coordinate, is worth a note.
 const FAR: f64 = 1e-6;
 
-/// Where a file knows the stress.
+/// Points of a file with stress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct StressPlace {
     /// Node, in the order of the file.
@@ -26,10 +26,10 @@ pub struct StressPlace {
 pub struct LargestStress {
     /// Von Mises' equivalent stress \[Pa\].
     pub von_mises: f64,
-    /// Where.
+    /// Point.
     #[serde(flatten)]
     pub place: StressPlace,
-    /// When \[s\].
+    /// Time \[s\].
     pub time: f64,
 }
 
@@ -51,7 +51,7 @@ pub fn stress_places(file: &File<'_>) -> Result<Vec<StressPlace>, FileError> {
     Ok(points.as_chunks().0.iter().map(place).collect())
 }
 
-/// Where the stress of a run is looked at.
+/// Points of a run with stress.
 pub(crate) struct Stresses {
     /// All points.
     pub places: Vec<StressPlace>,
@@ -116,7 +116,7 @@ impl Stresses {
         Ok((own, notes))
     }
 
-    /// How many columns there are.
+    /// Number of columns.
     pub fn n_columns(&self) -> usize {
         self.columns.len()
     }
@@ -153,7 +153,7 @@ impl Stresses {
 }
 
 impl StressQuantity {
-    /// What it is of a stress \[Pa\].
+    /// Value of a stress \[Pa\].
     fn of(self, stress: &Tensor) -> f64 {
         let [xx, yy, zz, xy, yz, zx] = stress.0;
         let [first, second, third] = stress.principal();

@@ -11,9 +11,9 @@ use crate::player::Playable;
 use crate::stress::stress_places;
 
 /// Points whose stress is compared; of more, so many are taken at equal distances of their numbers.
-const MOST_POINTS: usize = 256;
+const MAX_POINTS: usize = 256;
 
-/// Where the stress is compared, and how the full order has it.
+/// Points of the stress comparison, and their full-order rows.
 pub(crate) struct StressCheck {
     points: Vec<usize>,
     rows: Vec<Vec<(u32, f64)>>,
@@ -34,7 +34,7 @@ impl StressCheck {
         if places.is_empty() || body.model.materials().is_empty() {
             return Ok(None);
         }
-        let every = places.len().div_ceil(MOST_POINTS);
+        let every = places.len().div_ceil(MAX_POINTS);
         let points: Vec<usize> = (0..places.len()).step_by(every).collect();
         let of_mesh = |&point: &usize| StressPoint {
             node: file_nodes[places[point].node],

@@ -22,18 +22,18 @@ pub use look::{Meshes, Outcome, State, look};
 pub const VERSION: u32 = 1;
 
 /// Most jobs of a sweep.
-pub const MOST_JOBS: usize = 100_000;
+const MAX_JOBS: usize = 100_000;
 
-/// What to build.
+/// Problem to build.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
     /// The problem files; relative paths start at the sweep file.
     pub problems: Vec<PathBuf>,
-    /// What changes from job to job.
+    /// Keys that change from job to job.
     #[serde(default)]
     pub vary: Vec<Vary>,
-    /// Whether the first values of all keys belong together, then the second ones, and so on; else every
+    /// Combine the first values of all keys, then the second ones, and so on; else every
     /// value of a key meets every one of the others.
     #[serde(default)]
     pub together: bool,
@@ -68,7 +68,7 @@ pub enum SweepError {
         job: String,
         /// Its keys and values.
         values: String,
-        /// What is wrong with it.
+        /// Fault.
         source: Box<ProblemError>,
     },
     /// A key that no problem can have.
@@ -80,7 +80,7 @@ pub enum SweepError {
         key: String,
         /// The problem file.
         problem: String,
-        /// Where its path ends.
+        /// Last key of its path.
         reason: String,
     },
 }
@@ -139,7 +139,7 @@ impl Sweep {
             }
         }
         let count = sweep.combinations().and_then(|count| count.checked_mul(sweep.problems.len()));
-        if count.is_none_or(|count| count > MOST_JOBS) {
+        if count.is_none_or(|count| count > MAX_JOBS) {
             return impossible("vary".into(), "too many jobs", "at most 100 000");
         }
         Ok(sweep)
@@ -303,12 +303,12 @@ impl Jobs {
         Ok(self.jobs.iter().map(line).collect())
     }
 
-    /// What a collection has to know of the jobs, whose files lie in `folder`.
+    /// Plan for the collection of the jobs, whose files are in `folder`.
     ///
     /// # Errors
     /// As [`Jobs::lines`].
     pub fn plan(&self, folder: &Path) -> std::io::Result<Plan> {
-        let planned = |(job, line): (&Job, String)| Planned {
+        let planned = |(job, line): (&Job, String)| PlannedJob {
             name: job.name.clone(),
             problem: job.from.display().to_string(),
             values: job.values.iter().cloned().collect(),
@@ -334,18 +334,18 @@ pub struct Plan {
     /// Of this description.
     pub version: u32,
     /// All jobs, in the order of their list.
-    pub jobs: Vec<Planned>,
+    pub jobs: Vec<PlannedJob>,
 }
 
 /// A job as it was planned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Planned {
+pub struct PlannedJob {
     /// The name of its files.
     pub name: String,
     /// The problem file that it varies.
     pub problem: String,
     /// Keys and values.
     pub values: Table,
-    /// What a shell runs.
+    /// Command line.
     pub line: String,
 }

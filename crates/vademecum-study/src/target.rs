@@ -1,4 +1,4 @@
-//! What a scenario needs of a file, so that a stripped one can be refused before it is shipped.
+//! Sections that a scenario needs: a stripped file without them is refused before it is shipped.
 
 use vademecum_format::{File, SectionKind};
 
@@ -6,7 +6,7 @@ use crate::contents::lines;
 use crate::error::FileError;
 use crate::scenario::{FieldChoice, Scenario};
 
-/// Whether `bytes` can play `scenario` and show what it asks for.
+/// Checks that `bytes` can play `scenario` and write its output.
 ///
 /// # Errors
 /// [`FileError::Needed`]: the first thing that is missing; [`FileError::Format`].

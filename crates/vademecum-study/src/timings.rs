@@ -1,4 +1,4 @@
-//! How long the online work takes here: opening, binding, stepping, reading the surface.
+//! Times of the online work on this machine: opening, binding, stepping, reading the surface.
 
 use std::hint::black_box;
 use std::path::Path;

@@ -39,17 +39,17 @@ pub struct TruthErrors {
 
 /// Vectors of the reference for each force: without damping a point force that jumps would take as many as
 /// there are, and what the last ones add is far below what a file misses.
-const MOST_VECTORS: usize = 200;
+const MAX_VECTORS_PER_FORCE: usize = 200;
 
 /// Vectors of the reference for all forces, or three for each: to keep them orthogonal takes a time that
 /// grows with their square.
-const MOST_OF_ALL: usize = 4_000;
+const MAX_VECTORS: usize = 4_000;
 
 /// The reference for the loads of a scenario.
 ///
 /// # Errors
 /// [`TruthError`].
-pub(crate) fn find_truth<'a>(
+pub fn find_truth<'a>(
     pencil: &'a Pencil,
     symbolic: &Symbolic,
     decay: Decay<'_>,
@@ -59,7 +59,7 @@ pub(crate) fn find_truth<'a>(
 ) -> Result<Truth<'a>, TruthError> {
     listener.stage("find the motion that is exact in time");
     // Places of a path share the vectors: their forces are nearly the same and rise gently.
-    let vectors_per_force = MOST_VECTORS.min(MOST_OF_ALL / loads.len().max(1)).max(3);
+    let vectors_per_force = MAX_VECTORS_PER_FORCE.min(MAX_VECTORS / loads.len().max(1)).max(3);
     let options = TruthOptions { vectors_per_force, ..TruthOptions::default() };
     let n = pencil.n_dof();
     let most = options.most_vectors(loads.len(), n);
@@ -69,7 +69,7 @@ pub(crate) fn find_truth<'a>(
     Truth::find(pencil, symbolic, decay, loads, steps, &options, listener)
 }
 
-/// What a file misses of the reference. `file` is its basis with its coordinates, then what its fields show
+/// Errors of a file against the reference. `file` is its basis with its coordinates, then what fields show
 /// beside them. `contacts` are the loads of the scenario's contacts, the number of the contact that each
 /// belongs to, and what the file shows under each, along its force and times its size, shape (loads,
 /// instants); `same_scheme` is the file beside the march at full order by its own scheme, and

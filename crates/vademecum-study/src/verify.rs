@@ -3,7 +3,7 @@
 //! A file knows its nodes by their ids in the mesh, so the model of the problem it was built from can be
 //! asked for the same loads, the same probes and the norm that errors are measured in.
 
-mod asked;
+mod bound_scenario;
 mod large;
 mod linear;
 mod model;
@@ -19,14 +19,14 @@ use crate::error::StudyError;
 use crate::player::PlayOptions;
 use crate::scenario::Scenario;
 
-pub(crate) use asked::Asked;
+pub use bound_scenario::{BoundScenario, VerificationRecord};
 pub use large::{LargeVerification, verify_large};
 pub use linear::{Verification, verify_linear};
-pub use model::free_basis;
-pub(crate) use model::{file_nodes, full_order_loads};
+pub(crate) use model::full_order_loads;
+pub use model::{file_nodes, free_basis};
 
 /// A verification and the series behind it.
-pub type Verified<F = Figures> = asked::Verified<F>;
+pub type AnyVerification = VerificationRecord<Figures>;
 
 /// Figures of either law of motion.
 #[derive(Clone, Debug, Serialize)]
@@ -58,7 +58,7 @@ pub fn verify(
     prepared: &Prepared,
     scenario: &Scenario,
     listener: &dyn Listener,
-) -> Result<Verified, StudyError> {
+) -> Result<AnyVerification, StudyError> {
     let linear = options.chapter || options.scene.structure == StructureChoice::Exact;
     if problem.is_large() && !linear {
         let found = verify_large(file, options, problem, prepared, scenario, listener)?;

@@ -1,4 +1,4 @@
-"""SciPy, NumPy and pyMOR on exported matrices: the same problem, scenario, scheme and error as `vademecum bench`.
+"""SciPy, NumPy and pyMOR on exported matrices: the same problem, scenario, scheme and error as `vademecum-lab bench`.
 
     peers.py OUTPUT     reads OUTPUT/matrices-R and OUTPUT/bench/bench.json, writes OUTPUT/peers.json and OUTPUT/peers.md
 

@@ -24,8 +24,8 @@ const PAIRS: [(&str, [&str; 2], &str); 7] = [
         "a factor may be an engine's; an engine fails as a factor does, and has one where rows are local",
     ),
     ("build", ["mesh/mod.rs", "mesh/quality.rs"], "a mesh tells its volume; quality asks for the order"),
-    ("study", ["bench/chapter/mod.rs", "bench/method.rs"], "the chapter's methods are methods, played by it"),
-    ("study", ["bench/equal_time.rs", "bench/table.rs"], "the table ends in a comparison of its own rows"),
+    ("lab", ["chapter/mod.rs", "method.rs"], "the chapter's methods are methods, played by it"),
+    ("lab", ["equal_time.rs", "table.rs"], "the table ends in a comparison of its own rows"),
     (
         "study",
         ["player/chapter.rs", "player/mod.rs"],
@@ -110,13 +110,15 @@ fn every_listed_pair_is_one() {
 /// above.
 #[test]
 fn crates_know_only_what_is_below_them() {
-    let known: [(&str, &[&str]); 6] = [
+    let known: [(&str, &[&str]); 8] = [
         ("format", &[]),
         ("eval", &["format"]),
         ("rewrite", &["format"]),
         ("web", &["format", "eval"]),
         ("build", &["format", "eval"]),
         ("study", &["format", "eval", "rewrite", "build"]),
+        ("cli", &["format", "eval", "rewrite", "build", "study"]),
+        ("lab", &["format", "eval", "rewrite", "build", "study", "cli"]),
     ];
     for (name, below) in known {
         let manifest = manifest(&format!("crates/vademecum-{name}"));
@@ -273,13 +275,12 @@ fn the_program_steps_no_scene() {
 }
 
 /// Functions of numbers that the program may call: file below its `src`, function, what it is for.
-const FORMATTING: [(&str, &str, &str); 6] = [
+const FORMATTING: [(&str, &str, &str); 5] = [
     ("pictures.rs", "log10", "ticks of a logarithmic axis"),
     ("pictures.rs", "powf", "ticks of a logarithmic axis"),
     ("outline.rs", "sqrt", "the shade of a triangle, the direction of an arrow"),
     ("cmd/report/page.rs", "log10", "digits of a printed ratio"),
     ("cmd/report/page.rs", "powf", "digits of a printed ratio"),
-    ("cmd/bench/output.rs", "log10", "digits of a printed number"),
 ];
 
 #[test]

@@ -28,7 +28,7 @@ until the file is written.
   vademecum build regions.toml -o regions.vdm --repair
   mpirun -n 8 vademecum build large.toml -o large.vdm --engine petsc   on several processes or machines
 Keys of the problem file: `vademecum help problem`")]
-pub struct Build {
+pub(crate) struct Build {
     /// The problem file (TOML).
     problem: PathBuf,
     /// The file to write; an older vademecum file is replaced in one step.
@@ -44,25 +44,24 @@ pub struct Build {
     /// written].
     #[arg(long, value_name = "DIR")]
     work: Option<PathBuf>,
-    /// Compute every stage anew, whatever is kept.
+    /// Recompute every stage, even if its result is kept.
     #[arg(long)]
     fresh: bool,
     /// Do nothing where the output is whole and was built from this very problem file and mesh: for jobs that
     /// may be run more than once.
     #[arg(long, conflicts_with_all = ["fresh", "json"])]
     once: bool,
-    /// Where the step over live parameters is unstable, add terms until it is stable; report and file say
-    /// what was done.
+    /// Add terms until an unstable step over live parameters is stable; report and file list the repairs.
     #[arg(long)]
     repair: bool,
-    /// Do what is estimated to take more than four hours or 2e7 full-order steps, too.
+    /// Allow builds estimated at more than four hours or 2e7 full-order steps.
     #[arg(long)]
     long: bool,
     /// Memory the build may use on a machine, such as 8G or 500M [default: what the machine, control groups
     /// and `ulimit -v` leave].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory: Option<u64>,
-    /// What factorises the stiffness and searches for modes: this process, or PETSc on all ranks that
+    /// Engine that factorises the stiffness and computes the modes: this process, or PETSc on all ranks that
     /// `mpirun` starts (in a program that was built with it).
     #[arg(long, value_enum, default_value_t, value_name = "ENGINE")]
     engine: EngineName,
@@ -70,7 +69,7 @@ pub struct Build {
     /// deleted.
     #[arg(long, value_name = "DIR")]
     out_of_core: Option<PathBuf>,
-    /// How systems are solved [default: direct; single where a factor in double precision would not fit].
+    /// Linear solver [default: direct; single where a factor in double precision would not fit].
     #[arg(long, value_enum, value_name = "SOLVER", conflicts_with = "out_of_core")]
     solver: Option<SolverName>,
     #[command(flatten)]
@@ -101,7 +100,7 @@ enum SolverName {
 }
 
 impl Build {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         match self.engine {
             EngineName::Local if self.out_of_core.is_some() => {
                 Err(Failure::new(Cause::Usage, "`--out-of-core` is for `--engine petsc`"))
@@ -198,7 +197,7 @@ impl Build {
         Ok(built)
     }
 
-    /// Whether the output is there and whole, and holds the text of the problem and the hash of its mesh.
+    /// True if the output is complete and holds the text of the problem and the hash of its mesh.
     fn is_built(&self, problem: &Problem) -> bool {
         let bytes = read_regular(&self.output).ok();
         look(bytes.as_deref(), &problem.text, &self.problem, &mut Meshes::default()).0 == State::Done

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use vademecum_build::store::{Kind, read_regular, read_text};
-use vademecum_study::sweep::{Meshes, Outcome, Plan, Planned, State, VERSION, look};
+use vademecum_study::sweep::{Meshes, Outcome, Plan, PlannedJob, State, VERSION, look};
 
 use crate::arguments::OutputArguments;
 use crate::failure::{Cause, Failure, UNREAD};
 use crate::files::{check_output, outputs, write_bytes};
 use crate::print::{bytes, print_json};
 
-/// Checks what the jobs of `plan` have built and puts their figures into one table.
+/// Checks the files that the jobs of `plan` have built and collects their figures in one table.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum collect sweep                        what is done, and the figures of it
@@ -19,7 +19,7 @@ use crate::print::{bytes, print_json};
   vademecum collect sweep --left left.txt        the lines that are still to run
 Every file is compared with its checksums, and with the problem file and the mesh of its job. The exit code is
 7 while a job is left.")]
-pub struct Collect {
+pub(crate) struct Collect {
     /// The folder of `vademecum plan`.
     folder: PathBuf,
     /// A table (CSV) of all jobs, their values and figures.
@@ -37,12 +37,12 @@ pub struct Collect {
 
 /// A job and what became of it.
 #[derive(Serialize)]
-struct Collected {
+struct CollectedJob {
     name: String,
     problem: String,
     values: toml::Table,
     state: State,
-    /// What is wrong with its file; empty where the state says all.
+    /// Fault of its file; empty if the state is enough.
     reason: String,
     #[serde(flatten)]
     outcome: Option<Outcome>,
@@ -51,13 +51,13 @@ struct Collected {
 /// All jobs.
 #[derive(Serialize)]
 struct Collection {
-    jobs: Vec<Collected>,
+    jobs: Vec<CollectedJob>,
     done: usize,
     left: usize,
 }
 
 impl Collect {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let outputs = outputs(&self.outputs, &[], None);
         for (path, kind) in [(&self.output, Kind::Csv), (&self.left, Kind::Text)] {
             path.iter().try_for_each(|path| check_output(&outputs, path, kind))?;
@@ -111,8 +111,8 @@ impl Collect {
         }
     }
 
-    fn collected(&self, planned: Planned, meshes: &mut Meshes) -> Result<Collected, Failure> {
-        let Planned { name, problem, values, .. } = planned;
+    fn collected(&self, planned: PlannedJob, meshes: &mut Meshes) -> Result<CollectedJob, Failure> {
+        let PlannedJob { name, problem, values, .. } = planned;
         // The name of a plan that was edited may be a path to anywhere.
         if !name.bytes().all(|byte| byte.is_ascii_digit()) {
             return Err(Failure::new(
@@ -126,7 +126,7 @@ impl Collect {
         })?;
         let found = found(&self.folder.join(format!("{name}.vdm")))?;
         let (state, reason, outcome) = look(found.as_deref(), &text, &path, meshes);
-        Ok(Collected { name, problem, values, state, reason, outcome })
+        Ok(CollectedJob { name, problem, values, state, reason, outcome })
     }
 }
 
@@ -206,7 +206,7 @@ impl Collection {
     }
 }
 
-fn value_of(job: &Collected, key: &str) -> String {
+fn value_of(job: &CollectedJob, key: &str) -> String {
     match job.values.get(key) {
         Some(toml::Value::String(text)) => text.clone(),
         Some(value) => value.to_string(),

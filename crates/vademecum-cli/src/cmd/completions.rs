@@ -7,7 +7,7 @@
   vademecum completions zsh > ~/.zfunc/_vademecum           with `fpath+=~/.zfunc` before `compinit`
   vademecum completions fish > ~/.config/fish/completions/vademecum.fish
   vademecum completions powershell >> $PROFILE")]
-pub struct Completions {
+pub(crate) struct Completions {
     /// The shell.
     #[arg(value_enum)]
     shell: clap_complete::Shell,
@@ -15,7 +15,7 @@ pub struct Completions {
 
 impl Completions {
     /// Prints the script for `program`, the whole command line.
-    pub fn run(&self, mut program: clap::Command) {
+    pub(crate) fn run(&self, mut program: clap::Command) {
         let mut script = vec![];
         clap_complete::generate(self.shell, &mut program, "vademecum", &mut script);
         println!("{}", String::from_utf8_lossy(&script).trim_end());

@@ -13,7 +13,7 @@ use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::FormatError;
 use vademecum_study::contents::Geometry;
 use vademecum_study::player::{LongRun, PlayOptions, Track, long_run};
-use vademecum_study::verify::{Verification, Verified, verify_linear};
+use vademecum_study::verify::{Verification, VerificationRecord, verify_linear};
 use vademecum_study::{FileError, StudyError};
 
 use crate::arguments::{OutputArguments, PROBLEM, SCENARIO, demo_problem, demo_scenario};
@@ -21,7 +21,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_own, open, outputs, write_bytes, write_own, write_picture};
 use crate::outline::{Outline, outline};
-use crate::pictures::{Chart, Compared, Series, compared_chart, line_chart};
+use crate::pictures::{Chart, ComparedLines, Series, compared_chart, line_chart};
 use crate::print::{json, print_json, print_report, print_verification};
 
 /// Steps of the long run.
@@ -33,7 +33,7 @@ const MANY: usize = 1_000_000;
 #[command(after_help = "Examples:
   vademecum demo -o demo
   vademecum demo --large -o bent")]
-pub struct Demo {
+pub(crate) struct Demo {
     /// Folder for the file, the pictures and demo.json; made if missing.
     #[arg(short, long, default_value = "demo")]
     output: PathBuf,
@@ -47,7 +47,7 @@ pub struct Demo {
     outputs: OutputArguments,
 }
 
-/// What is written, beside problem and scenario.
+/// Files written, beside problem and scenario.
 const FILES: [(&str, Kind); 5] = [
     ("demo.vdm", Kind::Vademecum),
     ("demo.json", Kind::Json),
@@ -65,7 +65,7 @@ struct DemoReport<'a> {
 }
 
 impl Demo {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.outputs, &[], None);
         if self.large {
             return large::run(&self.output, self.json, &outputs, console);
@@ -111,7 +111,7 @@ impl Demo {
     fn draw(
         &self,
         outputs: &Outputs,
-        verified: &Verified<Verification>,
+        verified: &VerificationRecord<Verification>,
         geometry: &Geometry,
         marks: &[(usize, [f64; 3])],
         forces: &[([f64; 3], [f64; 3])],
@@ -130,7 +130,7 @@ impl Demo {
             over_time("vademecum", file, probes, verified),
         ]
         .map(|line| until(line, shown));
-        write("tip.svg", compared_chart(&tip, Compared { lines, acting: &verified.acting }))?;
+        write("tip.svg", compared_chart(&tip, ComparedLines { lines, acting: &verified.acting }))?;
 
         let [full, file] = &verified.energy_series;
         let energy = Chart { title: "energy", x: "time [s]", y: "energy [J]", log_y: false };
@@ -139,7 +139,7 @@ impl Demo {
         write("energy.svg", line_chart(&energy, lines))
     }
 
-    fn print(&self, report: &BuildReport, verified: &Verified<Verification>, long: &LongRun) {
+    fn print(&self, report: &BuildReport, verified: &VerificationRecord<Verification>, long: &LongRun) {
         print_report(report);
         println!();
         print_verification(&verified.figures);
@@ -163,7 +163,7 @@ fn over_time<'a>(
     name: &'a str,
     values: &[f64],
     width: usize,
-    verified: &Verified<Verification>,
+    verified: &VerificationRecord<Verification>,
 ) -> Series<'a> {
     let points = values.iter().step_by(width.max(1)).enumerate();
     Series { name, points: points.map(|(i, &v)| (i as f64 * verified.time_step, v)).collect() }

@@ -18,21 +18,21 @@ use crate::files::{outputs, write_bytes};
 use crate::print::{json, print_json};
 use fmu::Fmu;
 
-/// Hands a model to other programs.
+/// Exports a model for other programs.
 #[derive(clap::Args)]
-pub struct Export {
+pub(crate) struct Export {
     #[command(subcommand)]
-    what: What,
+    what: ExportCommand,
 }
 
 #[derive(clap::Subcommand)]
-enum What {
+enum ExportCommand {
     Matrices(Matrices),
     Fmu(Fmu),
 }
 
-/// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and what the march needs
-/// to know.
+/// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and the data of its time
+/// integration.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum export matrices -o matrices                         the demo's beam and scenario
@@ -41,7 +41,7 @@ What the files hold: formats/matrices-1.md. They are read by docs/measurements/p
 struct Matrices {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,
-    /// The scenario file (TOML); as `vademecum bench` if absent.
+    /// The scenario file (TOML); an oblique push on the middle loadable triangle if absent.
     #[arg(long)]
     scenario: Option<PathBuf>,
     /// Folder for the files; made if missing.
@@ -63,16 +63,16 @@ struct Matrices {
     outputs: OutputArguments,
 }
 
-/// What was written.
+/// Report of the export.
 #[derive(serde::Serialize)]
-struct Exported {
+struct MatricesOutput {
     folder: String,
     dofs: usize,
     modes: usize,
     loads: usize,
 }
 
-/// What is written.
+/// Files written.
 const FILES: [(&str, Kind); 8] = [
     ("mass.mtx", Kind::Market),
     ("stiffness.mtx", Kind::Market),
@@ -94,10 +94,10 @@ fn kind(text: &str) -> Result<BasisKind, String> {
 }
 
 impl Export {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         match &self.what {
-            What::Matrices(matrices) => matrices.run(console),
-            What::Fmu(fmu) => fmu.run(),
+            ExportCommand::Matrices(matrices) => matrices.run(console),
+            ExportCommand::Fmu(fmu) => fmu.run(),
         }
     }
 }
@@ -128,7 +128,7 @@ impl Matrices {
         }
         text("model.json", Kind::Json, &json(&export.model))?;
         console.clear();
-        let exported = Exported {
+        let exported = MatricesOutput {
             folder: self.output.display().to_string(),
             dofs: export.model.dofs,
             modes: export.model.modes,
@@ -137,7 +137,7 @@ impl Matrices {
         if self.json {
             print_json(&exported);
         } else {
-            let Exported { folder, dofs, modes, loads } = &exported;
+            let MatricesOutput { folder, dofs, modes, loads } = &exported;
             println!("{folder}: {dofs} dofs, {modes} modes, {loads} loads");
         }
         Ok(())

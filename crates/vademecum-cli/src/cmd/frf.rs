@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use vademecum_build::input::Problem;
 use vademecum_build::store::Kind;
 use vademecum_study::frf::{
-    Channel, FrequencyResponse, Quantity, Question, ResponseError, compare_response, frequencies,
+    Channel, FrequencyResponse, Quantity, ResponseError, ResponseRequest, compare_response, frequencies,
     frequency_response, polar,
 };
 use vademecum_study::parameters::{self, ParameterValue};
@@ -18,7 +18,7 @@ use crate::files::{is_stepped, open_or_map, outputs, usable_file};
 use crate::pictures::{Series, response_chart};
 use crate::print::print_json;
 
-/// Frequency response of a vademecum: the answer of points and probes to a force that swings, in closed form.
+/// Frequency response function (FRF) of points and probes to a harmonic force, in closed form.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 -o tip.csv --plot tip.svg
@@ -27,25 +27,25 @@ use crate::print::print_json;
 A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a name: of a probe behind
 `--out`, of a load pattern behind `--in`. The table has the real and the imaginary part of each output, for
 an input of amplitude 1 (N, or the pattern once).")]
-pub struct Frf {
+pub(crate) struct Frf {
     /// The vademecum file.
     file: PathBuf,
-    /// Where the force acts, or the load pattern.
+    /// Point and direction of the force, or a load pattern.
     #[arg(long = "in", value_name = "CHANNEL", value_parser = channel, allow_hyphen_values = true)]
     input: Channel,
-    /// What is read; may be given several times.
+    /// Point and direction of an output, or a probe; may be given several times.
     #[arg(long = "out", value_name = "CHANNEL", value_parser = channel, required = true)]
     outputs: Vec<Channel>,
     /// First and last frequency \[Hz\].
     #[arg(long, value_name = "F0,F1", value_parser = range)]
     range: [f64; 2],
-    /// How many frequencies.
+    /// Number of frequencies.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     points: u32,
     /// Space the frequencies in equal ratios instead of equal steps.
     #[arg(long)]
     log: bool,
-    /// What of the motion is read.
+    /// Quantity of the outputs.
     #[arg(long, value_enum, default_value_t = QuantityArgument::Displacement)]
     quantity: QuantityArgument,
     /// Set a live parameter of the file, by its name; may be given several times.
@@ -60,7 +60,7 @@ pub struct Frf {
     /// The problem the file was built from, to compare with.
     #[arg(long, requires = "compare")]
     problem: Option<PathBuf>,
-    /// Compare with complex solves of the full order at so many frequencies of the range.
+    /// Compare with complex full-order solves at this number of frequencies of the range.
     #[arg(long, value_name = "COUNT", requires = "problem",
           value_parser = clap::value_parser!(u32).range(2..=100_000))]
     compare: Option<u32>,
@@ -93,9 +93,9 @@ impl QuantityArgument {
     }
 }
 
-/// What is printed as JSON.
+/// JSON output.
 #[derive(serde::Serialize)]
-struct Printed {
+struct ResponseOutput {
     outputs: Vec<String>,
     quantity: Quantity,
     frequencies_hz: Vec<f64>,
@@ -107,7 +107,7 @@ struct Printed {
 }
 
 impl Frf {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.force, &[Some(&self.file), self.problem.as_deref()], None);
         let written = [(&self.output, Kind::Csv), (&self.plot, Kind::Svg)];
         let written = written.into_iter().filter_map(|(path, kind)| Some((path.clone()?, kind)));
@@ -120,7 +120,7 @@ impl Frf {
         let about = |error| Failure::from(error).about(&self.file);
         parameters::set(&mut options, file.metadata(), &self.set).map_err(about)?;
         let (quantity, unit) = self.quantity.meaning();
-        let mut question = Question {
+        let mut question = ResponseRequest {
             input: self.input.clone(),
             outputs: self.outputs.clone(),
             frequencies: frequencies(self.range, self.points as usize, self.log),
@@ -157,7 +157,7 @@ impl Frf {
             let frequencies_hz = frequencies(self.range, self.points as usize, self.log);
             let values = found.values.iter().map(|row| row.iter().map(|x| [x.re, x.im]).collect()).collect();
             let highest_mode_hz = found.highest_mode_hz;
-            print_json(&Printed {
+            print_json(&ResponseOutput {
                 outputs: names,
                 quantity,
                 frequencies_hz,

@@ -14,14 +14,14 @@ use crate::reference::{PAGES, Page};
   vademecum help sweep                every key of the sweep file
   vademecum help json                 what commands print with `--json`
   vademecum help export matrices      the same as `vademecum export matrices --help`")]
-pub struct Help {
+pub(crate) struct Help {
     /// A command, or `problem`, `scenario`, `sweep` or `json`, and a section of that page.
     topic: Vec<String>,
 }
 
 impl Help {
     /// Help on the topic; `program` is the whole command line.
-    pub fn run(&self, mut program: clap::Command) -> Result<(), Failure> {
+    pub(crate) fn run(&self, mut program: clap::Command) -> Result<(), Failure> {
         program.build();
         let topics = || {
             let commands = program.get_subcommands().map(|command| command.get_name().to_string());
@@ -59,8 +59,5 @@ fn show(page: &Page, section: &str) -> Result<(), Failure> {
 
 fn unknown(name: &str, known: &[String]) -> Failure {
     let nearest = did_you_mean(name, known.iter().map(String::as_str));
-    Failure::new(
-        Cause::Usage,
-        format!("there is no help on `{name}`; there is {}{nearest}", known.join(", ")),
-    )
+    Failure::new(Cause::Usage, format!("no help on `{name}`; known: {}{nearest}", known.join(", ")))
 }

@@ -9,7 +9,7 @@ use vademecum_build::dynamics::ModeRow;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_eval::RigidBody;
-use vademecum_format::{Chapter, File, SectionKind};
+use vademecum_format::{Axis, Chapter, File, Parameter, Section, SectionKind};
 use vademecum_rewrite::{Dropped, Loss, RewriteError, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound, figures, lines, mode_table, numbers};
@@ -25,7 +25,7 @@ use crate::print::{json, print_chapter, print_json, symmetry};
 #[command(after_help = "Example:
   vademecum info body.vdm --json
   vademecum info body.vdm --terms-for 1e-3")]
-pub struct Info {
+pub(crate) struct Info {
     /// The vademecum file.
     file: PathBuf,
     /// Print JSON.
@@ -39,7 +39,7 @@ pub struct Info {
     limit: Limit,
 }
 
-/// What `info --json` prints of the bytes of a file. `path` is its name, for messages.
+/// JSON output of `info --json` for the bytes of a file. `path` is its name, for messages.
 ///
 /// # Errors
 /// [`Failure`]: bytes that are no vademecum file, or a damaged one.
@@ -114,10 +114,39 @@ struct ParameterReport {
     nominal: f64,
 }
 
+impl From<&Axis<'_>> for AxisReport {
+    fn from(axis: &Axis<'_>) -> Self {
+        Self {
+            name: axis.name.into(),
+            unit: axis.unit.into(),
+            role: axis.role.to_string(),
+            kind: axis.kind.to_string(),
+            log: axis.log,
+            lower: axis.lower,
+            upper: axis.upper,
+            points: axis.n_points,
+        }
+    }
+}
+
+impl From<&Parameter<'_>> for ParameterReport {
+    fn from(parameter: &Parameter<'_>) -> Self {
+        Self {
+            name: parameter.name.into(),
+            unit: parameter.unit.into(),
+            role: parameter.role.to_string(),
+            log: parameter.log,
+            lower: parameter.lower,
+            upper: parameter.upper,
+            nominal: parameter.nominal,
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct SupportReport {
     name: String,
-    /// Where its moment is taken \[m\].
+    /// Reference point of its moment \[m\].
     point: [f64; 3],
 }
 
@@ -134,13 +163,90 @@ struct Certificates {
     /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its
     /// axes, `null` where nothing was seen beyond the floor.
     good_for_steps: Option<f64>,
-    /// What `build --repair` did, in order; empty where nothing had to be repaired.
+    /// Repairs by `build --repair`, in order; empty without any.
     repairs: Vec<String>,
     diagonal: Option<StructureReport>,
     block: Option<StructureReport>,
     canonical: Option<ChapterReport>,
-    /// What the modes leave out of static answers; `null` where the file does not keep it.
+    /// Truncation error of static responses; `null` if the file does not have it.
     bound: Option<Bound>,
+}
+
+impl Certificates {
+    /// Certificates of a file; `strain` is true of a file of large displacements.
+    fn read(file: &File<'_>, strain: bool) -> Result<Self, FileError> {
+        let m = file.metadata();
+        let figures = figures(file)?;
+        let diagonal = StructureReport::new(&m.certificate.diagonal, &figures.diagonal);
+        let block = StructureReport::new(&m.certificate.block, &figures.block);
+        let canonical = ChapterReport::of_file(file)?;
+        let worst = match &canonical {
+            Some(report) => &report.structure,
+            None if m.block => &block,
+            None => &diagonal,
+        };
+        let most_terms = canonical.iter().flat_map(|report| &report.stages).map(|stage| stage.terms).max();
+        let left_its_axes = canonical.as_ref().is_some_and(|report| report.left_at.is_some());
+        Ok(Self {
+            terms: most_terms.map_or(m.n_terms, |terms| terms as u32),
+            map_error_rms: worst.map_error_rms,
+            map_error_max: worst.map_error_max,
+            spectral_radius_max: worst.spectral_radius,
+            trajectory_error_max: worst.trajectory_error,
+            trajectory_floor_max: worst.projection_floor,
+            energy_ratio_max: worst.energy_ratio,
+            // The estimate is of a linear motion.
+            good_for_steps: match left_its_axes {
+                _ if strain => None,
+                true => Some(0.0),
+                false => good_for_steps(m.problem, worst),
+            },
+            repairs: repairs(file)?,
+            diagonal: m.diagonal.then_some(diagonal),
+            block: m.block.then_some(block),
+            canonical,
+            bound: bound(file)?,
+        })
+    }
+
+    fn print(&self, is_large: bool) {
+        for (name, certificate) in [("diagonal", &self.diagonal), ("block", &self.block)] {
+            let Some(c) = certificate else { continue };
+            if is_large {
+                println!(
+                    "certificate, strain: largest error {:.3e}, largest floor {:.3e} over {} steps",
+                    c.trajectory_error, c.projection_floor, c.steps
+                );
+                continue;
+            }
+            println!(
+                "certificate, {name}: largest error {:.3e}, largest floor {:.3e}, largest ratio {:.3} over {} steps; \
+                 spectral radius 1 {:+.1e}; energy ratio {:.9}{}",
+                c.trajectory_error,
+                c.projection_floor,
+                c.floor_ratio,
+                c.steps,
+                c.spectral_radius - 1.0,
+                c.energy_ratio,
+                symmetry(c)
+            );
+        }
+        if let Some(c) = &self.canonical {
+            println!("certificate, canonical:");
+            print_chapter(c);
+        }
+        if let Some(steps) = self.good_for_steps {
+            println!("{}", endurance(steps));
+        }
+        if let Some(Bound { worst, median, p95, kind }) = &self.bound {
+            println!(
+                "{kind}: truncation error after a step load, as a share of the static response: at most {worst:.1e} at the \
+                 worst loadable node, median {median:.1e}, 95th percentile {p95:.1e} (mass norm, without residual \
+                 flexibility)"
+            );
+        }
+        self.repairs.iter().for_each(|done| println!("repaired: {done}"));
+    }
 }
 
 /// A body without supports.
@@ -179,8 +285,22 @@ struct SectionReport {
     loss: Option<Loss>,
 }
 
+impl SectionReport {
+    fn new(section: &Section<'_>, losses: &[(SectionKind, Loss)]) -> Self {
+        Self {
+            kind: section.kind().to_string(),
+            element: section.element().to_string(),
+            codec: section.codec().to_string(),
+            shape: section.shape(),
+            stored_bytes: section.stored().len(),
+            decoded_bytes: section.decoded_length(),
+            loss: losses.iter().find(|(kind, _)| *kind == section.kind()).map(|(_, loss)| *loss),
+        }
+    }
+}
+
 impl Info {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let mapped = open(&self.file)?;
         let (contents, flaw) = self.read(mapped.bytes())?;
         if self.json {
@@ -197,7 +317,7 @@ impl Info {
         Ok(())
     }
 
-    /// What the bytes of the file say, and what is wrong with its coordinates.
+    /// Contents of the file, and the fault of its coordinates, if any.
     fn read(&self, bytes: &[u8]) -> Result<(Contents, Option<RewriteError>), Failure> {
         let mut memory = vec![];
         let wanted = |kind| self.is_printed(kind);
@@ -208,7 +328,7 @@ impl Info {
         Ok((contents, check_coordinates(&read).err()))
     }
 
-    /// Whether a section is read, not only listed.
+    /// True of sections that are read, not only listed.
     fn is_printed(&self, kind: SectionKind) -> bool {
         use SectionKind as S;
         let printed = [
@@ -236,49 +356,10 @@ impl Info {
         printed.contains(&kind) || kind.is_chapter() || (kind == S::BlockLoad && self.terms_for.is_some())
     }
 
-    /// What `listed`, the file as it is, and `file`, what is read of it, say.
+    /// Contents of `listed`, the file as it is, and of `file`, its decoded sections.
     fn contents(&self, listed: &File<'_>, file: &File<'_>) -> Result<Contents, FileError> {
-        let losses = read_losses(file)?;
         let m = file.metadata();
-        let certificate = &m.certificate;
         let canonical = Chapter::read(file)?;
-        let canonical_report = ChapterReport::of_file(file)?;
-        let worst = if m.block { &certificate.block } else { &certificate.diagonal };
-        let left_its_axes = canonical_report.as_ref().is_some_and(|report| report.left_at.is_some());
-        let figures = figures(file)?;
-        let of_worst = if m.block { &figures.block } else { &figures.diagonal };
-        let worst = match &canonical_report {
-            Some(report) => report.structure.clone(),
-            None => StructureReport::new(worst, of_worst),
-        };
-        let axis = |a: &vademecum_format::Axis<'_>| AxisReport {
-            name: a.name.into(),
-            unit: a.unit.into(),
-            role: a.role.to_string(),
-            kind: a.kind.to_string(),
-            log: a.log,
-            lower: a.lower,
-            upper: a.upper,
-            points: a.n_points,
-        };
-        let parameter = |p: &vademecum_format::Parameter<'_>| ParameterReport {
-            name: p.name.into(),
-            unit: p.unit.into(),
-            role: p.role.to_string(),
-            log: p.log,
-            lower: p.lower,
-            upper: p.upper,
-            nominal: p.nominal,
-        };
-        let section = |s: vademecum_format::Section<'_>| SectionReport {
-            kind: s.kind().to_string(),
-            element: s.element().to_string(),
-            codec: s.codec().to_string(),
-            shape: s.shape(),
-            stored_bytes: s.stored().len(),
-            decoded_bytes: s.decoded_length(),
-            loss: losses.iter().find(|(kind, _)| *kind == s.kind()).map(|(_, loss)| *loss),
-        };
         let strain = listed.section(SectionKind::StrainSizes).is_some();
         let present = [
             ("diagonal", m.diagonal),
@@ -286,8 +367,9 @@ impl Info {
             ("canonical", canonical.is_some()),
             ("strain", strain),
         ];
-        let most = canonical_report.iter().flat_map(|report| &report.stages).map(|s| s.terms).max();
-        let terms = most.map_or(m.n_terms, |terms| terms as u32);
+        let losses = read_losses(file)?;
+        let section = |kind| listed.section(kind).map(|section| SectionReport::new(&section, &losses));
+        let certificate = Certificates::read(file, strain)?;
         Ok(Contents {
             file_bytes: listed.bytes().len(),
             format: format!("{}.{}", vademecum_format::MAJOR, listed.minor()),
@@ -307,38 +389,19 @@ impl Info {
             damping_ratios: damping_ratios(file)?,
             mode_table: mode_table(file)?,
             structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
-            terms,
+            terms: certificate.terms,
             canonical: canonical.as_ref().map(CanonicalAxes::new),
-            axes: m.active_axes().iter().map(axis).collect(),
-            parameters: m.active_parameters().iter().map(parameter).collect(),
+            axes: m.active_axes().iter().map(AxisReport::from).collect(),
+            parameters: m.active_parameters().iter().map(ParameterReport::from).collect(),
             load_patterns: lines(file, SectionKind::PatternNames)?,
             probes: lines(file, SectionKind::ProbeNames)?,
             free_body: FreeReport::of(file),
             supports: supports(file)?,
-            certificate: Certificates {
-                terms,
-                map_error_rms: worst.map_error_rms,
-                map_error_max: worst.map_error_max,
-                spectral_radius_max: worst.spectral_radius,
-                trajectory_error_max: worst.trajectory_error,
-                trajectory_floor_max: worst.projection_floor,
-                energy_ratio_max: worst.energy_ratio,
-                // The estimate is of a linear motion.
-                good_for_steps: match left_its_axes {
-                    _ if strain => None,
-                    true => Some(0.0),
-                    false => good_for_steps(m.problem, &worst),
-                },
-                repairs: repairs(file)?,
-                diagonal: m.diagonal.then(|| StructureReport::new(&certificate.diagonal, &figures.diagonal)),
-                block: m.block.then(|| StructureReport::new(&certificate.block, &figures.block)),
-                canonical: canonical_report,
-                bound: bound(file)?,
-            },
+            certificate,
             enrichment_history: enrichment_history(file)?,
             fewest_terms: self.terms_for.map(|t| fewest_terms(file.bytes(), t)).transpose()?,
             radius_samples: radius_samples(file)?,
-            sections: SectionKind::ALL.iter().filter_map(|&kind| listed.section(kind)).map(section).collect(),
+            sections: SectionKind::ALL.iter().copied().filter_map(section).collect(),
             problem: m.problem.into(),
         })
     }
@@ -359,7 +422,7 @@ fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
 }
 
 impl Contents {
-    /// Whether the file steps large displacements.
+    /// True of a file of large displacements.
     fn is_large(&self) -> bool {
         self.structures.contains(&"strain")
     }
@@ -378,6 +441,21 @@ impl Contents {
             "scheme {}, time step {} s, alpha {} 1/s, beta {} s",
             self.scheme, self.time_step, self.alpha, self.beta
         );
+        self.print_body();
+        println!(
+            "structures: {}; probes: {}; load patterns: {}",
+            self.structures.join(", "),
+            list(&self.probes),
+            list(&self.load_patterns)
+        );
+        self.print_axes();
+        self.certificate.print(self.is_large());
+        self.print_separation();
+        self.print_sections();
+    }
+
+    /// Supports, damping of the modes, rigid motions.
+    fn print_body(&self) {
         if !self.supports.is_empty() {
             let names: Vec<String> = self.supports.iter().map(|support| support.name.clone()).collect();
             println!("reactions of supports: {}", list(&names));
@@ -400,66 +478,25 @@ impl Contents {
                  {b:.6e}, {c:.6e}; six rigid motions beside the modes"
             );
         }
-        println!(
-            "structures: {}; probes: {}; load patterns: {}",
-            self.structures.join(", "),
-            list(&self.probes),
-            list(&self.load_patterns)
-        );
+    }
+
+    /// Live parameters and the axes of separated solutions.
+    fn print_axes(&self) {
         if let Some(c) = &self.canonical {
             let direction = c.direction.map_or("components".into(), |[x, y, z]| format!("[{x}, {y}, {z}]"));
             println!("canonical: {:?} axes by stage; load at {} positions, {direction}", c.axes, c.positions);
         }
         for p in &self.parameters {
-            println!(
-                "parameter {}: {} to {} {}, nominal {} ({})",
-                p.name, p.lower, p.upper, p.unit, p.nominal, p.role
-            );
+            let range = range(p.lower, p.upper, &p.unit);
+            println!("parameter {}: {range}, nominal {} ({})", p.name, p.nominal, p.role);
         }
         for axis in &self.axes {
-            println!(
-                "axis {}: {} to {} {}, {} points ({})",
-                axis.name, axis.lower, axis.upper, axis.unit, axis.points, axis.kind
-            );
+            let range = range(axis.lower, axis.upper, &axis.unit);
+            println!("axis {}: {range}, {} points ({})", axis.name, axis.points, axis.kind);
         }
-        for (name, certificate) in
-            [("diagonal", &self.certificate.diagonal), ("block", &self.certificate.block)]
-        {
-            if let Some(c) = certificate.as_ref().filter(|_| self.is_large()) {
-                println!(
-                    "certificate, strain: largest error {:.3e}, largest floor {:.3e} over {} steps",
-                    c.trajectory_error, c.projection_floor, c.steps
-                );
-            } else if let Some(c) = certificate {
-                println!(
-                    "certificate, {name}: largest error {:.3e}, largest floor {:.3e}, largest ratio {:.3} over \
-                     {} steps; spectral radius 1 {:+.1e}; energy ratio {:.9}{}",
-                    c.trajectory_error,
-                    c.projection_floor,
-                    c.floor_ratio,
-                    c.steps,
-                    c.spectral_radius - 1.0,
-                    c.energy_ratio,
-                    symmetry(c)
-                );
-            }
-        }
-        if let Some(c) = &self.certificate.canonical {
-            println!("certificate, canonical:");
-            print_chapter(c);
-        }
-        if let Some(steps) = self.certificate.good_for_steps {
-            println!("{}", endurance(steps));
-        }
-        if let Some(Bound { worst, median, p95, kind }) = &self.certificate.bound {
-            println!(
-                "{kind}: after a jump of a contact force the modes miss at most {worst:.1e} of the static answer \
-                 at the worst loadable node, {median:.1e} in the median, {p95:.1e} for 95 % (mass norm, beside \
-                 the static residual)"
-            );
-        }
-        self.certificate.repairs.iter().for_each(|done| println!("repaired: {done}"));
-        self.print_separation();
+    }
+
+    fn print_sections(&self) {
         println!(
             "\nsection               element  codec     shape                     bytes  rounded, relative"
         );
@@ -475,7 +512,7 @@ impl Contents {
 }
 
 impl Contents {
-    /// How the terms came about and where the step was found stable.
+    /// Enrichment history and stability over the parameters.
     fn print_separation(&self) {
         if let (Some(first), Some(last)) = (self.enrichment_history.first(), self.enrichment_history.last()) {
             println!(
@@ -497,7 +534,7 @@ impl Contents {
         if !self.radius_samples.is_empty() {
             let (low, high) = radii.fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
             println!(
-                "spectral radius at {} points of the box: 1 {:+.1e} to 1 {:+.1e}",
+                "spectral radius at {} points of the parameter domain: 1 {:+.1e} to 1 {:+.1e}",
                 self.radius_samples.len(),
                 low - 1.0,
                 high - 1.0
@@ -521,9 +558,9 @@ impl CanonicalAxes {
 
 fn endurance(steps: f64) -> String {
     if steps == 0.0 {
-        return "the tolerance was not kept over the steps marched".into();
+        return "the tolerance was exceeded within the certified steps".into();
     }
-    format!("the tolerance is good for about {steps:.1e} steps at least, by the drift seen")
+    format!("tolerance kept for at least {steps:.1e} steps (extrapolated from the drift)")
 }
 
 /// From the stored errors and the tolerance of the stored problem; absent without either, or when it is
@@ -531,6 +568,12 @@ fn endurance(steps: f64) -> String {
 fn good_for_steps(problem: &str, worst: &StructureReport) -> Option<f64> {
     let tolerance = Problem::parse(problem, "problem", PathBuf::new()).ok()?.tolerance;
     Some(worst.good_for_steps(tolerance.floor_ratio, tolerance.absolute)).filter(|steps| steps.is_finite())
+}
+
+/// A range with its unit; a ratio has none.
+fn range(lower: f64, upper: f64, unit: &str) -> String {
+    let unit = if unit == "1" { "" } else { unit };
+    format!("{lower} to {upper} {unit}").trim_end().into()
 }
 
 fn list(names: &[String]) -> String {

@@ -20,13 +20,13 @@ use crate::print::print_json;
   vademecum init part.inp --scale 0.001             the mesh is in millimetres
 Materials: steel, stainless, aluminium, titanium, brass, concrete, glass, wood, pla, abs, nylon, rubber,
 silicone, foam, bone, liver. Keys of the problem file: `vademecum help problem`")]
-pub struct Init {
+pub(crate) struct Init {
     /// The mesh file.
     mesh: PathBuf,
     /// The problem file to write [default: the mesh's name with `.toml`].
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// What the body is made of.
+    /// Material of the body.
     #[arg(long, default_value = "steel", value_parser = named)]
     material: NamedMaterial,
     /// Metres in a unit of the mesh [default: 0.001 for a body of more than 20 units, else 1].
@@ -47,12 +47,12 @@ fn named(name: &str) -> Result<NamedMaterial, String> {
     let known = || MATERIALS.map(|material| material.name).join(", ");
     let found = MATERIALS.into_iter().find(|material| material.name == name);
     let nearest = || did_you_mean(name, MATERIALS.iter().map(|material| material.name));
-    found.ok_or_else(|| format!("no material is called so; there are {}{}", known(), nearest()))
+    found.ok_or_else(|| format!("unknown material `{name}`; known: {}{}", known(), nearest()))
 }
 
 impl Init {
     /// The command lines that follow.
-    pub fn run(&self, console: &Console) -> Result<Vec<Vec<PathBuf>>, Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<Vec<Vec<PathBuf>>, Failure> {
         let problem = self.output.clone().unwrap_or_else(|| self.mesh.with_extension("toml"));
         let outputs = outputs(&self.outputs, &[Some(&self.mesh)], None);
         check_output(&outputs, &problem, Kind::Own)?;

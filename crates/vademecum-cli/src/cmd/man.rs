@@ -12,7 +12,7 @@ use crate::files::{check_own, outputs, write_own};
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum man ~/.local/share/man/man1 && man vademecum-build")]
-pub struct Man {
+pub(crate) struct Man {
     /// Folder for the pages; made if missing.
     folder: PathBuf,
     #[command(flatten)]
@@ -21,7 +21,7 @@ pub struct Man {
 
 impl Man {
     /// Writes the pages of `program`, the whole command line, and of its commands.
-    pub fn run(&self, mut program: clap::Command) -> Result<(), Failure> {
+    pub(crate) fn run(&self, mut program: clap::Command) -> Result<(), Failure> {
         program.build();
         let outputs: Outputs = outputs(&self.outputs, &[], None);
         let mut pages = vec![];

@@ -13,7 +13,7 @@ use crate::print::print_json;
   vademecum mesh liver.vtu
   vademecum mesh beam.msh --json
 Formats: Gmsh 1, 2.2 and 4.1, Abaqus/CalculiX, VTK, VTU, TetGen, Medit, MFEM")]
-pub struct MeshCommand {
+pub(crate) struct MeshCommand {
     /// The mesh file.
     file: PathBuf,
     /// Print JSON.
@@ -22,7 +22,7 @@ pub struct MeshCommand {
 }
 
 impl MeshCommand {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let report = inspect(&parse(&self.file)?);
         if self.json {
             print_json(&report);

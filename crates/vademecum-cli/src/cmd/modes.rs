@@ -21,10 +21,10 @@ use crate::print::print_json;
   vademecum modes beam.toml --shapes modes.vtu        every mode as a field, for ParaView
   vademecum modes beam.toml --assurance measured.npy  modal assurance against the modes of another program
 The effective mass of a mode is the share of the free mass that a shaken support feels in it, along x, y, z.")]
-pub struct Modes {
+pub(crate) struct Modes {
     /// The problem file (TOML).
     problem: PathBuf,
-    /// How many modes.
+    /// Number of modes.
     #[arg(long, default_value_t = 12)]
     count: usize,
     /// Write the shapes here (VTU); the largest displacement of each is 1.
@@ -40,9 +40,9 @@ pub struct Modes {
     outputs: OutputArguments,
 }
 
-/// What is printed as JSON.
+/// JSON output.
 #[derive(serde::Serialize)]
-struct Printed {
+struct ModesOutput {
     #[serde(flatten)]
     modes: NaturalModes,
     /// Modal assurance, a row for each mode; none without `--assurance`.
@@ -50,7 +50,7 @@ struct Printed {
 }
 
 impl Modes {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let problem = Problem::read(&self.problem)?;
         let outputs =
             outputs(&self.outputs, &[Some(&self.problem), self.assurance.as_deref()], Some(&problem));
@@ -68,7 +68,7 @@ impl Modes {
         }
         console.clear();
         if self.json {
-            print_json(&Printed { modes, assurance });
+            print_json(&ModesOutput { modes, assurance });
         } else {
             print(&modes);
             assurance.iter().for_each(|table| print_assurance(table));

@@ -2,13 +2,11 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
 use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
-use crate::files::{check_output, outputs, read_file, write_file};
-use crate::print::print_json;
+use crate::files::{open_pair, write_file};
 
 /// Compresses a file for shipping; without a tolerance, `unpack` gives back the very bytes.
 #[derive(clap::Args)]
@@ -18,7 +16,7 @@ use crate::print::print_json;
 With a tolerance, what is known at every node (basis, load rows, coordinates) is rounded to 16 or 32 bits as
 far as fields stay within it.
 Probes, load patterns and the step are kept to the bit. `vademecum info` shows what it cost.")]
-pub struct Pack {
+pub(crate) struct Pack {
     /// The vademecum file.
     file: PathBuf,
     /// The compressed file.
@@ -40,19 +38,12 @@ pub struct Pack {
 }
 
 impl Pack {
-    pub fn run(&self) -> Result<(), Failure> {
-        let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
-        check_output(&outputs, &self.output, Kind::Vademecum)?;
-        let bytes = read_file(&self.file)?;
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let (outputs, bytes) = open_pair(&self.outputs, &self.file, &[], &self.output)?;
         let limit = self.limit.of(bytes.len());
         let packed = rewrite::pack_limited(&bytes, self.level, self.tolerance, limit);
         let packed = packed.map_err(|error| Failure::file(&self.file, error))?;
-        let written = write_file(&outputs, &self.output, &packed, bytes.len())?;
-        if self.json {
-            print_json(&written);
-        } else {
-            written.print();
-        }
+        write_file(&outputs, &self.output, &packed, bytes.len())?.print(self.json);
         Ok(())
     }
 }

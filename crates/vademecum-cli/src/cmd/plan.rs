@@ -20,7 +20,7 @@ use crate::print::{json, print_json};
   vademecum collect sweep                        what is done, and what is left
 A line that was killed is run again as it stands: its build goes on from its finished stages, and a build that
 is done does nothing. Keys of the sweep file: `vademecum help sweep`")]
-pub struct Plan {
+pub(crate) struct Plan {
     /// The sweep file (TOML).
     sweep: PathBuf,
     /// The folder for problem files, the list of jobs, and what they build; it has to stay where it is.
@@ -33,20 +33,20 @@ pub struct Plan {
     outputs: OutputArguments,
 }
 
-/// What was planned.
+/// Report of a plan.
 #[derive(Serialize)]
-struct Planned {
-    /// How many jobs there are.
+struct PlanOutput {
+    /// Number of jobs.
     jobs: usize,
     /// Their list.
     list: PathBuf,
 }
 
-/// What to do about a folder that has other jobs.
+/// Remedy for a folder that has other jobs.
 const ANOTHER: &str = "plan another sweep into a folder of its own; what a folder has built stays";
 
 impl Plan {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let Jobs { jobs, arguments } = Sweep::read(&self.sweep)
             .map_err(SweepError::File)
             .and_then(|sweep| sweep.jobs(&self.sweep))
@@ -72,7 +72,7 @@ impl Plan {
         for (path, text) in &files {
             write_own(&outputs, path, text)?;
         }
-        let planned = Planned { jobs, list: list_file };
+        let planned = PlanOutput { jobs, list: list_file };
         if self.json {
             print_json(&planned);
         } else {

@@ -21,7 +21,7 @@ use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
 use vademecum_study::separation::{enrichment_history, radius_samples, repairs};
 use vademecum_study::timings::timings;
-use vademecum_study::verify::{Verified, verify};
+use vademecum_study::verify::{AnyVerification, verify};
 use vademecum_study::{FileError, StudyError};
 
 use self::build_times::BuildTimes;
@@ -41,7 +41,7 @@ use crate::print::print_json;
   vademecum report body.vdm --problem body.toml --scenario push.toml    with the full-order march beside it
   vademecum build body.toml -o body.vdm --json > build.json && vademecum report body.vdm --build build.json
 The figures are written as SVG files too, into the folder `report-figures` beside `report.html`.")]
-pub struct Report {
+pub(crate) struct Report {
     /// The vademecum file.
     file: PathBuf,
     /// The page.
@@ -53,7 +53,7 @@ pub struct Report {
     /// The scenario to compare on.
     #[arg(long, requires = "problem")]
     scenario: Option<PathBuf>,
-    /// What `build --json` printed for this file: shows what the build took.
+    /// Output of `build --json` for this file: adds the times of the build.
     #[arg(long)]
     build: Option<PathBuf>,
     /// Print JSON.
@@ -65,9 +65,9 @@ pub struct Report {
     limit: Limit,
 }
 
-/// What was written.
+/// Report of the written page.
 #[derive(serde::Serialize)]
-struct Written {
+struct ReportOutput {
     page: String,
     bytes: usize,
     figures: usize,
@@ -80,7 +80,7 @@ const FIGURES: [(&str, Kind); 4] =
     [("mesh.svg", Kind::Svg), ("modes.svg", Kind::Svg), ("free-run.svg", Kind::Svg), ("file.svg", Kind::Svg)];
 
 impl Report {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let compared = self.compared()?;
         let inputs = [Some(&self.file), self.problem.as_ref(), self.scenario.as_ref(), self.build.as_ref()];
         let inputs = inputs.map(|path| path.map(PathBuf::as_path));
@@ -136,7 +136,7 @@ impl Report {
         }
         write_bytes(&outputs, &self.output, Kind::Html, page.as_bytes())?;
         console.clear();
-        let written = Written {
+        let written = ReportOutput {
             page: self.output.display().to_string(),
             bytes: page.len(),
             figures: figures.len(),
@@ -163,7 +163,7 @@ impl Report {
         compared: Option<(Problem, Scenario)>,
         file: &File<'_>,
         console: &Console,
-    ) -> Result<Option<Verified>, Failure> {
+    ) -> Result<Option<AnyVerification>, Failure> {
         let Some((problem, scenario)) = compared else { return Ok(None) };
         let prepared = prepare(&problem, &mut Stopwatch::new(console), console)?;
         let verified = verify(file, &PlayOptions::default(), &problem, &prepared, &scenario, console);

@@ -9,7 +9,7 @@ use vademecum_build::store::{Growing, Kind, Outputs};
 use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
-use vademecum_study::run::{Fields, Moment, Probed};
+use vademecum_study::run::{Fields, Moment, ProbeRow};
 use vademecum_study::scenario::{FieldChoice, Scenario};
 use vademecum_study::stress::{LargestStress, StressPlace};
 use vademecum_study::{FileError, StudyError, run};
@@ -27,7 +27,7 @@ use crate::print::print_json;
   vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: `vademecum help scenario`")]
-pub struct Run {
+pub(crate) struct Run {
     /// The vademecum file.
     file: PathBuf,
     /// The scenario file (TOML).
@@ -58,7 +58,7 @@ pub struct Run {
     /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
     map: bool,
-    /// What happens without `--map`.
+    /// The default.
     #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
     /// Print JSON.
@@ -71,7 +71,7 @@ pub struct Run {
 }
 
 impl Run {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let scenario = Scenario::read(&self.scenario)?;
         let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
         outputs.check_in(&self.output, &FILES)?;
@@ -95,69 +95,97 @@ impl Run {
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;
         outputs.make_folder(&self.output)?;
-        let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
-        let places = run.stress_places();
-        let mut stresses = (shown.stress_every > 0)
-            .then(|| StressTable::begin(&outputs, self.output.join("stress.csv"), places))
-            .transpose()?;
-        let mut largest: Option<LargestStress> = None;
-        let mut probes = ProbeTable::begin(&outputs, self.output.join("probes.csv"), &run)?;
-        let mut fields =
-            geometry.map(|geometry| FieldSeries::begin(&outputs, &self.output, geometry)).transpose()?;
-        let played = run.play(console, |moment: &Moment<'_>| {
-            probes.show(moment)?;
-            if let Some(stresses) = &mut stresses {
-                stresses.show(moment)?;
-            }
-            let found = moment.probes.and_then(|probed| probed.largest_stress);
-            largest = found
-                .filter(|found| largest.is_none_or(|known| found.von_mises > known.von_mises))
-                .or(largest);
-            match (&moment.fields, &mut fields) {
-                (Some(shown), Some(series)) => series.add(moment.time, shown),
-                _ => Ok(()),
-            }
-        });
+        let mut results = Results::begin(&outputs, &self.output, &run, geometry, shown.stress_every > 0)?;
+        let played = run.play(console, |moment: &Moment<'_>| results.show(moment));
         console.clear();
         // Whatever ended the run, what was computed is kept.
-        let written = probes.finish().and(stresses.as_mut().map_or(Ok(()), StressTable::finish));
-        let written = written.and(fields.as_mut().map_or(Ok(()), FieldSeries::finish));
-        let kept = [
-            Some(probes.kept()),
-            stresses.as_ref().map(StressTable::kept),
-            fields.as_ref().map(FieldSeries::kept),
-        ];
-        let kept = kept.into_iter().flatten().collect::<Vec<_>>();
-        played.and(written).map_err(|failure: Failure| failure.about(&self.file).kept(kept.join("; ")))?;
-        if self.json {
-            print_json(&Played {
-                steps: run.steps,
-                time_step: run.time_step,
-                probes: &columns,
-                supports: run.supports(),
-                rows: probes.rows.lines(),
-                probes_file: probes.path.display().to_string(),
-                fields: fields.as_ref().map_or(0, |series| series.collection.lines()),
-                fields_file: fields.as_ref().map(|series| series.path.display().to_string()),
-                stress_file: stresses.as_ref().map(|stresses| stresses.path.display().to_string()),
-                largest_stress: largest,
-            });
-        } else {
-            println!("{} steps of {} s; {}", run.steps, run.time_step, kept.join("; "));
-            if let Some(LargestStress { von_mises, place, time }) = largest {
-                println!(
-                    "largest von Mises stress {von_mises:.4e} Pa at node {} after {time:.4e} s",
-                    place.id
-                );
-            }
-        }
+        let written = results.finish();
+        let failed = |failure: Failure| failure.about(&self.file).kept(results.kept());
+        played.and(written).map_err(failed)?;
+        results.print(&run, self.json);
         Ok(())
     }
 }
 
-/// What was marched and written.
+/// Tables and fields of a run, and the largest stress seen.
+struct Results<'a> {
+    probes: ProbeTable,
+    stresses: Option<StressTable<'a>>,
+    fields: Option<FieldSeries<'a>>,
+    largest: Option<LargestStress>,
+}
+
+impl<'a> Results<'a> {
+    fn begin(
+        outputs: &'a Outputs,
+        folder: &'a Path,
+        run: &'a run::Run<'_>,
+        geometry: Option<Geometry>,
+        with_stress: bool,
+    ) -> Result<Self, Failure> {
+        let places = run.stress_places();
+        let stresses = with_stress
+            .then(|| StressTable::begin(outputs, folder.join("stress.csv"), places))
+            .transpose()?;
+        let probes = ProbeTable::begin(outputs, folder.join("probes.csv"), run)?;
+        let fields = geometry.map(|geometry| FieldSeries::begin(outputs, folder, geometry)).transpose()?;
+        Ok(Self { probes, stresses, fields, largest: None })
+    }
+
+    /// Adds an instant.
+    fn show(&mut self, moment: &Moment<'_>) -> Result<(), Failure> {
+        self.probes.show(moment)?;
+        if let Some(stresses) = &mut self.stresses {
+            stresses.show(moment)?;
+        }
+        let found = moment.probes.and_then(|probed| probed.largest_stress);
+        let known = self.largest;
+        self.largest =
+            found.filter(|found| known.is_none_or(|known| found.von_mises > known.von_mises)).or(known);
+        match (&moment.fields, &mut self.fields) {
+            (Some(shown), Some(series)) => series.add(moment.time, shown),
+            _ => Ok(()),
+        }
+    }
+
+    fn finish(&mut self) -> Result<(), Failure> {
+        let written = self.probes.finish().and(self.stresses.as_mut().map_or(Ok(()), StressTable::finish));
+        written.and(self.fields.as_mut().map_or(Ok(()), FieldSeries::finish))
+    }
+
+    /// The rows and fields written so far.
+    fn kept(&self) -> String {
+        let stresses = self.stresses.as_ref().map(StressTable::kept);
+        let fields = self.fields.as_ref().map(FieldSeries::kept);
+        [Some(self.probes.kept()), stresses, fields].into_iter().flatten().collect::<Vec<_>>().join("; ")
+    }
+
+    fn print(&self, run: &run::Run<'_>, json: bool) {
+        if json {
+            let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
+            return print_json(&RunOutput {
+                steps: run.steps,
+                time_step: run.time_step,
+                probes: &columns,
+                supports: run.supports(),
+                rows: self.probes.rows.lines(),
+                probes_file: self.probes.path.display().to_string(),
+                fields: self.fields.as_ref().map_or(0, |series| series.collection.lines()),
+                fields_file: self.fields.as_ref().map(|series| series.path.display().to_string()),
+                stress_file: self.stresses.as_ref().map(|stresses| stresses.path.display().to_string()),
+                largest_stress: self.largest,
+            });
+        }
+        println!("{} steps of {} s; {}", run.steps, run.time_step, self.kept());
+        if let Some(LargestStress { von_mises, place, time }) = self.largest {
+            println!("largest von Mises stress {von_mises:.4e} Pa at node {} after {time:.4e} s", place.id);
+        }
+    }
+}
+
+/// Report of a run.
 #[derive(serde::Serialize)]
-struct Played<'a> {
+struct RunOutput<'a> {
     steps: usize,
     time_step: f64,
     probes: &'a [String],
@@ -174,7 +202,7 @@ struct Played<'a> {
     largest_stress: Option<LargestStress>,
 }
 
-/// What is written; of the fields, the first.
+/// Files written; of the fields, the first.
 const FILES: [(&str, Kind); 4] = [
     ("probes.csv", Kind::Csv),
     ("stress.csv", Kind::Csv),
@@ -265,7 +293,7 @@ impl<'a> StressTable<'a> {
     }
 }
 
-fn write_row(line: &mut String, time: f64, probed: &Probed<'_>) -> std::fmt::Result {
+fn write_row(line: &mut String, time: f64, probed: &ProbeRow<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
     let reactions = probed.reactions.as_flattened();
     probed

@@ -15,15 +15,15 @@ With taplo, or \"Even Better TOML\" in VS Code, the first line of a problem file
   #:schema ./problem.schema.json
 The schema knows keys, types, choices and defaults (draft 2020-12). Ranges, and what goes with what, are
 checked by the program: `vademecum help problem`")]
-pub struct Schema {
+pub(crate) struct Schema {
     /// Of which file.
     #[arg(value_enum)]
-    of: Of,
+    of: SchemaKind,
 }
 
 /// A file that people write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Of {
+enum SchemaKind {
     /// The problem file.
     Problem,
     /// The scenario file.
@@ -31,10 +31,14 @@ enum Of {
 }
 
 impl Schema {
-    pub fn run(&self) {
+    pub(crate) fn run(&self) {
         let (schema, title) = match self.of {
-            Of::Problem => (schemars::schema_for!(Problem), "The problem file of vademecum, version 1"),
-            Of::Scenario => (schemars::schema_for!(Scenario), "The scenario file of vademecum, version 1"),
+            SchemaKind::Problem => {
+                (schemars::schema_for!(Problem), "The problem file of vademecum, version 1")
+            }
+            SchemaKind::Scenario => {
+                (schemars::schema_for!(Scenario), "The scenario file of vademecum, version 1")
+            }
         };
         let mut schema = schema.to_value();
         plain(&mut schema);

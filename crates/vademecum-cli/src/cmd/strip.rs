@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::store::Kind;
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::{Dropped, Keep, RewriteError, drop_terms_limited, strip};
 use vademecum_study::scenario::Scenario;
@@ -10,7 +9,7 @@ use vademecum_study::target::check_target;
 
 use crate::arguments::{Limit, OutputArguments, rounding};
 use crate::failure::Failure;
-use crate::files::{Rewritten, check_output, outputs, read_file, write_file};
+use crate::files::{RewriteOutput, open_pair, write_file};
 use crate::print::print_json;
 
 /// Drops the parts of a file a target does not need.
@@ -20,10 +19,10 @@ use crate::print::print_json;
   vademecum strip body.vdm --keep surface --for push.toml -o game.vdm
   vademecum strip body.vdm --terms-for 1e-4 -o fast.vdm
 What is dropped is named; a scene that asks for it is refused by name.")]
-pub struct Strip {
+pub(crate) struct Strip {
     /// The vademecum file.
     file: PathBuf,
-    /// What the new file can still do.
+    /// Uses that the new file keeps.
     #[arg(long, value_enum, default_value_t = KeepArgument::All, required_unless_present = "terms_for")]
     keep: KeepArgument,
     /// Drop terms of the separated solution while its maps stay within this relative error, such as 1e-4.
@@ -44,28 +43,26 @@ pub struct Strip {
     limit: Limit,
 }
 
-/// What a stripped file can still do, as an argument.
+/// Uses that a stripped file keeps, as an argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum KeepArgument {
     /// Stepping under load patterns, and the probes.
     Probes,
-    /// That, contacts, and fields on the surface.
+    /// Stepping, contacts, and fields on the surface.
     Surface,
     /// Everything.
     All,
 }
 
 impl Strip {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let keep = match self.keep {
             KeepArgument::Probes => Keep::Probes,
             KeepArgument::Surface => Keep::Surface,
             KeepArgument::All => Keep::All,
         };
         let failed = |error: RewriteError| Failure::file(&self.file, error);
-        let outputs = outputs(&self.outputs, &[Some(&self.file), self.target.as_deref()], None);
-        check_output(&outputs, &self.output, Kind::Vademecum)?;
-        let bytes = read_file(&self.file)?;
+        let (outputs, bytes) = open_pair(&self.outputs, &self.file, &[self.target.as_deref()], &self.output)?;
         let mut stripped = strip(&bytes, keep).map_err(failed)?;
         let mut dropped_terms = None;
         if let Some(tolerance) = self.terms_for {
@@ -83,8 +80,9 @@ impl Strip {
         let dropped: Vec<SectionKind> =
             file.sections().map(|s| s.kind()).filter(|&kind| !keep.keeps(kind)).collect();
         let lost = LOST.iter().filter(|(kind, _)| dropped.contains(kind));
-        let without = lost.map(|&(section, lost)| Without { section: section.to_string(), lost }).collect();
-        let stripped = Stripped { written, terms: dropped_terms, without };
+        let without =
+            lost.map(|&(section, lost)| LostSection { section: section.to_string(), lost }).collect();
+        let stripped = StripOutput { written, terms: dropped_terms, without };
         if self.json {
             print_json(&stripped);
         } else {
@@ -94,25 +92,25 @@ impl Strip {
     }
 }
 
-/// What was written, and what is gone.
+/// Report of a stripped file.
 #[derive(serde::Serialize)]
-struct Stripped {
+struct StripOutput {
     #[serde(flatten)]
-    written: Rewritten,
+    written: RewriteOutput,
     /// With `--terms-for`.
     terms: Option<Dropped>,
-    without: Vec<Without>,
+    without: Vec<LostSection>,
 }
 
 #[derive(serde::Serialize)]
-struct Without {
+struct LostSection {
     section: String,
     lost: &'static str,
 }
 
-impl Stripped {
+impl StripOutput {
     fn print(&self) {
-        self.written.print();
+        self.written.print(false);
         if let Some(terms) = &self.terms {
             println!(
                 "{} of {} terms left; error of the maps {:.1e} (rms), {:.1e} (largest); march it with \
@@ -124,7 +122,7 @@ impl Stripped {
     }
 }
 
-/// What nobody can do any more without a section.
+/// Lost uses without a section.
 const LOST: [(SectionKind, &str); 15] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),

@@ -2,19 +2,17 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::store::Kind;
 use vademecum_rewrite as rewrite;
 
 use crate::arguments::{Limit, OutputArguments};
 use crate::failure::Failure;
-use crate::files::{check_output, outputs, read_file, write_file};
-use crate::print::print_json;
+use crate::files::{open_pair, write_file};
 
 /// Decompresses a file for use.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   vademecum unpack body.packed.vdm -o body.vdm")]
-pub struct Unpack {
+pub(crate) struct Unpack {
     /// The vademecum file.
     file: PathBuf,
     /// The raw file.
@@ -30,18 +28,11 @@ pub struct Unpack {
 }
 
 impl Unpack {
-    pub fn run(&self) -> Result<(), Failure> {
-        let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
-        check_output(&outputs, &self.output, Kind::Vademecum)?;
-        let bytes = read_file(&self.file)?;
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let (outputs, bytes) = open_pair(&self.outputs, &self.file, &[], &self.output)?;
         let limit = self.limit.of(bytes.len());
         let raw = rewrite::unpack(&bytes, limit).map_err(|error| Failure::file(&self.file, error))?;
-        let written = write_file(&outputs, &self.output, &raw, bytes.len())?;
-        if self.json {
-            print_json(&written);
-        } else {
-            written.print();
-        }
+        write_file(&outputs, &self.output, &raw, bytes.len())?.print(self.json);
         Ok(())
     }
 }

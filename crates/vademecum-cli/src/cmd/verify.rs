@@ -25,7 +25,7 @@ use crate::print::{print_json, print_large_verification, print_verification};
   vademecum verify body.vdm --problem body.toml --scenario push.toml --json
   vademecum verify body.vdm --problem body.toml --scenario push.toml --set \"tip stiffness=1.5\"
   vademecum verify body.vdm --file-only")]
-pub struct Verify {
+pub(crate) struct Verify {
     /// The vademecum file.
     file: PathBuf,
     /// The problem it was built from.
@@ -57,7 +57,7 @@ pub struct Verify {
 }
 
 impl Verify {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         match (&self.problem, &self.scenario) {
             (Some(problem), Some(scenario)) => self.march(problem, scenario, console),
             _ => self.check_file(),

@@ -64,7 +64,7 @@ const MODULES: [(&str, &str); 23] = modules!(
     "views"
 );
 
-/// Where the served page finds the file.
+/// Path of the file on the served page.
 const SOURCE: &str = "body.vdm";
 /// Longest request head that is read \[bytes\].
 const MAX_HEAD: usize = 16 * 1024;
@@ -79,10 +79,10 @@ const MAX_CONNECTIONS: usize = 32;
 
 On the page: press on the body to push it, drag beside it to turn the view. With Sound on, a struck body rings
 in the ear; Picture and Clip save what is seen; Link puts camera and parameters into the address.")]
-pub struct View {
+pub(crate) struct View {
     /// The vademecum file.
     file: PathBuf,
-    /// Say the address and leave opening the browser to you.
+    /// Print the address and do not open a browser.
     #[arg(long)]
     no_open: bool,
     /// Port on 127.0.0.1; a free one if absent.
@@ -98,7 +98,7 @@ pub struct View {
     /// overwrite it meanwhile: that would end the program or give wrong numbers.
     #[arg(long)]
     map: bool,
-    /// What happens without `--map`.
+    /// The default.
     #[arg(long, hide = true, conflicts_with = "map")]
     copy: bool,
     #[command(flatten)]
@@ -107,15 +107,15 @@ pub struct View {
     limit: Limit,
 }
 
-/// What `--export` has written.
+/// Report of `--export`.
 #[derive(serde::Serialize)]
-struct Written {
+struct PageOutput {
     page: String,
     bytes: usize,
 }
 
 impl View {
-    pub fn run(&self, console: &Console) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
         if let Some(path) = &self.export {
             check_output(&outputs, path, Kind::Html)?;
@@ -129,7 +129,7 @@ impl View {
             Some(path) => {
                 let page = page(&self.file, &file)?;
                 write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
-                let written = Written { page: path.display().to_string(), bytes: page.len() };
+                let written = PageOutput { page: path.display().to_string(), bytes: page.len() };
                 if self.json {
                     print_json(&written);
                 } else {
@@ -162,7 +162,7 @@ impl View {
             eprintln!("  note: no browser could be started; open the address above");
         }
         let live = AtomicUsize::new(0);
-        let content = Content { address, page, file };
+        let content = EmbeddedBody { address, page, file };
         std::thread::scope(|scope| {
             while !console.cancelled() {
                 match listener.accept() {
@@ -183,14 +183,14 @@ impl View {
     }
 }
 
-/// What is served.
-struct Content<'a> {
+/// Served contents.
+struct EmbeddedBody<'a> {
     address: SocketAddr,
     page: &'a str,
     file: &'a [u8],
 }
 
-impl Content<'_> {
+impl EmbeddedBody<'_> {
     /// Answers one request and closes.
     fn answer(&self, mut stream: TcpStream) -> std::io::Result<()> {
         stream.set_nonblocking(false)?;
@@ -303,8 +303,8 @@ fn open_browser(address: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn content() -> Content<'static> {
-        Content { address: ([127, 0, 0, 1], 4000).into(), page: "page", file: b"file" }
+    fn content() -> EmbeddedBody<'static> {
+        EmbeddedBody { address: ([127, 0, 0, 1], 4000).into(), page: "page", file: b"file" }
     }
 
     #[test]

@@ -4,25 +4,26 @@ use std::error::Error;
 
 use vademecum_build::fem::{EngineError, FactorError, ModelError, Resource};
 
-/// What to do when memory runs out.
-pub const MEMORY: &str = "close other programs, lift the limit on this one, or ask for fewer modes or cells";
-/// What to do when memory runs out on one of several ranks.
+/// Remedy for lack of memory.
+pub(crate) const MEMORY: &str =
+    "close other programs, lift the limit on this one, or ask for fewer modes or cells";
+/// Remedy for lack of memory on one of several ranks.
 const MEMORY_OF_RANKS: &str = "more machines or fewer ranks on each, `--out-of-core DIR`, or a coarser mesh";
-/// What to do when the disk of one of several ranks refuses.
+/// Remedy for a failing disk of one of several ranks.
 const DISK_OF_RANKS: &str =
     "a folder for `--out-of-core` where every rank may write, on a disk with room for its factor";
 
-/// Who can act.
-pub enum Blame {
+/// Side that can act.
+pub(crate) enum Blame {
     /// The machine ran short, and what to do.
     Machine(&'static str),
     /// A library failed, and says why.
     Library,
 }
 
-/// Who can act on an error that goes back to the memory for a factor or to ranks, whichever stage met it;
+/// Cause of an error that goes back to the memory for a factor or to ranks, in any stage;
 /// none if it goes back to neither.
-pub fn blame(error: &(dyn Error + 'static)) -> Option<Blame> {
+pub(crate) fn blame(error: &(dyn Error + 'static)) -> Option<Blame> {
     let mut next = Some(error);
     while let Some(error) = next {
         // An error that is shown as the one within it does not have that one as its source.

@@ -1,4 +1,4 @@
-//! What becomes of errors: cause and remedy.
+//! Cause and remedy of errors.
 
 use super::*;
 use vademecum_build::fem::{EngineError, FactorError, ModelError, Resource};

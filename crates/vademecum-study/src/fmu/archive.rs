@@ -18,9 +18,9 @@ pub struct Library {
     pub bytes: Vec<u8>,
 }
 
-/// Why a library is none.
+/// Errors of a library for an FMU.
 #[derive(Clone, Debug, thiserror::Error)]
-pub enum NoLibrary {
+pub enum LibraryError {
     /// An unknown name of a platform.
     #[error(
         "`{platform}` is no platform; expected an architecture (x86_64, x86, aarch64, aarch32, riscv64), a dash, and linux, windows or darwin, such as x86_64-linux"
@@ -34,7 +34,7 @@ pub enum NoLibrary {
         "this is no library for an FMU: it does not name {symbol}; expected what `cargo build --release -p vademecum-fmu` makes on that platform"
     )]
     NoEntry {
-        /// What is missing.
+        /// Missing symbol.
         symbol: &'static str,
     },
 }
@@ -45,17 +45,17 @@ impl Library {
     /// Checks that these bytes could be the library for the platform.
     ///
     /// # Errors
-    /// [`NoLibrary`].
-    pub fn new(platform: &str, bytes: Vec<u8>) -> Result<Self, NoLibrary> {
+    /// [`LibraryError`].
+    pub fn new(platform: &str, bytes: Vec<u8>) -> Result<Self, LibraryError> {
         let known = platform.split_once('-').is_some_and(|(architecture, system)| {
             ARCHITECTURES.contains(&architecture) && ["linux", "windows", "darwin"].contains(&system)
         });
         if !known {
-            return Err(NoLibrary::Platform { platform: platform.into() });
+            return Err(LibraryError::Platform { platform: platform.into() });
         }
         for symbol in ["fmi2DoStep", "fmi3DoStep"] {
             if !bytes.windows(symbol.len()).any(|window| window == symbol.as_bytes()) {
-                return Err(NoLibrary::NoEntry { symbol });
+                return Err(LibraryError::NoEntry { symbol });
             }
         }
         Ok(Self { platform: platform.into(), bytes })

@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 use vademecum_eval::{RigidBody, SceneOptions};
 use vademecum_fmu::logger::Category;
 use vademecum_fmu::variables::Variable;
-use vademecum_format::Metadata;
+use vademecum_format::{Metadata, Parameter};
 
 use super::version::FmiVersion;
 
 /// Units of a file whose numbers mean what FMI says they do.
 const SI: &str = "SI: m, kg, s, N, Pa";
 
-/// What a description is made of.
+/// Contents of a description.
 pub(super) struct Description<'a> {
     pub version: FmiVersion,
     pub name: &'a str,
@@ -20,11 +20,11 @@ pub(super) struct Description<'a> {
     pub token: &'a str,
     pub metadata: &'a Metadata<'a>,
     pub internal_step: f64,
-    pub variables: &'a [Described],
+    pub variables: &'a [VariableDescription],
 }
 
 /// A variable, in words.
-pub(super) struct Described {
+pub(super) struct VariableDescription {
     pub variable: Variable,
     /// Its value reference.
     reference: u32,
@@ -37,13 +37,13 @@ pub(super) struct Described {
     range: Option<[f64; 2]>,
 }
 
-/// How the unit of a kind is called in a file of these units.
+/// Name of an SI unit in a file of these units; empty in other units.
 fn unit(metadata: &Metadata<'_>, si: &str) -> String {
     if metadata.units == SI || si == "s" { si.into() } else { String::new() }
 }
 
 /// Names of what variables belong to, and what else they are described by.
-pub(super) struct Named<'a> {
+pub(super) struct VariableNames<'a> {
     pub points: Vec<String>,
     pub stresses: Vec<String>,
     pub patterns: Vec<String>,
@@ -56,117 +56,125 @@ pub(super) struct Named<'a> {
     pub body: Option<RigidBody>,
 }
 
-/// What a variable is called and what it means; `None` for a parameter that an FMU does not offer.
+/// Name, text, unit, start and range of a variable; `None` for a parameter that an FMU does not offer.
 pub(super) fn describe(
     reference: u32,
     variable: Variable,
-    named: &Named<'_>,
+    named: &VariableNames<'_>,
     options: &SceneOptions,
-) -> Option<Described> {
-    use Variable as V;
-    let Named { points, stresses, patterns, probes, supports, probe_units, metadata, body } = named;
-    let metadata: &Metadata<'_> = metadata;
-    let at = |names: &[String], index: u32| names.get(index as usize).cloned().unwrap_or_default();
-    let point = |index: u32| at(points, index);
-    let in_space = if body.is_some() { " in space" } else { "" };
-    let (mut start, mut range) = (None, None);
-    let (name, text, unit) = match variable {
-        V::Time => (String::new(), "Time".into(), "s".into()),
-        V::Step => {
-            start = Some(options.time_step.unwrap_or(metadata.time_step));
-            let text = "Internal step; communication steps are multiples of it".into();
-            (String::new(), text, "s".into())
+) -> Option<VariableDescription> {
+    let (start, range) = match variable {
+        Variable::Parameter(index) => {
+            let start = vademecum_fmu::parameter(options, named.metadata, index)?;
+            let parameter = named.metadata.active_parameters().get(index as usize)?;
+            (Some(start), Some([parameter.lower, parameter.upper]))
         }
-        V::Energy => (String::new(), "Kinetic plus elastic energy".into(), unit(metadata, "J")),
-        V::Force(index, _) => {
-            start = Some(0.0);
-            let name = point(index);
-            let text = format!("Force on the point {name}{in_space}, held over a step");
-            (name, text, unit(metadata, "N"))
-        }
-        V::Displacement(index, _) => {
-            let name = point(index);
-            let text = format!("Displacement of the point {name}{in_space}");
-            (name, text, unit(metadata, "m"))
-        }
-        V::Velocity(index, _) => {
-            let name = point(index);
-            let text = format!("Velocity of the point {name}{in_space}");
-            (name, text, unit(metadata, "m/s"))
-        }
-        V::Pattern(index) => {
-            start = Some(0.0);
-            let name = at(patterns, index);
-            let text = format!("Factor on the load pattern {name}, held over a step");
-            (name, text, String::new())
-        }
-        V::Probe(index) if at(probe_units, index) == "1" => {
-            let name = at(probes, index);
-            let text = format!("Strain that the gauge {name} measures");
-            (name, text, String::new())
-        }
-        V::ProbeVelocity(index) if at(probe_units, index) == "1" => {
-            let name = at(probes, index);
-            let text = format!("Rate of the strain that the gauge {name} measures");
-            (name, text, unit(metadata, "1/s"))
-        }
-        V::Probe(index) => {
-            let name = at(probes, index);
-            let text = format!("Displacement along the direction of the probe {name}");
-            (name, text, unit(metadata, "m"))
-        }
-        V::ProbeVelocity(index) => {
-            let name = at(probes, index);
-            let text = format!("Velocity along the direction of the probe {name}");
-            (name, text, unit(metadata, "m/s"))
-        }
-        V::Parameter(index) => {
-            start = Some(vademecum_fmu::parameter(options, metadata, index)?);
-            let parameter = metadata.active_parameters().get(index as usize)?;
-            range = Some([parameter.lower, parameter.upper]);
-            let text = format!("Live parameter {} of the file", parameter.name);
-            (parameter.name.to_string(), text, parameter.unit.to_string())
-        }
-        V::VonMises(index) => {
-            let name = at(stresses, index);
-            let text = format!("Von Mises equivalent stress of the place {name}");
-            (name, text, unit(metadata, "Pa"))
-        }
-        V::ReactionForce(index, _) => {
-            let name = at(supports, index);
-            let text = format!("Force that the support {name} exerts on the body");
-            (name, text, unit(metadata, "N"))
-        }
-        V::ReactionMoment(index, _) => {
-            let name = at(supports, index);
-            let text = format!("Moment that the support {name} exerts on the body, about its own point");
-            (name, text, unit(metadata, "N.m"))
-        }
-        V::BodyForce(_) => {
-            start = Some(0.0);
-            let text = "Force on the centre of the body in space, held over a step".into();
-            (String::new(), text, unit(metadata, "N"))
-        }
-        V::BodyPosition(c) => {
-            start = body.and_then(|body| body.centre.get(c as usize).copied());
-            (String::new(), "Where the centre of the body is in space".into(), unit(metadata, "m"))
-        }
-        V::BodyAttitude(c) => {
-            start = Some(f64::from(u8::from(c == 3)));
-            let text = "Quaternion that turns directions of the body into those of space".into();
-            (String::new(), text, String::new())
-        }
-        V::BodyVelocity(_) => {
-            start = Some(0.0);
-            (String::new(), "Velocity of the centre of the body".into(), unit(metadata, "m/s"))
-        }
-        V::BodySpin(_) => {
-            start = Some(0.0);
-            (String::new(), "Angular velocity of the body in space".into(), unit(metadata, "rad/s"))
-        }
+        _ => (named.start(variable, options), None),
     };
-    let name = full_name(variable, &name);
-    Some(Described { variable, reference, name, text, unit, start, range })
+    let owner = named.owner(variable);
+    let (text, unit) = (named.text(variable, &owner), named.unit(variable));
+    Some(VariableDescription {
+        variable,
+        reference,
+        name: full_name(variable, &owner),
+        text,
+        unit,
+        start,
+        range,
+    })
+}
+
+impl VariableNames<'_> {
+    /// Name of the point, pattern, probe, parameter, place or support that a variable belongs to; empty for
+    /// one of the whole body.
+    fn owner(&self, variable: Variable) -> String {
+        use Variable as V;
+        let at = |names: &[String], index: u32| names.get(index as usize).cloned().unwrap_or_default();
+        match variable {
+            V::Force(index, _) | V::Displacement(index, _) | V::Velocity(index, _) => at(&self.points, index),
+            V::Pattern(index) => at(&self.patterns, index),
+            V::Probe(index) | V::ProbeVelocity(index) => at(&self.probes, index),
+            V::Parameter(index) => self.parameter(index).map_or_else(String::new, |found| found.name.into()),
+            V::VonMises(index) => at(&self.stresses, index),
+            V::ReactionForce(index, _) | V::ReactionMoment(index, _) => at(&self.supports, index),
+            V::Time | V::Step | V::Energy => String::new(),
+            V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => String::new(),
+            V::BodyVelocity(_) | V::BodySpin(_) => String::new(),
+        }
+    }
+
+    fn parameter(&self, index: u32) -> Option<&Parameter<'_>> {
+        self.metadata.active_parameters().get(index as usize)
+    }
+
+    /// True of strain gauges.
+    fn is_gauge(&self, probe: u32) -> bool {
+        self.probe_units.get(probe as usize).is_some_and(|unit| unit == "1")
+    }
+
+    fn text(&self, variable: Variable, name: &str) -> String {
+        use Variable as V;
+        let in_space = if self.body.is_some() { " in space" } else { "" };
+        match variable {
+            V::Time => "Time".into(),
+            V::Step => "Internal step; communication steps are multiples of it".into(),
+            V::Energy => "Kinetic plus elastic energy".into(),
+            V::Force(..) => format!("Force on the point {name}{in_space}, held over a step"),
+            V::Displacement(..) => format!("Displacement of the point {name}{in_space}"),
+            V::Velocity(..) => format!("Velocity of the point {name}{in_space}"),
+            V::Pattern(_) => format!("Factor on the load pattern {name}, held over a step"),
+            V::Probe(probe) if self.is_gauge(probe) => format!("Strain that the gauge {name} measures"),
+            V::ProbeVelocity(probe) if self.is_gauge(probe) => {
+                format!("Rate of the strain that the gauge {name} measures")
+            }
+            V::Probe(_) => format!("Displacement along the direction of the probe {name}"),
+            V::ProbeVelocity(_) => format!("Velocity along the direction of the probe {name}"),
+            V::Parameter(_) => format!("Live parameter {name} of the file"),
+            V::VonMises(_) => format!("Von Mises equivalent stress of the place {name}"),
+            V::ReactionForce(..) => format!("Force that the support {name} exerts on the body"),
+            V::ReactionMoment(..) => {
+                format!("Moment that the support {name} exerts on the body, about its own point")
+            }
+            V::BodyForce(_) => "Force on the centre of the body in space, held over a step".into(),
+            V::BodyPosition(_) => "Where the centre of the body is in space".into(),
+            V::BodyAttitude(_) => "Quaternion that turns directions of the body into those of space".into(),
+            V::BodyVelocity(_) => "Velocity of the centre of the body".into(),
+            V::BodySpin(_) => "Angular velocity of the body in space".into(),
+        }
+    }
+
+    fn unit(&self, variable: Variable) -> String {
+        use Variable as V;
+        let si = match variable {
+            V::Parameter(index) => {
+                return self.parameter(index).map_or_else(String::new, |found| found.unit.into());
+            }
+            V::Pattern(_) | V::BodyAttitude(_) => return String::new(),
+            V::Probe(probe) if self.is_gauge(probe) => return String::new(),
+            V::ProbeVelocity(probe) if self.is_gauge(probe) => "1/s",
+            V::Time | V::Step => "s",
+            V::Energy => "J",
+            V::Force(..) | V::ReactionForce(..) | V::BodyForce(_) => "N",
+            V::ReactionMoment(..) => "N.m",
+            V::Displacement(..) | V::Probe(_) | V::BodyPosition(_) => "m",
+            V::Velocity(..) | V::ProbeVelocity(_) | V::BodyVelocity(_) => "m/s",
+            V::VonMises(_) => "Pa",
+            V::BodySpin(_) => "rad/s",
+        };
+        unit(self.metadata, si)
+    }
+
+    /// Value at the start of a variable that is no parameter.
+    fn start(&self, variable: Variable, options: &SceneOptions) -> Option<f64> {
+        use Variable as V;
+        match variable {
+            V::Step => Some(options.time_step.unwrap_or(self.metadata.time_step)),
+            V::Force(..) | V::Pattern(_) | V::BodyForce(_) | V::BodyVelocity(_) | V::BodySpin(_) => Some(0.0),
+            V::BodyPosition(c) => self.body.as_ref()?.centre.get(c as usize).copied(),
+            V::BodyAttitude(c) => Some(f64::from(u8::from(c == 3))),
+            _ => None,
+        }
+    }
 }
 
 /// `kind.name.component`; a name that is no identifier stands in quotes, as the structured naming of FMI asks
@@ -189,7 +197,7 @@ fn can_be_quoted(name: &str) -> bool {
     name.chars().all(quotable)
 }
 
-/// Whether a variable is an output.
+/// True of outputs.
 pub(super) fn is_output(variable: Variable) -> bool {
     matches!(roles(variable), ("output", ..))
 }
@@ -360,7 +368,7 @@ impl Description<'_> {
             let all = self.variables.iter().enumerate();
             all.filter(|(_, described)| is_output(described.variable))
         };
-        let unknown = |element: &str, (place, described): (usize, &Described)| {
+        let unknown = |element: &str, (place, described): (usize, &VariableDescription)| {
             let element = Element::new(element);
             let element = match self.version {
                 FmiVersion::Two => element.with("index", &(place + 1).to_string()),
@@ -368,7 +376,7 @@ impl Description<'_> {
             };
             element.always("dependencies", "").closed()
         };
-        let known = |described: &Described| described.start.is_some();
+        let known = |described: &VariableDescription| described.start.is_some();
         let list =
             |element: &str| -> Vec<String> { outputs().map(|output| unknown(element, output)).collect() };
         let initial = |element: &str| -> Vec<String> {
@@ -398,7 +406,7 @@ fn categories() -> String {
     Element::new("LogCategories").around("LogCategories", &Category::ALL.map(category))
 }
 
-/// Whether a name is one of the structured naming: what is no identifier is quoted.
+/// True of names in the structured naming convention: all but identifiers are quoted.
 fn quotes_match(name: &str) -> bool {
     let mut parts = name.split('\'');
     let outside = parts.next().unwrap_or_default();
@@ -410,8 +418,8 @@ fn quotes_match(name: &str) -> bool {
     }
 }
 
-impl Described {
-    /// What both versions say in the same words.
+impl VariableDescription {
+    /// Attributes common to both versions.
     fn common(&self, element: &str) -> Element {
         let (causality, variability, initial) = roles(self.variable);
         Element::new(element)

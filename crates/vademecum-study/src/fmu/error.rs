@@ -1,4 +1,4 @@
-//! Why a file did not become an FMU.
+//! Errors of the export of an FMU.
 
 use vademecum_eval::BindError;
 use vademecum_fmu::points::{LONGEST_NAME, MOST};
@@ -7,7 +7,7 @@ use vademecum_rewrite::RewriteError;
 
 use crate::error::FileError;
 
-/// Why a file did not become an FMU.
+/// Errors of the export of an FMU.
 #[derive(Debug, thiserror::Error)]
 pub enum FmuError {
     /// The file cannot be used.
@@ -64,7 +64,7 @@ pub enum FmuError {
     /// More points than an FMU holds.
     #[error("{found} points; an FMU holds at most {most}", most = MOST)]
     TooManyPoints {
-        /// How many were asked for.
+        /// Requested number.
         found: usize,
     },
     /// There is nothing to put into the archive for some platform.

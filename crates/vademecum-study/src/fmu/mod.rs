@@ -17,14 +17,14 @@ use vademecum_fmu::variables::{Counts, Variable};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::lines;
-use description::{Described, Description, Named};
+use description::{Description, VariableDescription, VariableNames};
 
-pub use archive::{Library, NoLibrary};
+pub use archive::{Library, LibraryError};
 pub use error::FmuError;
-pub use points::{AskedPoint, PlacedPoint, PlacedStress};
+pub use points::{NamedPoint, PlacedPoint, PlacedStress};
 pub use version::FmiVersion;
 
-/// What an FMU is made of, beside the file.
+/// Contents of an FMU beside the file.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
     /// Version of the interface.
@@ -32,9 +32,9 @@ pub struct Request<'a> {
     /// Name of the model; what of it is no letter or digit becomes `_` in the name of the library.
     pub name: &'a str,
     /// Named points; without any, the places of the file's probes that lie on the loadable surface.
-    pub points: &'a [AskedPoint],
+    pub points: &'a [NamedPoint],
     /// Named places whose equivalent stress is told: the nearest nodes that the file knows the stress of.
-    pub stresses: &'a [AskedPoint],
+    pub stresses: &'a [NamedPoint],
     /// One library for each platform.
     pub libraries: &'a [Library],
 }
@@ -112,9 +112,9 @@ fn variables(
     points: &[PlacedPoint],
     stresses: &[PlacedStress],
     options: &SceneOptions,
-) -> Result<Vec<Described>, FmuError> {
+) -> Result<Vec<VariableDescription>, FmuError> {
     let counts = Counts::of(file, points.len() as u32, stresses.len() as u32);
-    let named = Named {
+    let named = VariableNames {
         points: points.iter().map(|point| point.name.clone()).collect(),
         stresses: stresses.iter().map(|place| place.name.clone()).collect(),
         patterns: lines(file, SectionKind::PatternNames)?,
@@ -125,7 +125,7 @@ fn variables(
         body: RigidBody::of(file),
     };
     let named = |(reference, variable)| description::describe(reference, variable, &named, options);
-    let all: Vec<Described> = (0..).zip(counts.all()).filter_map(named).collect();
+    let all: Vec<VariableDescription> = (0..).zip(counts.all()).filter_map(named).collect();
     let mut names: Vec<&str> = all.iter().map(|described| described.name.as_str()).collect();
     names.sort_unstable();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {

@@ -17,10 +17,10 @@ const NEAR: f64 = 1e-2;
 
 /// A point that is asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct AskedPoint {
+pub struct NamedPoint {
     /// Its name.
     pub name: String,
-    /// Where, in the unit of the file.
+    /// Position in the unit of the file.
     pub at: [f64; 3],
 }
 
@@ -29,9 +29,9 @@ pub struct AskedPoint {
 pub struct PlacedPoint {
     /// Its name.
     pub name: String,
-    /// Where it is.
+    /// Position.
     pub position: [f64; 3],
-    /// How far that is from the point asked for.
+    /// Distance from the requested point.
     pub distance: f64,
     /// Nodes of its triangle.
     #[serde(skip)]
@@ -53,9 +53,9 @@ impl PlacedPoint {
 pub struct PlacedStress {
     /// Its name.
     pub name: String,
-    /// Where its node is.
+    /// Position of its node.
     pub position: [f64; 3],
-    /// How far that is from the point asked for.
+    /// Distance from the requested point.
     pub distance: f64,
     /// The node.
     #[serde(skip)]
@@ -69,13 +69,13 @@ impl PlacedStress {
     }
 }
 
-fn check_names(asked: &[AskedPoint]) -> Result<(), FmuError> {
+fn check_names(asked: &[NamedPoint]) -> Result<(), FmuError> {
     if asked.len() > MOST {
         return Err(FmuError::TooManyPoints { found: asked.len() });
     }
     let bad = |name: &str| name.is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control);
     match asked.iter().find(|point| bad(&point.name)) {
-        Some(AskedPoint { name, .. }) => Err(FmuError::BadName { name: name.clone() }),
+        Some(NamedPoint { name, .. }) => Err(FmuError::BadName { name: name.clone() }),
         None => Ok(()),
     }
 }
@@ -84,9 +84,9 @@ fn check_names(asked: &[AskedPoint]) -> Result<(), FmuError> {
 ///
 /// # Errors
 /// [`FmuError`]: a bad name, a file without stress, a point that is far away.
-pub(super) fn place_stresses(file: &File<'_>, asked: &[AskedPoint]) -> Result<Vec<PlacedStress>, FmuError> {
+pub(super) fn place_stresses(file: &File<'_>, asked: &[NamedPoint]) -> Result<Vec<PlacedStress>, FmuError> {
     check_names(asked)?;
-    let Some(AskedPoint { name, .. }) = asked.first() else { return Ok(vec![]) };
+    let Some(NamedPoint { name, .. }) = asked.first() else { return Ok(vec![]) };
     let places = stress_places(file)?;
     if places.is_empty() {
         return Err(FmuError::NoStress { name: name.clone() });
@@ -101,7 +101,7 @@ pub(super) fn place_stresses(file: &File<'_>, asked: &[AskedPoint]) -> Result<Ve
         let position = nodes.get(node).copied().unwrap_or([f64::INFINITY; 3]);
         (0..3).map(|c| (position[c] - at[c]).powi(2)).sum::<f64>().sqrt()
     };
-    let locate = |AskedPoint { name, at }: &AskedPoint| {
+    let locate = |NamedPoint { name, at }: &NamedPoint| {
         let known = places.iter().map(|place| (apart(*at, place.node), place.node));
         let (distance, node) = known.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
         let name = name.clone();
@@ -118,7 +118,7 @@ pub(super) fn place_stresses(file: &File<'_>, asked: &[AskedPoint]) -> Result<Ve
 ///
 /// # Errors
 /// [`FmuError`]: a bad name, a point that is far away, a file without a surface.
-pub(super) fn place(file: &File<'_>, asked: &[AskedPoint]) -> Result<Vec<PlacedPoint>, FmuError> {
+pub(super) fn place(file: &File<'_>, asked: &[NamedPoint]) -> Result<Vec<PlacedPoint>, FmuError> {
     check_names(asked)?;
     let loadable = file.metadata().n_load_triangles > 0;
     let held = [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis];
@@ -133,7 +133,7 @@ pub(super) fn place(file: &File<'_>, asked: &[AskedPoint]) -> Result<Vec<PlacedP
     vademecum_rewrite::check_coordinates(file)?;
     let size = size(file)?;
     let surface = Surface::new(file).map_err(FileError::from)?;
-    let locate = |AskedPoint { name, at }: &AskedPoint| {
+    let locate = |NamedPoint { name, at }: &NamedPoint| {
         let found = surface.locate(*at).ok_or(FileError::NoSurface)?;
         let (position, distance) = (found.position, found.distance);
         let name = name.clone();
@@ -161,15 +161,15 @@ pub(super) fn place(file: &File<'_>, asked: &[AskedPoint]) -> Result<Vec<PlacedP
 
 /// Places of the probes in the problem that the file keeps, each place once, under the name of its first
 /// probe. A file of a problem that this program no longer reads has none.
-fn of_probes(file: &File<'_>) -> Vec<AskedPoint> {
+fn of_probes(file: &File<'_>) -> Vec<NamedPoint> {
     let text = file.metadata().problem;
     let Ok(problem) = Problem::parse(text, "the problem in the file", PathBuf::new()) else { return vec![] };
-    let mut places: Vec<AskedPoint> = vec![];
+    let mut places: Vec<NamedPoint> = vec![];
     for probe in problem.output.probes {
         let known = places.iter().any(|place| place.at == probe.point || place.name == probe.name);
         let named = !probe.name.is_empty() && probe.name.len() <= LONGEST_NAME;
         if !known && named && places.len() < MOST {
-            places.push(AskedPoint { name: probe.name, at: probe.point });
+            places.push(NamedPoint { name: probe.name, at: probe.point });
         }
     }
     places

@@ -1,4 +1,4 @@
-//! Which FMI.
+//! Versions of FMI.
 
 /// Version of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

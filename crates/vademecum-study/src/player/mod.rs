@@ -163,7 +163,7 @@ impl Track {
     }
 
     /// All loads at full height.
-    pub(crate) fn full_height(&self) -> Vec<[f64; INSTANTS]> {
+    pub fn full_height(&self) -> Vec<[f64; INSTANTS]> {
         vec![[1.0; INSTANTS]; self.contacts.len() + self.patterns.len()]
     }
 
@@ -337,7 +337,7 @@ fn march<B: Playable>(
 }
 
 /// An error if the listener wants to stop.
-pub(crate) fn stop_if_asked(listener: &dyn Listener) -> Result<(), Cancelled> {
+pub fn stop_if_asked(listener: &dyn Listener) -> Result<(), Cancelled> {
     if listener.cancelled() { Err(Cancelled) } else { Ok(()) }
 }
 

@@ -5,7 +5,7 @@ use vademecum_build::input::ProbeEntry;
 use vademecum_build::input::toml_file::{self, TomlError};
 
 use super::ScenarioError;
-use super::courses::Varying;
+use super::courses::TimeCourse;
 use super::entries::{
     ChirpEntry, ContactEntry, FreeEntry, OutputPlan, PatternUse, Scenario, SinusoidEntry, StressEntry,
 };
@@ -16,7 +16,7 @@ use super::tables::LARGEST;
 pub(crate) const MOST_LOADS: usize = 100_000;
 
 /// Most probes of a scenario: each of them is a column of the table.
-const MOST_PROBES: usize = 10_000;
+const MAX_PROBES: usize = 10_000;
 
 /// Highest frequency \[Hz\] and largest phase \[rad\] and mean of a sinusoid: beyond, none of its digits is
 /// left after the first periods. Also the largest velocity, angular velocity and gravity of a free body.
@@ -56,7 +56,7 @@ impl Scenario {
         let probes = &self.output.probes;
         let stresses = &self.output.stresses;
         for (key, count) in [("output.probe", probes.len()), ("output.stress", stresses.len())] {
-            if count > MOST_PROBES {
+            if count > MAX_PROBES {
                 return fault(key, format!("a list of {count}"), "at most 10 000 of them");
             }
         }
@@ -186,7 +186,7 @@ fn time(x: f64) -> String {
     if plain { x.to_string() } else { format!("{x:e}") }
 }
 
-impl Varying<'_> {
+impl TimeCourse<'_> {
     /// The first value that cannot be; `key` is that of the load.
     fn fault(&self, key: &dyn Fn() -> String) -> Option<Fault> {
         let Interval { ramp, .. } = self.when;

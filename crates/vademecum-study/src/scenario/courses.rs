@@ -1,4 +1,4 @@
-//! How loads follow time.
+//! Time courses of loads.
 
 use std::sync::Arc;
 
@@ -34,10 +34,10 @@ impl ContactEntry {
         Some(x.zip(y).zip(z).map(|(([t, x], [_, y]), [_, z])| (self.start + t, [x, y, z])).collect())
     }
 
-    pub(super) fn varying(&self) -> Varying<'_> {
+    pub(super) fn varying(&self) -> TimeCourse<'_> {
         let Self { start, end, ramp, sinusoid, chirp, ref table, ref rows, .. } = *self;
         let when = Interval { start, end, ramp };
-        Varying { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
+        TimeCourse { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
     }
 }
 
@@ -87,20 +87,20 @@ impl BaseEntry {
 }
 
 impl PatternUse {
-    /// How it follows time.
+    /// Its time course.
     pub(crate) fn history(&self, duration: f64) -> History {
         self.varying().history(duration)
     }
 
-    pub(super) fn varying(&self) -> Varying<'_> {
+    pub(super) fn varying(&self) -> TimeCourse<'_> {
         let Self { start, end, ramp, sinusoid, chirp, ref table, ref rows, .. } = *self;
         let when = Interval { start, end, ramp };
-        Varying { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
+        TimeCourse { when, table: table.is_some(), rows: rows.as_ref(), sinusoid, chirp }
     }
 }
 
-/// What contacts and patterns say alike of how they follow time.
-pub(super) struct Varying<'a> {
+/// Time course of a contact or a pattern.
+pub(super) struct TimeCourse<'a> {
     pub(super) when: Interval,
     pub(super) table: bool,
     rows: Option<&'a Arc<LoadTable>>,
@@ -108,7 +108,7 @@ pub(super) struct Varying<'a> {
     pub(super) chirp: Option<ChirpEntry>,
 }
 
-impl Varying<'_> {
+impl TimeCourse<'_> {
     fn during(&self) -> Interval {
         self.when
     }

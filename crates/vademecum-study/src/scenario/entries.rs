@@ -1,4 +1,4 @@
-//! What a scenario file says.
+//! Entries of a scenario file.
 
 use std::sync::Arc;
 
@@ -21,12 +21,12 @@ pub struct Scenario {
     /// Load patterns of the file; once read, the motions of the base behind them.
     #[serde(rename = "pattern", default)]
     pub patterns: Vec<PatternUse>,
-    /// How a free body is thrown; absent: its elastic motion alone is played, in the body.
+    /// Initial motion of a free body; if absent, only its elastic motion is played.
     pub free: Option<FreeEntry>,
-    /// How the base moves.
+    /// Motion of the base.
     #[serde(skip_serializing_if = "is_among_patterns")]
     pub base: Option<BaseEntry>,
-    /// What `run` writes.
+    /// Output of `run`.
     #[serde(default)]
     pub output: OutputPlan,
 }
@@ -36,7 +36,7 @@ fn is_among_patterns(_: &Option<BaseEntry>) -> bool {
     true
 }
 
-/// How a free body starts, and how gravity pulls it.
+/// Initial motion of a free body, and gravity.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FreeEntry {
@@ -55,9 +55,9 @@ pub struct FreeEntry {
 #[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactEntry {
-    /// Where; the nearest point of the loadable surface is taken. Absent where `path` says it.
+    /// Position; the nearest point of the loadable surface is taken. Absent if `path` is given.
     pub point: Option<[f64; 3]>,
-    /// Where over time, instead of `point`: rows `time,x,y,z` from the start of the load on.
+    /// Position over time, instead of `point`: rows `time,x,y,z` from the start of the load on.
     pub path: Option<Rows>,
     /// Force \[N\]. Absent where a table has it.
     pub force: Option<[f64; 3]>,
@@ -134,7 +134,7 @@ pub struct SinusoidEntry {
     /// Phase at the start \[rad\].
     #[serde(default)]
     pub phase: f64,
-    /// What is added.
+    /// Mean value.
     #[serde(default)]
     pub mean: f64,
 }
@@ -152,7 +152,7 @@ pub struct ChirpEntry {
     pub phase: f64,
 }
 
-/// What `run` writes and how often.
+/// Output of `run` and its interval.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputPlan {
@@ -182,9 +182,9 @@ pub struct OutputPlan {
 pub struct StressEntry {
     /// Its name.
     pub name: String,
-    /// Where.
+    /// Position.
     pub point: [f64; 3],
-    /// What of the stress.
+    /// Quantity of the stress.
     #[serde(default)]
     pub quantity: StressQuantity,
 }
@@ -218,7 +218,7 @@ pub enum StressQuantity {
     Zx,
 }
 
-/// Which nodes a field shows.
+/// Nodes of a field.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FieldChoice {

@@ -10,7 +10,7 @@ use vademecum_build::dynamics::LoadTable;
 use vademecum_build::input::toml_file::{TomlError, read};
 
 /// Most rows of all tables of a scenario, each file counted once: at most 128 MB of numbers.
-const MOST_ROWS: usize = 4_000_000;
+const MAX_ROWS: usize = 4_000_000;
 
 /// Largest size of a coordinate, a force or an amplitude: energies and distances go with their squares, which
 /// stay within the range of a double.
@@ -26,7 +26,7 @@ pub enum Rows {
     Here(Vec<Vec<f64>>),
 }
 
-/// What a table is about: the names of its columns.
+/// Kind of a table: the names of its columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Columns {
     /// `time,amplitude`.
@@ -137,7 +137,7 @@ impl<'a> Tables<'a> {
             }
         };
         self.rows += table.rows(0).count();
-        if self.rows > MOST_ROWS {
+        if self.rows > MAX_ROWS {
             let found = format!("the table with which the scenario has {} rows", self.rows);
             return Err(fault(found, "at most 4 000 000 rows in all tables"));
         }
@@ -206,7 +206,7 @@ fn parse(text: &str, columns: Columns, path: &str) -> Result<LoadTable, TomlErro
         }
         previous.push(time);
         rows += 1;
-        if rows > MOST_ROWS {
+        if rows > MAX_ROWS {
             return Err(fault(at, line, "at most 4 000 000 rows in all tables"));
         }
     }

@@ -1,4 +1,4 @@
-//! What became of a job: whether its file is whole, and of this problem and this mesh.
+//! Outcome of a job: its file is complete, and of this problem and this mesh, or not.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -13,7 +13,7 @@ use vademecum_format::{File, Metadata};
 use crate::contents::mode_table;
 use crate::error::FileError;
 
-/// What became of a job.
+/// Outcome of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
@@ -42,7 +42,7 @@ impl State {
     }
 }
 
-/// What a finished file says of itself.
+/// Figures of a finished file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Outcome {
     /// Length \[bytes\].
@@ -55,7 +55,7 @@ pub struct Outcome {
     pub first_frequency_hz: Option<f64>,
     /// As certified: relative, over all dofs and steps, in the mass norm.
     pub trajectory_error: f64,
-    /// What no motion in the basis is below.
+    /// Projection error.
     pub projection_floor: f64,
 }
 
@@ -98,7 +98,7 @@ pub fn look(
     }
 }
 
-/// What a whole file of this problem says of itself, or what else it is of.
+/// Figures of a complete file of this problem, or the state of any other.
 fn outcome(
     bytes: &[u8],
     text: &str,
@@ -127,7 +127,7 @@ fn outcome(
     }))
 }
 
-/// Whether a file was built from the mesh that its problem, which lies at `path`, has now; or why not.
+/// True if a file was built from the present mesh of its problem, which is at `path`; or the reason why not.
 fn is_of_mesh(metadata: &Metadata<'_>, path: &Path, meshes: &mut Meshes) -> Result<(), String> {
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let problem = Problem::parse(metadata.problem, &path.display().to_string(), folder)

@@ -12,12 +12,11 @@ use vademecum_build::progress::Listener;
 use vademecum_eval::StructureChoice;
 use vademecum_format::{File, SectionKind};
 
-use super::asked::{Asked, Shown, Verified, show};
-use super::model::{free_basis, full_order_loads};
+use super::bound_scenario::{BoundScenario, PlayedSeries, VerificationRecord, show};
 use crate::compare::{coordinate_matrix, orthonormal};
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
-use crate::large_motion::{Apart, Extent, LargeMotion, Reference};
+use crate::large_motion::{Extent, LargeMotion, MarchDistance, Reference};
 use crate::parameters::{ParameterValue, values};
 use crate::player::{PlayOptions, long_run, play_metered};
 use crate::scenario::Scenario;
@@ -28,7 +27,7 @@ const PARTS: usize = 4;
 /// Steps of the free run that times a step of the file.
 const TIMED_STEPS: usize = 20_000;
 
-/// What was measured beside the motion at large displacements. Errors are relative L2 over all steps and,
+/// Comparison with the motion at large displacements. Errors are relative L2 over all steps and,
 /// where nothing else is said, over all dofs in the mass norm.
 #[derive(Clone, Debug, Serialize)]
 pub struct LargeVerification {
@@ -44,7 +43,7 @@ pub struct LargeVerification {
     pub time_step: f64,
     /// Values of the file's live parameters; none if it has none.
     pub parameters: Vec<ParameterValue>,
-    /// How far the loadable surface moves at most, at full order \[m\].
+    /// Largest displacement of the loadable surface at full order \[m\].
     pub displacement: f64,
     /// Error of the file.
     pub trajectory_error: f64,
@@ -84,19 +83,18 @@ pub fn verify_large(
     prepared: &Prepared,
     scenario: &Scenario,
     listener: &dyn Listener,
-) -> Result<Verified<LargeVerification>, StudyError> {
+) -> Result<VerificationRecord<LargeVerification>, StudyError> {
     if scenario.free.is_some() {
         return Err(FileError::NotFree.into());
     }
-    let asked = Asked::new(file, options, problem, prepared, scenario, listener)?;
-    let Asked { ref file_nodes, ref setting, time_step, steps, ref track, body } = asked;
-    let loads = full_order_loads(file, track, body, file_nodes)?;
+    let bound = BoundScenario::new(file, options, problem, prepared, scenario, listener)?;
+    let BoundScenario { ref setting, time_step, steps, ref track, ref loads, body, .. } = bound;
     let strain = GreenStrain::new(&body.model)?;
-    let motion = LargeMotion::new(&strain, prepared, setting, &loads);
+    let motion = LargeMotion::new(&strain, prepared, setting, loads);
     let extent = Extent { steps, beside: 0, long: options.long, what: WHAT };
     let reference = motion.reference(PARTS, &extent, listener)?;
     listener.stage("step the file");
-    let mut shown = Shown::default();
+    let mut shown = PlayedSeries::default();
     let watch = shown.watch(lines(file, SectionKind::ProbeNames)?, track, None, time_step);
     let energy_identity = play_metered(file, &options.scene, track, steps, listener, watch)?;
     let mut straight = *options;
@@ -104,14 +102,13 @@ pub fn verify_large(
     let linear = show(file, &straight, track, None, (steps, time_step), listener)?;
     let timing = long_run(file, options, track, TIMED_STEPS, listener)?;
 
-    let basis = free_basis(file, body, file_nodes)?;
     let modes = file.metadata().n_modes as usize;
     // Through the strain structure and through the linear one, side by side for each instant.
     let coordinates = [&shown, &linear].map(|shown| coordinate_matrix(modes, &shown.coordinates));
     let pairs = Mat::from_fn(modes, 2 * (1 + steps), |k, i| coordinates[i % 2][(k, i / 2)]);
-    let (basis, pairs) = orthonormal(body.model.pencil().mass(), basis.as_ref(), pairs.as_ref())?;
-    let entries: Vec<usize> = track.contacts.iter().map(|placed| placed.entry).collect();
-    let beside = Beside {
+    let (basis, pairs) = orthonormal(body.model.pencil().mass(), bound.basis.as_ref(), pairs.as_ref())?;
+    let entries = bound.entries();
+    let beside = LargeComparison {
         body,
         basis: basis.as_ref(),
         pairs: pairs.as_ref(),
@@ -124,7 +121,7 @@ pub fn verify_large(
         let shown = [found.apart, found.errors[0].error];
         Ok((found, shown))
     })?;
-    let drift = |series: &[f64]| series[steps] / series[asked.release()] - 1.0;
+    let drift = |series: &[f64]| series[steps] / series[bound.release()] - 1.0;
     let [own, linear] = found.errors;
     let figures = LargeVerification {
         steps,
@@ -146,21 +143,15 @@ pub fn verify_large(
         full_order_seconds_per_step: found.seconds / steps as f64,
         vademecum_seconds_per_step: timing.seconds_per_step,
     };
-    Ok(Verified {
-        figures,
-        time_step,
-        acting: scenario.acting(),
-        probes: lines(file, SectionKind::ProbeNames)?,
-        probe_series: [found.probes, shown.probes],
-        energy_series: [found.energy, shown.energy],
-    })
+    let (probes, energies) = ([found.probes, shown.probes], [found.energy, shown.energy]);
+    Ok(bound.verified(figures, (file, scenario), probes, energies)?)
 }
 
-/// What is marched, for people.
+/// Description for messages.
 const WHAT: &str = "the march at full order and large displacements, and one with twice its step";
 
-/// What the reference is compared with.
-struct Beside<'a> {
+/// Reduced motions that are compared with the reference.
+struct LargeComparison<'a> {
     body: &'a Body,
     /// The basis, orthonormal in the mass.
     basis: MatRef<'a, f64>,
@@ -168,13 +159,13 @@ struct Beside<'a> {
     pairs: MatRef<'a, f64>,
     /// The contact of the scenario that each load belongs to.
     entries: &'a [usize],
-    /// What the file shows under each, along its force and times its size; one instant after the other.
+    /// Displacement of the file under each, along its force and times its size; one instant after the other.
     under: &'a [f64],
     time_step: f64,
 }
 
-/// What one march of the reference gave.
-struct Found {
+/// Result of one march of the reference.
+struct LargeFigures {
     /// Of the strain structure and of the linear one.
     errors: [TrajectoryError; 2],
     /// Distance from the march with twice the step.
@@ -188,18 +179,18 @@ struct Found {
     seconds: f64,
 }
 
-impl Beside<'_> {
+impl LargeComparison<'_> {
     fn measure(
         &self,
         reference: &Reference<'_>,
         motion: &LargeMotion<'_>,
         steps: usize,
         listener: &dyn Listener,
-    ) -> Result<Found, StudyError> {
+    ) -> Result<LargeFigures, StudyError> {
         let Self { body, basis, pairs, entries, under, time_step } = *self;
         let mass = body.model.pencil().mass();
         let mut meter = ErrorMeter::new(mass, basis, 2);
-        let mut apart = Apart::default();
+        let mut apart = MarchDistance::default();
         // Squares of a distance and of what it is a share of.
         let mut contacts = vec![[0.0; 2]; entries.last().map_or(0, |last| last + 1)];
         let mut displacement = 0.0_f64;
@@ -222,7 +213,7 @@ impl Beside<'_> {
             }
         })?;
         let moved = contacts.iter().filter(|[_, whole]| *whole > 0.0);
-        Ok(Found {
+        Ok(LargeFigures {
             errors: [0, 1].map(|column| meter.errors()[column]),
             apart: apart.share(),
             contact: moved.map(|[error, whole]| (error / whole).sqrt()).reduce(f64::max),

@@ -9,10 +9,9 @@ use vademecum_build::progress::Listener;
 use vademecum_eval::{Field, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
-use super::asked::{Asked, Verified, show};
-use super::model::{free_basis, full_order_loads};
-use crate::compare::{Comparison, Reduced, compare, coordinate_matrix};
-use crate::contents::{Bound, bound, lines, numbers};
+use super::bound_scenario::{BoundScenario, VerificationRecord, show};
+use crate::compare::{Comparison, ReducedMotion, compare, coordinate_matrix};
+use crate::contents::{Bound, bound, numbers};
 use crate::error::{FileError, StudyError};
 use crate::parameters::{ParameterValue, values};
 use crate::player::chapter::step_radius;
@@ -24,7 +23,7 @@ use crate::truth::{TruthErrors, find_truth, truth_errors};
 /// Steps of the free run that times a step of the file.
 const TIMED_STEPS: usize = 100_000;
 
-/// What verification measured.
+/// Result of a verification.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verification {
     /// Steps marched.
@@ -52,7 +51,7 @@ pub struct Verification {
     /// Of the stress: the largest equivalent stress of the difference to the exact motion, over points and
     /// instants, as a share of its largest. None of a file without stress.
     pub stress_error: Option<f64>,
-    /// What the file says of loads in general; none if it does not keep it.
+    /// Error bound of the file for any load; `None` if the file does not have one.
     pub bound: Option<Bound>,
     /// Of the step as the evaluator marches it.
     pub spectral_radius: f64,
@@ -79,9 +78,18 @@ pub fn verify_linear(
     prepared: &Prepared,
     scenario: &Scenario,
     listener: &dyn Listener,
-) -> Result<Verified<Verification>, StudyError> {
-    let asked = Asked::new(file, options, problem, prepared, scenario, listener)?;
-    let Asked { ref file_nodes, ref setting, time_step, steps, ref track, body } = asked;
+) -> Result<VerificationRecord<Verification>, StudyError> {
+    let bound_scenario = BoundScenario::new(file, options, problem, prepared, scenario, listener)?;
+    let BoundScenario {
+        ref file_nodes,
+        ref setting,
+        time_step,
+        steps,
+        ref track,
+        ref loads,
+        ref basis,
+        body,
+    } = bound_scenario;
     let metadata = file.metadata();
     if scenario.free.is_some() {
         listener.note(
@@ -98,13 +106,12 @@ pub fn verify_linear(
         announce("the full-order march beside the file", &full, 1, steps as f64, options.long, listener)?;
     }
 
-    let loads = full_order_loads(file, track, body, file_nodes)?;
     let eigenvalues = match prepared.ratios.is_empty() {
         true => vec![],
         false => eigenvalues(file, setting.step.stiffness / setting.step.density)?,
     };
     let decay = |lambda: f64, _| prepared.ratios.decay(&setting.rayleigh(), &eigenvalues, lambda);
-    let truth = find_truth(&pencil, symbolic, &decay, &loads, (time_step, steps), listener)?;
+    let truth = find_truth(&pencil, symbolic, &decay, loads, (time_step, steps), listener)?;
 
     listener.stage("step the file");
     let stress = StressCheck::new(file, body, file_nodes, setting)?;
@@ -112,22 +119,21 @@ pub fn verify_linear(
     let timing = long_run(file, options, track, TIMED_STEPS, listener)?;
     let spectral_radius = step_radius(file, options)?;
 
-    let basis = free_basis(file, body, file_nodes)?;
     let coordinates = coordinate_matrix(metadata.n_modes as usize, &shown.coordinates);
     let rows: Vec<_> = body.probes.iter().map(|probe| body.probe_row(probe)).collect();
-    let reduced = Reduced { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
+    let reduced = ReducedMotion { basis: basis.as_ref(), coordinates: coordinates.as_ref(), probes: &rows };
     let (full, same_scheme) = if exact {
         (motion_of(&truth, &full, &rows), None)
     } else {
         listener.stage("march full order");
         let mut marched = truth.trajectory(0).marched_apart();
-        let compared = compare(body, &full, &loads, &reduced, listener, |state| {
+        let compared = compare(body, &full, loads, &reduced, listener, |state| {
             marched.add(state.displacement.col_as_slice(0));
         })?;
         let Comparison { error, energy, probes, seconds_per_step } = compared;
         (FullMotion { energy, probes, seconds_per_step }, Some((error, marched.error())))
     };
-    let entries: Vec<usize> = track.contacts.iter().map(|placed| placed.entry).collect();
+    let entries = bound_scenario.entries();
     let contacts = (&loads[..entries.len()], &entries[..]);
     let statics = static_columns(file, options, track, body, file_nodes)?;
     let acting = Matrix::from_fn(loads.len(), 1 + steps, |j, step| match step {
@@ -148,7 +154,7 @@ pub fn verify_linear(
         None => [truth.total_error, truth.basis_error],
     };
     // The static part of a file that moves its modes exactly goes with the load.
-    let release = asked.release().saturating_add(usize::from(exact)).min(steps);
+    let release = bound_scenario.release().saturating_add(usize::from(exact)).min(steps);
     let drift = |series: &[f64]| series[steps] / series[release] - 1.0;
     let largest = shown.energy[release..].iter().copied().fold(0.0, f64::max);
     let figures = Verification {
@@ -171,17 +177,11 @@ pub fn verify_linear(
         full_order_seconds_per_step: full.seconds_per_step,
         vademecum_seconds_per_step: timing.seconds_per_step,
     };
-    Ok(Verified {
-        figures,
-        time_step,
-        acting: scenario.acting(),
-        probes: lines(file, SectionKind::ProbeNames)?,
-        probe_series: [full.probes, shown.probes],
-        energy_series: [full.energy, shown.energy],
-    })
+    let (probes, energies) = ([full.probes, shown.probes], [full.energy, shown.energy]);
+    Ok(bound_scenario.verified(figures, (file, scenario), probes, energies)?)
 }
 
-/// What the fields of a file show of each load of a track beside the modes, at factor 1 on the load; shape
+/// Static part of the fields of a file for each load of a track at factor 1, beside the modes; shape
 /// (n, loads). Nothing where they show no more than the modes.
 fn static_columns(
     file: &File<'_>,
@@ -238,7 +238,7 @@ fn motion_of(truth: &Truth<'_>, full: &FullOrder<'_>, rows: &[Vec<(u32, f64)>]) 
     FullMotion { energy: motion.energy(), probes, seconds_per_step: seconds_per_step(full, 1) }
 }
 
-/// Whether a scenario is played through modes that are moved exactly.
+/// True if a scenario is played with exact time integration.
 fn moves_exactly(file: &File<'_>, options: &PlayOptions) -> bool {
     let asked = options.scene.structure;
     let own = file.metadata().scheme.is_exact() && asked == StructureChoice::Auto;

@@ -15,7 +15,7 @@ use crate::player::{PlacedContact, Track};
 ///
 /// # Errors
 /// [`FileError`]: a file without ids, or with one that the mesh does not have.
-pub(crate) fn file_nodes(file: &File<'_>, body: &Body) -> Result<Vec<u32>, FileError> {
+pub fn file_nodes(file: &File<'_>, body: &Body) -> Result<Vec<u32>, FileError> {
     let mesh = body.model.mesh();
     let by_id: HashMap<u64, u32> = mesh.node_ids.iter().enumerate().map(|(i, &id)| (id, i as u32)).collect();
     let node = |id: &[u8; 8]| {

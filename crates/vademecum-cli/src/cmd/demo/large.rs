@@ -25,20 +25,20 @@ const SCENARIO: &str = include_str!("../../../assets/bend.toml");
 /// Steps of the long run.
 const MANY: usize = 20_000;
 
-/// What is written, beside problem and scenario.
+/// Files written, beside problem and scenario.
 const FILES: [(&str, Kind); 2] = [("demo.vdm", Kind::Vademecum), ("demo.json", Kind::Json)];
 
 #[derive(Serialize)]
 struct LargeDemo<'a> {
     #[serde(flatten)]
-    figures: Figures,
+    figures: PushFigures,
     long_run: &'a LongRun,
     build: &'a BuildReport,
 }
 
 /// The worst of all pushes.
 #[derive(Serialize)]
-struct Figures {
+struct PushFigures {
     trajectory_error: f64,
     projection_floor: f64,
     linear_error: f64,
@@ -48,7 +48,7 @@ struct Figures {
 }
 
 /// Builds the beam, writes its file and what was measured.
-pub fn run(folder: &Path, as_json: bool, outputs: &Outputs, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(folder: &Path, as_json: bool, outputs: &Outputs, console: &Console) -> Result<(), Failure> {
     outputs.check_in(folder, &FILES)?;
     outputs.make_folder(folder)?;
     let own = [("problem.toml", PROBLEM), ("scenario.toml", SCENARIO)];
@@ -70,7 +70,7 @@ pub fn run(folder: &Path, as_json: bool, outputs: &Outputs, console: &Console) -
 
     let measured = built.report.large.as_ref().expect("a build of large displacements measures them");
     let largest = |part: fn(&LargeRun) -> f64| measured.runs.iter().map(part).fold(0.0, f64::max);
-    let figures = Figures {
+    let figures = PushFigures {
         trajectory_error: largest(|run| run.error),
         projection_floor: largest(|run| run.floor),
         linear_error: largest(|run| run.linear_error),
@@ -90,7 +90,7 @@ pub fn run(folder: &Path, as_json: bool, outputs: &Outputs, console: &Console) -
     Ok(())
 }
 
-fn print(figures: &Figures) {
+fn print(figures: &PushFigures) {
     println!(
         "a step                 {:.3e} s, at full order {:.3e} s",
         figures.vademecum_seconds_per_step, figures.full_order_seconds_per_step

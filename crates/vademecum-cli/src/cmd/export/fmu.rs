@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::store::{Kind, read_regular};
 use vademecum_study::fmu::{
-    AskedPoint, FmiVersion, FmuError, Library, PlacedPoint, PlacedStress, Request, export,
+    FmiVersion, FmuError, Library, NamedPoint, PlacedPoint, PlacedStress, Request, export,
 };
 
 use crate::arguments::{Limit, OutputArguments};
@@ -28,7 +28,7 @@ probe_velocity.NAME, energy, von_mises.NAME, and reaction_force.SUPPORT.x and re
 file with reactions. Of a free body also body_force.x, body_position.x, body_attitude.w, body_velocity.x and
 body_angular_velocity.x. Tunable: parameter.NAME. Communication steps are multiples of internal_step.
 More: docs/how-to/fmu.md")]
-pub struct Fmu {
+pub(crate) struct Fmu {
     /// The vademecum file.
     file: PathBuf,
     /// The FMU.
@@ -40,16 +40,16 @@ pub struct Fmu {
     /// A named point of the loadable surface, where forces act and motion is shown; may be given several
     /// times [default: where the file's probes are].
     #[arg(long, value_name = "NAME=X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    point: Vec<AskedPoint>,
+    point: Vec<NamedPoint>,
     /// A named place whose equivalent stress is told, at the nearest node that the file knows the stress of
     /// (`[output] stress`); may be given several times.
     #[arg(long, value_name = "NAME=X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    stress: Vec<AskedPoint>,
+    stress: Vec<NamedPoint>,
     /// The library for another platform, such as aarch64-linux, x86_64-windows or aarch64-darwin: what `cargo
     /// build --release -p vademecum-fmu` makes there. May be given several times. The one for x86_64-linux is
     /// inside the program.
     #[arg(long, value_name = "PLATFORM=FILE", value_parser = library)]
-    library: Vec<AskedLibrary>,
+    library: Vec<LibraryArgument>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -61,7 +61,7 @@ pub struct Fmu {
 
 /// A library that is asked for.
 #[derive(Clone, Debug)]
-struct AskedLibrary {
+struct LibraryArgument {
     platform: String,
     path: PathBuf,
 }
@@ -75,27 +75,27 @@ fn version(text: &str) -> Result<FmiVersion, String> {
 }
 
 /// A name may hold the sign itself.
-fn point(text: &str) -> Result<AskedPoint, String> {
+fn point(text: &str) -> Result<NamedPoint, String> {
     const EXPECTED: &str = "expected NAME=X,Y,Z with three numbers, such as tip=1,0.04,0.1";
     let (name, place) = text.rsplit_once('=').ok_or(EXPECTED)?;
     let numbers: Vec<f64> = place.split(',').filter_map(|number| number.trim().parse().ok()).collect();
     let count = place.split(',').count();
     match numbers.as_slice() {
         &[x, y, z] if count == 3 && [x, y, z].iter().all(|number| number.is_finite()) => {
-            Ok(AskedPoint { name: name.trim().to_string(), at: [x, y, z] })
+            Ok(NamedPoint { name: name.trim().to_string(), at: [x, y, z] })
         }
         _ => Err(EXPECTED.into()),
     }
 }
 
-fn library(text: &str) -> Result<AskedLibrary, String> {
+fn library(text: &str) -> Result<LibraryArgument, String> {
     let (platform, path) = text.split_once('=').ok_or("expected PLATFORM=FILE")?;
-    Ok(AskedLibrary { platform: platform.trim().to_string(), path: path.into() })
+    Ok(LibraryArgument { platform: platform.trim().to_string(), path: path.into() })
 }
 
-/// What was written.
+/// Report of the export.
 #[derive(serde::Serialize)]
-struct Exported {
+struct FmuOutput {
     file: String,
     bytes: usize,
     fmi: &'static str,
@@ -108,7 +108,7 @@ struct Exported {
 }
 
 impl Fmu {
-    pub fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
         let read: Vec<Option<&Path>> = std::iter::once(&self.file)
             .chain(self.library.iter().map(|library| &library.path))
             .map(|path| Some(path.as_path()))
@@ -125,7 +125,7 @@ impl Fmu {
         let request = Request { version: self.fmi, name, points, stresses, libraries: &libraries };
         let fmu = export(file.bytes(), &request).map_err(|error| self.failure(error))?;
         write_bytes(&outputs, &self.output, Kind::Fmu, &fmu.archive)?;
-        let exported = Exported {
+        let exported = FmuOutput {
             file: self.output.display().to_string(),
             bytes: fmu.archive.len(),
             fmi: match self.fmi {
@@ -154,7 +154,7 @@ impl Fmu {
         if !self.library.iter().any(|asked| asked.platform == OWN) {
             libraries.push(Library { platform: OWN.into(), bytes: LIBRARY.to_vec() });
         }
-        for AskedLibrary { platform, path } in &self.library {
+        for LibraryArgument { platform, path } in &self.library {
             let bytes = read_regular(path).map_err(|error| Failure::io(path, error))?;
             let library = Library::new(platform, bytes);
             let failed = |error| Failure::new(Cause::Usage, format!("--library {}: {error}", path.display()));
@@ -176,7 +176,7 @@ impl Fmu {
     }
 }
 
-impl Exported {
+impl FmuOutput {
     fn print(&self) {
         let Self { file, bytes, fmi, internal_step, points, stresses, inputs, outputs, parameters } = self;
         println!("{file}: FMI {fmi}, {bytes} bytes, internal step {internal_step} s");

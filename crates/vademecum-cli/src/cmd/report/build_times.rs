@@ -1,4 +1,4 @@
-//! What the build said about its own times, `build --json`: a file cannot hold them, or two builds would not
+//! Times of the build, from `build --json`: a file cannot hold them, or two builds would not
 //! be the same bytes.
 
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::failure::{Cause, Failure};
 
 /// The part of a build's JSON that a report shows.
 #[derive(Deserialize)]
-pub struct BuildTimes {
+pub(crate) struct BuildTimes {
     file_bytes: usize,
     /// In order.
     pub timings: Vec<Stage>,
@@ -18,8 +18,8 @@ pub struct BuildTimes {
 
 /// A stage of the build.
 #[derive(Deserialize)]
-pub struct Stage {
-    /// What was done.
+pub(crate) struct Stage {
+    /// Name of the stage.
     pub stage: String,
     /// Wall time \[s\].
     pub seconds: f64,
@@ -29,7 +29,7 @@ pub struct Stage {
 
 impl BuildTimes {
     /// Reads what `build --json` printed when it wrote a file of this length.
-    pub fn read(path: &Path, file_bytes: usize) -> Result<Self, Failure> {
+    pub(crate) fn read(path: &Path, file_bytes: usize) -> Result<Self, Failure> {
         let text = read_text(path).map_err(|error| Failure::io(path, error))?;
         let failed = |what: String| {
             Failure::new(Cause::Input, format!("{}: {what}", path.display()))
@@ -44,7 +44,7 @@ impl BuildTimes {
     }
 
     /// Seconds of all stages.
-    pub fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         self.timings.iter().map(|stage| stage.seconds).sum()
     }
 }

@@ -11,51 +11,51 @@ use vademecum_study::contents::{lines, numbers};
 use vademecum_study::free_run::FreeRun;
 use vademecum_study::separation::Enrichment;
 use vademecum_study::timings::Timings;
-use vademecum_study::verify::Verified;
+use vademecum_study::verify::AnyVerification;
 
 use super::build_times::BuildTimes;
 use crate::failure::Failure;
 
 /// Everything the page shows.
-pub struct Content<'a> {
+pub(crate) struct Content<'a> {
     /// Title of the page.
     pub title: String,
     /// The file.
     pub path: &'a Path,
     /// Its length.
     pub bytes: usize,
-    /// What it holds.
+    /// The file.
     pub file: &'a File<'a>,
     /// The file as it is on the disk, packed or not.
     pub stored: &'a File<'a>,
     /// Its modes.
     pub modes: Vec<ModeRow>,
-    /// What stepping it costs.
+    /// Times of the online work.
     pub timings: Timings,
     /// A long free run.
     pub free: FreeRun,
     /// The full-order march beside it, if one was asked for.
-    pub verified: Option<Verified>,
-    /// How the error fell with the terms.
+    pub verified: Option<AnyVerification>,
+    /// Error over the number of terms.
     pub history: Vec<Enrichment>,
     /// The spectral radius over the box of the parameters.
     pub radii: Vec<RadiusSample>,
-    /// What was measured of each structure beside its certificate.
+    /// Figures of each structure beside its certificate.
     pub figures: FileFigures,
-    /// What was repaired.
+    /// Repairs.
     pub repairs: Vec<String>,
-    /// What the build took, if that is known.
+    /// Times of the build, if known.
     pub build: Option<BuildTimes>,
 }
 
 impl Content<'_> {
     /// Numbers of a section; none if the file does not have it.
-    pub fn numbers(&self, kind: SectionKind) -> Result<Vec<f64>, Failure> {
+    pub(crate) fn numbers(&self, kind: SectionKind) -> Result<Vec<f64>, Failure> {
         numbers(self.file, kind).map_err(|error| Failure::file(self.path, error))
     }
 
     /// Names of probes or patterns, in one line.
-    pub fn listed(&self, kind: SectionKind) -> Result<String, FileError> {
+    pub(crate) fn listed(&self, kind: SectionKind) -> Result<String, FileError> {
         let names = lines(self.file, kind)?;
         Ok(if names.is_empty() { "none".into() } else { names.join(", ") })
     }

@@ -7,7 +7,7 @@ use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{AxisKind, SectionKind};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Geometry, bound, bound_map};
-use vademecum_study::verify::{Figures as Measured, Verified};
+use vademecum_study::verify::{AnyVerification, Figures as Measured};
 
 use super::build_times::Stage;
 use super::content::Content;
@@ -15,28 +15,28 @@ use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
 use crate::files::write_bytes;
 use crate::outline::{Outline, outline};
-use crate::pictures::{Chart, Compared, DrawResult, Series, bars, compared_chart, line_chart};
+use crate::pictures::{Chart, ComparedLines, DrawResult, Series, bars, compared_chart, line_chart};
 use crate::surface_picture::colored;
 
 /// A drawn figure.
-pub struct Figure {
+pub(crate) struct Figure {
     /// Its file, without the extension.
     name: String,
     /// The SVG.
     pub svg: String,
-    /// What it shows and how to read it.
+    /// Caption.
     pub caption: String,
 }
 
 /// All figures that the file gives rise to, by the part of the page they stand in.
 #[derive(Default)]
-pub struct Figures {
+pub(crate) struct Figures {
     drawn: Vec<(&'static str, Figure)>,
 }
 
 impl Figures {
     /// Draws everything.
-    pub fn draw(content: &Content<'_>) -> Result<Self, Failure> {
+    pub(crate) fn draw(content: &Content<'_>) -> Result<Self, Failure> {
         let mut figures = Self::default();
         figures.body(content)?;
         figures.basis(content)?;
@@ -54,7 +54,7 @@ impl Figures {
     }
 
     /// Writes every figure into `folder`.
-    pub fn write(&self, outputs: &Outputs, folder: &Path) -> Result<(), Failure> {
+    pub(crate) fn write(&self, outputs: &Outputs, folder: &Path) -> Result<(), Failure> {
         let path = |figure: &Figure| folder.join(format!("{}.svg", figure.name));
         let all: Vec<_> = self.drawn.iter().map(|(_, figure)| (path(figure), Kind::Svg)).collect();
         outputs.check(&all)?;
@@ -63,12 +63,12 @@ impl Figures {
     }
 
     /// The figures of a part, in order.
-    pub fn of(&self, part: &str) -> impl Iterator<Item = &Figure> {
+    pub(crate) fn of(&self, part: &str) -> impl Iterator<Item = &Figure> {
         self.drawn.iter().filter(move |(of, _)| *of == part).map(|(_, figure)| figure)
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
+    /// Number of figures.
+    pub(crate) fn len(&self) -> usize {
         self.drawn.len()
     }
 
@@ -141,7 +141,7 @@ impl Figures {
         self.add("basis", "modes", caption, bars("share of the snapshots' energy", &rows))
     }
 
-    /// What the modes leave out of a push at each place, as colours.
+    /// Colours of the truncation error of a push at each point.
     fn bound(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let unread = |error: FileError| Failure::file(content.path, error);
         let (Some(bound), map) =
@@ -258,7 +258,7 @@ impl Figures {
     }
 
     /// The file beside the march at full order, or beside the exact motion where the file moves exactly.
-    fn beside_the_file(&mut self, verified: &Verified) -> Result<(), Failure> {
+    fn beside_the_file(&mut self, verified: &AnyVerification) -> Result<(), Failure> {
         let (name, model) = match &verified.figures {
             Measured::Large(_) => ("full order", "full-order model, marched at large displacements,"),
             Measured::Linear(figures) => match figures.truth.time_error {
@@ -292,7 +292,7 @@ impl Figures {
                 "full order",
                 &format!("probe-{}", file_name(probe)),
                 caption,
-                compared_chart(&chart, Compared { lines, acting: &verified.acting }),
+                compared_chart(&chart, ComparedLines { lines, acting: &verified.acting }),
             )?;
         }
         let [full, file] = &verified.energy_series;
@@ -304,7 +304,7 @@ impl Figures {
 }
 
 /// A share in percent, with two figures.
-pub fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     let text = format!("{:.1e}", 100.0 * share);
     match text.parse::<f64>() {
         Ok(percent) if percent == 0.0 || percent >= 1e-3 => format!("{percent} %"),

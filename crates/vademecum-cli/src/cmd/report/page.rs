@@ -17,7 +17,7 @@ use crate::html::escaped;
 const STYLE: &str = include_str!("../../../assets/report.css");
 
 /// The whole page.
-pub fn page(content: &Content<'_>, figures: &Figures) -> String {
+pub(crate) fn page(content: &Content<'_>, figures: &Figures) -> String {
     let title = escaped(&content.title);
     let parts = [
         ("The body", "body", body(content)),
@@ -60,7 +60,7 @@ pub fn page(content: &Content<'_>, figures: &Figures) -> String {
     html
 }
 
-/// What the file is, in sentences.
+/// Summary of the file.
 fn summary(content: &Content<'_>) -> String {
     let m = content.file.metadata();
     let step = content.timings.step[1][0];
@@ -79,12 +79,12 @@ fn summary(content: &Content<'_>) -> String {
     ) + &good_for(content)
 }
 
-/// Whether the file steps large displacements.
+/// True of a file of large displacements.
 fn is_strain(content: &Content<'_>) -> bool {
     content.file.section(SectionKind::StrainSizes).is_some()
 }
 
-/// What the file may be used for, and what it may not.
+/// Range of validity.
 fn good_for(content: &Content<'_>) -> String {
     let m = content.file.metadata();
     let highest = content.modes.iter().map(|mode| mode.frequency_hz).fold(0.0, f64::max);
@@ -312,7 +312,7 @@ fn paces(full: f64, own: f64) -> String {
     format!("{one} at full order, {other} through the file: {} times faster", times(full / own))
 }
 
-/// What can be changed while the body moves.
+/// Live parameters.
 fn parameters(content: &Content<'_>) -> String {
     let m = content.file.metadata();
     let always = format!(

@@ -1,4 +1,4 @@
-//! How the separated solution came about, and how stable the step is where the parameters may stand.
+//! Figures of the enrichment history and of stability over the parameter domain.
 
 use vademecum_study::separation::most_followed;
 

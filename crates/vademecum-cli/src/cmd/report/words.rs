@@ -1,7 +1,7 @@
 //! Numbers and names as the page and its files write them.
 
 /// A frequency with three figures.
-pub fn hertz(value: f64) -> String {
+pub(crate) fn hertz(value: f64) -> String {
     let digits = if value >= 100.0 {
         0
     } else if value >= 10.0 {
@@ -13,7 +13,7 @@ pub fn hertz(value: f64) -> String {
 }
 
 /// Bytes with a unit.
-pub fn size(bytes: f64) -> String {
+pub(crate) fn size(bytes: f64) -> String {
     let (scale, unit) = if bytes >= 1e6 {
         (1e6, "MB")
     } else if bytes >= 1e3 {
@@ -26,11 +26,11 @@ pub fn size(bytes: f64) -> String {
 }
 
 /// Letters and digits of a name; the rest becomes `-`.
-pub fn file_name(name: &str) -> String {
+pub(crate) fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }
 
 /// A quantity with its unit in brackets.
-pub fn with_unit(name: &str, unit: &str) -> String {
+pub(crate) fn with_unit(name: &str, unit: &str) -> String {
     if matches!(unit, "" | "1") { name.into() } else { format!("{name} [{unit}]") }
 }
