@@ -2,8 +2,7 @@
 //! order.
 //!
 //! ```text
-//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N --work
-//! FOLDER]
+//! cargo run --release -p vademecum-tests --example large [-- --body NAME --coordinates R --pushes N --work FOLDER]
 //! ```
 //!
 //! Each body is built as `vademecum build` does it, with a step of a fortieth of its first period, and its

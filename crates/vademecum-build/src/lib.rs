@@ -51,8 +51,8 @@
 //! "#;
 //! let problem = Problem::parse(text, "beam.toml", std::path::PathBuf::new())?;
 //! let built = build(&problem, &BuildOptions::default(), &Silent)?.kept()?;
-//! // The first bending mode of a cantilever: 3.516/2π √(E I/ρ A)/l², here 21.4 Hz and a little less for
-//! shear. assert!((built.report.mode_table[0].frequency_hz / 21.4 - 1.0).abs() < 0.02);
+//! // The first bending mode of a cantilever: 3.516/2π √(E I/ρ A)/l², here 21.4 Hz and a little less for shear.
+//! assert!((built.report.mode_table[0].frequency_hz / 21.4 - 1.0).abs() < 0.02);
 //! assert!(built.bytes.len() == built.report.file_bytes);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

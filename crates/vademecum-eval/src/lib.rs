@@ -40,9 +40,8 @@
 //! use vademecum_eval::format::File;
 //! use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface};
 //!
-//! /// Pushes down with 20 N at the surface point nearest to `finger`; how that point has moved after `steps`
-//! steps, in m. fn push(bytes: &[u8], finger: [f64; 3], steps: usize) -> Result<[f64; 3], Box<dyn
-//! std::error::Error>> {
+//! /// Pushes down with 20 N at the surface point nearest to `finger`; how that point has moved after `steps` steps, in m.
+//! fn push(bytes: &[u8], finger: [f64; 3], steps: usize) -> Result<[f64; 3], Box<dyn std::error::Error>> {
 //!     let file = File::parse(bytes)?;
 //!     let options = SceneOptions::default();
 //!
@@ -59,8 +58,7 @@
 //!     let force = [0.0, 0.0, -20.0];
 //!     loads.add_contact(&scene, &Contact { nodes: touched.nodes, weights: touched.weights, force })?;
 //!
-//!     // Step: this loop is what runs a thousand times a second. The first step of a new state starts with
-//! the
+//!     // Step: this loop is what runs a thousand times a second. The first step of a new state starts with the
 //!     // acceleration that its loads demand.
 //!     for _ in 0..steps {
 //!         scene.step(&mut state, &loads)?;
@@ -68,8 +66,7 @@
 //!     Ok(scene.point(&state, &touched, Field::Displacement)?)
 //! }
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! #     let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"),
-//! "/../../fixtures/golden/fixed-f64.vdm"));
+//! #     let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/fixed-f64.vdm"));
 //! #     let [.., down] = push(bytes, [0.1, 0.05, 0.0], 10)?;
 //! #     assert!(down < 0.0);
 //! #     Ok(())
@@ -134,8 +131,7 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
-// From the lowest room to the highest: a room uses those above its own line, and the scene that all of them
-// extend.
+// From the lowest room to the highest: a room uses those above its own line, and the scene that all of them extend.
 mod base;
 
 mod kernels;

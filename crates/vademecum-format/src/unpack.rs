@@ -36,8 +36,8 @@ pub fn unpacked_len(file: &File<'_>, wanted: impl Fn(SectionKind) -> bool) -> Re
 /// use vademecum_format::{File, SectionKind, unpack_into, unpacked_len};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// # let shipped = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"),
-/// "/../../fixtures/golden/quantised.vdm")); let file = File::parse(shipped)?;
+/// # let shipped = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/quantised.vdm"));
+/// let file = File::parse(shipped)?;
 /// let wanted = |kind| kind != SectionKind::InteriorBasis; // the surface will do
 /// let mut memory = vec![0; unpacked_len(&file, wanted)?];
 /// let raw = unpack_into(&file, wanted, &mut memory)?;

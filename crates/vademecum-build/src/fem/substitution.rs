@@ -6,8 +6,7 @@
 //! below it to its parent, as a factorisation does (see [`super::multifrontal`]):
 //!
 //! ```text
-//! y_J = L_JJ⁻¹ (b_J + Σ_children u_J)      u_I = Σ_children u_I − L_IJ y_J      x_J = L_JJ⁻ᵀ (y_J − L_IJᵀ
-//! x_I)
+//! y_J = L_JJ⁻¹ (b_J + Σ_children u_J)      u_I = Σ_children u_I − L_IJ y_J      x_J = L_JJ⁻ᵀ (y_J − L_IJᵀ x_I)
 //! ```
 
 use std::convert::Infallible;

@@ -36,8 +36,8 @@
 //! use vademecum_build::separated::*;
 //!
 //! // Two axes of twelve Chebyshev points each, on ln θ and ln κ.
-//! let log = |name: &str, low, high| Axis::new(name, "1", low, high, AxisKind::Chebyshev { points: 12 },
-//! true); let axes = [log("theta", 0.1, 1.0)?, log("kappa", 0.5, 2.0)?];
+//! let log = |name: &str, low, high| Axis::new(name, "1", low, high, AxisKind::Chebyshev { points: 12 }, true);
+//! let axes = [log("theta", 0.1, 1.0)?, log("kappa", 0.5, 2.0)?];
 //!
 //! // The solver: a block of 1 × 1 for a point (θ, κ). The grid has 144 points, so all of them are samples.
 //! let solve = |point: &[f64]| {

@@ -18,10 +18,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
     /// # loads.add_pattern(&scene, 0, 1.0)?;
     /// # scene.step(&mut state, &loads)?;
-    /// let [displacement, velocity] = [Field::Displacement, Field::Velocity].map(|field| scene.probe(&state,
-    /// 0, field)); assert!(displacement? != 0.0 && velocity? != 0.0); // one step after a load came on
-    /// assert_eq!(scene.probe(&state, 3, Field::Velocity), Err(OutputError::OutOfRange { index: 3, count: 3
-    /// }));
+    /// let [displacement, velocity] = [Field::Displacement, Field::Velocity].map(|field| scene.probe(&state, 0, field));
+    /// assert!(displacement? != 0.0 && velocity? != 0.0); // one step after a load came on
+    /// assert_eq!(scene.probe(&state, 3, Field::Velocity), Err(OutputError::OutOfRange { index: 3, count: 3 }));
     /// # Ok(())
     /// # }
     /// ```
@@ -72,10 +71,10 @@ impl<T: Scalar> Scene<'_, T> {
     /// # loads.add_pattern(&scene, 0, 1.0)?;
     /// # scene.step(&mut state, &loads)?;
     /// // Half way between two nodes, the mean of both.
-    /// let middle = SurfacePoint { nodes: [0, 1, 3], weights: [0.5, 0.5, 0.0], position: [0.0; 3], distance:
-    /// 0.0 }; let there = scene.point(&state, &middle, Field::Displacement)?;
-    /// let [a, b] = [scene.node(&state, 0, Field::Displacement)?, scene.node(&state, 1,
-    /// Field::Displacement)?]; for component in 0..3 {
+    /// let middle = SurfacePoint { nodes: [0, 1, 3], weights: [0.5, 0.5, 0.0], position: [0.0; 3], distance: 0.0 };
+    /// let there = scene.point(&state, &middle, Field::Displacement)?;
+    /// let [a, b] = [scene.node(&state, 0, Field::Displacement)?, scene.node(&state, 1, Field::Displacement)?];
+    /// for component in 0..3 {
     ///     assert_eq!(there[component], 0.5 * a[component] + 0.5 * b[component]);
     /// }
     /// # Ok(())

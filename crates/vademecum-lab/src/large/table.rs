@@ -104,8 +104,7 @@ pub struct LargeRow {
 /// `None`.
 ///
 /// ```text
-/// reference ─basis─ its projection ─closure─ the file with very short sub-steps ─time─ the file ─rounding─
-/// in f32
+/// reference ─basis─ its projection ─closure─ the file with very short sub-steps ─time─ the file ─rounding─ in f32
 /// ```
 ///
 /// Each part is the distance between two neighbours, so the total is at most their sum.
