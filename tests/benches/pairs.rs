@@ -1,7 +1,7 @@
 //! What is compared is run in turns, in one process: batch and loop, modes and dense map, fields and a plain
 //! copy, one need and another.
 //! `cargo bench -p vademecum-tests --bench pairs [-- batch modes fields needs terms]` prints the tables of
-//! `docs/benchmarks/step.md`.
+//! `docs/measurements/step.md`.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/chapter.md`: the chapter's representation, each repair alone and all
+//! The record of `docs/measurements/chapter.md`: the chapter's representation, each repair alone and all
 //! together, on one body.
 //!
 //! `cargo run --release -p vademecum-tests --example canonical [-- PROBLEM.toml]`; without arguments the

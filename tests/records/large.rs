@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/large-displacements.md`: files of large displacements beside the full
+//! The record of `docs/measurements/large-displacements.md`: files of large displacements beside the full
 //! order.
 //!
 //! ```text

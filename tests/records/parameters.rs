@@ -1,4 +1,4 @@
-//! Cost against the number of live parameters: the table of `docs/benchmarks/parameters.md`.
+//! Cost against the number of live parameters: the table of `docs/measurements/parameters.md`.
 //!
 //! `cargo run --release -p vademecum-tests --example parameters [-- COUNT ...]` builds the body of
 //! `fixtures/problems/four-materials.toml` with each COUNT (1 to 6) of parameters: the time step, the

@@ -439,7 +439,7 @@ fn strip_keeps_what_is_of_use_and_the_check_finds_what_is_no_reaction() {
 
 #[test]
 fn the_page_does_what_it_says() {
-    let page = std::fs::read_to_string(repository().join("docs/reactions.md")).expect("the page");
+    let page = std::fs::read_to_string(repository().join("docs/how-to/reactions.md")).expect("the page");
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(path("shelf.toml"), block(&page, "toml\n# shelf.toml")).expect("written");

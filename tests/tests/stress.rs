@@ -379,7 +379,7 @@ fn the_program_shows_stress_and_compares_it_with_the_full_order() {
 
 #[test]
 fn the_page_does_what_it_says() {
-    let page = std::fs::read_to_string(repository().join("docs/stress.md")).expect("the page");
+    let page = std::fs::read_to_string(repository().join("docs/how-to/stress.md")).expect("the page");
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(at("beam.toml"), block(&page, "toml\n# beam.toml")).expect("written");

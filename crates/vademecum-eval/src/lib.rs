@@ -4,7 +4,7 @@
 //!
 //! Yes, if you have a vademecum file and want to know how its body moves under forces that you learn while it
 //! moves: a haptic device, a game, a controller, a plot. A step takes from tens of nanoseconds to
-//! microseconds (`docs/benchmarks/step.md`), so it fits into any loop, and the crate runs where there is no
+//! microseconds (`docs/measurements/step.md`), so it fits into any loop, and the crate runs where there is no
 //! operating system.
 //!
 //! No, if you want to

@@ -9,7 +9,7 @@
 //! where the history `z = (u, Δt u̇, Δt² ü, u_1, …, u_{i−1})` holds the old state and the earlier stages, and
 //! `F_0 = F(t_n)`, `F_j = F(t_n + c_j Δt)`. The new state is a linear combination of
 //! `(u, Δt u̇, Δt² ü, u_1, …, u_s)`. Full-order solver, reduced solver and vademecum read this same table
-//! (`docs/theory/`).
+//! (`docs/explanation/`).
 
 use bincode::{BorrowDecode, Encode};
 use core::fmt;

@@ -2,7 +2,7 @@
 //!
 //! The odd thing: there are two generators. The loads of a certificate decide which builds keep their
 //! tolerance, so their sequence is part of what a build promises and stays as the first version had it;
-//! everything else is drawn by the other one (docs/decisions/load-draw.md).
+//! everything else is drawn by the other one (docs/developers/decisions/tests.md).
 
 /// A deterministic stream of numbers, the same on every machine: splitmix64 (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@
 //! keep all their digits.
 //!
 //! Source: chapter 5, eqs. (5.5), (5.6), with the state entering linearly and exactly instead of through axes
-//! (docs/theory/5-vademecum.md).
+//! (docs/explanation/5-vademecum.md).
 
 use faer::prelude::Solve as _;
 use faer::{Mat, MatRef};

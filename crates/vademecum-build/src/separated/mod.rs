@@ -21,7 +21,7 @@
 //! The other way needs no samples: [`enrich()`] solves a [`KroneckerProblem`] for its terms by alternating
 //! directions (chapter eqs. 5.11–5.13), with an optional update of all factors after each term. The chapter's
 //! own representation is built on it ([`chapter::separation`](crate::chapter::separation)), and
-//! docs/theory/5a-separation-by-hand.md works it by hand.
+//! docs/explanation/5a-separation-by-hand.md works it by hand.
 //!
 //! The odd thing: every dense kernel runs sequentially, and threads only solve independent samples, so the
 //! bytes that come out depend on the seed and not on the number of threads.

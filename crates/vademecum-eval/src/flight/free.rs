@@ -5,7 +5,7 @@
 //! does is its angular velocity, by the centrifugal forces `−M(ω × (ω × x))`: six load patterns of the file,
 //! on which the products of the components of `ω` are the factors. Forces of Coriolis on the elastic motion,
 //! and what the elastic motion changes of the moments of inertia, are left out: both are by a factor of
-//! `ω / ω_elastic`, or of the strain, smaller than what is kept (`docs/free-bodies.md`).
+//! `ω / ω_elastic`, or of the strain, smaller than what is kept (`docs/how-to/free-bodies.md`).
 
 use crate::base::error::{LoadError, OutputError, StepError};
 use crate::base::options::Status;

@@ -6,7 +6,7 @@
 //! before and after that instant, `ζ ∓ p/2` with `p = k ζ̇/√m`, where `m` is the inertia of each coordinate.
 //! The step is centred at the later one, `q = ζ + p/2`, where the loads act; there is no iteration, and an
 //! energy that is no function of a linearisation is kept exactly
-//! (`docs/theory/large-displacements-reduced.md` has the scheme and its proofs).
+//! (`docs/explanation/large-displacements-reduced.md` has the scheme and its proofs).
 //!
 //! The odd thing: the energy has the strain `z(ζ + p/2, ζ − p/2)`, in which one place meets the other. It
 //! differs from `z(ζ)` by `Q(p, p)/4`.

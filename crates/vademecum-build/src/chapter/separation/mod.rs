@@ -9,8 +9,8 @@
 //! iterates are those of the full mesh up to rounding, at no cost in `n`.
 //!
 //! The odd thing: the map is linear in the state, so one term per right-hand side is exact, and greedy does
-//! not find them. The repairs of docs/theory/5-vademecum.md are switches of [`ChapterOptions`] so that the
-//! effect of each can be shown.
+//! not find them. The repairs of docs/explanation/5-vademecum.md are switches of [`ChapterOptions`] so that
+//! the effect of each can be shown.
 
 mod fresh;
 mod inputs;

@@ -58,7 +58,7 @@ impl Default for ChapterEntry {
     }
 }
 
-/// One repair of the chapter's method (docs/theory/5-vademecum.md).
+/// One repair of the chapter's method (docs/explanation/5-vademecum.md).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Repair {

@@ -115,7 +115,7 @@ impl Default for BasisEntry {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BasisKind {
-    /// Ritz vectors of an oversampled POD and of its static response (docs/theory/4-basis.md).
+    /// Ritz vectors of an oversampled POD and of its static response (docs/explanation/4-basis.md).
     Ritz,
     /// Plain POD, as the chapter has it.
     Pod,
