@@ -1,4 +1,4 @@
-//! What a vademecum file is, byte for byte, and what its numbers mean.
+//! Reader and writer of vademecum files, and the meaning of their numbers.
 //!
 //! The builder writes through this crate, the evaluator reads through it, and they share nothing else. The
 //! normative text is `formats/vademecum-1.md`.

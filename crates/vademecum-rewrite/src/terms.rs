@@ -15,11 +15,11 @@ use super::pack::reals_of;
 use super::whole::{whole, write_with};
 
 /// Most terms a file may have here: the Gram matrices hold their square.
-const MOST_TERMS: usize = 4096;
+const MAX_TERMS: usize = 4096;
 /// Most points of the axes' grid the error is measured at.
-const MOST_POINTS: u64 = 4096;
+const MAX_POINTS: u64 = 4096;
 
-/// What dropping terms did.
+/// Result of dropping terms.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Dropped {
     /// Terms before.
@@ -49,7 +49,7 @@ fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Drop
     let file = whole(bytes)?;
     check_total(&file, of_terms, limit)?;
     let terms = file.metadata().n_terms as usize;
-    if !file.metadata().block || !(2..=MOST_TERMS).contains(&terms) {
+    if !file.metadata().block || !(2..=MAX_TERMS).contains(&terms) {
         return Err(RewriteError::NoTerms { terms });
     }
     let maps = Maps::new(&file)?;
@@ -177,7 +177,7 @@ fn grid(metadata: &Metadata<'_>, factors: &[f64]) -> Vec<Vec<f64>> {
     let counts: Vec<u64> = metadata.active_axes().iter().map(|axis| u64::from(axis.n_points)).collect();
     let all = counts.iter().fold(1u64, |all, &n| all.saturating_mul(n));
     // Steps of a golden section through the grid: no two points in a row are alike.
-    let stride = if all > MOST_POINTS { (all as f64 * 0.618_033_988_75) as u64 | 1 } else { 1 };
+    let stride = if all > MAX_POINTS { (all as f64 * 0.618_033_988_75) as u64 | 1 } else { 1 };
     let product = |point: u64| {
         let mut place = point.wrapping_mul(stride) % all;
         let (mut start, mut g) = (0, vec![1.0; terms]);
@@ -189,7 +189,7 @@ fn grid(metadata: &Metadata<'_>, factors: &[f64]) -> Vec<Vec<f64>> {
         }
         g
     };
-    (0..all.min(MOST_POINTS)).map(product).collect()
+    (0..all.min(MAX_POINTS)).map(product).collect()
 }
 
 /// The file with its first terms only.

@@ -3,6 +3,7 @@
 mod circles;
 mod code;
 mod modules;
+mod names;
 mod prose;
 mod sources;
 
@@ -398,4 +399,54 @@ fn outputs_are_opened_in_one_place() {
     }
     assert!(in_place > 4, "the reading of sources is broken");
     none("outputs that `vademecum_build::store::Outputs` does not open", &found);
+}
+
+/// Public type names that stand more than once in their crate: a list that only shrinks.
+const DOUBLE_TYPES: [(&str, &str); 4] =
+    [("build", "FullOrder"), ("build", "Matrix"), ("build", "StrainMap"), ("study", "Verified")];
+
+#[test]
+fn a_public_type_name_stands_once_per_crate() {
+    let found = names::double_types();
+    let is_listed = |of: &str, name: &str| DOUBLE_TYPES.contains(&(of, name));
+    let new: Vec<String> = found
+        .iter()
+        .filter(|(of, name, _)| !is_listed(of, name))
+        .map(|(of, name, files)| format!("{of}: {name} in {}", files.join(", ")))
+        .collect();
+    none("names of several public types", &new);
+    let stale: Vec<String> = DOUBLE_TYPES
+        .iter()
+        .filter(|(of, name)| !found.iter().any(|(crate_of, known, _)| crate_of == of && known == name))
+        .map(|(of, name)| format!("{of}: {name}"))
+        .collect();
+    none("names on the list that stand once", &stale);
+}
+
+/// Largest share of doc comments that may open with What, How, Whether, Where or That \[%\], by crate; 3 where
+/// a crate is not listed. The limits only fall.
+const OPENERS: [(&str, f64); 10] = [
+    ("build", 9.5),
+    ("c", 16.3),
+    ("cli", 17.8),
+    ("eval", 11.4),
+    ("fmu", 9.2),
+    ("lab", 13.5),
+    ("petsc", 13.1),
+    ("python", 11.5),
+    ("study", 14.7),
+    ("web", 17.2),
+];
+
+#[test]
+fn doc_comments_begin_with_nouns_and_verbs() {
+    let mut found = vec![];
+    for (of, share) in names::shares_of_openers() {
+        let listed = OPENERS.iter().find(|(name, _)| *name == of);
+        let limit = listed.map_or(3.0, |(_, limit)| *limit);
+        if share > limit {
+            found.push(format!("{of}: {share:.1} % of at most {limit} %"));
+        }
+    }
+    none("crates whose doc comments open with What, How, Whether, Where or That too often", &found);
 }

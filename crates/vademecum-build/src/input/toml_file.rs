@@ -47,8 +47,8 @@ pub enum TomlError {
         key: String,
         /// The value found.
         found: String,
-        /// What a usable value is.
-        expected: &'static str,
+        /// The usable values.
+        expected: String,
     },
 }
 
@@ -71,7 +71,7 @@ pub(super) fn check_length(length: usize, most: usize, path: &str) -> Result<(),
     if length <= most { Ok(()) } else { Err(TomlError::TooLong { path: path.into(), most }) }
 }
 
-/// What a text says; messages name `path`.
+/// Parses a text; messages name `path`.
 pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|error| {
         let mut message = error.to_string().trim_end().to_string();
@@ -87,7 +87,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError
     })
 }
 
-/// What may have been meant where a text is refused; empty where nothing comes to mind.
+/// Suggestion for a refused text; may be empty.
 fn hint(said: &str, text: &str, at: usize) -> String {
     let mut quoted = said.split('`').skip(1).step_by(2);
     if said.starts_with("unknown field") || said.starts_with("unknown variant") {

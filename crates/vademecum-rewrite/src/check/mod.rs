@@ -29,7 +29,7 @@ use names::check_names;
 pub use geometry::check_coordinates;
 pub use names::lines;
 
-/// What a check has seen.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Checked {
     /// Bytes of the file.
@@ -122,7 +122,7 @@ fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
     Ok(count)
 }
 
-/// Whether a number may be NaN for "not measured", as in the metadata: those of a certificate,
+/// True for a number that may be NaN for "not measured", as in the metadata: those of a certificate,
 /// and of a mode its energy share (natural modes have no snapshots), damping ratios and elongation.
 fn may_be_unmeasured(kind: SectionKind, place: usize) -> bool {
     match kind {

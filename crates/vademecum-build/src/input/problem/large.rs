@@ -1,4 +1,4 @@
-//! What is asked for of large displacements.
+//! Options of large displacements.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
