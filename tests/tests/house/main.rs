@@ -425,7 +425,7 @@ fn a_public_type_name_stands_once_per_crate() {
 
 /// Largest share of doc comments that may open with What, How, Whether, Where or That \[%\], by crate; 3 where
 /// a crate is not listed. The limits only fall.
-const OPENERS: [(&str, f64); 10] = [
+const QUESTION_SHARES: [(&str, f64); 10] = [
     ("build", 9.5),
     ("c", 16.3),
     ("cli", 17.8),
@@ -442,7 +442,7 @@ const OPENERS: [(&str, f64); 10] = [
 fn doc_comments_begin_with_nouns_and_verbs() {
     let mut found = vec![];
     for (of, share) in names::shares_of_openers() {
-        let listed = OPENERS.iter().find(|(name, _)| *name == of);
+        let listed = QUESTION_SHARES.iter().find(|(name, _)| *name == of);
         let limit = listed.map_or(3.0, |(_, limit)| *limit);
         if share > limit {
             found.push(format!("{of}: {share:.1} % of at most {limit} %"));
