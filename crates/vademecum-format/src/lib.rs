@@ -84,6 +84,7 @@ mod unpack;
 #[cfg(feature = "full")]
 mod write;
 
+pub use checksum::checksum;
 pub use base::{BASE_PATTERNS, BaseMotion, base_field};
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
 pub use chapter::{Chapter, ChapterAxis, ChapterPart, ChapterRole};

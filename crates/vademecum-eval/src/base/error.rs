@@ -237,6 +237,10 @@ pub enum OutputError {
     Mismatch,
     /// A reaction of a scene, or a state, that does not remember the forces of its last step.
     ForcesForgotten,
+    /// The velocity of a quantity that has none.
+    NoVelocity,
+    /// A place was given for what is counted, or a number for what is read at a place.
+    NotAPlace,
     /// The strain structure does not know it: a stress, a reaction, a fused map.
     NotWithStrain,
     /// The scene has no strain structure, or the file no training box.
@@ -422,6 +426,10 @@ impl fmt::Display for OutputError {
                 write!(out, "an output of {found} numbers was lent, {needed} are written")
             }
             Self::Mismatch => write!(out, "this state belongs to a scene of another shape"),
+            Self::NoVelocity => write!(out, "this quantity has no velocity"),
+            Self::NotAPlace => {
+                write!(out, "a point is read at a place, and everything else by its number")
+            }
             Self::NotWithStrain => write!(
                 out,
                 "the strain structure does not give this: stress, strain, reactions and the fused map belong to \
