@@ -334,7 +334,10 @@ fn the_state_is_carried_over_when_the_time_step_changes() {
     let dofs: Vec<(usize, f64)> = (0..3)
         .flat_map(|n| {
             (0..3).map(move |c| {
-                (3 * contact().place.nodes()[n] as usize + c, contact().place.weights()[n] * contact().force[c])
+                (
+                    3 * contact().place.nodes()[n] as usize + c,
+                    contact().place.weights()[n] * contact().force[c],
+                )
             })
         })
         .collect();

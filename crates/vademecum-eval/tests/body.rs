@@ -257,7 +257,7 @@ fn a_state_of_other_parameters_is_carried_and_said_to_be() {
     let before = coordinates(&body);
     body.clear();
     let step = SceneOptions::find(file.metadata(), "step").expect("a name");
-    let value = file.metadata().active_parameters()[step].lower;
+    let value = 1.1 * body.time_step();
     assert_eq!(body.set_parameters(&[(step, value)]), Ok(LoadsAfter::Empty));
     body.rest();
     assert_eq!(body.restore(&saved[..written]), Ok(Restored::Carried));

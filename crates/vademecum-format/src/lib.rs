@@ -84,10 +84,10 @@ mod unpack;
 #[cfg(feature = "full")]
 mod write;
 
-pub use checksum::checksum;
 pub use base::{BASE_PATTERNS, BaseMotion, base_field};
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
 pub use chapter::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
+pub use checksum::checksum;
 pub use error::{FormatError, Quantity};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
 pub use metadata::{

@@ -27,7 +27,6 @@ pub enum Precision {
 
 /// A [`Body`] in either precision.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "both are bodies; the feature decides whether there are two")]
 pub enum AnyBody<'m> {
     /// `f32`.
     Single(Body<'m, f32>),

@@ -2,7 +2,6 @@
 
 pub(crate) mod any;
 pub(crate) mod batch;
-#[expect(clippy::module_inception, reason = "the room is named after its first file")]
 pub(crate) mod body;
 pub(crate) mod quantity;
 pub(crate) mod saved;

@@ -58,12 +58,7 @@ struct Row {
     units: (&'static str, Option<&'static str>),
 }
 
-const fn row(
-    quantity: Quantity,
-    name: &'static str,
-    unit: &'static str,
-    rate: Option<&'static str>,
-) -> Row {
+const fn row(quantity: Quantity, name: &'static str, unit: &'static str, rate: Option<&'static str>) -> Row {
     Row { quantity, name, units: (unit, rate) }
 }
 
