@@ -155,8 +155,11 @@ pub mod chapter;
 pub use base::error::{BindError, LoadError, OutputError, ParameterError, StepError};
 pub use base::options::{RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use base::scalar::Scalar;
+pub use body::any::{AnyBody, Precision};
 pub use body::batch::{Batch, BatchStatus};
 pub use body::body::{Body, BodyOptions, BodyParts, LoadsAfter};
+pub use body::quantity::{At, Quantity};
+pub use body::saved::{Restored, SavedError};
 #[cfg(feature = "alloc")]
 pub use body::simulation::{Simulation, SimulationError};
 pub use body::tree::{SurfaceTree, TreeSizes};

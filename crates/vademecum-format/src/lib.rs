@@ -89,6 +89,7 @@ mod write;
 pub use base::{BASE_PATTERNS, BaseMotion, base_field};
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
 pub use chapter::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
+pub use checksum::checksum;
 pub use element::{Codec, Element};
 pub use error::{FormatError, Quantity};
 pub use kind::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, SectionKind};

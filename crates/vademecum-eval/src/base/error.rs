@@ -321,6 +321,12 @@ pub enum OutputError {
          its loads (`State::restore_under`, `Batch::get_under`)"
     )]
     ForcesForgotten,
+    /// The velocity of a quantity that has none.
+    #[error("this quantity has no velocity")]
+    NoVelocity,
+    /// A place was given for what is counted, or a number for what is read at a place.
+    #[error("this quantity is read at a place; every other one by its index")]
+    NotAPlace,
     /// The strain structure does not know it: a stress, a reaction, a fused map.
     #[error(
         "the strain structure does not give this: stress, strain, reactions and the fused map belong to \

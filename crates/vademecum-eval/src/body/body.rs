@@ -8,6 +8,7 @@ use crate::base::error::{BindError, LoadError, OutputError, StepError};
 use crate::base::lend::Lender;
 use crate::base::options::{SceneOptions, Status, Structure};
 use crate::base::scalar::Scalar;
+use crate::body::saved::identity;
 use crate::flight::free::FreeBody;
 use crate::flight::rigid::{RigidBody, RigidMotion};
 use crate::scene::loads::Loads;
@@ -96,6 +97,8 @@ pub struct Body<'m, T> {
     kept: Option<Kept<'m, T>>,
     statics: Option<StaticField<'m, T>>,
     pub(crate) work: &'m mut [f64],
+    /// What a saved state tells the file by.
+    pub(crate) identity: [u8; 8],
 }
 
 /// Loads that were kept, and what pushed the frame beside them.
@@ -197,7 +200,8 @@ impl<'m, T: Scalar> Body<'m, T> {
             if options.keep_loads { Some(Kept { loads: Loads::new(&scene, kept)?, flight }) } else { None };
         let statics = if pieces.answer > 0 { Some(StaticField::new(&scene, answer, rest)?) } else { None };
         let surface = Surface::new(file).ok();
-        Ok(Self { file: *file, surface, scene, state, loads, flight, kept, statics, work })
+        let (file, identity) = (*file, identity(file));
+        Ok(Self { file, surface, scene, state, loads, flight, kept, statics, work, identity })
     }
 
     /// The file.

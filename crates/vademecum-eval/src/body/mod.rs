@@ -1,8 +1,10 @@
 //! Whole bodies: one, many of one file, and one that owns its memory.
 
+pub(crate) mod any;
 pub(crate) mod batch;
-#[expect(clippy::module_inception, reason = "the room is named after its first file")]
 pub(crate) mod body;
+pub(crate) mod quantity;
+pub(crate) mod saved;
 #[cfg(feature = "alloc")]
 pub(crate) mod simulation;
 pub(crate) mod tree;

@@ -74,7 +74,7 @@ impl<T: Scalar> ChapterScene<'_, T> {
     /// [`OutputError::Mismatch`].
     pub fn energy(&self, state: &ChapterState<'_, T>) -> Result<f64, OutputError> {
         self.check(state)?;
-        self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
+        Ok(self.equation().energy(&state.y).ok_or(OutputError::Mismatch)?.total())
     }
 
     fn multipliers<'s>(

@@ -18,6 +18,7 @@ use crate::base::scalar::Scalar;
 use crate::kernels::strain::kernel::{Force, answer, dissipated, moved, prepare, strain_square, sub_step};
 use crate::kernels::strain::map::distance;
 use crate::kernels::strain::memory::{Scratch, StrainMap};
+use crate::scene::equation::Energy;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
@@ -66,18 +67,6 @@ impl Training {
     }
 }
 
-/// Kinetic and elastic energy \[J\].
-pub(crate) struct StrainEnergy {
-    kinetic: f64,
-    elastic: f64,
-}
-
-impl StrainEnergy {
-    pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic
-    }
-}
-
 impl<T: Scalar> Scene<'_, T> {
     /// [`Scene::step`] of the strain structure, with an account of its energy: it tells at run time that the
     /// step is right. Costs three steps; a step without it pays nothing for it.
@@ -106,14 +95,14 @@ impl<T: Scalar> Scene<'_, T> {
         }
         self.check_carried(state)?;
         self.check_fresh(loads)?;
-        let before = self.strain_energy(state).map_err(|_| StepError::Mismatch)?.total();
+        let before = self.kept_energy(state).map_err(|_| StepError::Mismatch)?.total();
         let mut account = EnergyAccount { before, ..EnergyAccount::default() };
         let status = if state.y.at_rest && !loads.active {
             Status::AtRest
         } else {
             self.march_strain(state, loads, Some(&mut account))?
         };
-        account.after = self.strain_energy(state).map_err(|_| StepError::Mismatch)?.total();
+        account.after = self.kept_energy(state).map_err(|_| StepError::Mismatch)?.total();
         Ok((status, account))
     }
 
@@ -140,7 +129,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(Training {
             distance: distance(rows, state.y.part(0)),
             largest_distance: f64::from_le_bytes(largest_distance),
-            energy: self.strain_energy(state)?.total() / self.parameters.stiffness,
+            energy: self.kept_energy(state)?.total() / self.parameters.stiffness,
             largest_energy: f64::from_le_bytes(largest_energy),
         })
     }
@@ -291,7 +280,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// The energy that the scheme keeps.
-    pub(crate) fn strain_energy(&self, state: &State<'_, T>) -> Result<StrainEnergy, OutputError> {
+    pub(crate) fn kept_energy(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
         if self.shape.structure() != Structure::Strain {
             return Err(OutputError::NoTraining);
@@ -304,7 +293,7 @@ impl<T: Scalar> Scene<'_, T> {
         let unit = 2.0 * density / (step.step * step.step);
         let square: f64 = rates.iter().map(|x| x.to_f64() * x.to_f64()).sum();
         let per_second = 1.0 / state.y.time_step;
-        Ok(StrainEnergy {
+        Ok(Energy {
             kinetic: 0.5 * density * square * per_second * per_second,
             elastic: unit * strain_square(&map, mean, p),
         })

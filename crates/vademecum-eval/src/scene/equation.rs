@@ -22,6 +22,18 @@ pub(crate) struct Matrices<'m> {
     pub region_mass: Option<&'m [[u8; 8]]>,
 }
 
+/// Kinetic and elastic energy \[J\].
+pub(crate) struct Energy {
+    pub kinetic: f64,
+    pub elastic: f64,
+}
+
+impl Energy {
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic
+    }
+}
+
 /// `BᵀKB` of the whole body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Stiffness<'m> {
@@ -124,12 +136,15 @@ impl Equation<'_, '_> {
         Ok(())
     }
 
-    /// Kinetic plus elastic energy \[J\]; `None` if a matrix is smaller than the state asks for.
-    pub fn energy<T: Scalar>(&self, y: &Coordinates<'_, T>) -> Option<f64> {
+    /// Kinetic and elastic energy \[J\]; `None` if a matrix is smaller than the state asks for.
+    pub fn energy<T: Scalar>(&self, y: &Coordinates<'_, T>) -> Option<Energy> {
         let (zeta, rates, per_second) = (y.part(0), y.part(1), 1.0 / y.time_step);
         let kinetic = form(rates, |k| self.mass_row(k, rates))? * per_second * per_second;
         let elastic = form(zeta, |k| self.stiffness_row(k, zeta))?;
-        Some(0.5 * self.parameters.density * kinetic + 0.5 * self.parameters.stiffness * elastic)
+        Some(Energy {
+            kinetic: 0.5 * self.parameters.density * kinetic,
+            elastic: 0.5 * self.parameters.stiffness * elastic,
+        })
     }
 
     /// Solves `M_r a = f` by conjugate gradients: `f` in `residual` on entry, three vectors in all. `M_r` is

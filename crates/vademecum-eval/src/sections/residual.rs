@@ -270,6 +270,19 @@ impl<'m, T: Scalar> Statics<'m, T> {
         }
     }
 
+    /// Adds a force on a node that none acts on yet.
+    pub fn add_force(&mut self, node: f64, force: [f64; 3]) {
+        if let Some([at, sum @ ..]) = self.forces.get_mut(self.used) {
+            (*at, *sum) = (T::from_f64(node), force.map(T::from_f64));
+            self.used += 1;
+        }
+    }
+
+    /// Amplitudes of all patterns.
+    pub fn all_amplitudes(&self) -> impl Iterator<Item = f64> {
+        self.patterns.iter().map(|amplitude| amplitude.to_f64())
+    }
+
     /// Nodes and the forces on them \[N\].
     pub fn forces(&self) -> impl Iterator<Item = (usize, [f64; 3])> {
         let known = self.forces.iter().take(self.used);

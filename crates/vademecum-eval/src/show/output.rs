@@ -4,6 +4,7 @@
 use crate::base::error::OutputError;
 use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
+use crate::scene::equation::Energy;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
 use crate::sections::place::Place;
@@ -153,15 +154,39 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError::Mismatch`].
     pub fn energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
+        Ok(self.energy_of_modes(state)?.total() + self.residual_energy(state))
+    }
+
+    /// Kinetic energy \[J\]: the first part of [`Scene::energy`].
+    ///
+    /// # Errors
+    /// [`OutputError::Mismatch`].
+    pub fn kinetic_energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
+        Ok(self.energy_of_modes(state)?.kinetic)
+    }
+
+    /// Strain energy \[J\], with that of the residual flexibility: the rest of [`Scene::energy`].
+    ///
+    /// # Errors
+    /// [`OutputError::Mismatch`].
+    pub fn strain_energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
+        Ok(self.energy_of_modes(state)?.elastic + self.residual_energy(state))
+    }
+
+    fn energy_of_modes(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
         if self.shape.structure() == Structure::Strain {
-            return Ok(self.strain_energy(state)?.total());
+            return self.kept_energy(state);
         }
-        let moving = self.equation().energy(&state.y).ok_or(OutputError::Mismatch)?;
+        self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
+    }
+
+    /// What the forces of the last step store in what the modes leave out.
+    fn residual_energy(&self, state: &State<'_, T>) -> f64 {
         if state.statics.is_empty() {
-            return Ok(moving);
+            return 0.0;
         }
-        Ok(moving + self.sections.residual.energy(&state.statics) / self.parameters.stiffness)
+        self.sections.residual.energy(&state.statics) / self.parameters.stiffness
     }
 
     /// Adds to `value` what the modes leave out of the displacement of a node.
