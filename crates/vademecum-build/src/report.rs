@@ -5,6 +5,7 @@ use vademecum_format::policy::STABLE_RADIUS;
 use crate::certificate::{BOUNDED, LargeReport, StructureReport};
 use crate::chapter::ChapterReport;
 use crate::dynamics::{ModeRow, Work};
+use crate::input::Tolerances;
 use crate::parametric::SeparationRecord;
 use crate::progress::StageTiming;
 use crate::separated::StopReason;
@@ -80,6 +81,20 @@ pub struct CertificateReport {
 }
 
 impl CertificateReport {
+    /// A report of no structure yet, beside what the problem allows.
+    pub fn within(tolerance: &Tolerances) -> Self {
+        Self {
+            diagonal: None,
+            block: None,
+            chapter: None,
+            large: false,
+            floor_ratio: tolerance.floor_ratio,
+            absolute: tolerance.absolute,
+            error: tolerance.error,
+            map: tolerance.map,
+        }
+    }
+
     /// Whether one of the structures keeps the tolerance.
     pub fn holds(&self) -> bool {
         self.structures().any(|s| self.parts_missed_by(s, None).is_empty())
