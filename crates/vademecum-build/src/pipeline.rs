@@ -4,12 +4,13 @@
 //! (modal superposition), [`staged`] (separated time steps at fixed parameters), [`separated`] (over live
 //! parameters), [`large`] (large displacements).
 
-mod chapter;
 mod context;
 mod error;
 mod exact;
 mod file;
 mod large;
+mod options;
+mod outcome;
 mod plan;
 #[cfg(test)]
 mod ranks_tests;
@@ -21,92 +22,27 @@ pub use context::{BuildContext, with_context};
 pub use error::BuildError;
 pub use file::{CertifiedFile, FileStep, encode_file};
 pub use large::SHAPES;
+pub use options::BuildOptions;
+pub use outcome::{Built, Outcome};
 pub use reduced::ReducedModel;
 
-use std::sync::Arc;
-
 use crate::basis::BasisError;
-use crate::fem::Engine;
 use crate::input::{BasisKind, Problem};
-use crate::limits::Memory;
-use crate::prepared::{FactorPrecision, ParameterSpace};
+use crate::prepared::ParameterSpace;
 use crate::progress::{Listener, Stopwatch};
-use crate::report::{BuildReport, ToleranceMissed};
-use crate::store::Store;
-
-/// What the user may change without changing the problem.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct BuildOptions<'a> {
-    /// Where finished stages are kept and found again; the file is the same with and without.
-    pub store: Option<&'a Store>,
-    /// Add terms where the fused step is unstable over live parameters; report and file say what was done.
-    pub repair: bool,
-    /// Do what takes more than four hours, or more than 2e7 full-order steps, too.
-    pub long: bool,
-    /// Memory that may be used \[bytes\]; absent: what the machine and the limits of the process leave.
-    pub memory: Option<u64>,
-    /// What factorises and solves with the stiffness, and searches for natural modes; absent: this process.
-    pub engine: Option<&'a Arc<dyn Engine>>,
-    /// The precision of the factor of the stiffness in this process.
-    pub precision: FactorPrecision,
-}
-
-impl BuildOptions<'_> {
-    fn memory(&self) -> Memory {
-        Memory::asked_or_available(self.memory)
-    }
-
-    /// The same with the memory that is free now, before the build itself takes of it.
-    fn at_the_start(&self) -> Self {
-        Self { memory: Some(self.memory().limit()), ..*self }
-    }
-}
-
-/// A finished build.
-pub struct Built {
-    /// The file.
-    pub bytes: Vec<u8>,
-    /// What was done and measured.
-    pub report: BuildReport,
-}
-
-/// How a build ends.
-pub enum Outcome {
-    /// A structure of the file keeps the tolerance.
-    Kept(Built),
-    /// No structure does. The file is whole, and its certificate says by how much it misses.
-    Missed(Built),
-}
-
-impl Outcome {
-    /// The file, if it keeps its tolerance.
-    ///
-    /// # Errors
-    /// [`ToleranceMissed`], with the report of what was built.
-    pub fn kept(self) -> Result<Built, ToleranceMissed> {
-        match self {
-            Self::Kept(built) => Ok(built),
-            Self::Missed(built) => Err(ToleranceMissed(Box::new(built.report))),
-        }
-    }
-
-    /// The file, whether it keeps its tolerance or not.
-    pub fn either(self) -> Built {
-        match self {
-            Self::Kept(built) | Self::Missed(built) => built,
-        }
-    }
-}
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
 ///
 /// # Errors
-/// [`BuildError`], by stage.
+/// [`BuildError`], by stage; [`BuildError::OtherCrate`] for the chapter's representation.
 pub fn build(
     problem: &Problem,
     options: &BuildOptions<'_>,
     listener: &dyn Listener,
 ) -> Result<Outcome, BuildError> {
+    if problem.chapter().is_some() {
+        return Err(BuildError::OtherCrate);
+    }
     with_context(problem, options, listener, |context, watch| {
         let mut missed = None;
         for modes in basis_sizes(problem, &context.prepared.space) {
@@ -147,9 +83,7 @@ fn build_sized(
         return large::build(context, problem, plan, watch);
     }
     let model = ReducedModel::new(context, problem, &plan, watch)?;
-    let certified = if let Some(entry) = problem.chapter() {
-        chapter::certified(context, problem, &entry, &model, watch)?
-    } else if context.prepared.exact {
+    let certified = if context.prepared.exact {
         exact::certified(context, problem, &model, watch)?
     } else if context.prepared.space.parameters.is_empty() {
         staged::certified(context, problem, &model, watch)?

@@ -7,16 +7,17 @@ use vademecum_eval::{Contact, Place, SceneOptions};
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{ChapterRole, File, StructureCertificate};
 
-use super::separation::StageError;
-use super::{ChapterError, ChapterMap, StageMap};
-use crate::basis::{Basis, Runs};
-use crate::certificate::StructureMeasured;
-use crate::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
-use crate::export::NodeOrder;
-use crate::fem::SymmetricMatrix;
-use crate::linalg::{LoadDraw, unit};
-use crate::prepared::Body;
-use crate::progress::Listener;
+use crate::error::ChapterError;
+use crate::map::{ChapterMap, StageMap};
+use crate::separation::StageError;
+use vademecum_build::basis::{Basis, Runs};
+use vademecum_build::certificate::StructureMeasured;
+use vademecum_build::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
+use vademecum_build::export::NodeOrder;
+use vademecum_build::fem::SymmetricMatrix;
+use vademecum_build::linalg::{LoadDraw, unit};
+use vademecum_build::prepared::Body;
+use vademecum_build::progress::Listener;
 
 /// Unseen trajectories marched side by side.
 const TRAJECTORIES: usize = 3;

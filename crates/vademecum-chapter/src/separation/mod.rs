@@ -18,16 +18,16 @@ mod stage;
 
 pub use stage::{ChapterStage, StageError, StateFamily};
 
-use crate::separated::axis::Axis;
-use crate::separated::compress::Energy;
-use crate::separated::enrich::enrich;
-use crate::separated::error::{SeparatedError, check_len};
-use crate::separated::greedy::{EnrichmentOptions, EnrichmentReport};
-use crate::separated::solution::Separated;
-use crate::separated::space::Space;
 use faer::Mat;
 use fresh::Fresh;
 use inputs::{Inputs, Span};
+use vademecum_build::separated::Axis;
+use vademecum_build::separated::Energy;
+use vademecum_build::separated::Separated;
+use vademecum_build::separated::Space;
+use vademecum_build::separated::enrich;
+use vademecum_build::separated::{EnrichmentOptions, EnrichmentReport};
+use vademecum_build::separated::{SeparatedError, check_len};
 
 /// What is done about the chapter's weaknesses; with everything off it is the chapter.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,5 +114,7 @@ pub fn separate<S: Space>(
     Ok(SeparatedStage { axes: inputs.axes, parts: found_parts, span: span.basis, error, reports })
 }
 
+#[cfg(test)]
+mod surrogate;
 #[cfg(test)]
 mod tests;

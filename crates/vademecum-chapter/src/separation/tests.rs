@@ -1,10 +1,10 @@
 //! The chapter's representation on a beam, each repair apart, and on a lattice.
 
+use super::surrogate::Pencil;
 use super::*;
-use crate::separated::surrogate::Pencil;
-use crate::separated::*;
 use faer::Mat;
 use std::time::Instant;
+use vademecum_build::separated::*;
 
 /// Stage 1 (`third` is Δt² ζ̈, weights 16, 8, 1) or 2 (`third` is ζ½, weights −19, −5, 28) of Bathe's scheme.
 struct Case {
