@@ -21,7 +21,7 @@ const MAX_POINTS: u64 = 4096;
 
 /// Result of dropping terms.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Dropped {
+pub struct TermReduction {
     /// Terms before.
     pub before: usize,
     /// Terms left.
@@ -38,11 +38,11 @@ pub struct Dropped {
 /// [`RewriteError::Tolerance`]; [`RewriteError::NoTerms`] if the file has no block structure or every term is
 /// needed; [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`],
 /// [`RewriteError::TooLarge`].
-pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteError> {
+pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<TermReduction, RewriteError> {
     fewest_terms_limited(bytes, tolerance, default_limit(bytes.len()))
 }
 
-fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Dropped, RewriteError> {
+fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<TermReduction, RewriteError> {
     if !(1e-12..=0.1).contains(&tolerance) {
         return Err(RewriteError::Tolerance { tolerance });
     }
@@ -65,7 +65,7 @@ fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Drop
         return Err(RewriteError::NoTerms { terms });
     }
     let (error_rms, error_max) = maps.error(enough);
-    Ok(Dropped { before: terms, left: enough, error_rms, error_max })
+    Ok(TermReduction { before: terms, left: enough, error_rms, error_max })
 }
 
 /// The file with the [`fewest_terms`] for a tolerance. The error is added to the map errors of the block
@@ -73,7 +73,7 @@ fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Drop
 ///
 /// # Errors
 /// Those of [`fewest_terms`].
-pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), RewriteError> {
+pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, TermReduction), RewriteError> {
     drop_terms_limited(bytes, tolerance, default_limit(bytes.len()))
 }
 
@@ -85,7 +85,7 @@ pub fn drop_terms_limited(
     bytes: &[u8],
     tolerance: f64,
     limit: u64,
-) -> Result<(Vec<u8>, Dropped), RewriteError> {
+) -> Result<(Vec<u8>, TermReduction), RewriteError> {
     let dropped = fewest_terms_limited(bytes, tolerance, limit)?;
     Ok((without(&whole(bytes)?, &dropped)?, dropped))
 }
@@ -193,7 +193,7 @@ fn grid(metadata: &Metadata<'_>, factors: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// The file with its first terms only.
-fn without(file: &File<'_>, dropped: &Dropped) -> Result<Vec<u8>, RewriteError> {
+fn without(file: &File<'_>, dropped: &TermReduction) -> Result<Vec<u8>, RewriteError> {
     let mut metadata = *file.metadata();
     metadata.n_terms = dropped.left as u32;
     let block = &mut metadata.certificate.block;

@@ -58,7 +58,7 @@ pub fn read(path: &Path) -> Result<String, TomlError> {
 }
 
 /// The text of a file of at most so many bytes; no more than that is read, whatever the file is.
-pub fn read_at_most(path: &Path, most: usize) -> Result<String, TomlError> {
+pub(super) fn read_at_most(path: &Path, most: usize) -> Result<String, TomlError> {
     let path_name = path.display().to_string();
     read_text_within(path, most as u64).map_err(|source| match source.kind() {
         ErrorKind::FileTooLarge => TomlError::TooLong { path: path_name, most },
@@ -109,7 +109,7 @@ fn hint(said: &str, text: &str, at: usize) -> String {
 
 /// Line (from 1) of a key such as `parameter[1].range`; of its nearest parent that is there if the key itself
 /// is not.
-pub fn line_of(text: &str, key: &str) -> Option<usize> {
+fn line_of(text: &str, key: &str) -> Option<usize> {
     let root = DeTable::parse(text).ok()?;
     let mut table: &DeTable<'_> = root.get_ref();
     let mut found = None;

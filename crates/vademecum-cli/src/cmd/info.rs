@@ -10,7 +10,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_eval::RigidBody;
 use vademecum_format::{Axis, Chapter, File, Parameter, Section, SectionKind};
-use vademecum_rewrite::{Dropped, Loss, RewriteError, check_coordinates, fewest_terms, read_losses};
+use vademecum_rewrite::{Loss, RewriteError, TermReduction, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound, figures, lines, mode_table, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
@@ -85,7 +85,7 @@ struct Contents {
     enrichment_history: Vec<Enrichment>,
     /// With `--terms-for`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    fewest_terms: Option<Dropped>,
+    fewest_terms: Option<TermReduction>,
     radius_samples: Vec<RadiusSample>,
     sections: Vec<SectionReport>,
     problem: String,

@@ -226,12 +226,17 @@ impl Problem {
             for (i, number) in (row.numbers)(self).into_iter().enumerate() {
                 if !row.range.contains(number) {
                     let key = row.key.replace("[]", &format!("[{i}]"));
-                    return self.require(false, &key, Number(number), row.expected());
+                    return self.require_with(false, &key, || found(number), row.expected());
                 }
             }
         }
         Ok(())
     }
+}
+
+/// A number as the file has it: counts are whole, and other numbers have a decimal point or an exponent.
+fn found(number: f64) -> String {
+    if number.fract() == 0.0 && number.abs() < 1e19 { format!("{number}") } else { format!("{number:?}") }
 }
 
 impl Row {
@@ -285,12 +290,11 @@ struct Number(f64);
 impl Debug for Number {
     fn fmt(&self, out: &mut Formatter<'_>) -> Written {
         let Self(number) = *self;
-        if number.fract() != 0.0 || number.abs() >= 1e6 {
-            return write!(out, "{number:?}");
-        }
-        match number.abs() >= 1e4 {
-            true => write!(out, "{} {:03}", (number / 1e3).trunc(), (number % 1e3).abs()),
-            false => write!(out, "{number}"),
+        match number.abs() {
+            _ if number.fract() != 0.0 => write!(out, "{number:?}"),
+            0.0..1e4 => write!(out, "{number}"),
+            1e4..1e6 => write!(out, "{} {:03}", (number / 1e3).trunc(), (number % 1e3).abs()),
+            _ => write!(out, "{number:e}"),
         }
     }
 }
@@ -346,6 +350,7 @@ fn table(root: &Value, mut place: String) -> Option<String> {
 
 /// The table of ranges of the page, in Markdown.
 pub fn range_table() -> String {
-    let line = |row: &Row| format!("| `{}` | {} |\n", row.key, row.range);
+    let words = |range: Range| range.to_string().trim_start_matches("of ").to_string();
+    let line = |row: &Row| format!("| `{}` | {} |\n", row.key, words(row.range));
     format!("| key | range |\n|---|---|\n{}", ROWS.iter().map(line).collect::<String>())
 }
