@@ -209,6 +209,13 @@ impl Body {
                 .flight()
                 .and_then(|free| flight::value(free, variable))
                 .ok_or(Refusal::NoVariable)?,
+            V::Total(index) => {
+                let mut value = [0.0];
+                let quantity = Variable::total(index).ok_or(Refusal::NoVariable)?;
+                self.body.read(quantity, 0, Field::Displacement, &mut value)?;
+                let [value] = value;
+                value
+            }
             V::Time => return Err(Refusal::NoVariable),
         })
     }
@@ -500,7 +507,7 @@ impl Body {
             V::ReactionForce(support, _) | V::ReactionMoment(support, _) => {
                 line(self.names.supports, support)
             }
-            V::Time | V::Step | V::Energy => "",
+            V::Time | V::Step | V::Energy | V::Total(_) => "",
             V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => "",
             V::BodyVelocity(_) | V::BodySpin(_) => "",
         }
