@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(all[25..28], [V::ProbeVelocity(1), V::Parameter(0), V::VonMises(0)]);
         assert_eq!(all[33..35], [V::ReactionForce(1, 2), V::ReactionMoment(0, 0)]);
         assert_eq!(all[49..51], [V::BodyAttitude(3), V::BodyVelocity(0)]);
-        assert_eq!(all[54..57], [V::BodySpin(2), V::Total(0), V::Total(1)]);
+        assert_eq!(all[55..58], [V::BodySpin(2), V::Total(0), V::Total(1)]);
         assert_eq!(Some(V::Total(1).kind().0), V::total(1).map(Quantity::name));
         assert_eq!(counts.variable(all.len() as u32), None);
         assert_eq!(Counts::default().all().count(), 3 + V::totals().count());
