@@ -335,9 +335,10 @@ fn an_ignored_test_says_why_and_the_gate_runs_it() {
 }
 
 /// Files where a text of `Debug` alone is made for people or for a key, not for a field of a report.
-const DEBUG_TEXTS: [(&str, &str); 4] = [
+const DEBUG_TEXTS: [(&str, &str); 5] = [
     ("crates/vademecum-build/src/mesh/select.rs", "an error shows the selection as it was read"),
     ("crates/vademecum-build/src/input/problem/check.rs", "an error shows what was found"),
+    ("crates/vademecum-build/src/input/problem/ranges.rs", "an error shows what was found"),
     ("crates/vademecum-build/src/store/inputs.rs", "the key of a stage on disk, all digits of its inputs"),
     ("crates/vademecum-study/src/scenario/check.rs", "an error shows what was found"),
 ];
@@ -423,8 +424,8 @@ fn a_public_type_name_stands_once_per_crate() {
     none("names on the list that stand once", &stale);
 }
 
-/// Largest share of doc comments that may open with What, How, Whether, Where or That \[%\], by crate; 3 for a
-/// crate that is not listed. The limits only fall.
+/// Largest share of doc comments that may open with What, How, Whether, Where or That \[%\], by crate; 3 for
+/// others. The limits only fall.
 const QUESTION_SHARES: [(&str, f64); 7] = [
     ("build", 9.5),
     ("c", 16.3),
