@@ -40,7 +40,7 @@
 //! use vademecum_eval::format::File;
 //! use vademecum_eval::{Body, BodyOptions, Field};
 //!
-//! /// Pushes down with 20 N at the surface point nearest to `finger`; its displacement after `steps` steps \[m\].
+//! /// Displacement \[m\] of the surface point nearest to `finger` after `steps` steps under 20 N downwards.
 //! fn push(bytes: &[u8], finger: [f64; 3], steps: usize) -> Result<[f64; 3], Box<dyn std::error::Error>> {
 //!     let (file, options) = (File::parse(bytes)?, BodyOptions::default());
 //!
@@ -95,11 +95,11 @@
 //! | feature | what it adds | needs |
 //! |---|---|---|
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
-//! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | an operating system |
-//! | `full`, on by default | everything a file may hold; without it exact steps only, for microcontrollers | nothing |
+//! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | a system |
+//! | `full`, by default | everything a file may hold; without it exact steps only, for microcontrollers | nothing |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
-//! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline to compare with | nothing |
+//! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline | nothing |
 //!
 //! # Arithmetic
 //!
@@ -118,7 +118,8 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
-// From the lowest room to the highest: a room uses those above its own line, and the scene that all of them extend.
+// From the lowest room to the highest: a room uses those above its own line, and the scene that all of them
+// extend.
 mod base;
 
 mod kernels;

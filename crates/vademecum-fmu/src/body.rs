@@ -377,8 +377,8 @@ impl Body {
         Ok(())
     }
 
-    /// Makes the loads of the inputs and returns the force on the centre of a free body. A point without force
-    /// stays out, so that an unloaded body can rest.
+    /// Makes the loads of the inputs; the force on the centre of a free body. A point without force stays
+    /// out, so that an unloaded body can rest.
     fn load(&mut self) -> Result<[f64; 3], Refusal> {
         let Self { body, points, inputs, counts, .. } = self;
         let mut inputs = inputs.iter().copied();
