@@ -1,4 +1,4 @@
-//! What a build measures about the chapter's structure: unseen loads at its positions, full order beside the
+//! Certificate of the chapter's structure: unseen loads at its positions, full order beside the
 //! evaluator on the bytes that ship, and whether the trajectories stayed on its axes.
 
 use faer::{Mat, MatRef};
@@ -23,10 +23,10 @@ use vademecum_build::progress::Listener;
 const TRAJECTORIES: usize = 3;
 /// Factors read in the free run; it is as long as that allows, and 100 000 steps at most.
 const FREE_RUN_WORK: usize = 1_000_000_000;
-/// Where the draw of the loads starts.
+/// Seed of the draw of loads.
 const SEED: u64 = 0x5EED_0002;
 
-/// What was measured of a canonical map.
+/// Measurements of a canonical map.
 #[derive(Clone, Debug)]
 pub struct ChapterCertificate {
     /// As of the other structures, over the steps that were on the axes. The map errors are those of the

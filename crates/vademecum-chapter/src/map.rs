@@ -85,7 +85,7 @@ pub struct ChapterMap {
     pub load: [f64; 2],
 }
 
-/// What the stages are separated over, before any is: what the ranges are taken from, and where loads can
+/// The domain that the stages are separated over: the source of the ranges, and the places where loads can
 /// stand.
 pub struct ChapterSetting {
     entry: ChapterEntry,
@@ -286,7 +286,7 @@ impl MapPart {
     }
 }
 
-/// What turns a physical entry of the history into the table's scaled one.
+/// Factor from a physical entry of the history to the table's scaled one.
 fn family_scale(family: usize, time_step: f64) -> f64 {
     match family {
         1 => time_step,

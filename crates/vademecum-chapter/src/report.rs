@@ -1,4 +1,4 @@
-//! What was measured of the chapter's structure, as a report shows it.
+//! Measurements of the chapter's structure, as a report shows them.
 
 use vademecum_build::certificate::{FileFigures, StructureReport};
 use vademecum_build::report::{ChapterReport, StageReport};

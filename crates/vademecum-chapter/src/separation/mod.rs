@@ -29,7 +29,7 @@ use vademecum_build::separated::enrich;
 use vademecum_build::separated::{EnrichmentOptions, EnrichmentReport};
 use vademecum_build::separated::{SeparatedError, check_len};
 
-/// What is done about the chapter's weaknesses; with everything off it is the chapter.
+/// Remedies for the chapter's weaknesses; with everything off it is the chapter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChapterOptions {
     /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`. Makes the numbers comparable for rounding and `f32`; a change of units
@@ -65,7 +65,7 @@ pub struct SeparatedStage {
     pub span: Mat<f64>,
     /// Its error against the exact stage solve.
     pub error: StageError,
-    /// What each enrichment did: one report, or state then load.
+    /// Reports of the enrichments: one report, or state then load.
     pub reports: Vec<EnrichmentReport>,
 }
 

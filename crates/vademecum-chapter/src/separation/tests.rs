@@ -129,7 +129,7 @@ fn table(case: &Case, positions: usize, second: bool) -> Vec<(usize, StageError)
     variants(3 * modes + positions).into_iter().map(run).collect()
 }
 
-/// What the chapter and its repairs do on the beam. Separate blocks do not lower the error of the load on
+/// The chapter and its repairs on the beam. Separate blocks do not lower the error of the load on
 /// every body: on a lattice of 4 × 4 × 12 nodes with 6 modes and 10 positions it is 7.4e-2 with them in stage
 /// 1 and 5.5e-2 without.
 fn check(rows: &[(usize, StageError)], rank: usize) {
