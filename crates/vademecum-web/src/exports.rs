@@ -14,7 +14,7 @@ use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole};
 use vademecum_eval::{
-    Contact, Field, Place, RegionScales, SceneOptions, Status, StructureChoice, SurfacePoint,
+    Contact, Field, Place, Quantity, RegionScales, SceneOptions, Status, StructureChoice, SurfacePoint,
 };
 
 use crate::message::Message;
@@ -218,6 +218,17 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     let numbers =
         [f64::from(role), f64::from(region), f64::from(u32::from(p.log)), p.lower, p.upper, p.nominal];
     module.give(text(p.name).into_iter().chain(text(p.unit)).chain(numbers));
+    1
+}
+
+/// Leaves the row of scalar `index` of the whole body in the exchange buffer: places and lengths of its name, its
+/// unit and a line about it. 0 if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn total(index: usize) -> u32 {
+    let Some(quantity) = Quantity::totals().nth(index) else { return 0 };
+    let text = |text: &str| [text.as_ptr() as usize as f64, text.len() as f64];
+    let unit = quantity.unit(Field::Displacement).unwrap_or_default();
+    module().give([quantity.name(), unit, quantity.text()].into_iter().flat_map(text));
     1
 }
 

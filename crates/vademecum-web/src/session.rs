@@ -2,8 +2,8 @@
 
 use vademecum_eval::format::{File, Section, SectionKind};
 use vademecum_eval::{
-    BindError, Body, BodyOptions, Contact, Field, Scalar, SceneOptions, Status, StepError, Structure,
-    Surface, SurfacePoint,
+    BindError, Body, BodyOptions, Contact, Field, Quantity, Scalar, SceneOptions, Status, StepError,
+    Structure, Surface, SurfacePoint,
 };
 
 use crate::refusal::Refusal;
@@ -84,7 +84,8 @@ pub trait Player {
     fn add_pattern(&mut self, index: usize, amplitude: f64) -> Result<(), Refusal>;
     /// What [`Player::march`] records beside the probes.
     fn watch(&mut self, watch: Option<Watch>);
-    /// Numbers of one record of [`Player::march`]: the probes, the watched component (0 without), the energy.
+    /// Numbers of one record of [`Player::march`]: the probes, the watched component (0 without), and the
+    /// scalars of the whole body ([`Quantity::totals`]), the energy first.
     fn record_len(&self) -> usize;
     /// Takes `steps` steps; after each, writes a record while `records` has room.
     ///
@@ -158,7 +159,7 @@ impl<T: Scalar> Player for Session<'_, T> {
     }
 
     fn record_len(&self) -> usize {
-        self.body.scene().metadata().n_probes as usize + 2
+        self.body.scene().metadata().n_probes as usize + 1 + Quantity::totals().count()
     }
 
     fn march(&mut self, steps: usize, records: &mut [f64]) -> Result<Status, Refusal> {
@@ -252,7 +253,10 @@ impl<T: Scalar> Session<'_, T> {
     }
 
     fn record(&self, row: &mut [f64]) -> Result<(), Refusal> {
-        let Some((probes, [watched, energy])) = row.split_last_chunk_mut() else { return Ok(()) };
+        let n_probes = self.body.scene().metadata().n_probes as usize;
+        let Some((probes, [watched, totals @ ..])) = row.split_at_mut_checked(n_probes) else {
+            return Ok(());
+        };
         for (index, out) in probes.iter_mut().enumerate() {
             *out = self.body.probe(index, Field::Displacement)?;
         }
@@ -263,7 +267,9 @@ impl<T: Scalar> Session<'_, T> {
                 u.iter().zip(watch.direction).map(|(u, d)| u * d).sum()
             }
         };
-        *energy = self.energy()?;
+        for (quantity, out) in Quantity::totals().zip(totals.chunks_exact_mut(1)) {
+            self.body.read(quantity, 0, Field::Displacement, out)?;
+        }
         Ok(())
     }
 }

@@ -31,7 +31,8 @@ impl Native<'_, '_> {
         }
         let u = scene.point(state, &POINT, Field::Displacement).unwrap();
         self.numbers.push(watch.map_or(0.0, |d| u.iter().zip(d).map(|(u, d)| u * d).sum()));
-        self.numbers.push(scene.energy(state).unwrap());
+        let energies = [scene.energy(state), scene.kinetic_energy(state), scene.strain_energy(state)];
+        self.numbers.extend(energies.map(|energy| energy.unwrap()));
     }
 
     fn march<T: Scalar>(&mut self, structure: StructureChoice) {
