@@ -209,13 +209,7 @@ impl Body {
                 .flight()
                 .and_then(|free| flight::value(free, variable))
                 .ok_or(Refusal::NoVariable)?,
-            V::Total(index) => {
-                let mut value = [0.0];
-                let quantity = Variable::total(index).ok_or(Refusal::NoVariable)?;
-                self.body.read(quantity, 0, Field::Displacement, &mut value)?;
-                let [value] = value;
-                value
-            }
+            V::Total(index) => self.body.total(Variable::total(index).ok_or(Refusal::NoVariable)?)?,
             V::Time => return Err(Refusal::NoVariable),
         })
     }

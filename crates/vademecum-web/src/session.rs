@@ -267,8 +267,8 @@ impl<T: Scalar> Session<'_, T> {
                 u.iter().zip(watch.direction).map(|(u, d)| u * d).sum()
             }
         };
-        for (quantity, out) in Quantity::totals().zip(totals.chunks_exact_mut(1)) {
-            self.body.read(quantity, 0, Field::Displacement, out)?;
+        for (quantity, out) in Quantity::totals().zip(totals) {
+            *out = self.body.total(quantity)?;
         }
         Ok(())
     }

@@ -264,6 +264,20 @@ impl<T: Scalar> Body<'_, T> {
         }
     }
 
+    /// A scalar of the whole body, one of [`Quantity::totals`].
+    ///
+    /// # Errors
+    /// [`OutputError`]; [`OutputError::OutOfRange`] for any other quantity.
+    pub fn total(&self, quantity: Quantity) -> Result<f64, OutputError> {
+        let (scene, state) = (&self.scene, &self.state);
+        match quantity {
+            Quantity::Energy => scene.energy(state),
+            Quantity::KineticEnergy => scene.kinetic_energy(state),
+            Quantity::StrainEnergy => scene.strain_energy(state),
+            _ => Err(OutputError::OutOfRange { index: quantity.number() as usize, count: 0 }),
+        }
+    }
+
     /// Reads a quantity; `out` has its [`Body::length`].
     ///
     /// ```
@@ -323,9 +337,7 @@ impl<T: Scalar> Body<'_, T> {
             Q::VonMises => fill(out, [scene.stress(state, index)?.von_mises()]),
             Q::ReactionForce => fill(out, scene.reaction(state, index)?.total()),
             Q::ReactionMoment => fill(out, scene.reaction(state, index)?.total().into_iter().skip(3)),
-            Q::Energy => fill(out, alone(scene.energy(state)?)?),
-            Q::KineticEnergy => fill(out, alone(scene.kinetic_energy(state)?)?),
-            Q::StrainEnergy => fill(out, alone(scene.strain_energy(state)?)?),
+            Q::Energy | Q::KineticEnergy | Q::StrainEnergy => fill(out, alone(self.total(quantity)?)?),
             Q::FramePosition | Q::FrameAttitude | Q::FrameVelocity | Q::FrameSpin if index > 0 => {
                 Err(beyond(index))
             }
