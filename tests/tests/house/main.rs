@@ -170,7 +170,7 @@ fn unsafe_is_where_contributing_says() {
 
 const BROWSER_MODULE: &str = "crates/vademecum-cli/assets/evaluator.wasm";
 /// The size that the browser module may have, in bytes: large displacements took 62 000 of them.
-const BROWSER_MODULE_LIMIT: usize = 450_000;
+const BROWSER_MODULE_LIMIT: usize = 480_000;
 
 #[test]
 fn the_browser_module_is_small() {
