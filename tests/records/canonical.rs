@@ -6,13 +6,11 @@
 
 use std::time::Instant;
 
-use vademecum_build::chapter::{
-    ChapterCertificate, ChapterMap, ChapterSetting, ChapterUnseen, certify_chapter,
-};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::export::NodeOrder;
 use vademecum_build::input::{BasisKind, ChapterEntry, Problem, Repair};
 use vademecum_build::progress::Silent;
+use vademecum_chapter::{ChapterCertificate, ChapterMap, ChapterSetting, ChapterUnseen, certify_chapter};
 use vademecum_eval::{Contact, Place};
 use vademecum_format::{Chapter, File};
 use vademecum_lab::chapter_bytes;

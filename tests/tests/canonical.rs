@@ -4,8 +4,9 @@
 use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
-use vademecum_build::pipeline::{BuildOptions, Outcome, build};
+use vademecum_build::pipeline::{BuildOptions, Outcome};
 use vademecum_build::progress::Silent;
+use vademecum_chapter::build;
 use vademecum_eval::chapter::{
     ChapterBindError, ChapterLoadError, ChapterScene, ChapterState, ChapterStepError,
 };

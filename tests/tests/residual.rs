@@ -120,9 +120,12 @@ fn info_tells_the_bound() {
     assert!(number("p95") <= number("worst") && number("worst") < 1.0);
     assert_eq!(bound["kind"], "estimate");
     let said = info(with(), &[]).stdout;
-    assert!(said.lines().any(|line| line.starts_with("estimate: after a jump")), "{said}");
+    assert!(
+        said.lines().any(|line| line.starts_with("estimate: truncation error after a step load")),
+        "{said}"
+    );
     assert!(info(without(), &["--json"]).json()["certificate"]["bound"].is_null());
-    assert!(!info(without(), &[]).stdout.contains("after a jump"));
+    assert!(!info(without(), &[]).stdout.contains("after a step load"));
     // Packed sections are read too.
     let packed = pack(with(), 3).expect("packed");
     assert_eq!(&info(&packed, &["--json"]).json()["certificate"]["bound"], bound);

@@ -67,7 +67,6 @@
 
 pub mod basis;
 pub mod certificate;
-pub mod chapter;
 pub mod dynamics;
 pub mod export;
 pub mod fem;

@@ -225,7 +225,7 @@ fn what_is_installed_serves_pkg_config_cmake_and_cplusplus() {
     if there("cmake") {
         let project = format!(
             "cmake_minimum_required(VERSION 3.18)\nproject(use LANGUAGES C CXX)\nset(CMAKE_CXX_STANDARD 17)\n\
-             find_package(vademecum 0.1 REQUIRED)\n\
+             find_package(vademecum 0.2 REQUIRED)\n\
              add_executable(installed {c})\ntarget_link_libraries(installed PRIVATE vademecum::vademecum)\n\
              add_executable(props {cpp})\ntarget_link_libraries(props PRIVATE vademecum::shared)\n\
              add_subdirectory({own} own)\n\

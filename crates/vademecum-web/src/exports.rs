@@ -14,7 +14,7 @@ use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole};
 use vademecum_eval::{
-    Contact, Field, Place, RegionScales, SceneOptions, Status, StructureChoice, SurfacePoint,
+    Contact, Field, Place, Quantity, RegionScales, SceneOptions, Status, StructureChoice, SurfacePoint,
 };
 
 use crate::message::Message;
@@ -221,6 +221,17 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     1
 }
 
+/// Leaves the row of scalar `index` of the whole body in the exchange buffer: places and lengths of its name, its
+/// unit and a line about it. 0 if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn total(index: usize) -> u32 {
+    let Some(quantity) = Quantity::totals().nth(index) else { return 0 };
+    let text = |text: &str| [text.as_ptr() as usize as f64, text.len() as f64];
+    let unit = quantity.unit(Field::Displacement).unwrap_or_default();
+    module().give([quantity.name(), unit, quantity.text()].into_iter().flat_map(text));
+    1
+}
+
 /// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block, 4 exact), `Δt` \[s\], scales of
 /// stiffness and density, `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's
 /// stiffness and of each region's density, 8 and 8.
@@ -262,7 +273,7 @@ pub extern "C" fn bind_len(double: u32) -> usize {
     let options = options(&module.exchange);
     let lengths = if double == 0 { lengths::<f32>(file, &options) } else { lengths::<f64>(file, &options) };
     match lengths {
-        Ok((numbers, work)) => 8 * (numbers + work),
+        Ok((body, field)) => 8 * (body + field),
         Err(refusal) => {
             module.message.say(&refusal);
             0
@@ -281,16 +292,16 @@ pub unsafe extern "C" fn bind(double: u32, at: *mut u8) -> u32 {
     module.bound = Bound::Nothing;
     let Some(file) = &module.file else { return 0 };
     let options = options(&module.exchange);
-    // SAFETY (both): the range holds `bind_len` bytes, 8 for each number of the session and of its work.
+    // SAFETY (both): the range holds `bind_len` bytes, 8 for each number of the body and of its field.
     let bound = if double == 0 {
-        lengths::<f32>(file, &options).and_then(|(n, work)| {
-            let (memory, work) = unsafe { split(at, n, work) };
-            Session::<f32>::bind(file, &options, memory, work).map(Bound::Single)
+        lengths::<f32>(file, &options).and_then(|(body, field)| {
+            let (field, memory) = unsafe { split(at, field, body) };
+            Session::<f32>::bind(file, &options, memory, field).map(Bound::Single)
         })
     } else {
-        lengths::<f64>(file, &options).and_then(|(n, work)| {
-            let (memory, work) = unsafe { split(at, n, work) };
-            Session::<f64>::bind(file, &options, memory, work).map(Bound::Double)
+        lengths::<f64>(file, &options).and_then(|(body, field)| {
+            let (field, memory) = unsafe { split(at, field, body) };
+            Session::<f64>::bind(file, &options, memory, field).map(Bound::Double)
         })
     };
     match bound {
@@ -305,15 +316,15 @@ pub unsafe extern "C" fn bind(double: u32, at: *mut u8) -> u32 {
     }
 }
 
-/// Numbers of a session and of its work in one range, 8 bytes each, set to zero.
+/// Numbers of a field and of a body in one range, 8 bytes each, set to zero.
 ///
 /// # Safety
-/// The range is lent and holds `8 (n + work)` bytes, aligned to 8.
-unsafe fn split<T>(at: *mut u8, n: usize, work: usize) -> (&'static mut [T], &'static mut [f64]) {
+/// The range is lent and holds `8 (n + body)` bytes, aligned to 8.
+unsafe fn split<T>(at: *mut u8, n: usize, body: usize) -> (&'static mut [T], &'static mut [f64]) {
     // SAFETY: the caller's promise; zero bytes are the number 0 in both precisions.
     unsafe {
-        at.write_bytes(0, 8 * (n + work));
-        (from_raw_parts_mut(at.cast::<T>(), n), from_raw_parts_mut(at.add(8 * n).cast::<f64>(), work))
+        at.write_bytes(0, 8 * (n + body));
+        (from_raw_parts_mut(at.cast::<T>(), n), from_raw_parts_mut(at.add(8 * n).cast::<f64>(), body))
     }
 }
 

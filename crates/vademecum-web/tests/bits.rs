@@ -31,7 +31,8 @@ impl Native<'_, '_> {
         }
         let u = scene.point(state, &POINT, Field::Displacement).unwrap();
         self.numbers.push(watch.map_or(0.0, |d| u.iter().zip(d).map(|(u, d)| u * d).sum()));
-        self.numbers.push(scene.energy(state).unwrap());
+        let energies = [scene.energy(state), scene.kinetic_energy(state), scene.strain_energy(state)];
+        self.numbers.extend(energies.map(|energy| energy.unwrap()));
     }
 
     fn march<T: Scalar>(&mut self, structure: StructureChoice) {
@@ -99,9 +100,9 @@ impl Native<'_, '_> {
 fn press<T: Scalar>(file: &File<'_>, numbers: &mut Vec<f64>) -> usize {
     let options =
         SceneOptions { structure: StructureChoice::Exact, alpha: Some(0.0), ..SceneOptions::default() };
-    let (length, work) = lengths::<T>(file, &options).unwrap();
-    let mut memory = vec![T::ZERO; length];
-    let mut session = Session::bind(file, &options, &mut memory, &mut vec![0.0; work]).unwrap();
+    let (body, field) = lengths::<T>(file, &options).unwrap();
+    let (mut memory, mut field) = (vec![0.0; body], vec![T::ZERO; field]);
+    let mut session = Session::bind(file, &options, &mut memory, &mut field).unwrap();
     session.add_pattern(0, -0.3).unwrap();
     let [x, y, z] = Surface::new(file).unwrap().locate([0.3, 0.2, 0.9]).unwrap().position;
     let (centre, target) = ([x, y, z + 0.21], [x + 0.1, y, z + 0.15]);

@@ -21,9 +21,9 @@ fn beam() -> &'static [u8] {
 
 fn with_session<T: Scalar>(options: &SceneOptions, act: impl FnOnce(&mut Session<'_, T>)) {
     let file = File::parse(beam()).expect("a file");
-    let (numbers, work) = lengths::<T>(&file, options).expect("lengths");
-    let mut memory = vec![T::ZERO; numbers];
-    let mut session = Session::bind(&file, options, &mut memory, &mut vec![0.0; work]).expect("a session");
+    let (body, field) = lengths::<T>(&file, options).expect("lengths");
+    let (mut memory, mut field) = (vec![0.0; body], vec![T::ZERO; field]);
+    let mut session = Session::bind(&file, options, &mut memory, &mut field).expect("a session");
     act(&mut session);
 }
 

@@ -228,7 +228,7 @@ impl<'a> Learner<'a> {
 
     fn columns(&self, basis: &FollowedBasis, prior: Prior) -> Columns {
         let FollowedBasis { vectors, eigenvalues, .. } = basis;
-        let pairs = Pairs { interacting: eigenvalues.len(), coupled: 0 };
+        let pairs = Pairs { interacting: eigenvalues.len() };
         columns(&self.strain, (vectors.as_ref(), eigenvalues), pairs, prior, (self.symbolic, &self.factor))
     }
 

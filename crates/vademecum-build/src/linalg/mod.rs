@@ -3,7 +3,7 @@
 mod random;
 pub(crate) mod stored;
 
-pub(crate) use random::LoadDraw;
+pub use random::LoadDraw;
 pub use random::Random;
 
 use faer::linalg::matmul::matmul;
@@ -28,7 +28,7 @@ pub(crate) fn symmetric_part(a: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// `v / ‖v‖`; NaN for a zero vector.
-pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
+pub fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
     v.map(|x| x / length)
 }

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use vademecum_build::certificate::StructureReport;
-use vademecum_build::chapter::ChapterReport;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
+use vademecum_build::report::ChapterReport;
+use vademecum_chapter::report_of_file;
 use vademecum_eval::RigidBody;
 use vademecum_format::{Axis, Chapter, File, Parameter, Section, SectionKind};
 use vademecum_rewrite::{Loss, RewriteError, TermReduction, check_coordinates, fewest_terms, read_losses};
@@ -179,7 +180,7 @@ impl Certificates {
         let figures = figures(file)?;
         let diagonal = StructureReport::new(&m.certificate.diagonal, &figures.diagonal);
         let block = StructureReport::new(&m.certificate.block, &figures.block);
-        let canonical = ChapterReport::of_file(file)?;
+        let canonical = report_of_file(file)?;
         let worst = match &canonical {
             Some(report) => &report.structure,
             None if m.block => &block,

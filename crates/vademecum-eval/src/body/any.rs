@@ -51,19 +51,22 @@ macro_rules! faced {
     (
         $(
             $(#[$about:meta])*
-            fn $name:ident $(<$life:lifetime>)? ($($own:ident)+; $($given:ident: $kind:ty),*) $(-> $answer:ty)?;
+            fn $name:ident $(<$life:lifetime>)?
+                ($($own:ident)+; $($given:ident: $kind:ty),*) $(-> $answer:ty)?;
         )*
     ) => {
         $(faced!(@one $(#[$about])* $name $(<$life>)? ($($own)+) ($($given: $kind),*) ($($answer)?));)*
     };
-    (@one $(#[$about:meta])* $name:ident $(<$life:lifetime>)? (shared) ($($given:ident: $kind:ty),*) ($($answer:ty)?)) => {
+    (@one $(#[$about:meta])* $name:ident $(<$life:lifetime>)?
+        (shared) ($($given:ident: $kind:ty),*) ($($answer:ty)?)) => {
         $(#[$about])*
         #[inline]
         pub fn $name $(<$life>)? (&self, $($given: $kind),*) $(-> $answer)? {
             either!(self, body => body.$name($($given),*))
         }
     };
-    (@one $(#[$about:meta])* $name:ident $(<$life:lifetime>)? (changed) ($($given:ident: $kind:ty),*) ($($answer:ty)?)) => {
+    (@one $(#[$about:meta])* $name:ident $(<$life:lifetime>)?
+        (changed) ($($given:ident: $kind:ty),*) ($($answer:ty)?)) => {
         $(#[$about])*
         #[inline]
         pub fn $name $(<$life>)? (&mut self, $($given: $kind),*) $(-> $answer)? {
@@ -253,7 +256,8 @@ impl<'m> AnyBody<'m> {
         ///
         /// # Errors
         /// [`LoadError`].
-        fn push_pattern_staged(changed; pattern: usize, amplitudes: &[f64; 1 + MAX_STAGES]) -> Result<(), LoadError>;
+        fn push_pattern_staged(changed; pattern: usize, amplitudes: &[f64; 1 + MAX_STAGES])
+            -> Result<(), LoadError>;
         /// [`Body::push_base`].
         ///
         /// # Errors

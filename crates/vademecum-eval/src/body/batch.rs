@@ -558,7 +558,8 @@ impl<T: Scalar, const N: usize> Kernel for Groups<'_, '_, '_, T, N> {
     }
 }
 
-/// [`step_diagonal`](crate::kernels::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at
+/// [`step_diagonal`](crate::kernels::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`]
+/// instances at
 /// once.
 #[inline(always)]
 fn step_modes<T: Scalar, const N: usize>(

@@ -8,7 +8,7 @@ use crate::base::error::{BindError, LoadError, OutputError, StepError};
 use crate::base::lend::Lender;
 use crate::base::options::{SceneOptions, Status, Structure};
 use crate::base::scalar::Scalar;
-use crate::body::saved::identity;
+use crate::body::identity::identity;
 use crate::flight::free::FreeBody;
 use crate::flight::rigid::{RigidBody, RigidMotion};
 use crate::scene::loads::Loads;

@@ -3,6 +3,7 @@
 pub(crate) mod any;
 pub(crate) mod batch;
 pub(crate) mod body;
+pub(crate) mod identity;
 pub(crate) mod quantity;
 pub(crate) mod saved;
 #[cfg(feature = "alloc")]

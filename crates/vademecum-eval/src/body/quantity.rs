@@ -54,33 +54,70 @@ pub enum Quantity {
 struct Row {
     quantity: Quantity,
     name: &'static str,
+    text: &'static str,
     /// Unit, and that of its velocity where it has one.
     units: (&'static str, Option<&'static str>),
 }
 
-const fn row(quantity: Quantity, name: &'static str, unit: &'static str, rate: Option<&'static str>) -> Row {
-    Row { quantity, name, units: (unit, rate) }
+const fn row(
+    quantity: Quantity,
+    name: &'static str,
+    unit: &'static str,
+    rate: Option<&'static str>,
+    text: &'static str,
+) -> Row {
+    Row { quantity, name, text, units: (unit, rate) }
 }
 
 /// In the order of their numbers.
 const TABLE: [Row; 17] = [
-    row(Quantity::Probe, "probe", "m", Some("m/s")),
-    row(Quantity::Node, "node", "m", Some("m/s")),
-    row(Quantity::Point, "point", "m", Some("m/s")),
-    row(Quantity::Surface, "surface", "m", Some("m/s")),
-    row(Quantity::Whole, "whole", "m", Some("m/s")),
-    row(Quantity::Stress, "stress", "Pa", None),
-    row(Quantity::Strain, "strain", "1", None),
-    row(Quantity::VonMises, "von_mises", "Pa", None),
-    row(Quantity::ReactionForce, "reaction_force", "N", None),
-    row(Quantity::ReactionMoment, "reaction_moment", "N m", None),
-    row(Quantity::Energy, "energy", "J", None),
-    row(Quantity::KineticEnergy, "kinetic_energy", "J", None),
-    row(Quantity::StrainEnergy, "strain_energy", "J", None),
-    row(Quantity::FramePosition, "frame_position", "m", None),
-    row(Quantity::FrameAttitude, "frame_attitude", "1", None),
-    row(Quantity::FrameVelocity, "frame_velocity", "m/s", None),
-    row(Quantity::FrameSpin, "frame_spin", "rad/s", None),
+    row(
+        Quantity::Probe,
+        "probe",
+        "m",
+        Some("m/s"),
+        "Displacement along the direction of a probe, or the strain of a gauge",
+    ),
+    row(Quantity::Node, "node", "m", Some("m/s"), "Displacement of a node"),
+    row(Quantity::Point, "point", "m", Some("m/s"), "Displacement of a place of the surface"),
+    row(Quantity::Surface, "surface", "m", Some("m/s"), "Displacement of the surface"),
+    row(Quantity::Whole, "whole", "m", Some("m/s"), "Displacement of the whole body"),
+    row(Quantity::Stress, "stress", "Pa", None, "Stress at a point: xx, yy, zz, xy, yz, zx"),
+    row(Quantity::Strain, "strain", "1", None, "Strain at a point: xx, yy, zz, xy, yz, zx"),
+    row(Quantity::VonMises, "von_mises", "Pa", None, "Von Mises equivalent stress at a point"),
+    row(Quantity::ReactionForce, "reaction_force", "N", None, "Force that a support exerts on the body"),
+    row(
+        Quantity::ReactionMoment,
+        "reaction_moment",
+        "N m",
+        None,
+        "Moment that a support exerts on the body, about the point of the support",
+    ),
+    row(Quantity::Energy, "energy", "J", None, "Kinetic plus elastic energy"),
+    row(Quantity::KineticEnergy, "kinetic_energy", "J", None, "Kinetic energy of the elastic motion"),
+    row(
+        Quantity::StrainEnergy,
+        "strain_energy",
+        "J",
+        None,
+        "Strain energy, that of the residual flexibility included",
+    ),
+    row(Quantity::FramePosition, "frame_position", "m", None, "Centre of a body that flies"),
+    row(
+        Quantity::FrameAttitude,
+        "frame_attitude",
+        "1",
+        None,
+        "Attitude of a body that flies: a quaternion, real part first",
+    ),
+    row(
+        Quantity::FrameVelocity,
+        "frame_velocity",
+        "m/s",
+        None,
+        "Velocity of the centre of a body that flies",
+    ),
+    row(Quantity::FrameSpin, "frame_spin", "rad/s", None, "Angular velocity in space of a body that flies"),
 ];
 
 impl Quantity {
@@ -103,6 +140,12 @@ impl Quantity {
     #[must_use]
     pub fn name(self) -> &'static str {
         self.row().map_or("", |row| row.name)
+    }
+
+    /// A line about it, for people.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        self.row().map_or("", |row| row.text)
     }
 
     /// The quantity of this name.
@@ -137,6 +180,15 @@ impl Quantity {
     #[must_use]
     pub fn has_velocity(self) -> bool {
         self.unit(Field::Velocity).is_some()
+    }
+
+    /// Scalars of the body as a whole, which are read without an index: energies. A front end that lists them
+    /// offers a new one without a change of its own.
+    pub fn totals() -> impl Iterator<Item = Self> {
+        use Quantity as Q;
+        Self::ALL
+            .into_iter()
+            .filter(|quantity| matches!(quantity, Q::Energy | Q::KineticEnergy | Q::StrainEnergy))
     }
 
     /// Whether one number is all of it.
@@ -212,6 +264,20 @@ impl<T: Scalar> Body<'_, T> {
         }
     }
 
+    /// A scalar of the whole body, one of [`Quantity::totals`].
+    ///
+    /// # Errors
+    /// [`OutputError`]; [`OutputError::OutOfRange`] for any other quantity.
+    pub fn total(&self, quantity: Quantity) -> Result<f64, OutputError> {
+        let (scene, state) = (&self.scene, &self.state);
+        match quantity {
+            Quantity::Energy => scene.energy(state),
+            Quantity::KineticEnergy => scene.kinetic_energy(state),
+            Quantity::StrainEnergy => scene.strain_energy(state),
+            _ => Err(OutputError::OutOfRange { index: quantity.number() as usize, count: 0 }),
+        }
+    }
+
     /// Reads a quantity; `out` has its [`Body::length`].
     ///
     /// ```
@@ -271,9 +337,7 @@ impl<T: Scalar> Body<'_, T> {
             Q::VonMises => fill(out, [scene.stress(state, index)?.von_mises()]),
             Q::ReactionForce => fill(out, scene.reaction(state, index)?.total()),
             Q::ReactionMoment => fill(out, scene.reaction(state, index)?.total().into_iter().skip(3)),
-            Q::Energy => fill(out, alone(scene.energy(state)?)?),
-            Q::KineticEnergy => fill(out, alone(scene.kinetic_energy(state)?)?),
-            Q::StrainEnergy => fill(out, alone(scene.strain_energy(state)?)?),
+            Q::Energy | Q::KineticEnergy | Q::StrainEnergy => fill(out, alone(self.total(quantity)?)?),
             Q::FramePosition | Q::FrameAttitude | Q::FrameVelocity | Q::FrameSpin if index > 0 => {
                 Err(beyond(index))
             }

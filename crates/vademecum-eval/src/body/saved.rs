@@ -6,7 +6,6 @@ use crate::base::scalar::Scalar;
 use crate::body::body::Body;
 use crate::flight::rigid::RigidMotion;
 use crate::scene::scene::Scene;
-use vademecum_format::{File, SectionKind, checksum};
 
 /// First bytes of every saved state; the last of them is the version of the layout.
 const MAGIC: [u8; 4] = *b"VDS\x01";
@@ -299,22 +298,6 @@ impl<T: Scalar> Body<'_, T> {
         let ([m, a, g, v], [b, c, d, e, p, q, r, s]) = (MAGIC, self.identity);
         [m, a, g, v, b, c, d, e, p, q, r, s, self.scene.structure() as u8, precision, flags, 0]
     }
-}
-
-/// What a file and all that are made of it without another build have in common: checksums of its mesh and
-/// its counts, and of the reduced stiffness, which says what the coordinates mean.
-pub(crate) fn identity(file: &File<'_>) -> [u8; 8] {
-    let metadata = file.metadata();
-    let mut mesh = metadata.mesh_hash;
-    for (at, n) in [metadata.n_modes, metadata.n_patterns, metadata.n_regions].into_iter().enumerate() {
-        let place = mesh.iter_mut().skip(4 * at);
-        place.zip(n.to_le_bytes()).for_each(|(to, byte)| *to ^= byte);
-    }
-    let kinds = [SectionKind::Eigenvalues, SectionKind::ReducedStiffness, SectionKind::StrainLinear];
-    let sections = kinds.into_iter().filter_map(|kind| file.section(kind)?.raw().ok());
-    let [b, c, d, e] = checksum(&mesh).to_le_bytes();
-    let [p, q, r, s] = sections.fold(0, |sum, bytes| sum ^ checksum(bytes)).to_le_bytes();
-    [b, c, d, e, p, q, r, s]
 }
 
 /// `Δt`, density and the other parameters of a scene.

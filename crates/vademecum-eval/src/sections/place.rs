@@ -5,7 +5,7 @@ use core::fmt;
 /// Largest number of nodes of a place.
 pub const MAX_PLACE_NODES: usize = 16;
 
-/// How far the weights of a place may sum from 1: weights that were printed or rounded to single precision pass.
+/// Largest distance of the sum of weights from 1: printed weights, and those in single precision, pass.
 const WEIGHT_TOLERANCE: f64 = 1e-6;
 
 /// Frame number of a place that is a list of nodes.

@@ -63,7 +63,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(value)
     }
 
-    /// Displacement or velocity of a place, such as a [`SurfacePoint`](crate::SurfacePoint), three components.
+    /// Displacement or velocity of a place, such as a [`SurfacePoint`](crate::SurfacePoint).
     /// `O(r)`.
     ///
     /// ```

@@ -6,10 +6,10 @@ use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepErr
 use vademecum_eval::{OutputError, StepError};
 use vademecum_format::FormatError;
 
-use crate::basis::SnapshotError;
-use crate::dynamics::MarchError;
-use crate::fem::FactorError;
-use crate::separated::SeparatedError;
+use vademecum_build::basis::SnapshotError;
+use vademecum_build::dynamics::MarchError;
+use vademecum_build::fem::FactorError;
+use vademecum_build::separated::SeparatedError;
 
 /// Why there is no map in the chapter's representation.
 #[derive(Debug, thiserror::Error)]

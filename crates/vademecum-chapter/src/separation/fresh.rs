@@ -2,10 +2,10 @@
 
 use super::inputs::{Inputs, Part, Span};
 use super::stage::StageError;
-use crate::linalg::Random;
-use crate::separated::linalg::product;
-use crate::separated::solution::Separated;
 use faer::Mat;
+use vademecum_build::linalg::Random;
+use vademecum_build::separated::Separated;
+use vademecum_build::separated::product;
 
 /// Random points and the exact answers there, in coordinates of the span.
 pub(super) struct Fresh {

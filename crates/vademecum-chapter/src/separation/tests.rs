@@ -1,10 +1,10 @@
 //! The chapter's representation on a beam, each repair apart, and on a lattice.
 
+use super::surrogate::Pencil;
 use super::*;
-use crate::separated::surrogate::Pencil;
-use crate::separated::*;
 use faer::Mat;
 use std::time::Instant;
+use vademecum_build::separated::*;
 
 /// Stage 1 (`third` is Δt² ζ̈, weights 16, 8, 1) or 2 (`third` is ζ½, weights −19, −5, 28) of Bathe's scheme.
 struct Case {
@@ -129,7 +129,7 @@ fn table(case: &Case, positions: usize, second: bool) -> Vec<(usize, StageError)
     variants(3 * modes + positions).into_iter().map(run).collect()
 }
 
-/// What the chapter and its repairs do on the beam. Separate blocks do not lower the error of the load on
+/// The chapter and its repairs on the beam. Separate blocks do not lower the error of the load on
 /// every body: on a lattice of 4 × 4 × 12 nodes with 6 modes and 10 positions it is 7.4e-2 with them in stage
 /// 1 and 5.5e-2 without.
 fn check(rows: &[(usize, StageError)], rank: usize) {

@@ -1,14 +1,14 @@
 //! A stage as the engine takes it: axes, one-axis functions, and the span of all exact answers.
 
 use super::stage::ChapterStage;
-use crate::separated::axis::{Axis, AxisKind};
-use crate::separated::compress::{Energy, EnergyBasis};
-use crate::separated::error::{SeparatedError, check_len};
-use crate::separated::kronecker::{KroneckerProblem, Source};
-use crate::separated::linalg::{product, transposed_product};
-use crate::separated::solution::Separated;
-use crate::separated::space::{DenseSpace, Space};
 use faer::{Mat, MatRef};
+use vademecum_build::separated::Separated;
+use vademecum_build::separated::{Axis, AxisKind};
+use vademecum_build::separated::{DenseSpace, Space};
+use vademecum_build::separated::{Energy, EnergyBasis};
+use vademecum_build::separated::{KroneckerProblem, Source};
+use vademecum_build::separated::{SeparatedError, check_len};
+use vademecum_build::separated::{product, transposed_product};
 
 /// Axes, and for every right-hand side its functions on them (one where none is named).
 pub(super) struct Inputs {

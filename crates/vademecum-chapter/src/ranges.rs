@@ -4,11 +4,11 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use vademecum_format::scheme::HISTORY;
 
-use crate::basis::{Runs, SnapshotError, run_loads};
-use crate::dynamics::{FullOrder, MarchError, State, Workspace, march_stages};
-use crate::input::ChapterEntry;
-use crate::prepared::Body;
-use crate::progress::{Cancelled, Listener, Quiet};
+use vademecum_build::basis::{Runs, SnapshotError, run_loads};
+use vademecum_build::dynamics::{FullOrder, MarchError, State, Workspace, march_stages};
+use vademecum_build::input::ChapterEntry;
+use vademecum_build::prepared::Body;
+use vademecum_build::progress::{Cancelled, Listener, Quiet};
 
 /// Width given to a coordinate the runs do not move, relative to the widest of its family.
 const LEAST_WIDTH: f64 = 1e-6;

@@ -2,8 +2,9 @@
 
 use vademecum_format::SectionKind as S;
 
-use super::{ChapterCertificate, ChapterMap, MapPart};
-use crate::export::{Draft, NodeOrder};
+use crate::certificate::ChapterCertificate;
+use crate::map::{ChapterMap, MapPart};
+use vademecum_build::export::{Draft, NodeOrder};
 
 /// Tables of parts and axes, factors and terms, positions and direction, the certificate.
 pub fn sections(map: &ChapterMap, certificate: &ChapterCertificate, order: &NodeOrder) -> Vec<Draft> {

@@ -3,38 +3,28 @@
 //!
 //! Stage `i` solves `(m̃M + k̃K) u_i = Σ_j (a_j M + b_j K) B x_j + Δt² p F(s)`, the `x_j` being what the
 //! scheme's table takes of the history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`: three families for both stages of
-//! Bathe's scheme, as in (5.5) and (5.6). The engine of [`separation`] finds `u_i = Σ_t Π_a g_ta(x_a) F_t` at
+//! Bathe's scheme, as in (5.5) and (5.6). The engine of [`separation`](crate::separation) finds
+//! `u_i = Σ_t Π_a g_ta(x_a) F_t` at
 //! full order; kept are `ΠF_t`. Axes range over what the full-order runs of the snapshots visit (`ranges`).
 //!
 //! The odd thing: it is here to be compared with. The map is linear in all of this, so the answer is known
 //! (one term per right-hand side), and greedy enrichment does not find it (docs/measurements/chapter.md).
-
-mod certificate;
-mod error;
-mod ranges;
-mod report;
-mod sections;
-pub mod separation;
-
-pub use certificate::{ChapterCertificate, ChapterUnseen, certify_chapter};
-pub use error::ChapterError;
-pub use report::ChapterReport;
-pub use sections::sections;
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::{HISTORY, SchemeTable, StageCoefficients};
 use vademecum_format::{ChapterAxis, ChapterRole};
 
-use crate::basis::{Basis, Runs, spread_nodes};
-use crate::dynamics::FullOrder;
-use crate::fem::{Factor, Pencil, Solve, Symbolic};
-use crate::input::{ChapterEntry, Projection, Repair};
-use crate::prepared::Prepared;
-use crate::progress::Listener;
-use crate::separated::{Axis, AxisKind, EnrichmentOptions, SeparatedError, Space, StopReason};
-use ranges::history_ranges;
-use separation::{ChapterOptions, ChapterStage, StageError, StateFamily, separate};
+use crate::error::ChapterError;
+use crate::ranges::history_ranges;
+use crate::separation::{ChapterOptions, ChapterStage, SeparatedPart, StageError, StateFamily, separate};
+use vademecum_build::basis::{Basis, Runs, spread_nodes};
+use vademecum_build::dynamics::FullOrder;
+use vademecum_build::fem::{Factor, Pencil, Solve, Symbolic};
+use vademecum_build::input::{ChapterEntry, Projection, Repair};
+use vademecum_build::prepared::Prepared;
+use vademecum_build::progress::Listener;
+use vademecum_build::separated::{Axis, AxisKind, EnrichmentOptions, SeparatedError, Space, StopReason};
 
 /// Names and units of the families of a history.
 const FAMILIES: [(&str, &str); HISTORY] = [
@@ -95,7 +85,7 @@ pub struct ChapterMap {
     pub load: [f64; 2],
 }
 
-/// What the stages are separated over, before any is: what the ranges are taken from, and where loads can
+/// The domain that the stages are separated over: the source of the ranges, and the places where loads can
 /// stand.
 pub struct ChapterSetting {
     entry: ChapterEntry,
@@ -180,7 +170,7 @@ impl ChapterSetting {
         let options = self.options(stage.loads.ncols() + families.len() * basis.n_modes());
         let found = separate(&stage, &space, &mass, &options)?;
         let projected = self.projector.transpose() * &found.span;
-        let part = |part: &separation::SeparatedPart| {
+        let part = |part: &SeparatedPart| {
             let axes = found.axes[part.axes.clone()].iter().zip(part.axes.clone());
             let terms = &projected * part.solution.blocks();
             let factors = (0..part.axes.len()).map(|a| part.solution.factors(a).to_owned()).collect();
@@ -296,7 +286,7 @@ impl MapPart {
     }
 }
 
-/// What turns a physical entry of the history into the table's scaled one.
+/// Factor from a physical entry of the history to the table's scaled one.
 fn family_scale(family: usize, time_step: f64) -> f64 {
     match family {
         1 => time_step,

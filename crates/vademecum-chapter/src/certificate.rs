@@ -1,4 +1,4 @@
-//! What a build measures about the chapter's structure: unseen loads at its positions, full order beside the
+//! Certificate of the chapter's structure: unseen loads at its positions, full order beside the
 //! evaluator on the bytes that ship, and whether the trajectories stayed on its axes.
 
 use faer::{Mat, MatRef};
@@ -7,25 +7,26 @@ use vademecum_eval::{Contact, Place, SceneOptions};
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{ChapterRole, File, StructureCertificate};
 
-use super::separation::StageError;
-use super::{ChapterError, ChapterMap, StageMap};
-use crate::basis::{Basis, Runs};
-use crate::certificate::StructureMeasured;
-use crate::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
-use crate::export::NodeOrder;
-use crate::fem::SymmetricMatrix;
-use crate::linalg::{LoadDraw, unit};
-use crate::prepared::Body;
-use crate::progress::Listener;
+use crate::error::ChapterError;
+use crate::map::{ChapterMap, StageMap};
+use crate::separation::StageError;
+use vademecum_build::basis::{Basis, Runs};
+use vademecum_build::certificate::StructureMeasured;
+use vademecum_build::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
+use vademecum_build::export::NodeOrder;
+use vademecum_build::fem::SymmetricMatrix;
+use vademecum_build::linalg::{LoadDraw, unit};
+use vademecum_build::prepared::Body;
+use vademecum_build::progress::Listener;
 
 /// Unseen trajectories marched side by side.
 const TRAJECTORIES: usize = 3;
 /// Factors read in the free run; it is as long as that allows, and 100 000 steps at most.
 const FREE_RUN_WORK: usize = 1_000_000_000;
-/// Where the draw of the loads starts.
+/// Seed of the draw of loads.
 const SEED: u64 = 0x5EED_0002;
 
-/// What was measured of a canonical map.
+/// Measurements of a canonical map.
 #[derive(Clone, Debug)]
 pub struct ChapterCertificate {
     /// As of the other structures, over the steps that were on the axes. The map errors are those of the

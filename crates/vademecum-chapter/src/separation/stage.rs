@@ -11,7 +11,7 @@ pub struct StateFamily {
     pub unit: String,
     /// Range of each coordinate in its unit, as the snapshots give it.
     pub ranges: Vec<(f64, f64)>,
-    /// What turns the coordinate into a scaled one: 1, Δt or Δt².
+    /// Factor that makes the coordinate a scaled one: 1, Δt or Δt².
     pub scale: f64,
     /// Right-hand sides per unit of the *scaled* coordinate, `(n_rows, n_modes)`: `(h_M M + h_K K) φ_j`.
     pub columns: Mat<f64>,

@@ -18,18 +18,18 @@ mod stage;
 
 pub use stage::{ChapterStage, StageError, StateFamily};
 
-use crate::separated::axis::Axis;
-use crate::separated::compress::Energy;
-use crate::separated::enrich::enrich;
-use crate::separated::error::{SeparatedError, check_len};
-use crate::separated::greedy::{EnrichmentOptions, EnrichmentReport};
-use crate::separated::solution::Separated;
-use crate::separated::space::Space;
 use faer::Mat;
 use fresh::Fresh;
 use inputs::{Inputs, Span};
+use vademecum_build::separated::Axis;
+use vademecum_build::separated::Energy;
+use vademecum_build::separated::Separated;
+use vademecum_build::separated::Space;
+use vademecum_build::separated::enrich;
+use vademecum_build::separated::{EnrichmentOptions, EnrichmentReport};
+use vademecum_build::separated::{SeparatedError, check_len};
 
-/// What is done about the chapter's weaknesses; with everything off it is the chapter.
+/// Remedies for the chapter's weaknesses; with everything off it is the chapter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChapterOptions {
     /// Axes in `(ζ, Δt ζ̇, Δt² ζ̈)`. Makes the numbers comparable for rounding and `f32`; a change of units
@@ -65,7 +65,7 @@ pub struct SeparatedStage {
     pub span: Mat<f64>,
     /// Its error against the exact stage solve.
     pub error: StageError,
-    /// What each enrichment did: one report, or state then load.
+    /// Reports of the enrichments: one report, or state then load.
     pub reports: Vec<EnrichmentReport>,
 }
 
@@ -114,5 +114,7 @@ pub fn separate<S: Space>(
     Ok(SeparatedStage { axes: inputs.axes, parts: found_parts, span: span.basis, error, reports })
 }
 
+#[cfg(test)]
+mod surrogate;
 #[cfg(test)]
 mod tests;
