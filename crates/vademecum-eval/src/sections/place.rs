@@ -15,7 +15,8 @@ const NO_FRAME: u32 = u32::MAX;
 ///
 /// A point of a triangle has three nodes, one of a quadrilateral four, one of an embedded surface up to
 /// twelve. Radius 0 is a point. A positive radius and frames are part of the interface and refused by this
-/// version. Whoever is given a place checks it: a place in hand may be wrong.
+/// version. Whoever is given a place checks it: a place in hand may be wrong. Its layout is that of C, so
+/// that an interface of C can hand its own places over without a copy; every value of its numbers is allowed.
 ///
 /// ```
 /// use vademecum_eval::{Place, PlaceError};
@@ -26,6 +27,7 @@ const NO_FRAME: u32 = u32::MAX;
 /// # Ok::<(), PlaceError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Place {
     count: u32,
     frame: u32,
