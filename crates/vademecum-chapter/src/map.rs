@@ -4,8 +4,8 @@
 //! Stage `i` solves `(m̃M + k̃K) u_i = Σ_j (a_j M + b_j K) B x_j + Δt² p F(s)`, the `x_j` being what the
 //! scheme's table takes of the history `(ζ, Δt ζ̇, Δt² ζ̈, ζ_1, …)`: three families for both stages of
 //! Bathe's scheme, as in (5.5) and (5.6). The engine of [`separation`](crate::separation) finds
-//! `u_i = Σ_t Π_a g_ta(x_a) F_t` at
-//! full order; kept are `ΠF_t`. Axes range over what the full-order runs of the snapshots visit (`ranges`).
+//! `u_i = Σ_t Π_a g_ta(x_a) F_t` at full order; kept are `ΠF_t`. Axes range over what the full-order runs of
+//! the snapshots visit (`ranges`).
 //!
 //! The odd thing: it is here to be compared with. The map is linear in all of this, so the answer is known
 //! (one term per right-hand side), and greedy enrichment does not find it (docs/measurements/chapter.md).

@@ -111,7 +111,7 @@ int main(void) {
     options.places = 0;
     if (vdm_measure(file, length, &options, &needs, text, sizeof text) < 0) return refused(text);
     if (needs.memory > bytes) return refused("the body does not fit into RAM");
-    if (vdm_bind(file, length, &options, memory, bytes, &body, text, sizeof text) < 0) return refused(text);
+    if (vdm_bind(file, length, &options, memory, needs.memory, &body, text, sizeof text) < 0) return refused(text);
 
     const int32_t host = host_open("contacts.txt");
     if (host < 0) return refused("the host has no file contacts.txt");
@@ -147,7 +147,7 @@ int main(void) {
         }
     }
     print_named("modes ", needs.modes);
-    print_named("lent ", needs.memory);
+    print_named("lent ", own + needs.work * sizeof(double));
     print_named("stack ", board_stack());
     print_named("counts ", sum);
     print_named("worst ", worst);

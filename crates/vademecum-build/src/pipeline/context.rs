@@ -124,7 +124,7 @@ fn model(
     Ok((prepared, first_period))
 }
 
-/// Whether a build marches anything at full order: snapshots, or the certificate of a scheme with stages.
+/// True where a build marches at full order: snapshots, or the certificate of a scheme with stages.
 fn marches(problem: &Problem, prepared: &Prepared) -> bool {
     !prepared.exact || problem.basis_kind() != BasisKind::Modes
 }

@@ -55,7 +55,7 @@ pub(super) fn damping_section(context: &BuildContext<'_>, r: usize) -> Option<Dr
     (!ratios.is_empty()).then(|| Draft::f64s(SectionKind::DampingRatios, [r, 1, 1], values))
 }
 
-/// Whether whole fields need the whole static answer: the problem leaves it open, its error is too large
+/// True where whole fields need the whole static answer: the problem leaves it open, its error is too large
 /// without, and the factor is not too large.
 fn wants_factor(
     context: &BuildContext<'_>,

@@ -31,7 +31,7 @@ pub struct CertifiedFile {
 /// The step of a file, and what was measured of it.
 #[derive(Default)]
 pub struct FileStep<'a> {
-    /// Whether the diagonal structure is offered, where the basis allows it.
+    /// The diagonal structure is offered, where the basis allows it.
     pub diagonal: bool,
     /// Terms of the block structure.
     pub block: Option<BlockTerms<'a>>,

@@ -42,7 +42,7 @@ const BEHIND: f64 = 2.0;
 const CERTIFYING: usize = 2;
 /// First periods of each push.
 const PUSH_PERIODS: f64 = 5.0;
-/// Where the pushes are drawn; no push of one draw is one of the other.
+/// Seeds of the draws; no push of one draw is one of the other.
 const SEEDS: [u64; 2] = [0xC400_5E01, 0xCE47_1F02];
 
 /// One file of large displacements.
@@ -131,7 +131,7 @@ struct Pushed<'a> {
 }
 
 impl Pushed<'_> {
-    /// What is measured of each push through the bytes of a strain map.
+    /// Measurements of each push through the bytes of a strain map.
     fn runs<T: Send>(
         &self,
         map: &Learnt,

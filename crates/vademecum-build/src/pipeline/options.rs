@@ -1,4 +1,4 @@
-//! What the user may change without changing the problem.
+//! Options of a build that do not change its file.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::store::Store;
 /// Options of a build that do not change its file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BuildOptions<'a> {
-    /// Where finished stages are kept and found again; the file is the same with and without.
+    /// The folder of finished stages; the file is the same with and without.
     pub store: Option<&'a Store>,
     /// Add terms where the fused step is unstable over live parameters; report and file say what was done.
     pub repair: bool,
@@ -18,7 +18,7 @@ pub struct BuildOptions<'a> {
     pub long: bool,
     /// Memory that may be used \[bytes\]; absent: what the machine and the limits of the process leave.
     pub memory: Option<u64>,
-    /// What factorises and solves with the stiffness, and searches for natural modes; absent: this process.
+    /// The engine that solves with the stiffness and computes natural modes; absent: this process.
     pub engine: Option<&'a Arc<dyn Engine>>,
     /// The precision of the factor of the stiffness in this process.
     pub precision: FactorPrecision,

@@ -6,11 +6,11 @@ use crate::report::{BuildReport, ToleranceMissed};
 pub struct Built {
     /// The file.
     pub bytes: Vec<u8>,
-    /// What was done and measured.
+    /// The report of what was done and measured.
     pub report: BuildReport,
 }
 
-/// How a build ends.
+/// The end of a build.
 pub enum Outcome {
     /// A structure of the file keeps the tolerance.
     Kept(Built),

@@ -24,9 +24,9 @@ pub struct ReducedModel {
     pub snapshots: usize,
     /// Residual flexibility, stress, reactions, and the factor of the stiffness where it is asked for.
     pub sections: Vec<Draft>,
-    /// Whether the residual flexibility is among them.
+    /// True if the residual flexibility is among them.
     pub has_residual: bool,
-    /// Whether the factor is among them.
+    /// True if the factor is among them.
     pub has_factor: bool,
 }
 
@@ -58,7 +58,7 @@ impl ReducedModel {
     }
 }
 
-/// What the basis leaves out of static answers, where the file has the diagonal structure.
+/// The residual flexibility: what the basis leaves out of static answers, where the file has the diagonal structure.
 fn residual(
     context: &BuildContext<'_>,
     problem: &Problem,
