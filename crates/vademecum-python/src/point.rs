@@ -103,7 +103,7 @@ impl FromPyObject<'_, '_> for Count {
 
 /// A place, or a point in space whose nearest point of the loadable surface is meant.
 pub enum Target {
-    Found(PyPoint),
+    Found(Py<PyPoint>),
     Space([f64; 3]),
 }
 
@@ -112,7 +112,7 @@ impl FromPyObject<'_, '_> for Target {
 
     fn extract(given: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
         if let Ok(point) = given.cast::<PyPoint>() {
-            return Ok(Self::Found(*point.get()));
+            return Ok(Self::Found(point.to_owned().unbind()));
         }
         let expected = "a SurfacePoint or three coordinates";
         given.extract().map(Self::Space).map_err(|error| wrong(&given, expected, &error))
@@ -123,7 +123,7 @@ impl Target {
     /// The place that is meant.
     pub fn on(&self, locate: impl FnOnce([f64; 3]) -> Option<SurfacePoint>) -> PyResult<SurfacePoint> {
         match self {
-            Self::Found(point) => Ok(point.0),
+            Self::Found(point) => Ok(point.get().0),
             Self::Space(point) => located(*point, locate),
         }
     }
