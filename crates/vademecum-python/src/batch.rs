@@ -65,9 +65,9 @@ cell!(SingleCell, f32);
 cell!(DoubleCell, f64);
 
 /// A load of an instance.
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 enum Applied {
-    Push(Box<Contact>),
+    Push(Contact),
     Pattern(usize, f64),
 }
 
@@ -290,7 +290,7 @@ impl PyBatch {
         self.check(instance)?;
         either!(&mut *self.lock()?, AnyInstances, all => {
             let at = place.on(|point| all.one.locate(point))?;
-            all.add(instance, Applied::Push(Box::new(Contact::new(at.place, force.0))))?;
+            all.add(instance, Applied::Push(Contact::new(at.place, force.0)))?;
             Ok(PyPoint(at))
         })
     }
