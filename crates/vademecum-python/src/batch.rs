@@ -309,8 +309,8 @@ impl PyBatch {
         Ok(())
     }
 
-    /// Moves all instances on, while other threads of Python run. Gives the numbers of instances that move, that
-    /// rest, and that kept their state because the next would not be finite.
+    /// Moves all instances on, while other threads of Python run. Gives the numbers of instances that move,
+    /// that rest, and that kept their state because the next would not be finite.
     #[pyo3(signature = (steps=Count(1)), text_signature = "($self, steps=1)")]
     fn step(&self, py: Python<'_>, steps: Count) -> PyResult<(usize, usize, usize)> {
         let (mut guard, mut status) = (self.lock()?, BatchStatus::default());
@@ -368,7 +368,8 @@ impl PyBatch {
         self.of_each((py, out), &[], &[(Quantity::Energy, 0)], Field::Displacement)
     }
 
-    /// Reads force in N and moment in N m that a support exerts on each body under its loads, shape (instances, 6).
+    /// Reads force in N and moment in N m that a support exerts on each body under its loads, shape
+    /// (instances, 6).
     #[pyo3(signature = (name, out=None))]
     fn reaction<'py>(
         &self,

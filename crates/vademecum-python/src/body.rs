@@ -31,8 +31,8 @@ const BLOCK: usize = 64;
 /// A body without supports flies: `step` moves its frame, too. Its forces are those of space and act in the
 /// coming step only. On any other body, loads stay until `clear`.
 ///
-/// Methods with `out` write into that array, which has the right shape and type and is C-contiguous; a row of a
-/// larger array will do. Without `out` they make a new array. Nothing is copied either way. `field` is
+/// Methods with `out` write into that array, which has the right shape and type and is C-contiguous; a row of
+/// a larger array will do. Without `out` they make a new array. Nothing is copied either way. `field` is
 /// "displacement" in m or "velocity" in m/s.
 #[pyclass(frozen, name = "Body", module = "vademecum")]
 pub struct PyBody {
@@ -45,7 +45,8 @@ impl PyBody {
         Self { moving: Mutex::new(moving), names }
     }
 
-    /// The simulation, unless another thread has it. Waiting here could last for ever: this thread holds Python.
+    /// The simulation, unless another thread has it. Waiting here could last for ever: this thread holds
+    /// Python.
     fn lock(&self) -> PyResult<MutexGuard<'_, AnySimulation>> {
         self.moving.try_lock().map_err(|_| busy("body"))
     }
@@ -184,9 +185,9 @@ impl PyBody {
         either!(&*self.lock()?, AnySimulation, one => quantities(py, one))
     }
 
-    /// Sets live parameters while the body moves: displacement, velocity and loads stay. All of them are set, or
-    /// none if one is refused. A parameter whose name is no keyword is given with `_` for every other sign, or in
-    /// a mapping.
+    /// Sets live parameters while the body moves: displacement, velocity and loads stay. All of them are set,
+    /// or none if one is refused. A parameter whose name is no keyword is given with `_` for every other
+    /// sign, or in a mapping.
     #[pyo3(signature = (values=None, /, **parameters))]
     fn set_parameters(
         &self,
@@ -210,7 +211,8 @@ impl PyBody {
         Ok(either!(&mut *moving, AnySimulation, one => one.pick(origin.0, direction.0, scale)).map(PyPoint))
     }
 
-    /// Adds a force in N at a place, or at the point of the surface nearest to a point in space. Forces add up.
+    /// Adds a force in N at a place, or at the point of the surface nearest to a point in space. Forces add
+    /// up.
     fn push(&self, place: Target, force: Vector) -> PyResult<PyPoint> {
         either!(&mut *self.lock()?, AnySimulation, one => {
             let at = place.on(|point| one.locate(point))?;
@@ -228,7 +230,11 @@ impl PyBody {
 
     /// Adds the inertia of a base that moves so, in its own axes: m/s2, rad/s and rad/s2.
     #[pyo3(
-        signature = (acceleration=Vector::ZERO, angular_velocity=Vector::ZERO, angular_acceleration=Vector::ZERO),
+        signature = (
+            acceleration=Vector::ZERO,
+            angular_velocity=Vector::ZERO,
+            angular_acceleration=Vector::ZERO,
+        ),
         text_signature = "($self, acceleration=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), \
                           angular_acceleration=(0.0, 0.0, 0.0))"
     )]
@@ -316,8 +322,8 @@ impl PyBody {
         owned(py, table, &[rows, n])
     }
 
-    /// Reads any quantity of `quantities`: a number, or an array of float64. `index` counts from 0; probes and
-    /// supports go by their names, too, and "point" by a place.
+    /// Reads any quantity of `quantities`: a number, or an array of float64. `index` counts from 0; probes
+    /// and supports go by their names, too, and "point" by a place.
     #[pyo3(signature = (quantity, index=None, field="displacement"))]
     fn read<'py>(
         &self,
@@ -435,7 +441,8 @@ impl PyBody {
     #[getter]
     fn stress_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let numbers: Vec<u32> = either!(&*self.lock()?, AnySimulation, one => {
-            let points = (0..one.scene().n_stress_points()).filter_map(|point| one.scene().stress_point(point));
+            let scene = one.scene();
+            let points = (0..scene.n_stress_points()).filter_map(|point| scene.stress_point(point));
             points.flat_map(|point| [point.node, point.region]).collect()
         });
         let count = numbers.len() / 2;
@@ -472,8 +479,8 @@ impl PyBody {
         })
     }
 
-    /// Takes back what `save` gave of a body of the same file and structure. Gives `True` if every bit is as it
-    /// was saved, `False` if the state was carried over from other parameters or the other precision:
+    /// Takes back what `save` gave of a body of the same file and structure. Gives `True` if every bit is as
+    /// it was saved, `False` if the state was carried over from other parameters or the other precision:
     /// displacement and velocity then stay.
     #[expect(clippy::needless_pass_by_value, reason = "PyO3 hands over what it has extracted")]
     fn restore(&self, saved: Cow<'_, [u8]>) -> PyResult<bool> {
@@ -509,19 +516,21 @@ impl PyBody {
         let n = 3 * places.len();
         let w = either!(&*self.lock()?, AnySimulation, one => {
             let places = self::places(one, &places)?;
-            let (mut w, mut work) = (vec![0.0; n * n], vec![Default::default(); one.scene().compliance_work(places.len())]);
+            let mut work = vec![Default::default(); one.scene().compliance_work(places.len())];
+            let mut w = vec![0.0; n * n];
             one.scene().compliance_at(one.state(), &places, &mut w, &mut work).map_err(of_load)?;
             w
         });
         owned(py, w, &[n, n])
     }
 
-    /// Computes displacements of places at the end of the coming step under the loads as they are, shape (n, 3)
-    /// in m.
+    /// Computes displacements of places at the end of the coming step under the loads as they are, shape (n,
+    /// 3) in m.
     fn free_motion<'py>(&self, py: Python<'py>, places: Vec<Target>) -> PyResult<Bound<'py, PyAny>> {
         let moved = either!(&*self.lock()?, AnySimulation, one => {
             let places = self::places(one, &places)?;
-            let (mut out, mut work) = (vec![[0.0; 3]; places.len()], vec![Default::default(); one.scene().compliance_work(places.len())]);
+            let mut work = vec![Default::default(); one.scene().compliance_work(places.len())];
+            let mut out = vec![[0.0; 3]; places.len()];
             one.scene().free_motion(one.state(), one.loads(), &places, &mut out, &mut work).map_err(of_step)?;
             out
         });
@@ -540,8 +549,8 @@ impl PyBody {
         class.call1((rigid.mass, triple(rigid.centre), triple(rigid.moments), (a, b, c))).map(Some)
     }
 
-    /// Throws a body that flies from where the file has it, with a velocity of its centre in m/s and an angular
-    /// velocity in rad/s. The elastic motion stays.
+    /// Throws a body that flies from where the file has it, with a velocity of its centre in m/s and an
+    /// angular velocity in rad/s. The elastic motion stays.
     #[pyo3(
         signature = (velocity=Vector::ZERO, spin=Vector::ZERO),
         text_signature = "($self, velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0))"

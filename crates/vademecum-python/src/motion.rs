@@ -43,7 +43,8 @@ impl PyMotion {
         self.0.position.into()
     }
 
-    /// A quaternion of length one, the real part first, that turns directions of the body into those of space.
+    /// A quaternion of length one, the real part first, that turns directions of the body into those of
+    /// space.
     #[getter]
     fn attitude(&self) -> (f64, f64, f64, f64) {
         self.0.attitude.into()

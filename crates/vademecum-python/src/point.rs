@@ -7,8 +7,8 @@ use vademecum_eval::{Place, SurfacePoint};
 
 use crate::refusal::of_place;
 
-/// A place on a body: up to 16 nodes, in the order of the file, their weights, which sum to 1, and a radius in
-/// m. Without weights the nodes have equal ones. Radius 0 is a point; this version takes points only.
+/// A place on a body: up to 16 nodes, in the order of the file, their weights, which sum to 1, and a radius
+/// in m. Without weights the nodes have equal ones. Radius 0 is a point; this version takes points only.
 #[pyclass(frozen, name = "SurfacePoint", module = "vademecum")]
 #[derive(Clone, Copy)]
 pub struct PyPoint(pub SurfacePoint);
