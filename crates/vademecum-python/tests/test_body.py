@@ -108,7 +108,7 @@ def test_a_state_comes_back_bit_by_bit(beam, dtype):
     assert np.array_equal(other.surface(), surface), "residual flexibility comes back, too"
 
 
-def test_a_state_is_carried_over_or_refused(beam, live_beam):
+def test_a_state_is_carried_over_or_refused(live_beam, block_beam):
     body = pushed(live_beam, 33)
     saved, surface = body.save(), body.surface("velocity")
     other = live_beam.body(tip_stiffness=1.5)
@@ -118,8 +118,11 @@ def test_a_state_is_carried_over_or_refused(beam, live_beam):
     for wrong, words in ((saved[1:], "no saved state"), (saved[:-8], "bytes"), (saved + bytes(8), "bytes")):
         with pytest.raises(ValueError, match=words):
             body.restore(wrong)
+    with pytest.raises(ValueError, match="another file"):
+        block_beam.body().restore(saved)
+    both = vademecum.build({**BEAM, "time": {"step": 1e-3, "scheme": {"name": "bathe"}}}, keep_missed=True)
     with pytest.raises(ValueError, match="another structure"):
-        live_beam.body(structure="diagonal").restore(saved)
+        both.body(structure="diagonal").restore(both.body(structure="exact").save())
     with pytest.raises(ValueError, match="not finite"):
         body.restore(saved[:-8] + np.array([np.nan]).tobytes())
     with pytest.raises(TypeError, match="bytes"):
@@ -188,8 +191,8 @@ def test_wrong_arguments_are_named(beam):
     body = beam.body()
     wrong = [
         (lambda: body.push([0, 0], FORCE), ValueError, r"expected a SurfacePoint or three coordinates, found \[0, 0\]"),
-        (lambda: body.push("tip", FORCE), TypeError, "'place': expected a SurfacePoint or three coordinates, found 'tip'"),
-        (lambda: body.push(POINT, 3.0), TypeError, "'force': expected three numbers, found 3.0"),
+        (lambda: body.push("tip", FORCE), TypeError, "expected a SurfacePoint or three coordinates, found 'tip'\nwhile processing 'place'"),
+        (lambda: body.push(POINT, 3.0), TypeError, "expected three numbers, found 3.0"),
         (lambda: body.compliance(POINT), TypeError, "expected a SurfacePoint or three coordinates, found 0.93"),
         (lambda: body.step(-1), ValueError, "a whole number from 0, found -1"),
         (lambda: body.step("x"), TypeError, "a whole number from 0, found 'x'"),
