@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use vademecum_eval::{
@@ -482,8 +482,9 @@ impl PyBody {
     /// Takes back what `save` gave of a body of the same file and structure. Gives `True` if every bit is as
     /// it was saved, `False` if the state was carried over from other parameters or the other precision:
     /// displacement and velocity then stay.
-    #[expect(clippy::needless_pass_by_value, reason = "PyO3 hands over what it has extracted")]
-    fn restore(&self, saved: Cow<'_, [u8]>) -> PyResult<bool> {
+    fn restore(&self, saved: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let found = || PyTypeError::new_err(format!("expected bytes, found {}", saved.get_type()));
+        let saved: Cow<'_, [u8]> = saved.extract().map_err(|_| found())?;
         let restored = either!(&mut *self.lock()?, AnySimulation, one => {
             one.with_body(|body| body.restore(&saved))
         });
