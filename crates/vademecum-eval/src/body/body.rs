@@ -36,8 +36,8 @@ pub struct BodyOptions {
     /// Whether there is room for the static answer of the whole body, where the file has the factor of its
     /// stiffness; with the feature `full` only.
     pub static_field: bool,
-    /// Whether a body without supports flies: [`Body::step`] then moves its frame, too. Without it, and without
-    /// the feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
+    /// True for a body without supports to fly: [`Body::step`] then moves its frame, too. Without it, and
+    /// without the feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
     pub flight: bool,
 }
 
@@ -677,8 +677,8 @@ impl<'m, T: Scalar> Body<'m, T> {
     }
 }
 
-/// Flight and the static answer of the whole body need the feature `full`: a microcontroller spends no flash on
-/// them.
+/// Flight and the static answer of the whole body need the feature `full`: a microcontroller spends no flash
+/// on them.
 const FULL: bool = cfg!(feature = "full");
 
 const fn flying(flight: &mut Option<FreeBody>) -> Option<&mut FreeBody> {
