@@ -115,7 +115,8 @@ fn static_buffers_hold_the_file() {
     let output = output("static_buffers");
     let [moved] = numbers(line(&output, "after 10 steps"))[1..] else { panic!("{output}") };
     assert!(moved < 0.0, "a push down moves down");
-    line(&output, "it needs: scene ");
+    let [needed] = numbers(line(&output, "it needs: "))[..] else { panic!("{output}") };
+    assert!(needed <= 256.0, "the array of the example holds the file");
 }
 
 #[test]

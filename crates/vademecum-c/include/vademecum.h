@@ -666,8 +666,8 @@ uint32_t vdm_abi(void);
 const char *vdm_status_text(int32_t status);
 
 /*
- The file as it was built: single precision, room for 16 contacts, with residual flexibility, flying if it has no
- supports.
+ The file as it was built: single precision, room for 16 contacts, with residual flexibility, flying if it
+ has no supports.
 
  # Safety
  `options` is null or points to a `VdmOptions`.
@@ -695,8 +695,8 @@ enum VdmStatus vdm_measure(const uint8_t *file,
 
  # Safety
  `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay
- where they are, and the file unchanged, for as long as the handle is used. `options` is null or points to a
- `VdmOptions`, `body` points to a pointer, and `text` is null or points to `capacity` bytes.
+ where they are, and the file unchanged, for as long as the handle is used. `options` is null or points to
+ a `VdmOptions`, `body` points to a pointer, and `text` is null or points to `capacity` bytes.
  */
 enum VdmStatus vdm_bind(const uint8_t *file,
                         size_t length,
@@ -910,8 +910,8 @@ enum VdmStatus vdm_keep_loads(struct VdmBody *body);
 enum VdmStatus vdm_recall_loads(struct VdmBody *body);
 
 /*
- A row of the table of what can be read of a body. Numbers count from 0 without a gap and stay from version to
- version; new ones come last. `VDM_ARGUMENT` past the last one.
+ A row of the table of what can be read of a body. Numbers count from 0 without a gap and stay from version
+ to version; new ones come last. `VDM_ARGUMENT` past the last one.
 
  # Safety
  `out` is null or points to a `VdmQuantity`.
