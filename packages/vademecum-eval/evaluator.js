@@ -6,8 +6,11 @@ const PAGE = 65536;
 /** Section numbers of the file format (formats/vademecum-1.md). */
 export const SECTION = {
   coordinates: 2, triangles: 3, stiffness: 4, eigenvalues: 5, surfaceBasis: 6, patternNames: 12, probeNames: 13,
-  modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41, stressPoints: 47, elasticConstants: 51, rigidBody: 59,
+  modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41, stressPoints: 47, elasticConstants: 51, supportNames: 53, rigidBody: 59,
 };
+
+/** Nodes of a place at most. */
+const MAX_NODES = 16;
 
 /** Scales of the regions, as built. */
 const ONES = Array(8).fill(1);
@@ -45,7 +48,7 @@ export class Evaluator {
 
   constructor(exports, file) {
     this.wasm = exports;
-    this.lent = { session: new Lent(exports.memory), records: new Lent(exports.memory), numbers: new Lent(exports.memory) };
+    this.lent = { body: new Lent(exports.memory), records: new Lent(exports.memory), numbers: new Lent(exports.memory) };
     const at = new Lent(exports.memory).hold(Math.max(file.length, 1));
     new Uint8Array(exports.memory.buffer, at, file.length).set(file);
     this.must(exports.open(at, file.length));
@@ -78,14 +81,22 @@ export class Evaluator {
     [this.program, this.problem, this.units, this.scheme] = [0, 1, 2, 3].map((which) => this.text(which));
     this.exact = this.scheme === "exact";
     this.parameters = Array.from({ length: parameters }, (_, index) => this.parameter(index)).filter((known) => known);
-    this.totals = [];
-    while (this.wasm.total(this.totals.length)) {
-      const [nameAt, nameLength, unitAt, unitLength, aboutAt, aboutLength] = this.exchange(6);
-      const [name, unit, about] = [[nameAt, nameLength], [unitAt, unitLength], [aboutAt, aboutLength]].map(([at, length]) => this.utf8(at, length));
-      this.totals.push({ name, unit, about });
-    }
+    this.tabulate();
     this.probeNames = this.names(SECTION.probeNames);
     this.patternNames = this.names(SECTION.patternNames);
+    this.supportNames = this.names(SECTION.supportNames);
+  }
+
+  /** What can be read, as the evaluator's table says; how many and how long once something is bound. */
+  tabulate() {
+    this.quantities = [];
+    while (this.wasm.quantity(this.quantities.length)) {
+      const [nameAt, nameLength, unitAt, unitLength, rateAt, rateLength, textAt, textLength, count, length, total] = this.exchange(11);
+      const row = { number: this.quantities.length, name: this.utf8(nameAt, nameLength), unit: this.utf8(unitAt, unitLength), count, length };
+      this.quantities.push({ ...row, velocityUnit: this.utf8(rateAt, rateLength), text: this.utf8(textAt, textLength), total: total === 1 });
+    }
+    /** Scalars of the whole body. */
+    this.totals = this.quantities.filter(({ total }) => total);
   }
 
   text(which) {
@@ -103,7 +114,7 @@ export class Evaluator {
     const [nameAt, nameLength, unitAt, unitLength, role, region, log, lower, upper, nominal] = this.exchange(10);
     const key = ["stiffness", "regionStiffness", "density", "regionDensity", "alpha", "beta", "timeStep"][role];
     const ofRegion = role === 1 || role === 3 ? region : null;
-    return { name: this.utf8(nameAt, nameLength), unit: this.utf8(unitAt, unitLength), key, region: ofRegion, log: log === 1, lower, upper, nominal };
+    return { index, name: this.utf8(nameAt, nameLength), unit: this.utf8(unitAt, unitLength), key, region: ofRegion, log: log === 1, lower, upper, nominal };
   }
 
   /** A copy of a section's numbers (bytes for text); null if absent or compressed. */
@@ -128,10 +139,31 @@ export class Evaluator {
     const numbers = [o.structure, o.timeStep, o.stiffness, o.density, o.alpha, o.beta, o.restBelow, ...o.regionStiffness, ...o.regionDensity];
     const double = o.double ? 1 : 0;
     this.exchange(numbers.length).set(numbers);
-    const at = this.lent.session.hold(this.must(this.wasm.bind_len(double)));
+    const at = this.lent.body.hold(this.must(this.wasm.bind_len(double)));
     this.structure = this.must(this.wasm.bind(double, at));
     this.options = o;
     this.recordLength = this.wasm.record_len();
+    this.tabulate();
+  }
+
+  /** Value that a parameter of the file stands at. */
+  value({ key, region }) {
+    const option = this.options[key];
+    return region === null ? option : option[region];
+  }
+
+  /** Sets parameters of the file, `[index, value]` each, where the body is; `load` puts the loads back. */
+  setParameters(settings, load) {
+    this.exchange(2 * settings.length).set(settings.flat());
+    this.must(this.wasm.set_parameters(settings.length));
+    for (const [index, value] of settings) Object.assign(this.options, this.option(this.parameters.find((known) => known.index === index), value));
+    this.clear();
+    load();
+  }
+
+  /** The option that puts a parameter to `value`. */
+  option({ key, region }, value) {
+    return { [key]: region === null ? value : this.options[key].map((x, q) => (q === region ? value : x)) };
   }
 
   /** Binds other options and carries displacement and velocity over; `load` puts the loads back before the body goes on. */
@@ -150,21 +182,31 @@ export class Evaluator {
     if (refusal) throw refusal;
   }
 
-  clearLoads() {
-    this.wasm.clear_loads();
+  clear() {
+    this.wasm.clear();
   }
 
-  /** A held force [N] at a point `{ nodes, weights }` of the loadable surface. */
-  addContact(point, force) {
-    this.must(this.wasm.add_contact(...point.nodes, point.weights[0], point.weights[1], ...force));
+  /** Hands a place `{ nodes, weights, radius }` over; the number of its nodes. */
+  place({ nodes, weights, radius = 0 }) {
+    const numbers = this.exchange(2 * MAX_NODES + 1);
+    const count = Math.min(nodes.length, MAX_NODES);
+    for (let i = 0; i < count; i++) [numbers[i], numbers[MAX_NODES + i]] = [nodes[i], weights[i]];
+    numbers[2 * MAX_NODES] = radius;
+    return nodes.length;
   }
 
-  addPattern(index, amplitude) {
-    this.must(this.wasm.add_pattern(index, amplitude));
+  /** A held force [N] at a place of the loadable surface. */
+  push(place, force) {
+    this.must(this.wasm.push(this.place(place), ...force));
   }
 
-  watch(point, direction) {
-    this.must(this.wasm.watch(...point.nodes, point.weights[0], point.weights[1], ...direction));
+  pushPattern(index, amplitude) {
+    this.must(this.wasm.push_pattern(index, amplitude));
+  }
+
+  /** Records the displacement of a place along `direction` beside the probes. */
+  watch(place, direction) {
+    this.must(this.wasm.watch(this.place(place), ...direction));
   }
 
   /** Takes `steps` steps without looking; "moving" or "at rest". */
@@ -180,7 +222,7 @@ export class Evaluator {
     return { status, rows: new Float64Array(this.wasm.memory.buffer, at, length) };
   }
 
-  /** Displacement [m] or velocity [m/s] of the surface nodes, three each, in the session's precision; good until the next call. */
+  /** Displacement [m] or velocity [m/s] of the surface nodes, three each, in the body's precision; good until the next call. */
   surface(velocity = false) {
     const at = this.must(this.wasm.surface(velocity ? 1 : 0));
     const length = 3 * this.counts.surfaceNodes;
@@ -190,14 +232,20 @@ export class Evaluator {
   /** Von Mises' equivalent stress [Pa] of the surface nodes: the first of three numbers each, zero where the file has none; good until the next call. */
   equivalentStress() {
     const at = this.must(this.wasm.equivalent_stress());
-    const length = 3 * this.counts.surfaceNodes;
-    return new (this.options.double ? Float64Array : Float32Array)(this.wasm.memory.buffer, at, length);
+    return new Float64Array(this.wasm.memory.buffer, at, 3 * this.counts.surfaceNodes);
   }
 
-  /** Displacement or velocity of a point of the surface. */
-  point(point, velocity = false) {
-    this.must(this.wasm.point(...point.nodes, point.weights[0], point.weights[1], velocity ? 1 : 0));
+  /** Displacement or velocity of a place. */
+  point(place, velocity = false) {
+    this.must(this.wasm.point(this.place(place), velocity ? 1 : 0));
     return Array.from(this.exchange(3));
+  }
+
+  /** A quantity, as its row in `quantities` says, or its velocity; good until the next call. */
+  read({ number, length }, index = 0, velocity = false) {
+    const at = this.lent.numbers.hold(Math.max(8 * length, 8));
+    this.must(this.wasm.read(number, index, velocity ? 1 : 0, at, length));
+    return new Float64Array(this.wasm.memory.buffer, at, length);
   }
 
   /** The loadable point nearest to a place [m]; null if nothing is loadable. */
@@ -207,8 +255,24 @@ export class Evaluator {
     return { nodes: n.slice(0, 3), weights: n.slice(3, 6), position: n.slice(6, 9), distance: n[9] };
   }
 
+  /** Kinetic and elastic energy [J]: the first scalar of the whole body. */
   energy() {
-    return this.wasm.energy();
+    return this.read(this.totals[0])[0];
+  }
+
+  /** The state as tagged bytes: a copy. */
+  save() {
+    const length = this.must(this.wasm.saved_len());
+    const at = this.lent.numbers.hold(length);
+    const written = this.must(this.wasm.save(at, length));
+    return new Uint8Array(this.wasm.memory.buffer.slice(at, at + written));
+  }
+
+  /** Takes back what `save` gave; whether it was carried over from other parameters or the other precision. */
+  restore(bytes) {
+    const at = this.lent.numbers.hold(Math.max(bytes.length, 1));
+    new Uint8Array(this.wasm.memory.buffer, at, bytes.length).set(bytes);
+    return this.must(this.wasm.restore(at, bytes.length)) === 2;
   }
 
   /** ζ [m kg^½], then ζ̇ [m kg^½/s]: a copy. */

@@ -1,15 +1,24 @@
 /** Three components: metres, metres per second or newtons, in the unit of the file. */
-export type Vector = readonly [number, number, number] | number[];
+export type Vector = readonly [number, number, number] | number[] | Float32Array | Float64Array;
+
+/** What is read: the value (of a displacement) or how fast it changes. */
+export type Field = "displacement" | "velocity";
 
 /** Why something was refused, in words. Nothing has changed. */
 export class Refused extends Error {}
 
-/** A place of the loadable surface. */
+/** A place of the body: a short list of nodes with weights. */
 export interface Place {
-  /** Nodes of its triangle. */
+  /** Its nodes, up to 16. */
   nodes: number[];
-  /** Their shares, which sum to 1. */
+  /** As many weights, which sum to 1. */
   weights: number[];
+  /** Its radius; 0 without it, and only 0 is taken by this version. */
+  radius?: number;
+}
+
+/** A place of the loadable surface. */
+export interface SurfacePoint extends Place {
   /** Where it is at rest. */
   position: number[];
   /** How far that is from the place asked for. */
@@ -28,6 +37,22 @@ export interface Parameter {
   readonly nominal: number;
   /** Whether its range is best walked in the logarithm. */
   readonly log: boolean;
+  /** The value it stands at. */
+  readonly value: number;
+}
+
+/** A quantity that can be read. */
+export interface Quantity {
+  readonly name: string;
+  readonly unit: string;
+  /** Unit of its velocity; empty where it has none. */
+  readonly velocityUnit: string;
+  /** A line about it. */
+  readonly text: string;
+  /** How many the body has: probes, nodes, points of stress, supports; 0 where the file has none. */
+  readonly count: number;
+  /** Numbers of each. */
+  readonly length: number;
 }
 
 /** How many there are of everything. */
@@ -84,21 +109,23 @@ export interface Options {
  * A body of a vademecum file that is pushed and stepped. It lives in a WebAssembly module of its own, so several bodies know nothing
  * of each other, and it works the same on a page, in a worker and in Node. A refused call throws {@link Refused} and changes nothing.
  */
-export class Vademecum {
+export class Body {
   private constructor();
 
   /**
-   * Opens a file whose sections are raw, as `vademecum build` writes them. Every section is compared with its checksum.
+   * Opens the bytes of a file whose sections are raw, as `vademecum build` writes them. Every section is compared with its checksum.
    * The body is at rest and unloaded.
    */
-  static open(bytes: ArrayBuffer | Uint8Array, options?: Options): Promise<Vademecum>;
+  static open(bytes: ArrayBuffer | Uint8Array, options?: Options): Promise<Body>;
 
   readonly counts: Counts;
   readonly precision: "single" | "double";
-  /** Names of the probes and of the load patterns, in the order of the file. */
+  /** Names of the probes, load patterns and supports, in the order of the file. */
   readonly probeNames: readonly string[];
   readonly patternNames: readonly string[];
-  readonly parameters: readonly Parameter[];
+  readonly supportNames: readonly string[];
+  /** Everything {@link read} reads, as the evaluator's table has it. */
+  readonly quantities: readonly Quantity[];
   /** The problem file's text, the units of all numbers, the time scheme. */
   readonly problem: string;
   readonly units: string;
@@ -106,53 +133,70 @@ export class Vademecum {
   /** One step, in seconds. */
   readonly timeStep: number;
 
-  /** Value of a live parameter. */
-  get(name: string): number;
-  /** Sets live parameters, all of them or none. The body goes on from where it is, under the same loads. */
-  set(values: Record<string, number>): void;
+  /** The live parameters as they stand: a copy. */
+  readonly parameters: readonly Parameter[];
+  /** Sets live parameters by name, all of them or none. The body goes on from where it is, under the same loads. */
+  setParameters(values: Record<string, number>): void;
 
-  /** The loadable place nearest to a place of the body at rest; null if nothing is loadable. */
-  locate(place: Vector): Place | null;
-  /** Holds a force at a place of the loadable surface until {@link release}. */
-  push(place: Pick<Place, "nodes" | "weights">, force: Vector): void;
-  /** Holds a load pattern of the file until {@link release}. */
-  load(pattern: string, amplitude?: number): void;
+  /** The loadable place nearest to a point of the body at rest; null if nothing is loadable. */
+  locate(point: Vector): SurfacePoint | null;
+  /** Holds a force at a place of the loadable surface until {@link clear}. */
+  push(place: Place, force: Vector): void;
+  /** Holds a load pattern of the file until {@link clear}. */
+  pushPattern(name: string, amplitude?: number): void;
   /** Takes all forces and patterns away; a sphere stays. */
-  release(): void;
+  clear(): void;
 
   /** Takes so many steps, one without it. A body at rest costs nothing. */
   step(steps?: number): "moving" | "at-rest";
 
-  /** Displacement of each probe along its direction after the last step, zeros before the first: a copy. */
-  readonly probes: Float64Array;
-  /** Displacement of one probe after the last step. */
-  probe(name: string): number;
+  /**
+   * Reads a quantity of {@link quantities}: a copy. `index` is its number, counted from 0; a probe or a support also has a name, and
+   * the quantity `point` is read at a place.
+   */
+  read(quantity: string, index?: number | string | Place, field?: Field): Float64Array;
+  /** A probe, by name. */
+  probe(name: string, field?: Field): number;
+  /** A node, in file order. */
+  node(index: number, field?: Field): number[];
+  /** A place. */
+  point(place: Place, field?: Field): number[];
+  /**
+   * The surface, three numbers for each of its nodes: a view of the module's memory without a copy, `Float32Array` in single precision
+   * and `Float64Array` in double. It is good until the next call of this body.
+   */
+  surface(field?: Field): Float32Array | Float64Array;
+  /** The whole body, three numbers for each of its nodes: a view, good until the next call of this body. */
+  whole(field?: Field): Float64Array;
+  /** Stress at a point of {@link stressPoints} in pascals: xx, yy, zz, xy, yz, zx. */
+  stress(index: number): number[];
+  /** Strain there, in the same order; shear strains are those of the tensor. */
+  strain(index: number): number[];
+  /** Von Mises' equivalent stress there. */
+  vonMises(index: number): number;
+  /** Force and moment that a support exerts on the body, the moment about the point of the support. */
+  reaction(name: string | number): { force: number[]; moment: number[] };
   /** Kinetic plus elastic energy, in joules. */
   readonly energy: number;
-  /** Displacement of a place. */
-  displacement(place: Pick<Place, "nodes" | "weights">): number[];
-  /** Velocity of a place. */
-  velocity(place: Pick<Place, "nodes" | "weights">): number[];
-
-  /**
-   * Displacement (or velocity) of the surface, three numbers for each of its nodes: a view of the module's memory without a copy,
-   * `Float32Array` in single precision and `Float64Array` in double. It is good until the next call of this body.
-   */
-  surface(field?: "displacement" | "velocity"): Float32Array | Float64Array;
   /**
    * Von Mises' equivalent stress of the surface in pascals: the first of three numbers for each of its nodes, zero where the file has
-   * none; a view as of `surface`, good until the next call of this body.
+   * none; a view, good until the next call of this body.
    */
-  equivalentStress(): Float32Array | Float64Array;
+  equivalentStress(): Float64Array;
   /** Where the nodes of the surface are at rest, three numbers each: a copy. */
   readonly positions: Float32Array;
   /** Corners of the triangles of the surface, outward, three numbers each: a copy. */
   readonly triangles: Uint32Array;
+  /** Node and region of each point of stress, two numbers each: a copy. */
+  readonly stressPoints: Uint32Array;
 
-  /** Reduced displacement and velocity: a copy. */
-  save(): Float64Array;
-  /** Takes back what {@link save} gave; the acceleration follows from it and from the loads. */
-  restore(state: ArrayLike<number>): void;
+  /** The state as tagged bytes, without the loads: a copy. They hold in C, Python and Rust, too. */
+  save(): Uint8Array;
+  /**
+   * Takes back what {@link save} of a body of the same file and structure gave. `"carried"`: it was saved at other parameters or in
+   * the other precision; displacement and velocity are what they were.
+   */
+  restore(state: Uint8Array): "as-saved" | "carried";
   /** Puts the body at rest; loads stay. */
   rest(): void;
 

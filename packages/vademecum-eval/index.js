@@ -1,4 +1,4 @@
-// A body of a vademecum file, by names. The numbers come from the WebAssembly evaluator (evaluator.js); here are names, ranges, the
+// A body of a vademecum file, by names. The numbers come from the WebAssembly evaluator (evaluator.js); here are names, refusals, the
 // loads that are held, and where the module is found. The types and what everything means: index.d.ts.
 import { Evaluator, Refused, SECTION } from "./evaluator.js";
 
@@ -28,114 +28,116 @@ function find(what, names, name) {
   return index;
 }
 
-export class Vademecum {
+/** A value as a message shows it. */
+function shown(value) {
+  if (typeof value === "string") return `"${value}"`;
+  const isPlain = Array.isArray(value) || value?.constructor === Object;
+  return isPlain ? JSON.stringify(value) : ArrayBuffer.isView(value) ? `${value.constructor.name} [${value}]` : String(value);
+}
+
+/** Three numbers; throws with what was given. Whether they are finite is checked where they are used. */
+function vector(what, given) {
+  const isList = Array.isArray(given) || ArrayBuffer.isView(given);
+  if (!isList || given.length !== 3 || !Array.from(given).every((x) => typeof x === "number")) {
+    throw new Refused(`${what} is ${shown(given)}; expected three numbers, such as [0, 0, 1]`);
+  }
+  return given;
+}
+
+/** A place, as `locate` gives it. */
+function placed(given) {
+  const { nodes, weights, radius = 0 } = given ?? {};
+  const isSound = nodes && weights && nodes.length === weights.length && Array.from(nodes).every((node) => Number.isInteger(node) && node >= 0);
+  if (!isSound || !Array.from(weights).every((x) => typeof x === "number") || typeof radius !== "number") {
+    throw new Refused(`the place is ${shown(given)}; expected nodes and as many weights, as \`locate\` gives them`);
+  }
+  return given;
+}
+
+/** Whether a field is the velocity. */
+function isVelocity(field) {
+  if (field === "displacement" || field === "velocity") return field === "velocity";
+  throw new Refused(`the field is ${shown(field)}; expected "displacement" or "velocity"`);
+}
+
+/** The bytes of a file; throws for what is none. */
+function bytesOf(given) {
+  if (given instanceof Uint8Array) return given;
+  if (given instanceof ArrayBuffer) return new Uint8Array(given);
+  const how = "expected its bytes (ArrayBuffer or Uint8Array): `await (await fetch(path)).arrayBuffer()`, or `readFileSync(path)` in Node";
+  throw new Refused(`the file is given as ${shown(given)}; ${how}`);
+}
+
+export class Body {
   #evaluator;
-  #double;
-  #structure;
-  #values;
+  #rows;
   #loads = [];
-  #last;
-  #tool = null;
+  #tool = false;
 
   static async open(bytes, { wasm, precision = "single", parameters = {} } = {}) {
     if (precision !== "single" && precision !== "double") {
-      throw new Refused(`precision is "${precision}"; expected "single" or "double"`);
+      throw new Refused(`precision is ${shown(precision)}; expected "single" or "double"`);
     }
+    const file = bytesOf(bytes);
     const { exports } = await WebAssembly.instantiate(await compiled(wasm), {});
-    const file = bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes);
-    return new Vademecum(new Evaluator(exports, file), precision === "double", parameters);
+    const body = new Body(new Evaluator(exports, file), precision);
+    body.setParameters(parameters);
+    return body;
   }
 
-  /** Use `Vademecum.open`. */
-  constructor(evaluator, double, parameters) {
+  /** Use `Body.open`. */
+  constructor(evaluator, precision) {
     this.#evaluator = evaluator;
-    this.#double = double;
-    // The block structure alone can change the scale of a region, and a scene keeps its structure.
+    // The block structure alone can change the scale of a region, and a body keeps its structure.
     const regions = evaluator.parameters.some((known) => known.region !== null);
-    this.#structure = regions && evaluator.has.block ? 2 : 0;
-    this.#values = new Map(evaluator.parameters.map((known) => [known.name, this.#built(known)]));
-    this.#check(parameters);
-    Object.entries(parameters).forEach(([name, value]) => this.#values.set(name, value));
-    evaluator.bind(this.#options());
-    this.#last = new Float64Array(evaluator.recordLength);
-    this.counts = Object.freeze({ ...evaluator.counts });
-    this.probeNames = Object.freeze(evaluator.probeNames);
-    this.patternNames = Object.freeze(evaluator.patternNames);
-    const described = ({ name, unit, lower, upper, nominal, log }) => Object.freeze({ name, unit, lower, upper, nominal, log });
-    this.parameters = Object.freeze(evaluator.parameters.map(described));
-    this.precision = double ? "double" : "single";
-    this.problem = evaluator.problem;
-    this.units = evaluator.units;
-    this.scheme = evaluator.scheme;
-  }
-
-  /** Value of a parameter that nobody has set: scales are 1, the others as they were built. */
-  #built({ key }) {
-    return this.#evaluator.built[key] ?? 1;
-  }
-
-  #known(name) {
-    const all = this.#evaluator.parameters;
-    return all[find("parameter", all.map((known) => known.name), name)];
-  }
-
-  #check(values) {
-    for (const [name, value] of Object.entries(values)) {
-      const { lower, upper } = this.#known(name);
-      if (!(value >= lower && value <= upper)) {
-        throw new Refused(`the parameter "${name}" = ${value} is outside of its range, ${lower} to ${upper}`);
-      }
-    }
-  }
-
-  /** What the evaluator is bound to. */
-  #options() {
-    const options = { double: this.#double, structure: this.#structure };
-    const scales = { regionStiffness: Array(8).fill(1), regionDensity: Array(8).fill(1) };
-    for (const known of this.#evaluator.parameters) {
-      const value = this.#values.get(known.name);
-      if (known.region === null) options[known.key] = value;
-      else scales[known.key][known.region] = value;
-    }
-    return { ...options, ...scales };
+    evaluator.bind({ double: precision === "double", structure: regions && evaluator.has.block ? 2 : 0 });
+    this.#rows = new Map(evaluator.quantities.map((row) => [row.name, row]));
+    this.precision = precision;
+    const { counts, probeNames, patternNames, supportNames, problem, units, scheme } = evaluator;
+    const row = ({ name, unit, velocityUnit, text, count, length }) => Object.freeze({ name, unit, velocityUnit, text, count, length });
+    this.quantities = Object.freeze(evaluator.quantities.map(row));
+    Object.assign(this, { counts: Object.freeze({ ...counts }), problem, units, scheme });
+    for (const [name, names] of Object.entries({ probeNames, patternNames, supportNames })) this[name] = Object.freeze(names);
   }
 
   get timeStep() {
     return this.#evaluator.options.timeStep;
   }
 
-  get(name) {
-    this.#known(name);
-    return this.#values.get(name);
+  get parameters() {
+    const described = ({ name, unit, lower, upper, nominal, log }) => ({ name, unit, lower, upper, nominal, log });
+    return this.#evaluator.parameters.map((known) => ({ ...described(known), value: this.#evaluator.value(known) }));
   }
 
-  set(values) {
-    this.#check(values);
-    const before = new Map(this.#values);
-    // A new session has no sphere: it is laid down again where it is.
-    const held = this.#tool && { ...this.#tool, centre: this.sphere.centre };
-    Object.entries(values).forEach(([name, value]) => this.#values.set(name, value));
-    try {
-      this.#evaluator.rebind(this.#options(), () => this.#loads.forEach((load) => load()));
-    } catch (error) {
-      this.#values = before;
-      throw error;
-    } finally {
-      if (held) this.press(held);
+  setParameters(values) {
+    if (values === null || typeof values !== "object" || Array.isArray(values)) {
+      throw new Refused(`the parameters are ${shown(values)}; expected an object of names and values, such as { stiffness: 2 }`);
     }
+    const known = this.#evaluator.parameters;
+    const settings = Object.entries(values).map(([name, value]) => {
+      const place = find("parameter", known.map((parameter) => parameter.name), name);
+      const { index, lower, upper } = known[place];
+      if (typeof value !== "number" || !(value >= lower && value <= upper)) {
+        throw new Refused(`the parameter "${name}" = ${shown(value)} is outside of its range, ${lower} to ${upper}`);
+      }
+      return [index, value];
+    });
+    if (settings.length > 0) this.#evaluator.setParameters(settings, () => this.#loads.forEach((load) => load()));
   }
 
-  locate(place) {
-    return this.#evaluator.locate(place);
+  locate(point) {
+    return this.#evaluator.locate(vector("the point", point));
   }
 
   push(place, force) {
-    this.#hold(() => this.#evaluator.addContact(place, force));
+    const [held, along] = [placed(place), vector("the force", force)];
+    this.#hold(() => this.#evaluator.push(held, along));
   }
 
-  load(pattern, amplitude = 1) {
-    const index = find("load pattern", this.patternNames, pattern);
-    this.#hold(() => this.#evaluator.addPattern(index, amplitude));
+  pushPattern(name, amplitude = 1) {
+    const index = find("load pattern", this.patternNames, name);
+    if (typeof amplitude !== "number") throw new Refused(`the amplitude is ${shown(amplitude)}; expected a number`);
+    this.#hold(() => this.#evaluator.pushPattern(index, amplitude));
   }
 
   #hold(load) {
@@ -143,46 +145,77 @@ export class Vademecum {
     this.#loads.push(load);
   }
 
-  release() {
+  clear() {
     this.#loads = [];
-    this.#evaluator.clearLoads();
+    this.#evaluator.clear();
   }
 
   step(steps = 1) {
     if (!Number.isSafeInteger(steps) || steps < 1 || steps > 2 ** 32 - 1) {
-      throw new Refused(`${steps} steps; expected a whole number from 1 to 4294967295`);
+      throw new Refused(`${shown(steps)} steps; expected a whole number from 1 to 4294967295`);
     }
-    if (steps > 1) this.#evaluator.march(steps - 1);
-    const { status, rows } = this.#evaluator.record(1);
-    this.#last.set(rows);
-    return status === "at rest" ? "at-rest" : "moving";
+    return this.#evaluator.march(steps) === "at rest" ? "at-rest" : "moving";
   }
 
-  get probes() {
-    return this.#last.slice(0, this.probeNames.length);
+  read(quantity, index = 0, field = "displacement") {
+    return this.#read(quantity, index, field).slice();
   }
 
-  probe(name) {
-    return this.#last[find("probe", this.probeNames, name)];
+  /** A view of the module's memory. */
+  #read(quantity, index, field) {
+    const velocity = isVelocity(field);
+    const row = this.#rows.get(quantity) ?? find("quantity", [...this.#rows.keys()], quantity);
+    if (quantity === "point") return Float64Array.from(this.point(index, field));
+    return this.#evaluator.read(row, this.#index(row, index), velocity);
+  }
+
+  /** A number, or the number of a probe or support by its name. */
+  #index({ name, count }, index) {
+    if (typeof index === "string" && name === "probe") return find("probe", this.probeNames, index);
+    if (typeof index === "string" && name.startsWith("reaction")) return find("support", this.supportNames, index);
+    if (Number.isInteger(index) && index >= 0 && index < count) return index;
+    throw new Refused(`there is no ${name} ${shown(index)}; the body has ${count}, counted from 0`);
+  }
+
+  probe(name, field = "displacement") {
+    return this.#read("probe", name, field)[0];
+  }
+
+  node(index, field = "displacement") {
+    return Array.from(this.#read("node", index, field));
+  }
+
+  point(place, field = "displacement") {
+    return this.#evaluator.point(placed(place), isVelocity(field));
+  }
+
+  whole(field = "displacement") {
+    return this.#read("whole", 0, field);
+  }
+
+  stress(index) {
+    return Array.from(this.#read("stress", index, "displacement"));
+  }
+
+  strain(index) {
+    return Array.from(this.#read("strain", index, "displacement"));
+  }
+
+  vonMises(index) {
+    return this.#read("von_mises", index, "displacement")[0];
+  }
+
+  reaction(name) {
+    const [force, moment] = ["reaction_force", "reaction_moment"].map((part) => Array.from(this.#read(part, name, "displacement")));
+    return { force, moment };
   }
 
   get energy() {
     return this.#evaluator.energy();
   }
 
-  displacement(place) {
-    return this.#evaluator.point(place);
-  }
-
-  velocity(place) {
-    return this.#evaluator.point(place, true);
-  }
-
   surface(field = "displacement") {
-    if (field !== "displacement" && field !== "velocity") {
-      throw new Refused(`the field is "${field}"; expected "displacement" or "velocity"`);
-    }
-    return this.#evaluator.surface(field === "velocity");
+    return this.#evaluator.surface(isVelocity(field));
   }
 
   equivalentStress() {
@@ -197,6 +230,10 @@ export class Vademecum {
     return this.#section("triangles");
   }
 
+  get stressPoints() {
+    return this.#section("stressPoints");
+  }
+
   #section(name) {
     const numbers = this.#evaluator.section(SECTION[name]);
     if (!numbers) throw new Refused(`the file has no ${name}, or they are compressed: use the file before \`strip\` or \`pack\``);
@@ -204,34 +241,32 @@ export class Vademecum {
   }
 
   save() {
-    return this.#evaluator.coordinates();
+    return this.#evaluator.save();
   }
 
   restore(state) {
-    if (state.length !== 2 * this.counts.modes) {
-      throw new Refused(`a state of ${state.length} numbers; this body has ${2 * this.counts.modes}`);
-    }
-    this.#evaluator.setCoordinates(state);
+    if (!(state instanceof Uint8Array)) throw new Refused(`the state is ${shown(state)}; expected the Uint8Array that \`save\` gave`);
+    return this.#evaluator.restore(state) ? "carried" : "as-saved";
   }
 
   rest() {
     this.#evaluator.rest();
-    this.#last.fill(0);
   }
 
   press({ radius, friction = 0, speed, most = Infinity, centre, target = centre }) {
+    vector("the centre", centre);
+    vector("the target", target);
     this.#evaluator.holdTool({ radius, friction, speed, most, centre, target });
-    this.#tool = { radius, friction, speed, most, centre, target };
+    this.#tool = true;
   }
 
   moveSphere(target) {
     if (!this.#tool) throw new Refused("there is no sphere; `press` lays one down");
-    this.#evaluator.moveTool(target);
-    this.#tool.target = target;
+    this.#evaluator.moveTool(vector("the target", target));
   }
 
   liftSphere() {
-    this.#tool = null;
+    this.#tool = false;
     this.#evaluator.liftTool();
   }
 

@@ -4,7 +4,7 @@
 //!
 //! The one place of the crate with `unsafe`: it trusts the page for what no language can check across this
 //! boundary, that lent ranges lie inside the module's memory, do not overlap, and stay untouched for as long
-//! as they are lent (the file for ever, a session's memory until the next [`bind`]). A page that breaks this
+//! as they are lent (the file for ever, a body's memory until the next [`bind`]). A page that breaks this
 //! harms its own module's memory and nothing else.
 #![allow(unsafe_code)]
 
@@ -12,15 +12,15 @@ use core::cell::UnsafeCell;
 use core::panic::PanicInfo;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
-use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole};
+use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
-    Contact, Field, Place, Quantity, RegionScales, SceneOptions, Status, StructureChoice, SurfacePoint,
+    AnyBody, Field, LoadError, LoadsAfter, MAX_PLACE_NODES, OutputError, Place, PlaceError, Precision,
+    Quantity, RegionScales, Restored, SceneOptions, Status, Structure, StructureChoice,
 };
 
 use crate::message::Message;
 use crate::refusal::Refusal;
-use crate::session::{Player, Session, Watch, lengths, locate as nearest, plain_section};
-use crate::tool::{MOST_PLACES, Sphere};
+use crate::tool::{MOST_PLACES, Sphere, Tool, body_options};
 
 /// Numbers in the exchange buffer.
 const EXCHANGE: usize = 64;
@@ -28,16 +28,62 @@ const EXCHANGE: usize = 64;
 /// Everything the module remembers.
 struct Module {
     file: Option<File<'static>>,
-    bound: Bound,
+    bound: Option<Bound>,
     exchange: [f64; EXCHANGE],
     message: Message,
 }
 
-/// A session of either precision.
-enum Bound {
-    Nothing,
-    Single(Session<'static, f32>),
-    Double(Session<'static, f64>),
+/// A body, and what a page has beside it.
+struct Bound {
+    body: AnyBody<'static>,
+    /// A field of the surface, in the precision of the body.
+    field: &'static mut [f64],
+    /// A displacement component that is recorded beside the probes: place and unit vector.
+    watch: Option<(Place, [f64; 3])>,
+    tool: Option<Tool<'static>>,
+}
+
+impl Bound {
+    /// One step, with the tool where there is one.
+    fn step(&mut self) -> Result<Status, Refusal> {
+        match &mut self.tool {
+            Some(tool) => tool.step(&mut self.body),
+            None => Ok(self.body.step()?),
+        }
+    }
+
+    /// The scalar `index` of a quantity.
+    fn scalar(&self, quantity: Quantity, index: usize) -> Result<f64, OutputError> {
+        let mut value = [0.0];
+        self.body.read(quantity, index, Field::Displacement, &mut value)?;
+        Ok(value[0])
+    }
+
+    /// Numbers of one record of [`march`].
+    fn record_len(&self) -> usize {
+        self.body.count(Quantity::Probe) + 1 + Quantity::totals().count()
+    }
+
+    fn record(&self, row: &mut [f64]) -> Result<(), Refusal> {
+        let n_probes = self.body.count(Quantity::Probe);
+        let Some((probes, [watched, totals @ ..])) = row.split_at_mut_checked(n_probes) else {
+            return Ok(());
+        };
+        for (index, out) in probes.iter_mut().enumerate() {
+            *out = self.scalar(Quantity::Probe, index)?;
+        }
+        *watched = match &self.watch {
+            None => 0.0,
+            Some((place, direction)) => {
+                let u = self.body.point(place, Field::Displacement)?;
+                u.iter().zip(direction).map(|(u, d)| u * d).sum()
+            }
+        };
+        for (quantity, out) in Quantity::totals().zip(totals) {
+            *out = self.scalar(quantity, 0)?;
+        }
+        Ok(())
+    }
 }
 
 struct Global(UnsafeCell<Module>);
@@ -47,7 +93,7 @@ unsafe impl Sync for Global {}
 
 static MODULE: Global = Global(UnsafeCell::new(Module {
     file: None,
-    bound: Bound::Nothing,
+    bound: None,
     exchange: [0.0; EXCHANGE],
     message: Message::new(),
 }));
@@ -70,17 +116,9 @@ impl Module {
         self.exchange.iter_mut().zip(numbers).for_each(|(place, x)| *place = x);
     }
 
-    fn player(&mut self) -> Option<&mut dyn Player> {
-        match &mut self.bound {
-            Bound::Nothing => None,
-            Bound::Single(session) => Some(session),
-            Bound::Double(session) => Some(session),
-        }
-    }
-
-    /// Runs `ask` on the session; 0 without one or if it refuses.
-    fn ask(&mut self, ask: impl FnOnce(&mut dyn Player) -> Result<u32, Refusal>) -> u32 {
-        let result = self.player().map_or(Ok(0), ask);
+    /// Runs `ask` on the body; 0 without one or if it refuses.
+    fn ask(&mut self, ask: impl FnOnce(&mut Bound) -> Result<u32, Refusal>) -> u32 {
+        let result = self.bound.as_mut().map_or(Ok(0), ask);
         result.unwrap_or_else(|refusal| {
             self.message.say(&refusal);
             0
@@ -113,7 +151,7 @@ pub extern "C" fn message_len() -> usize {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn open(at: *const u8, length: usize) -> u32 {
     let module = module();
-    module.bound = Bound::Nothing;
+    module.bound = None;
     // SAFETY: lent for ever.
     let bytes: &'static [u8] = unsafe { from_raw_parts(at, length) };
     match File::parse(bytes).and_then(|file| file.verify_all().map(|()| file)) {
@@ -186,9 +224,9 @@ pub extern "C" fn text(which: u32) -> *const u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn section(kind: u32) -> *const u8 {
     let module = module();
-    let Some(section) = module.file.as_ref().and_then(|file| plain_section(file, kind)) else {
-        return core::ptr::null();
-    };
+    let file = module.file.as_ref();
+    let section = file.and_then(|file| file.section(SectionKind::from_number(kind)?));
+    let Some(section) = section.filter(|section| section.raw().is_ok()) else { return core::ptr::null() };
     module.give([section.stored().len() as f64, f64::from(section.element() as u8)]);
     section.stored().as_ptr()
 }
@@ -221,14 +259,21 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     1
 }
 
-/// Leaves the row of scalar `index` of the whole body in the exchange buffer: places and lengths of its name,
-/// its unit and a line about it. 0 if there is none.
+/// Leaves the row of a quantity of the evaluator's table in the exchange buffer: places and lengths of its
+/// name, its unit, the unit of its velocity (empty where it has none) and a line about it; how many the bound
+/// body has and numbers of each (0 without a body); whether it is a scalar of the whole body, which
+/// [`march`] records. 0 if there is no quantity of this number: they are numbered from 0.
 #[unsafe(no_mangle)]
-pub extern "C" fn total(index: usize) -> u32 {
-    let Some(quantity) = Quantity::totals().nth(index) else { return 0 };
+pub extern "C" fn quantity(number: u32) -> u32 {
+    let module = module();
+    let Some(quantity) = Quantity::from_number(number) else { return 0 };
+    let unit = |field| quantity.unit(field).unwrap_or_default();
+    let texts = [quantity.name(), unit(Field::Displacement), unit(Field::Velocity), quantity.text()];
     let text = |text: &str| [text.as_ptr() as usize as f64, text.len() as f64];
-    let unit = quantity.unit(Field::Displacement).unwrap_or_default();
-    module().give([quantity.name(), unit, quantity.text()].into_iter().flat_map(text));
+    let sizes = |bound: &Bound| [bound.body.count(quantity) as f64, bound.body.length(quantity) as f64];
+    let sizes = module.bound.as_ref().map_or([0.0; 2], sizes);
+    let total = f64::from(u32::from(Quantity::totals().any(|total| total == quantity)));
+    module.give(texts.into_iter().flat_map(text).chain(sizes).chain([total]));
     1
 }
 
@@ -265,15 +310,23 @@ fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     }
 }
 
-/// Bytes to lend for a session with the options in the exchange buffer; 0 if they are refused.
+const fn precision(double: u32) -> Precision {
+    if double == 0 { Precision::Single } else { Precision::Double }
+}
+
+/// Numbers of a body, and of a field of its surface.
+fn lengths(file: &File<'_>, options: SceneOptions, double: u32) -> Result<[usize; 2], Refusal> {
+    let body = AnyBody::len_for(file, &body_options(options), precision(double))?;
+    Ok([body, 3 * file.metadata().n_surface_nodes as usize])
+}
+
+/// Bytes to lend for a body with the options in the exchange buffer; 0 if they are refused.
 #[unsafe(no_mangle)]
 pub extern "C" fn bind_len(double: u32) -> usize {
     let module = module();
     let Some(file) = &module.file else { return 0 };
-    let options = options(&module.exchange);
-    let lengths = if double == 0 { lengths::<f32>(file, &options) } else { lengths::<f64>(file, &options) };
-    match lengths {
-        Ok((body, field)) => 8 * (body + field),
+    match lengths(file, options(&module.exchange), double) {
+        Ok([body, field]) => 8 * (body + field),
         Err(refusal) => {
             module.message.say(&refusal);
             0
@@ -281,33 +334,35 @@ pub extern "C" fn bind_len(double: u32) -> usize {
     }
 }
 
-/// Binds a session with the options in the exchange buffer. The range is aligned to 8 bytes and holds
-/// [`bind_len`] bytes. The session before it ends, whether this is refused or not.
+/// Binds a body with the options in the exchange buffer: 1 for the diagonal structure, 2 for the block
+/// structure, 4 for exact steps, 5 for large displacements. The range is aligned to 8 bytes and holds
+/// [`bind_len`] bytes. The body before it ends, whether this is refused or not.
 ///
 /// # Safety
 /// The module's documentation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn bind(double: u32, at: *mut u8) -> u32 {
+pub unsafe extern "C" fn bind(double: u32, at: *mut f64) -> u32 {
     let module = module();
-    module.bound = Bound::Nothing;
+    module.bound = None;
     let Some(file) = &module.file else { return 0 };
     let options = options(&module.exchange);
-    // SAFETY (both): the range holds `bind_len` bytes, 8 for each number of the body and of its field.
-    let bound = if double == 0 {
-        lengths::<f32>(file, &options).and_then(|(body, field)| {
-            let (field, memory) = unsafe { split(at, field, body) };
-            Session::<f32>::bind(file, &options, memory, field).map(Bound::Single)
-        })
-    } else {
-        lengths::<f64>(file, &options).and_then(|(body, field)| {
-            let (field, memory) = unsafe { split(at, field, body) };
-            Session::<f64>::bind(file, &options, memory, field).map(Bound::Double)
-        })
-    };
+    let bound = lengths(file, options, double).and_then(|[body, field]| {
+        // SAFETY (both): the range holds `bind_len` bytes, 8 for each of these numbers.
+        let memory = unsafe { from_raw_parts_mut(at, body) };
+        let field = unsafe { from_raw_parts_mut(at.add(body), field) };
+        let body = AnyBody::bind(file, &body_options(options), precision(double), memory)?;
+        Ok(Bound { body, field, watch: None, tool: None })
+    });
     match bound {
         Ok(bound) => {
-            module.bound = bound;
-            module.ask(|player| Ok(player.structure()))
+            let structure = match bound.body.structure() {
+                Structure::Diagonal => 1,
+                Structure::Block => 2,
+                Structure::Exact => 4,
+                Structure::Strain => 5,
+            };
+            module.bound = Some(bound);
+            structure
         }
         Err(refusal) => {
             module.message.say(&refusal);
@@ -316,59 +371,80 @@ pub unsafe extern "C" fn bind(double: u32, at: *mut u8) -> u32 {
     }
 }
 
-/// Numbers of a field and of a body in one range, 8 bytes each, set to zero.
-///
-/// # Safety
-/// The range is lent and holds `8 (n + body)` bytes, aligned to 8.
-unsafe fn split<T>(at: *mut u8, n: usize, body: usize) -> (&'static mut [T], &'static mut [f64]) {
-    // SAFETY: the caller's promise; zero bytes are the number 0 in both precisions.
-    unsafe {
-        at.write_bytes(0, 8 * (n + body));
-        (from_raw_parts_mut(at.cast::<T>(), n), from_raw_parts_mut(at.add(8 * n).cast::<f64>(), body))
-    }
+/// Sets `n` parameters of the file, pairs of number and value in the exchange buffer; the motion is carried
+/// over. 1 without loads; 2 with loads, which are then to be cleared and added again.
+#[unsafe(no_mangle)]
+pub extern "C" fn set_parameters(n: usize) -> u32 {
+    let module = module();
+    let mut settings = [(0, 0.0); EXCHANGE / 2];
+    let pairs = module.exchange.as_chunks::<2>().0;
+    settings.iter_mut().zip(pairs).for_each(|(setting, &[index, value])| *setting = (index as usize, value));
+    module.ask(|bound| {
+        let settings = settings.get(..n).unwrap_or_default();
+        Ok(match bound.body.set_parameters(settings)? {
+            LoadsAfter::Empty => 1,
+            LoadsAfter::Stale => 2,
+        })
+    })
 }
 
 /// Takes all loads away.
 #[unsafe(no_mangle)]
-pub extern "C" fn clear_loads() -> u32 {
-    module().ask(|player| {
-        player.clear_loads();
+pub extern "C" fn clear() -> u32 {
+    module().ask(|bound| {
+        bound.body.clear();
         Ok(1)
     })
 }
 
-fn point_of(nodes: [u32; 3], weights: [f64; 3]) -> SurfacePoint {
-    SurfacePoint { place: Place::triangle(nodes, weights), position: [0.0; 3], distance: 0.0 }
+/// The exchange buffer as a place of `count` nodes: room for 16 nodes, room for 16 weights, the radius \[m\].
+fn place(numbers: &[f64; EXCHANGE], count: usize) -> Result<Place, PlaceError> {
+    let [nodes, weights, [radius, ..], _] = numbers.as_chunks::<MAX_PLACE_NODES>().0 else {
+        return Err(PlaceError::Empty);
+    };
+    let nodes = nodes.map(|node| node as u32);
+    let listed = nodes.get(..count).zip(weights.get(..count));
+    let (nodes, weights) = listed.ok_or(PlaceError::TooManyNodes { found: count })?;
+    Ok(Place::new(nodes, weights)?.with_radius(*radius))
 }
 
-/// Adds a held contact: nodes, weights (the third completes 1), force \[N\].
+/// Adds a held force \[N\] at the place of `count` nodes in the exchange buffer: room for 16 nodes, room for
+/// 16 weights, the radius \[m\].
 #[unsafe(no_mangle)]
-pub extern "C" fn add_contact(a: u32, b: u32, c: u32, wa: f64, wb: f64, fx: f64, fy: f64, fz: f64) -> u32 {
-    let contact = Contact::new(Place::triangle([a, b, c], [wa, wb, 1.0 - wa - wb]), [fx, fy, fz]);
-    module().ask(|player| player.add_contact(&contact).map(|()| 1))
+pub extern "C" fn push(count: usize, x: f64, y: f64, z: f64) -> u32 {
+    let module = module();
+    let place = place(&module.exchange, count).map_err(LoadError::Place);
+    module.ask(|bound| {
+        bound.body.push(&place?, [x, y, z])?;
+        Ok(1)
+    })
 }
 
 /// Adds a held load pattern.
 #[unsafe(no_mangle)]
-pub extern "C" fn add_pattern(index: u32, amplitude: f64) -> u32 {
-    module().ask(|player| player.add_pattern(index as usize, amplitude).map(|()| 1))
-}
-
-/// Records this displacement component beside the probes: nodes, weights (the third completes 1), unit
-/// vector.
-#[unsafe(no_mangle)]
-pub extern "C" fn watch(a: u32, b: u32, c: u32, wa: f64, wb: f64, x: f64, y: f64, z: f64) -> u32 {
-    let watch = Watch { point: point_of([a, b, c], [wa, wb, 1.0 - wa - wb]), direction: [x, y, z] };
-    module().ask(|player| {
-        player.watch(Some(watch));
+pub extern "C" fn push_pattern(index: usize, amplitude: f64) -> u32 {
+    module().ask(|bound| {
+        bound.body.push_pattern(index, amplitude)?;
         Ok(1)
     })
 }
 
-/// Numbers of one record of [`march`].
+/// Records the displacement component of a place, as in [`push`], along a unit vector beside the probes.
+#[unsafe(no_mangle)]
+pub extern "C" fn watch(count: usize, x: f64, y: f64, z: f64) -> u32 {
+    let module = module();
+    let place = place(&module.exchange, count).map_err(OutputError::Place);
+    module.ask(|bound| {
+        bound.watch = Some((place?, [x, y, z]));
+        Ok(1)
+    })
+}
+
+/// Numbers of one record of [`march`]: the probes, the watched component (0 without), and the scalars of the
+/// whole body.
 #[unsafe(no_mangle)]
 pub extern "C" fn record_len() -> u32 {
-    module().ask(|player| Ok(player.record_len() as u32))
+    module().ask(|bound| Ok(bound.record_len() as u32))
 }
 
 /// Takes `steps` steps and writes a record after each, up to `rows` of them. 1 moving, 2 at rest, 0 refused.
@@ -377,14 +453,20 @@ pub extern "C" fn record_len() -> u32 {
 /// The module's documentation; the range holds `rows` records.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn march(steps: u32, records: *mut f64, rows: u32) -> u32 {
-    module().ask(|player| {
-        let length = rows as usize * player.record_len();
+    module().ask(|bound| {
+        let width = bound.record_len();
+        let length = rows as usize * width;
         // SAFETY: the page lends this range for the call; an empty one may lie anywhere.
         let records = if length == 0 { &mut [] } else { unsafe { from_raw_parts_mut(records, length) } };
-        Ok(match player.march(steps as usize, records)? {
-            Status::AtRest => 2,
-            _ => 1,
-        })
+        let mut rows = records.chunks_exact_mut(width);
+        let mut status = Status::Moving;
+        for _ in 0..steps {
+            status = bound.step()?;
+            if let Some(row) = rows.next() {
+                bound.record(row)?;
+            }
+        }
+        Ok(if status == Status::AtRest { 2 } else { 1 })
     })
 }
 
@@ -392,31 +474,68 @@ const fn field(velocity: u32) -> Field {
     if velocity == 0 { Field::Displacement } else { Field::Velocity }
 }
 
-/// Where the displacement (or velocity) of the surface lies, in the session's precision; null if refused.
+/// Where the displacement (or velocity) of the surface lies, in the precision of the body; null if refused.
 #[unsafe(no_mangle)]
 pub extern "C" fn surface(velocity: u32) -> usize {
-    module().ask(|player| Ok(player.surface(field(velocity))? as usize as u32)) as usize
+    module().ask(|Bound { body, field: numbers, .. }| {
+        match body {
+            AnyBody::Single(body) => {
+                // SAFETY: as many numbers of half the size, lent with them; any bits are numbers.
+                let halves = unsafe { from_raw_parts_mut(numbers.as_mut_ptr().cast::<f32>(), numbers.len()) };
+                body.surface_into(field(velocity), halves)?;
+            }
+            AnyBody::Double(body) => body.surface_into(field(velocity), numbers)?,
+        }
+        Ok(numbers.as_ptr() as usize as u32)
+    }) as usize
 }
 
-/// Where von Mises' equivalent stress of the surface lies, in the session's precision: the first of three
+/// Where von Mises' equivalent stress \[Pa\] of the surface lies, in double precision: the first of three
 /// numbers a node, zero where the file has none; null if refused.
 #[unsafe(no_mangle)]
 pub extern "C" fn equivalent_stress() -> usize {
-    module().ask(|player| Ok(player.equivalent_stress()? as usize as u32)) as usize
+    module().ask(|bound| {
+        bound.field.fill(0.0);
+        for index in 0..bound.body.count(Quantity::VonMises) {
+            let stress = bound.scalar(Quantity::VonMises, index)?;
+            let node = bound.body.stress_point(index).map(|point| point.node as usize);
+            let nodes = bound.field.as_chunks_mut::<3>().0;
+            // Between two regions the larger one.
+            if let Some([most, ..]) = node.and_then(|node| nodes.get_mut(node)) {
+                *most = most.max(stress);
+            }
+        }
+        Ok(bound.field.as_ptr() as usize as u32)
+    }) as usize
 }
 
-/// Leaves displacement (or velocity) of a point of the surface in the exchange buffer.
+/// Leaves displacement (or velocity) of a place, as in [`push`], in the exchange buffer.
 #[unsafe(no_mangle)]
-pub extern "C" fn point(a: u32, b: u32, c: u32, wa: f64, wb: f64, velocity: u32) -> u32 {
+pub extern "C" fn point(count: usize, velocity: u32) -> u32 {
     let module = module();
-    let point = point_of([a, b, c], [wa, wb, 1.0 - wa - wb]);
+    let place = place(&module.exchange, count).map_err(OutputError::Place);
     let mut value = [0.0; 3];
-    let done = module.ask(|player| {
-        value = player.point(&point, field(velocity))?;
+    let done = module.ask(|bound| {
+        value = bound.body.point(&place?, field(velocity))?;
         Ok(1)
     });
     module.give(value);
     done
+}
+
+/// Writes a quantity of the table, or its velocity, to the range; `n` is the length that its row gives.
+///
+/// # Safety
+/// The module's documentation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn read(number: u32, index: usize, velocity: u32, at: *mut f64, n: usize) -> u32 {
+    module().ask(|bound| {
+        let unknown = OutputError::OutOfRange { index: number as usize, count: Quantity::ALL.len() };
+        let quantity = Quantity::from_number(number).ok_or(unknown)?;
+        // SAFETY: the page lends this range for the call.
+        bound.body.read(quantity, index, field(velocity), unsafe { from_raw_parts_mut(at, n) })?;
+        Ok(1)
+    })
 }
 
 /// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: nodes, weights, position, distance.
@@ -424,31 +543,44 @@ pub extern "C" fn point(a: u32, b: u32, c: u32, wa: f64, wb: f64, velocity: u32)
 #[unsafe(no_mangle)]
 pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
     let module = module();
-    let Some(file) = &module.file else { return 0 };
-    match nearest(file, [x, y, z]) {
-        Ok(Some(p)) => {
-            let (nodes, weights) = p.place.corners().unwrap_or_default();
-            let nodes = nodes.map(f64::from);
-            module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
-            1
-        }
-        Ok(None) => 0,
-        Err(refusal) => {
-            module.message.say(&refusal);
-            0
-        }
-    }
+    let found = module.bound.as_ref().and_then(|bound| bound.body.locate([x, y, z]));
+    let Some(p) = found else { return 0 };
+    let (nodes, weights) = p.place.corners().unwrap_or_default();
+    let nodes = nodes.map(f64::from);
+    module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
+    1
 }
 
-/// Energy \[J\]; 0 without a session.
+/// Bytes that [`save`] writes at most.
 #[unsafe(no_mangle)]
-pub extern "C" fn energy() -> f64 {
-    let mut energy = 0.0;
-    module().ask(|player| {
-        energy = player.energy()?;
-        Ok(1)
-    });
-    energy
+pub extern "C" fn saved_len() -> usize {
+    module().ask(|bound| Ok(bound.body.saved_len() as u32)) as usize
+}
+
+/// Writes the state to the range of `n` bytes, tagged; the bytes written.
+///
+/// # Safety
+/// The module's documentation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn save(at: *mut u8, n: usize) -> usize {
+    // SAFETY: the page lends this range for the call.
+    module().ask(|bound| Ok(bound.body.save_into(unsafe { from_raw_parts_mut(at, n) })? as u32)) as usize
+}
+
+/// Takes back what [`save`] wrote, from the range of `n` bytes: 1 with every bit, 2 carried over from other
+/// parameters or the other precision.
+///
+/// # Safety
+/// The module's documentation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn restore(at: *const u8, n: usize) -> u32 {
+    module().ask(|bound| {
+        // SAFETY: the page lends this range for the call.
+        Ok(match bound.body.restore(unsafe { from_raw_parts(at, n) })? {
+            Restored::AsSaved => 1,
+            Restored::Carried => 2,
+        })
+    })
 }
 
 /// Writes `ζ` and `ζ̇` to the range, `n` numbers in all.
@@ -457,9 +589,11 @@ pub extern "C" fn energy() -> f64 {
 /// The module's documentation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coordinates(at: *mut f64, n: usize) -> u32 {
-    module().ask(|player| {
+    module().ask(|bound| {
         // SAFETY: the page lends this range for the call.
-        player.coordinates(unsafe { from_raw_parts_mut(at, n) });
+        let numbers = unsafe { from_raw_parts_mut(at, n) };
+        let (zeta, rates) = numbers.split_at_mut(n / 2);
+        bound.body.coordinates_into(zeta, rates)?;
         Ok(1)
     })
 }
@@ -470,22 +604,26 @@ pub unsafe extern "C" fn coordinates(at: *mut f64, n: usize) -> u32 {
 /// The module's documentation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn set_coordinates(at: *const f64, n: usize) -> u32 {
-    // SAFETY: the page lends this range for the call.
-    module().ask(|player| player.set_coordinates(unsafe { from_raw_parts(at, n) }).map(|()| 1))
+    module().ask(|bound| {
+        // SAFETY: the page lends this range for the call.
+        let (zeta, rates) = unsafe { from_raw_parts(at, n) }.split_at(n / 2);
+        bound.body.set(zeta, rates)?;
+        Ok(1)
+    })
 }
 
 /// The body at rest, loads kept.
 #[unsafe(no_mangle)]
 pub extern "C" fn rest() -> u32 {
-    module().ask(|player| {
-        player.rest();
+    module().ask(|bound| {
+        bound.body.rest();
         Ok(1)
     })
 }
 
 /// Lays down a sphere that cannot enter the body: radius \[m\], friction, how fast \[m/s\] and how hard \[N\]
 /// it follows at most, and where its centre is \[m\]. It presses from the next step on. Refused unless the
-/// session's steps are exact. A new session has none.
+/// body's steps are exact. A newly bound body has none.
 #[unsafe(no_mangle)]
 pub extern "C" fn hold_tool(
     radius: f64,
@@ -497,15 +635,18 @@ pub extern "C" fn hold_tool(
     z: f64,
 ) -> u32 {
     let sphere = Sphere { radius, friction, speed, most, centre: [x, y, z], target: [x, y, z] };
-    module().ask(|player| player.hold(Some(sphere)).map(|()| 1))
+    module().ask(|bound| {
+        bound.tool = Some(Tool::new(sphere, &bound.body)?);
+        Ok(1)
+    })
 }
 
 /// Where the sphere is to go \[m\]; it starts with the next step. 0 without a sphere.
 #[unsafe(no_mangle)]
 pub extern "C" fn move_tool(x: f64, y: f64, z: f64) -> u32 {
-    module().ask(|player| {
+    module().ask(|bound| {
         let target = [x, y, z];
-        let tool = player.tool().filter(|_| target.iter().all(|x| x.is_finite()));
+        let tool = bound.tool.as_mut().filter(|_| target.iter().all(|x| x.is_finite()));
         Ok(tool.map_or(0, |tool| {
             tool.sphere.target = target;
             1
@@ -516,7 +657,10 @@ pub extern "C" fn move_tool(x: f64, y: f64, z: f64) -> u32 {
 /// Takes the sphere away.
 #[unsafe(no_mangle)]
 pub extern "C" fn lift_tool() -> u32 {
-    module().ask(|player| player.hold(None).map(|()| 1))
+    module().ask(|bound| {
+        bound.tool = None;
+        Ok(1)
+    })
 }
 
 /// Leaves in the exchange buffer what the sphere did in the last step: its centre \[m\], the deepest place of
@@ -527,8 +671,8 @@ pub extern "C" fn lift_tool() -> u32 {
 pub extern "C" fn tool() -> u32 {
     let module = module();
     let (mut head, mut touches, mut count) = ([0.0; 6], [0.0; 6 * MOST_PLACES], 0);
-    let done = module.ask(|player| {
-        let Some(tool) = player.tool() else { return Ok(0) };
+    let done = module.ask(|bound| {
+        let Some(tool) = &bound.tool else { return Ok(0) };
         let pushed = tool.touches().iter().filter(|touch| touch.force != [0.0; 3]);
         for (out, touch) in touches.as_chunks_mut::<6>().0.iter_mut().zip(pushed) {
             let [x, y, z] = touch.place;

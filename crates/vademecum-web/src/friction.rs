@@ -3,7 +3,7 @@
 //! At each place either the gap is closed and the force pushes, or the gap is open and there is no force; the
 //! force across the normal holds the place or, if it would take more than μ times the push, slips with that.
 //! The body answers through the operator `W` of all forces together
-//! ([`vademecum_eval::Scene::compliance`]), so nothing depends on how stiff anything is. Solved place by
+//! ([`vademecum_eval::AnyBody::compliance`]), so nothing depends on how stiff anything is. Solved place by
 //! place, again and again, until no force changes (projected Gauss-Seidel, as in the example
 //! `press_a_sphere`).
 
@@ -18,7 +18,7 @@ const ROUNDS: usize = 2_000;
 
 /// A place where two bodies may touch.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Place {
+pub struct ContactPoint {
     /// Unit vector into the body.
     pub normal: Vector,
     /// Gap along it at the end of the step if no force acts \[m\].
@@ -39,7 +39,7 @@ pub struct Operator<'a> {
 }
 
 impl<'a> Operator<'a> {
-    /// Of `n` places, the numbers of [`vademecum_eval::Scene::compliance`].
+    /// Of `n` places, the numbers of [`vademecum_eval::AnyBody::compliance`].
     pub fn new(w: &'a [f64], n: usize) -> Self {
         Self { w, width: 3 * n }
     }
@@ -55,14 +55,14 @@ impl<'a> Operator<'a> {
     }
 
     /// Whether a gap that is closed by more than `tolerance` is at a place that no force moves.
-    pub fn is_stuck(&self, places: &[Place], tolerance: f64) -> bool {
+    pub fn is_stuck(&self, places: &[ContactPoint], tolerance: f64) -> bool {
         let held = |c: usize| self.own(c).as_flattened().iter().all(|&yields| yields == 0.0);
         places.iter().enumerate().any(|(c, place)| place.gap < -tolerance && held(c))
     }
 
     /// `Σ_d W_cd f_d`.
     #[inline(never)]
-    fn moved(&self, c: usize, places: &[Place]) -> Vector {
+    fn moved(&self, c: usize, places: &[ContactPoint]) -> Vector {
         [0, 1, 2].map(|i| {
             let blocks = self.row(c, i).as_chunks::<3>().0;
             blocks.iter().zip(places).map(|(&block, place)| dot(block, place.force)).sum()
@@ -72,7 +72,7 @@ impl<'a> Operator<'a> {
 
 /// Finds the forces, up to gaps of `tolerance` \[m\]. Whether it did; otherwise the last round's stand.
 #[inline(never)]
-pub fn solve(operator: &Operator<'_>, friction: f64, tolerance: f64, places: &mut [Place]) -> bool {
+pub fn solve(operator: &Operator<'_>, friction: f64, tolerance: f64, places: &mut [ContactPoint]) -> bool {
     for _ in 0..ROUNDS {
         let mut changed = 0.0_f64;
         for c in 0..places.len() {
@@ -87,8 +87,8 @@ pub fn solve(operator: &Operator<'_>, friction: f64, tolerance: f64, places: &mu
 
 /// Solves for the force of one place while the others stay; how far that moves it \[m\].
 #[inline(never)]
-fn push(operator: &Operator<'_>, friction: f64, c: usize, places: &mut [Place]) -> f64 {
-    let Some(&Place { normal, gap, slide, force: before }) = places.get(c) else { return 0.0 };
+fn push(operator: &Operator<'_>, friction: f64, c: usize, places: &mut [ContactPoint]) -> f64 {
+    let Some(&ContactPoint { normal, gap, slide, force: before }) = places.get(c) else { return 0.0 };
     let own = operator.own(c);
     let yields = dot(normal, own.map(|row| dot(row, normal)));
     let yields_along = own[0][0] + own[1][1] + own[2][2] - yields;
@@ -141,8 +141,8 @@ mod tests {
         (0..36).map(|k| entry(k / 6, k % 6)).collect()
     }
 
-    fn place(gap: f64, slide: Vector) -> Place {
-        Place { normal: UP, gap, slide, force: [0.0; 3] }
+    fn place(gap: f64, slide: Vector) -> ContactPoint {
+        ContactPoint { normal: UP, gap, slide, force: [0.0; 3] }
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! The evaluator inside a web page: [`session::Session`] is what a page drives, the exports (WebAssembly
-//! only) hand numbers and places in memory across the boundary.
+//! The evaluator inside a web page: the exports (WebAssembly only) hand numbers and places in memory between
+//! the page and a body of `vademecum-eval`.
 //!
 //! There is no allocator and no glue code. The page grows the module's memory, puts the file there, asks how
-//! much a session needs, grows again and lends it: the same contract as on a machine without operating
+//! much a body needs, grows again and lends it: the same contract as on a machine without operating
 //! system. The body's mechanics stay in `vademecum-eval`, so a page shows the evaluator's bits. What presses
 //! the body is solved for here: [`tool`] is a rigid sphere that cannot enter it.
 //!
@@ -15,6 +15,5 @@ mod exports;
 mod friction;
 pub mod message;
 pub mod refusal;
-pub mod session;
 pub mod tool;
 mod vectors;

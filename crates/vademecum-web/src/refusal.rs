@@ -1,54 +1,37 @@
-//! What a session refuses, in one type.
+//! What the module refuses, in one type.
 
-use core::fmt;
+use thiserror::Error;
+use vademecum_eval::{BindError, LoadError, OutputError, SavedError, StepError};
 
-use vademecum_eval::{BindError, LoadError, OutputError, StepError};
-
-/// Why the session refused.
-#[derive(Clone, Copy, Debug)]
+/// Why a call was refused.
+#[derive(Clone, Copy, Debug, Error)]
+#[non_exhaustive]
 pub enum Refusal {
-    /// Options or lent memory do not fit the file.
-    Bind(BindError),
+    /// Options, parameters or lent memory do not fit the file.
+    #[error(transparent)]
+    Bind(#[from] BindError),
     /// A load cannot be applied.
-    Load(LoadError),
+    #[error(transparent)]
+    Load(#[from] LoadError),
     /// A step or a state cannot be taken.
-    Step(StepError),
+    #[error(transparent)]
+    Step(#[from] StepError),
     /// An output cannot be read.
-    Output(OutputError),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A saved state cannot be restored.
+    #[error(transparent)]
+    Saved(#[from] SavedError),
     /// A tool was laid down where the body does not move exactly.
+    #[error(
+        "a tool to press with needs exact steps, and this body moves by the stages of another time scheme: \
+         build the file with scheme = {{ name = \"exact\" }}, or push with a force"
+    )]
     NoTool,
     /// A tool's radius, force, friction or speed is not a number it can have.
+    #[error(
+        "a sphere has a radius and a force above zero, a friction and a speed that are not below zero, and a \
+         place"
+    )]
     BadTool,
 }
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bind(error) => error.fmt(f),
-            Self::Load(error) => error.fmt(f),
-            Self::Step(error) => error.fmt(f),
-            Self::Output(error) => error.fmt(f),
-            Self::NoTool => f.write_str(
-                "a tool to press with needs exact steps, and this body moves by the stages of another time \
-                 scheme: build the file with scheme = { name = \"exact\" }, or push with a force",
-            ),
-            Self::BadTool => f.write_str(
-                "a sphere has a radius and a force above zero, a friction and a speed that are not below zero, \
-                 and a place",
-            ),
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
-
-macro_rules! from_error {
-    ($($kind:ident <- $error:ty),*) => {
-        $(impl From<$error> for Refusal {
-            fn from(error: $error) -> Self {
-                Self::$kind(error)
-            }
-        })*
-    };
-}
-from_error!(Bind <- BindError, Load <- LoadError, Step <- StepError, Output <- OutputError);

@@ -2,7 +2,7 @@
 //!
 //! A sphere that a spring held to the body would have to be soft, or the march would not be stable. This one
 //! has no spring: before each step it asks where the body goes without it
-//! ([`vademecum_eval::Body::free_motion`]) and how it yields ([`vademecum_eval::Body::compliance`]), and
+//! ([`AnyBody::free_motion`]) and how it yields ([`AnyBody::compliance`]), and
 //! finds the forces with which sphere and body just touch when the step ends, with Coulomb's friction. Every
 //! step of the sphere is a step of the body; a hand gives the sphere a target, which it follows no faster
 //! and no harder than it is told. It never goes into a place that the supports hold.
@@ -11,14 +11,22 @@
 //! tangent plane, so a body in front of the plane is outside of the sphere whichever normal was taken.
 
 use vademecum_eval::format::{File, Numbers, SectionKind};
-use vademecum_eval::{Body, Contact, Field, OutputError, Scalar, Surface, SurfacePoint};
+use vademecum_eval::{
+    AnyBody, BodyOptions, Field, OutputError, Place, SceneOptions, Status, Structure, Surface, SurfacePoint,
+};
 
-use crate::friction::{MOST, Operator, Place, room, solve};
+use crate::friction::{ContactPoint, MOST, Operator, room, solve};
 use crate::refusal::Refusal;
 use crate::vectors::{Vector, dot, length, minus, plus, times};
 
 /// Places of the body that are looked at in a step, and most that may be pushed.
 pub const MOST_PLACES: usize = MOST;
+
+/// Options of a body that a tool can press: room for the places it touches, and for the loads beside its own.
+#[must_use]
+pub fn body_options(scene: SceneOptions) -> BodyOptions {
+    BodyOptions { scene, places: MOST_PLACES, keep_loads: true, flight: false, ..BodyOptions::default() }
+}
 
 /// Gaps are closed up to this part of the radius.
 const TOLERANCE: f64 = 1e-10;
@@ -53,14 +61,14 @@ impl Sphere {
     /// Places without forces, from where the touches are now (which `look` has left there) and where they go
     /// without the sphere.
     #[inline(never)]
-    fn face(&self, places: &mut [Place], touches: &[Touch], free: &[Vector], moves: Vector) {
+    fn face(&self, places: &mut [ContactPoint], touches: &[Touch], free: &[Vector], moves: Vector) {
         for ((place, touch), free) in places.iter_mut().zip(touches).zip(free) {
             let away = minus(touch.place, self.centre);
             let normal = times(1.0 / length(away), away);
             let end = plus(touch.point.position, *free);
             let gap = dot(normal, minus(end, self.centre)) - self.radius;
             let slide = minus(minus(end, touch.place), moves);
-            *place = Place { normal, gap, slide, force: [0.0; 3] };
+            *place = ContactPoint { normal, gap, slide, force: [0.0; 3] };
         }
     }
 }
@@ -78,12 +86,14 @@ pub struct Touch {
     pub depth: f64,
 }
 
+impl AsRef<Place> for Touch {
+    fn as_ref(&self) -> &Place {
+        &self.point.place
+    }
+}
+
 const NOWHERE: Touch = Touch {
-    point: SurfacePoint {
-        place: vademecum_eval::Place::triangle([0; 3], [0.0; 3]),
-        position: [0.0; 3],
-        distance: 0.0,
-    },
+    point: SurfacePoint { place: Place::triangle([0; 3], [0.0; 3]), position: [0.0; 3], distance: 0.0 },
     place: [0.0; 3],
     force: [0.0; 3],
     depth: f64::NEG_INFINITY,
@@ -91,7 +101,7 @@ const NOWHERE: Touch = Touch {
 
 /// The loadable surface a sphere may touch.
 #[derive(Clone, Copy, Debug)]
-pub struct Ground<'m> {
+struct Ground<'m> {
     surface: Surface<'m>,
     coordinates: Numbers<'m>,
     n_nodes: usize,
@@ -101,12 +111,9 @@ pub struct Ground<'m> {
 }
 
 impl<'m> Ground<'m> {
-    /// Of a file.
-    ///
-    /// # Errors
-    /// [`Refusal::Output`] if it has no surface.
+    /// Of a file; refused if it has no surface.
     #[inline(never)]
-    pub fn new(file: &File<'m>) -> Result<Self, Refusal> {
+    fn new(file: &File<'m>) -> Result<Self, OutputError> {
         let missing = |kind| OutputError::Missing { kind };
         let kind = SectionKind::NodeCoordinates;
         let coordinates = file.section(kind).and_then(|section| section.numbers().ok());
@@ -145,7 +152,7 @@ impl<'m> Ground<'m> {
             }
         }
         best.map(|(distance, node, position)| SurfacePoint {
-            place: vademecum_eval::Place::triangle([node as u32; 3], [1.0, 0.0, 0.0]),
+            place: Place::triangle([node as u32; 3], [1.0, 0.0, 0.0]),
             position,
             distance,
         })
@@ -154,9 +161,10 @@ impl<'m> Ground<'m> {
 
 /// A sphere on a body.
 #[derive(Clone, Copy, Debug)]
-pub struct Tool {
+pub struct Tool<'m> {
     /// Where it is and goes.
     pub sphere: Sphere,
+    ground: Ground<'m>,
     touches: [Touch; MOST],
     count: usize,
     /// Displacement of the place that was nearest in the step before \[m\]; none before the first.
@@ -164,11 +172,23 @@ pub struct Tool {
     solved: bool,
 }
 
-impl Tool {
-    /// A sphere before its first step.
-    #[must_use]
-    pub const fn new(sphere: Sphere) -> Self {
-        Self { sphere, touches: [NOWHERE; MOST], count: 0, shift: None, solved: true }
+impl<'m> Tool<'m> {
+    /// A sphere before its first step, on a body bound with [`body_options`].
+    ///
+    /// # Errors
+    /// [`Refusal::NoTool`], [`Refusal::BadTool`].
+    pub fn new(sphere: Sphere, body: &AnyBody<'m>) -> Result<Self, Refusal> {
+        let Sphere { radius, friction, speed, most, .. } = sphere;
+        let ground = Ground::new(body.file()).map_err(|_| Refusal::NoTool)?;
+        if body.structure() != Structure::Exact {
+            return Err(Refusal::NoTool);
+        }
+        let places = sphere.centre.iter().chain(&sphere.target);
+        let sound = radius > 0.0 && friction >= 0.0 && speed >= 0.0 && most > 0.0;
+        if !sound || ![radius, friction, speed].iter().chain(places).all(|x| x.is_finite()) {
+            return Err(Refusal::BadTool);
+        }
+        Ok(Self { sphere, ground, touches: [NOWHERE; MOST], count: 0, shift: None, solved: true })
     }
 
     /// The places that the last step looked at; those that are pushed have a force.
@@ -190,34 +210,25 @@ impl Tool {
         self.touches().iter().map(|touch| touch.depth).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Takes one step of sphere and body, which has room for [`MOST_PLACES`] places and for kept loads.
+    /// Takes one step of sphere and body, the one it was made for.
     ///
     /// # Errors
     /// [`Refusal`]; the body is then where it was.
-    pub fn step<T: Scalar>(
-        &mut self,
-        ground: &Ground<'_>,
-        body: &mut Body<'_, T>,
-    ) -> Result<vademecum_eval::Status, Refusal> {
+    pub fn step(&mut self, body: &mut AnyBody<'m>) -> Result<Status, Refusal> {
         let before = self.sphere.centre;
         let moves = self.sphere.follow(body.time_step());
-        self.look(ground, body, before)?;
+        self.look(body, before)?;
         let touches = self.touches.get_mut(..self.count).unwrap_or_default();
         let n = touches.len();
 
         // How the places yield in the coming step, and where they go without the sphere.
-        let mut contacts = [Contact::new(vademecum_eval::Place::triangle([0; 3], [0.0; 3]), [0.0; 3]); MOST];
-        for (contact, touch) in contacts.iter_mut().zip(&*touches) {
-            contact.place = touch.point.place;
-        }
-        let contacts = contacts.get(..n).unwrap_or_default();
         let (mut w, mut free) = (room(), [[0.0; 3]; MOST]);
         let w = w.get_mut(..9 * n * n).unwrap_or_default();
         let free = free.get_mut(..n).unwrap_or_default();
-        body.compliance(contacts, w)?;
-        body.free_motion(contacts, free)?;
+        body.compliance(touches, w)?;
+        body.free_motion(touches, free)?;
 
-        let mut places = [Place::default(); MOST];
+        let mut places = [ContactPoint::default(); MOST];
         let places = places.get_mut(..n).unwrap_or_default();
         let (operator, tolerance) = (Operator::new(w, n), TOLERANCE * self.sphere.radius);
         // Moves a share of its way; how hard it pushes then, beyond all bounds where the supports hold a
@@ -246,7 +257,7 @@ impl Tool {
         }
         // The forces act for this step alone.
         body.keep_loads()?;
-        let status = pushed_step(body, contacts.iter().zip(places.iter().map(|place| place.force)));
+        let status = pushed_step(body, touches);
         body.recall_loads()?;
         let status = status?;
         for touch in touches {
@@ -261,13 +272,8 @@ impl Tool {
     /// body is taken to be moved near the sphere as it is at the nearest place. A place that coincides with
     /// the centre has no normal and is left out.
     #[inline(never)]
-    fn look<T: Scalar>(
-        &mut self,
-        ground: &Ground<'_>,
-        body: &Body<'_, T>,
-        before: Vector,
-    ) -> Result<(), Refusal> {
-        let Sphere { centre, radius, .. } = self.sphere;
+    fn look(&mut self, body: &AnyBody<'_>, before: Vector) -> Result<(), Refusal> {
+        let (Sphere { centre, radius, .. }, ground) = (self.sphere, self.ground);
         self.count = 0;
         // A sphere that was just laid down looks a few times, since it does not know how far the body moved.
         let looks = if self.shift.is_none() { 4 } else { 1 };
@@ -298,13 +304,10 @@ impl Tool {
     }
 }
 
-/// A step under further forces.
-fn pushed_step<'c, T: Scalar>(
-    body: &mut Body<'_, T>,
-    forces: impl Iterator<Item = (&'c Contact, [f64; 3])>,
-) -> Result<vademecum_eval::Status, Refusal> {
-    for (contact, force) in forces.filter(|(_, force)| *force != [0.0; 3]) {
-        body.push(contact, force)?;
+/// A step under the forces of the sphere besides.
+fn pushed_step(body: &mut AnyBody<'_>, touches: &[Touch]) -> Result<Status, Refusal> {
+    for touch in touches.iter().filter(|touch| touch.force != [0.0; 3]) {
+        body.push(touch, touch.force)?;
     }
     Ok(body.step()?)
 }

@@ -6,70 +6,84 @@ use std::process::Command;
 
 use vademecum_eval::format::scheme::StepParameters;
 use vademecum_eval::format::{Element, File};
-use vademecum_eval::{
-    Contact, Field, Loads, Place, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
-};
+use vademecum_eval::{AnyBody, Field, Place, Precision, Quantity, SceneOptions, StructureChoice};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
-use vademecum_web::session::{Player, Session, lengths};
-use vademecum_web::tool::Sphere;
+use vademecum_web::refusal::Refusal;
+use vademecum_web::tool::{Sphere, Tool, body_options};
 
 const LAYOUT: Layout = Layout { rows: 4, load_rows: 3, columns: 3, n_interior: 3, r: 11 };
 
-const POINT: SurfacePoint =
-    SurfacePoint { place: Place::triangle([1, 4, 3], [0.25, 0.5, 0.25]), position: [0.0; 3], distance: 0.0 };
+const PLACE: Place = Place::triangle([1, 4, 3], [0.25, 0.5, 0.25]);
+const FORCE: [f64; 3] = [1.0, -2.0, 0.7];
 
-/// The march of `march.mjs`, for one precision.
+/// The march of `march.mjs`, in one precision.
 struct Native<'f, 'n> {
     file: &'f File<'f>,
+    precision: Precision,
     numbers: &'n mut Vec<f64>,
 }
 
 impl Native<'_, '_> {
-    fn record<T: Scalar>(&mut self, scene: &Scene<'_, T>, state: &State<'_, T>, watch: Option<[f64; 3]>) {
+    fn with_body(&mut self, options: SceneOptions, act: impl FnOnce(&mut Self, &mut AnyBody<'_>)) {
+        let options = body_options(options);
+        let mut memory = vec![0.0; AnyBody::len_for(self.file, &options, self.precision).unwrap()];
+        let mut body = AnyBody::bind(self.file, &options, self.precision, &mut memory).unwrap();
+        act(self, &mut body);
+    }
+
+    fn read(&mut self, body: &AnyBody<'_>, quantity: Quantity, index: usize, field: Field) {
+        let mut out = vec![0.0; body.length(quantity)];
+        body.read(quantity, index, field, &mut out).unwrap();
+        self.numbers.extend(out);
+    }
+
+    fn record(&mut self, body: &AnyBody<'_>, watch: Option<[f64; 3]>) {
         for probe in 0..3 {
-            self.numbers.push(scene.probe(state, probe, Field::Displacement).unwrap());
+            self.read(body, Quantity::Probe, probe, Field::Displacement);
         }
-        let u = scene.point(state, &POINT, Field::Displacement).unwrap();
+        let u = body.point(&PLACE, Field::Displacement).unwrap();
         self.numbers.push(watch.map_or(0.0, |d| u.iter().zip(d).map(|(u, d)| u * d).sum()));
-        let energies = [scene.energy(state), scene.kinetic_energy(state), scene.strain_energy(state)];
-        self.numbers.extend(energies.map(|energy| energy.unwrap()));
+        for quantity in Quantity::totals() {
+            self.read(body, quantity, 0, Field::Displacement);
+        }
     }
 
-    fn march<T: Scalar>(&mut self, structure: StructureChoice) {
+    fn march(&mut self, structure: StructureChoice) {
         let options = SceneOptions { structure, ..SceneOptions::default() };
-        let sizes = Scene::<T>::sizes(self.file, &options).unwrap();
-        let mut memory = vec![T::ZERO; sizes.scene + sizes.state + sizes.loads];
-        let (scene, rest) = memory.split_at_mut(sizes.scene);
-        let (state, loads) = rest.split_at_mut(sizes.state);
-        let scene = Scene::bind(self.file, &options, scene, &mut vec![0.0; sizes.work]).unwrap();
-        let mut state = State::new(&scene, state).unwrap();
-        let mut loads = Loads::new(&scene, loads).unwrap();
-        let watch = Some([0.6, 0.0, 0.8]);
-        loads.add_contact(&scene, &contact()).unwrap();
-        loads.add_pattern(&scene, 0, -0.3).unwrap();
-        for _ in 0..100 {
-            scene.step(&mut state, &loads).unwrap();
-            self.record(&scene, &state, watch);
-        }
-        loads.clear();
-        for step in 0..5003 {
-            scene.step(&mut state, &loads).unwrap();
-            if step >= 5000 {
-                self.record(&scene, &state, watch);
+        self.with_body(options, |native, body| {
+            let watch = Some([0.6, 0.0, 0.8]);
+            body.push(&PLACE, FORCE).unwrap();
+            body.push_pattern(0, -0.3).unwrap();
+            for _ in 0..100 {
+                body.step().unwrap();
+                native.record(body, watch);
             }
-        }
-        for field in [Field::Displacement, Field::Velocity] {
-            let mut surface = vec![T::ZERO; 3 * LAYOUT.n_surface()];
-            scene.surface_into(&state, field, &mut surface).unwrap();
-            self.numbers.extend(surface.iter().map(|x| x.to_f64()));
-        }
-        self.numbers.extend(state.zeta().iter().map(|x| x.to_f64()));
-        let rate = 1.0 / scene.parameters().time_step;
-        self.numbers.extend(state.scaled_velocity().iter().map(|x| x.to_f64() * rate));
-        self.numbers.push(scene.energy(&state).unwrap());
+            let mut saved = vec![0; body.saved_len()];
+            let length = body.save_into(&mut saved).unwrap();
+            native.numbers.extend(saved[..length].iter().map(|&byte| f64::from(byte)));
+            body.clear();
+            for step in 0..5003 {
+                body.step().unwrap();
+                if step >= 5000 {
+                    native.record(body, watch);
+                }
+            }
+            for field in [Field::Displacement, Field::Velocity] {
+                native.read(body, Quantity::Surface, 0, field);
+            }
+            let (mut zeta, mut rates) = (vec![0.0; body.n_modes()], vec![0.0; body.n_modes()]);
+            body.coordinates_into(&mut zeta, &mut rates).unwrap();
+            native.numbers.extend(zeta.into_iter().chain(rates));
+            body.restore(&saved[..length]).unwrap();
+            for quantity in Quantity::totals() {
+                native.read(body, quantity, 0, Field::Displacement);
+            }
+            native.read(body, Quantity::Whole, 0, Field::Velocity);
+            native.read(body, Quantity::Node, 7, Field::Displacement);
+        });
     }
 
-    /// Other parameters than the file's, double precision, diagonal.
+    /// Other parameters than the file's.
     fn march_elsewhere(&mut self) {
         let options = SceneOptions {
             structure: StructureChoice::Diagonal,
@@ -80,57 +94,46 @@ impl Native<'_, '_> {
             beta: Some(1e-5),
             ..SceneOptions::default()
         };
-        let sizes = Scene::<f64>::sizes(self.file, &options).unwrap();
-        let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-        let (mut state, mut loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-        let scene = Scene::bind(self.file, &options, &mut memory, &mut work).unwrap();
-        let mut state = State::new(&scene, &mut state).unwrap();
-        let mut loads = Loads::new(&scene, &mut loads).unwrap();
-        loads.add_contact(&scene, &contact()).unwrap();
-        for _ in 0..100 {
-            scene.step(&mut state, &loads).unwrap();
-            self.record(&scene, &state, None);
-        }
-        let point = Surface::new(self.file).unwrap().locate([0.3, 0.2, 0.9]).unwrap();
-        self.numbers.extend(point.position);
+        self.with_body(options, |native, body| {
+            body.push(&PLACE, FORCE).unwrap();
+            for _ in 0..100 {
+                body.step().unwrap();
+                native.record(body, None);
+            }
+            native.numbers.extend(body.locate([0.3, 0.2, 0.9]).unwrap().position);
+        });
     }
-}
 
-/// A sphere that is pressed in and dragged for 40 steps; at how many places it pushed in all.
-fn press<T: Scalar>(file: &File<'_>, numbers: &mut Vec<f64>) -> usize {
-    let options =
-        SceneOptions { structure: StructureChoice::Exact, alpha: Some(0.0), ..SceneOptions::default() };
-    let (body, field) = lengths::<T>(file, &options).unwrap();
-    let (mut memory, mut field) = (vec![0.0; body], vec![T::ZERO; field]);
-    let mut session = Session::bind(file, &options, &mut memory, &mut field).unwrap();
-    session.add_pattern(0, -0.3).unwrap();
-    let [x, y, z] = Surface::new(file).unwrap().locate([0.3, 0.2, 0.9]).unwrap().position;
-    let (centre, target) = ([x, y, z + 0.21], [x + 0.1, y, z + 0.15]);
-    session
-        .hold(Some(Sphere { radius: 0.2, friction: 0.3, centre, target, speed: 2.0, most: f64::INFINITY }))
-        .unwrap();
-    let mut pushed = 0;
-    for _ in 0..40 {
-        session.march(1, &mut []).unwrap();
-        let tool = session.tool().unwrap();
-        numbers.extend(tool.sphere.centre);
-        numbers.push(tool.deepest());
-        for touch in tool.touches().iter().filter(|touch| touch.force != [0.0; 3]) {
-            numbers.extend(touch.place);
-            numbers.extend(touch.force);
-            pushed += 1;
-        }
-        numbers.push(session.energy().unwrap());
+    /// A sphere that is pressed in and dragged for 40 steps; at how many places it pushed in all.
+    fn press(&mut self) -> usize {
+        let options =
+            SceneOptions { structure: StructureChoice::Exact, alpha: Some(0.0), ..SceneOptions::default() };
+        let mut pushed = 0;
+        self.with_body(options, |native, body| {
+            body.push_pattern(0, -0.3).unwrap();
+            let [x, y, z] = body.locate([0.3, 0.2, 0.9]).unwrap().position;
+            let (centre, target) = ([x, y, z + 0.21], [x + 0.1, y, z + 0.15]);
+            let most = f64::INFINITY;
+            let sphere = Sphere { radius: 0.2, friction: 0.3, centre, target, speed: 2.0, most };
+            let mut tool = Tool::new(sphere, body).unwrap();
+            for _ in 0..40 {
+                tool.step(body).unwrap();
+                native.numbers.extend(tool.sphere.centre);
+                native.numbers.push(tool.deepest());
+                for touch in tool.touches().iter().filter(|touch| touch.force != [0.0; 3]) {
+                    native.numbers.extend(touch.place);
+                    native.numbers.extend(touch.force);
+                    pushed += 1;
+                }
+                native.read(body, Quantity::Energy, 0, Field::Displacement);
+            }
+            for _ in 0..3 {
+                body.step().unwrap();
+                native.record(body, None);
+            }
+        });
+        pushed
     }
-    session.hold(None).unwrap();
-    let mut rows = vec![0.0; 3 * session.record_len()];
-    session.march(3, &mut rows).unwrap();
-    numbers.extend(rows);
-    pushed
-}
-
-fn contact() -> Contact {
-    Contact::new(POINT.place, [1.0, -2.0, 0.7])
 }
 
 /// The module to test: the committed one, or the one named by `VADEMECUM_WASM` (a fresh build).
@@ -160,15 +163,19 @@ fn the_web_module_gives_the_native_bits() {
 
         let file = File::parse(&bytes).unwrap();
         let mut numbers = vec![];
-        let mut native = Native { file: &file, numbers: &mut numbers };
-        for structure in [StructureChoice::Diagonal, StructureChoice::Block, StructureChoice::Exact] {
-            native.march::<f32>(structure);
-        }
-        for structure in [StructureChoice::Diagonal, StructureChoice::Block, StructureChoice::Exact] {
-            native.march::<f64>(structure);
+        let mut native = Native { file: &file, precision: Precision::Single, numbers: &mut numbers };
+        for precision in [Precision::Single, Precision::Double] {
+            native.precision = precision;
+            for structure in [StructureChoice::Diagonal, StructureChoice::Block, StructureChoice::Exact] {
+                native.march(structure);
+            }
         }
         native.march_elsewhere();
-        let pushed = press::<f32>(&file, &mut numbers) + press::<f64>(&file, &mut numbers);
+        let mut pushed = 0;
+        for precision in [Precision::Single, Precision::Double] {
+            native.precision = precision;
+            pushed += native.press();
+        }
         assert!(pushed > 40, "the sphere touches the body: {pushed}");
         let found = std::fs::read(&output).unwrap();
         let found: Vec<u64> = found.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect();
@@ -180,7 +187,7 @@ fn the_web_module_gives_the_native_bits() {
     }
 }
 
-/// The page shows the sentence that a refused session says.
+/// The page shows the sentence of a refusal.
 #[test]
 fn a_file_with_only_the_chapters_structure_is_refused_in_words() {
     let (_, bytes) = vademecum_tests::golden::all()
@@ -188,7 +195,8 @@ fn a_file_with_only_the_chapters_structure_is_refused_in_words() {
         .find(|(name, _)| *name == "canonical.vdm")
         .expect("a golden file");
     let file = File::parse(&bytes).expect("a sound file");
-    let refusal = lengths::<f32>(&file, &SceneOptions::default());
-    let said = refusal.expect_err("no structure a page can step").to_string();
+    let options = body_options(SceneOptions::default());
+    let refusal = AnyBody::len_for(&file, &options, Precision::Single);
+    let said = Refusal::from(refusal.expect_err("no structure a page can step")).to_string();
     assert!(said.contains("only the chapter's structure") && said.contains("vademecum run"), "{said}");
 }

@@ -1,14 +1,14 @@
 // Steps a body in a worker. In: { bytes, push: { at, force }, steps }. Out: how far that place has moved.
-import { Vademecum } from "../index.js";
+import { Body } from "../index.js";
 
 let body;
 self.onmessage = async ({ data: { bytes, push, steps = 1 } }) => {
-  if (bytes) body = await Vademecum.open(bytes);
-  body.release();
+  if (bytes) body = await Body.open(bytes);
+  body.clear();
   const place = push && body.locate(push.at);
   if (place) body.push(place, push.force);
   body.step(steps);
   // A copy, since the view is good until the next call only.
   const surface = body.surface().slice();
-  self.postMessage({ moved: place && body.displacement(place), surface }, [surface.buffer]);
+  self.postMessage({ moved: place && body.point(place), surface }, [surface.buffer]);
 };

@@ -1,5 +1,5 @@
 // A worker that marches.
-import { Vademecum } from "/node_modules/vademecum-eval/index.js";
+import { Body } from "/node_modules/vademecum-eval/index.js";
 import { march } from "./march.js";
 
-self.onmessage = async ({ data }) => self.postMessage(await march(Vademecum, data));
+self.onmessage = async ({ data }) => self.postMessage(await march(Body, data));

@@ -1,18 +1,21 @@
 // Compiled, not run: the types fit the way the package is used.
-import { Place, Refused, Vademecum } from "vademecum-eval";
+import { Body, Place, Refused } from "vademecum-eval";
 
 export async function use(bytes: ArrayBuffer): Promise<number> {
-  const body = await Vademecum.open(bytes, { precision: "double", parameters: { stiffness: 1 } });
+  const body = await Body.open(bytes, { precision: "double", parameters: { stiffness: 1 } });
   const place: Place | null = body.locate([0, 0, 0]);
   if (!place) throw new Refused("nothing to press");
   body.push(place, [0, 0, -1]);
-  body.set({ stiffness: 2 });
+  body.setParameters({ stiffness: 2 });
   const status: "moving" | "at-rest" = body.step(10);
   const surface: Float32Array | Float64Array = body.surface("velocity");
   body.press({ radius: 1, speed: 1, centre: [0, 0, 0] });
+  const [kinetic]: Float64Array = body.read(body.quantities[0].name, 0);
+  const saved: Uint8Array = body.save();
+  const how: "as-saved" | "carried" = body.restore(saved);
   // @ts-expect-error a probe has a name
   body.probe(0);
   // @ts-expect-error bodies are opened, not constructed
-  new Vademecum();
-  return surface[0] + body.probe("tip") + (status === "moving" ? body.energy : 0);
+  new Body();
+  return surface[0] + kinetic + how.length + body.probe("tip") + (status === "moving" ? body.energy : 0);
 }

@@ -37,29 +37,17 @@ export class Parameters {
       const { key, region, name, log, lower, upper } = parameter;
       const [walked, back] = log ? [Math.log10, (x) => 10 ** x] : [(x) => x, (x) => x];
       const id = `parameter-${key}${region === null ? "" : `-${region}`}`;
-      const input = range(find("parameters"), id, name, walked(lower), walked(upper), walked(this.value(parameter)));
-      input.addEventListener("input", () => this.set(this.option(parameter, Math.min(upper, Math.max(lower, back(Number(input.value)))))));
+      const input = range(find("parameters"), id, name, walked(lower), walked(upper), walked(this.evaluator.value(parameter)));
+      input.addEventListener("input", () => this.set(this.evaluator.option(parameter, Math.min(upper, Math.max(lower, back(Number(input.value)))))));
       return { ...parameter, input, put: (x) => (input.value = String(walked(x))) };
     });
     this.shown();
   }
 
-  /** What a parameter stands at. */
-  value({ key, region }) {
-    const option = this.evaluator.options[key];
-    return region === null ? option : option[region];
-  }
-
-  /** The option that puts a parameter to `value`. */
-  option({ key, region }, value) {
-    if (region === null) return { [key]: value };
-    return { [key]: this.evaluator.options[key].map((x, q) => (q === region ? value : x)) };
-  }
-
   /** What is bound, beside the sliders. */
   shown() {
     for (const { input, put, ...parameter } of this.sliders) {
-      const value = this.value(parameter);
+      const value = this.evaluator.value(parameter);
       put(value);
       input.previousElementSibling.textContent = short(value, parameter.unit);
     }

@@ -103,7 +103,7 @@ export class Player {
     this.evaluator.liftTool();
   }
 
-  /** Puts the sphere back where it was into a new session, if that can have one. */
+  /** Puts the sphere back where it was onto the body as it is bound now, if that can have one. */
   layDown() {
     if (this.tool && this.takesTool) this.evaluator.holdTool(this.tool);
     else this.tool = null;
@@ -111,10 +111,10 @@ export class Player {
 
   /** Puts all loads on. A body at rest starts with the acceleration that goes with them, as `vademecum run` does. */
   load() {
-    this.evaluator.clearLoads();
-    for (const { point, force } of this.contacts.values()) this.evaluator.addContact(point, force);
+    this.evaluator.clear();
+    for (const { point, force } of this.contacts.values()) this.evaluator.push(point, force);
     this.amplitudes.forEach((amplitude, index) => {
-      if (amplitude !== 0) this.evaluator.addPattern(index, amplitude);
+      if (amplitude !== 0) this.evaluator.pushPattern(index, amplitude);
     });
     if (this.atRest && (this.contacts.size > 0 || this.amplitudes.some((amplitude) => amplitude !== 0))) {
       this.evaluator.setCoordinates(new Float64Array(2 * this.evaluator.counts.modes));
@@ -132,7 +132,7 @@ export class Player {
   fly(seconds) {
     this.flight.drift(seconds / 2);
     this.load();
-    this.flight.amplitudes.forEach((amplitude, pair) => this.evaluator.addPattern(this.flight.first + pair, amplitude));
+    this.flight.amplitudes.forEach((amplitude, pair) => this.evaluator.pushPattern(this.flight.first + pair, amplitude));
     this.flight.kick(this.flight.push(this.contacts.values(), this.amplitudes), seconds);
   }
 
@@ -259,7 +259,7 @@ export class Player {
     const state = this.evaluator.coordinates();
     this.evaluator.liftTool();
     // A body at rest without loads would not be stepped at all.
-    if (this.body.loadTriangles > 0) this.evaluator.addContact(this.body.flexible.point, [1e-6, 0, 0]);
+    if (this.body.loadTriangles > 0) this.evaluator.push(this.body.flexible.point, [1e-6, 0, 0]);
     else this.evaluator.setCoordinates(new Float64Array(state.length).fill(1e-6));
     const end = performance.now() + 150;
     this.secondsPerStep = Infinity;

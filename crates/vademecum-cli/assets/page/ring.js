@@ -48,7 +48,7 @@ export class Ring {
   }
 
   silence() {
-    this.evaluator.clearLoads();
+    this.evaluator.clear();
     this.evaluator.setCoordinates(new Float64Array(2 * this.evaluator.counts.modes));
     this.quiet = QUIET.blocks;
   }
@@ -67,10 +67,10 @@ export class Ring {
     if (size === 0) return;
     const state = evaluator.coordinates();
     evaluator.setCoordinates(new Float64Array(state.length));
-    evaluator.addContact(point, force);
+    evaluator.push(point, force);
     evaluator.march(1);
     const struck = evaluator.coordinates();
-    evaluator.clearLoads();
+    evaluator.clear();
     evaluator.setCoordinates(state.map((x, i) => x + weights[i % weights.length] * struck[i]));
     this.listen(point, force.map((x) => x / size));
     this.quiet = 0;
