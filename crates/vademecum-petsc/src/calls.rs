@@ -181,7 +181,7 @@ impl Matrix {
 
     /// The matrix to factorise: the same one, which takes no more memory; or a copy with springs on the
     /// diagonal, at rows of all ranks of which this one has some.
-    pub fn held(&self, springs: Option<&[(i64, f64)]>) -> Result<Self, EngineError> {
+    pub fn with_springs(&self, springs: Option<&[(i64, f64)]>) -> Result<Self, EngineError> {
         let (rows, stiffness): (Vec<i64>, Vec<f64>) = springs.into_iter().flatten().copied().unzip();
         let (springy, count) = (springs.is_some().into(), rows.len() as i64);
         let mut made = ptr::null_mut();
@@ -270,12 +270,12 @@ impl Factor {
     }
 
     /// What MUMPS says of this rank (`INFO`).
-    pub fn says(&self, which: i64) -> Result<i64, EngineError> {
+    pub fn info(&self, which: i64) -> Result<i64, EngineError> {
         self.asked(false, which)
     }
 
     /// What MUMPS says of all ranks (`INFOG`).
-    pub fn says_of_all(&self, which: i64) -> Result<i64, EngineError> {
+    pub fn info_of_all(&self, which: i64) -> Result<i64, EngineError> {
         self.asked(true, which)
     }
 

@@ -9,7 +9,7 @@ use faer::{Mat, MatMut, MatRef, Par, Spec};
 
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
-use crate::fem::{AT_ONCE, EngineError, Rows, Search, agree_matrix, contiguous};
+use crate::fem::{AT_ONCE, EngineError, PencilRows, Search, agree_matrix, contiguous};
 use crate::linalg::{Columns, NoConvergence, Random, product};
 use crate::store::KeptSolves;
 
@@ -30,7 +30,7 @@ pub(crate) fn search_vectors(count: usize) -> usize {
 
 /// A growing basis, orthonormal in the mass, with the projection of `K⁻¹ M` on it.
 pub(super) struct Krylov<'a> {
-    rows: &'a mut dyn Rows,
+    rows: &'a mut dyn PencilRows,
     /// Basis `V`, this rank's rows of it.
     basis: Columns,
     /// Most columns of it.
@@ -65,7 +65,7 @@ pub(super) struct Ritz {
 impl<'a> Krylov<'a> {
     /// A space for a search, of random vectors.
     pub fn new(
-        rows: &'a mut dyn Rows,
+        rows: &'a mut dyn PencilRows,
         search: &Search,
         kept: Option<&'a KeptSolves<'a>>,
     ) -> Result<Krylov<'a>, EngineError> {
@@ -75,7 +75,7 @@ impl<'a> Krylov<'a> {
     }
 
     fn empty(
-        rows: &'a mut dyn Rows,
+        rows: &'a mut dyn PencilRows,
         &Search { count, available, stiffest, .. }: &Search,
         kept: Option<&'a KeptSolves<'a>>,
     ) -> Krylov<'a> {
@@ -95,7 +95,7 @@ impl<'a> Krylov<'a> {
 
     /// A space for a search, from what an earlier one for fewer modes has grown.
     pub fn resume(
-        rows: &'a mut dyn Rows,
+        rows: &'a mut dyn PencilRows,
         search: &Search,
         kept: Option<&'a KeptSolves<'a>>,
         grown: Grown,

@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 use faer::Mat;
 
 use super::krylov::{Grown, Krylov};
-use crate::fem::{EngineError, FactorError, Pencil, Rows, Search, Symbolic};
+use crate::fem::{EngineError, FactorError, Pencil, PencilRows, Search, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::progress::Cancelled;
 use crate::store::KeptSolves;
@@ -192,7 +192,7 @@ fn search(
 /// # Errors
 /// As [`lowest_modes`]; [`Cancelled`].
 pub fn search_on(
-    rows: &mut dyn Rows,
+    rows: &mut dyn PencilRows,
     search: &Search,
     kept: Option<&KeptSolves<'_>>,
 ) -> Result<Modes, ModesError> {
@@ -201,7 +201,7 @@ pub fn search_on(
 
 /// The same, from what an earlier search for fewer modes with a looser tolerance has grown.
 fn search_from(
-    rows: &mut dyn Rows,
+    rows: &mut dyn PencilRows,
     search: &Search,
     (kept, grown): Begun<'_>,
 ) -> Result<(Modes, Option<Grown>), ModesError> {

@@ -1,6 +1,6 @@
 //! Where the rows of a body's matrices are: in this process, or spread over the ranks of a cluster.
 //!
-//! The search for modes is written once, on [`Rows`]: what one rank does with its rows, and what all ranks do
+//! The search for modes is written once, on [`PencilRows`]: what one rank does with its rows, and what all ranks do
 //! together. A rank is one of the processes that work on one body. Every rank runs the same search; what they
 //! decide by are sums over all rows, which have the same bits on each of them, so that they always agree.
 //! With one process the rows are all rows, and nothing is sent.
@@ -38,7 +38,7 @@ pub trait MassProduct {
 ///
 /// Blocks have the shape (own rows, columns) and contiguous columns. All ranks call every function that
 /// returns a `Result`, in one order.
-pub trait Rows: MassProduct {
+pub trait PencilRows: MassProduct {
     /// Rows of this rank.
     fn own(&self) -> usize;
 
@@ -146,11 +146,11 @@ pub trait Engine: Debug + Send + Sync {
         order: &[u32],
         motions: Option<MatRef<'_, f64>>,
         rigid: Option<&Arc<Rigid>>,
-    ) -> Result<Arc<dyn Spread>, FactorError>;
+    ) -> Result<Arc<dyn SpreadFactor>, FactorError>;
 }
 
 /// A matrix that lies factorised on several ranks.
-pub trait Spread: Debug + Send + Sync {
+pub trait SpreadFactor: Debug + Send + Sync {
     /// Overwrites `rhs`, shape (n, columns) with all rows, by `A⁻¹ rhs`. A failure of the ranks ends the
     /// program with its cause.
     fn solve_in_place(&self, rhs: MatMut<'_, f64>);
@@ -164,7 +164,7 @@ pub trait Spread: Debug + Send + Sync {
         &'a self,
         mass: Arc<dyn SpreadMatrix>,
         search: &Search,
-    ) -> Result<Box<dyn Rows + 'a>, EngineError>;
+    ) -> Result<Box<dyn PencilRows + 'a>, EngineError>;
 }
 
 /// All rows, in this process.
@@ -192,7 +192,7 @@ impl MassProduct for LocalRows<'_> {
     }
 }
 
-impl Rows for LocalRows<'_> {
+impl PencilRows for LocalRows<'_> {
     fn own(&self) -> usize {
         self.pencil.n_dof()
     }
@@ -254,7 +254,7 @@ pub(crate) fn sum_matrix(rows: &mut dyn MassProduct, matrix: &mut Mat<f64>) -> R
 }
 
 /// Overwrites a matrix by that of the first rank.
-pub(crate) fn agree_matrix(rows: &mut dyn Rows, matrix: &mut Mat<f64>) -> Result<(), EngineError> {
+pub(crate) fn agree_matrix(rows: &mut dyn PencilRows, matrix: &mut Mat<f64>) -> Result<(), EngineError> {
     each_number(matrix, |numbers| rows.agree(numbers))
 }
 

@@ -11,7 +11,7 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
-use super::engine::{Engine, LocalRows, Rows, Search, Spread};
+use super::engine::{Engine, LocalRows, PencilRows, Search, SpreadFactor};
 use super::multifrontal::factorise;
 use super::ordering::structure;
 use super::pencil::{Away, Pencil};
@@ -259,7 +259,7 @@ impl Symbolic {
             let motions = self.motions.as_ref().map(|motions| motions.as_ref().as_ref());
             let rows = on_ranks(matrix, engine, self.order())?;
             let spread = engine.factorize(&*rows, self.order(), motions, self.rigid.as_ref())?;
-            return Ok(Numbers::Spread(spread));
+            return Ok(Numbers::Distributed(spread));
         }
         let held = self.rigid.as_ref().map_or_else(|| matrix.clone(), |rigid| rigid.held(matrix));
         if self.single {
@@ -331,7 +331,7 @@ enum Numbers {
     Double(Vec<f64>),
     Single(Single),
     /// On other ranks too.
-    Spread(Arc<dyn Spread>),
+    Distributed(Arc<dyn SpreadFactor>),
 }
 
 /// A factorised matrix.
@@ -374,9 +374,9 @@ impl Factor {
         &'a self,
         pencil: &'a Pencil,
         search: &Search,
-    ) -> Result<Box<dyn Rows + 'a>, EngineError> {
+    ) -> Result<Box<dyn PencilRows + 'a>, EngineError> {
         match &self.numbers {
-            Numbers::Spread(spread) => {
+            Numbers::Distributed(spread) => {
                 let symbolic = &self.symbolic;
                 let engine = symbolic.engine.as_ref().expect("what is spread has an engine");
                 spread.begin(on_ranks(pencil.mass(), engine, symbolic.order())?, search)
@@ -461,7 +461,7 @@ impl Memory {
     fn new(factor: &Factor, columns: usize) -> Option<Memory> {
         let n = factor.symbolic.n();
         match &factor.numbers {
-            Numbers::Spread(_) => None,
+            Numbers::Distributed(_) => None,
             Numbers::Single(_) => Some(Memory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
             Numbers::Double(values) if values.len() > LARGE => {
                 Some(Memory::Large(vec![0.0; n * padded(columns.min(AT_ONCE))]))
@@ -536,7 +536,7 @@ impl Solve {
             self.memory = Memory::new(factor, self.columns);
         }
         match (&factor.numbers, &mut self.memory) {
-            (Numbers::Spread(spread), _) => spread.solve_in_place(rhs.rb_mut()),
+            (Numbers::Distributed(spread), _) => spread.solve_in_place(rhs.rb_mut()),
             (Numbers::Double(values), Some(Memory::Small(groups))) => {
                 solve_groups(supernodes(), values, rhs.rb_mut(), groups);
             }

@@ -36,7 +36,7 @@ pub use dofs::DofMap;
 #[cfg(test)]
 pub(crate) use element::cross;
 pub use element::{ElementError, Material};
-pub use engine::{Engine, LocalRows, MassProduct, Rows, Search, Spread};
+pub use engine::{Engine, LocalRows, MassProduct, PencilRows, Search, SpreadFactor};
 pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use green::{GreenError, GreenStrain, SOFTENING};

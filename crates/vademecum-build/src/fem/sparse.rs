@@ -84,7 +84,7 @@ pub struct SymmetricMatrix(Entries);
 enum Entries {
     Here(Arc<Pattern>, Arc<Vec<f64>>, Arc<OnceLock<Option<NonZero>>>),
     /// On the ranks; here only once something needs them here.
-    Spread(Arc<dyn SpreadMatrix>, Arc<Late<SymmetricMatrix>>),
+    Distributed(Arc<dyn SpreadMatrix>, Arc<Late<SymmetricMatrix>>),
 }
 
 /// The entries of a matrix that are not zero, where they are few beside the places of its pattern: a mass
@@ -130,14 +130,14 @@ impl SymmetricMatrix {
         rows: Arc<dyn SpreadMatrix>,
         here: impl Fn() -> SymmetricMatrix + Send + Sync + 'static,
     ) -> Self {
-        SymmetricMatrix(Entries::Spread(rows, Arc::new(Late::new(here))))
+        SymmetricMatrix(Entries::Distributed(rows, Arc::new(Late::new(here))))
     }
 
     /// Number of rows and columns.
     pub fn n(&self) -> usize {
         match &self.0 {
             Entries::Here(pattern, ..) => pattern.n(),
-            Entries::Spread(rows, ..) => rows.diagonal().len(),
+            Entries::Distributed(rows, ..) => rows.diagonal().len(),
         }
     }
 
@@ -145,7 +145,7 @@ impl SymmetricMatrix {
     pub(super) fn spread(&self) -> Option<&Arc<dyn SpreadMatrix>> {
         match &self.0 {
             Entries::Here(..) => None,
-            Entries::Spread(rows, ..) => Some(rows),
+            Entries::Distributed(rows, ..) => Some(rows),
         }
     }
 
@@ -153,7 +153,7 @@ impl SymmetricMatrix {
     fn here(&self) -> (&Arc<Pattern>, &Arc<Vec<f64>>) {
         match &self.0 {
             Entries::Here(pattern, values, _) => (pattern, values),
-            Entries::Spread(_, here) => here.get().here(),
+            Entries::Distributed(_, here) => here.get().here(),
         }
     }
 
@@ -171,7 +171,7 @@ impl SymmetricMatrix {
     pub(super) fn is_same(&self, other: &SymmetricMatrix) -> bool {
         match (&self.0, &other.0) {
             (Entries::Here(_, own, _), Entries::Here(_, other, _)) => Arc::ptr_eq(own, other) || own == other,
-            (Entries::Spread(own, ..), Entries::Spread(other, ..)) => Arc::ptr_eq(own, other),
+            (Entries::Distributed(own, ..), Entries::Distributed(other, ..)) => Arc::ptr_eq(own, other),
             _ => false,
         }
     }
@@ -187,7 +187,7 @@ impl SymmetricMatrix {
     pub fn diagonal(&self, j: usize) -> f64 {
         match &self.0 {
             Entries::Here(..) => self.get(j, j).unwrap_or(0.0),
-            Entries::Spread(rows, ..) => rows.diagonal()[j],
+            Entries::Distributed(rows, ..) => rows.diagonal()[j],
         }
     }
 
@@ -248,7 +248,7 @@ impl SymmetricMatrix {
                 };
                 mul_rows(pattern, [(values.as_slice(), x)], y);
             }
-            Entries::Spread(rows, ..) => rows.mul_into(x, y),
+            Entries::Distributed(rows, ..) => rows.mul_into(x, y),
         }
     }
 

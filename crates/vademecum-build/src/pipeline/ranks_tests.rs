@@ -7,8 +7,8 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::{BuildOptions, Outcome, build};
 use crate::fem::{
-    AT_ONCE, Engine, EngineError, Factor, FactorError, LocalRows, ModelError, Pencil, Rigid, Rows, Search,
-    Solve, Spread, SpreadMatrix, Symbolic, SymmetricMatrix, Whole,
+    AT_ONCE, Engine, EngineError, Factor, FactorError, LocalRows, ModelError, Pencil, PencilRows, Rigid,
+    Search, Solve, SpreadFactor, SpreadMatrix, Symbolic, SymmetricMatrix, Whole,
 };
 use crate::input::Problem;
 use crate::progress::Listener;
@@ -77,7 +77,7 @@ impl Engine for Alone {
         _: &[u32],
         _: Option<MatRef<'_, f64>>,
         rigid: Option<&Arc<Rigid>>,
-    ) -> Result<Arc<dyn Spread>, FactorError> {
+    ) -> Result<Arc<dyn SpreadFactor>, FactorError> {
         let kept = self.0.lock().unwrap()[matrix.number() as usize].clone();
         let Some(rigid) = rigid else {
             let factor = Symbolic::analyze(&kept.pencil)?.factor_of(kept.matrix())?;
@@ -110,7 +110,7 @@ impl SpreadMatrix for Kept {
     }
 }
 
-impl Spread for Made {
+impl SpreadFactor for Made {
     fn solve_in_place(&self, rhs: MatMut<'_, f64>) {
         Solve::new(self.held.symbolic(), rhs.ncols(), false).solve_in_place(&self.held, rhs);
     }
@@ -119,7 +119,7 @@ impl Spread for Made {
         &'a self,
         mass: Arc<dyn SpreadMatrix>,
         _: &Search,
-    ) -> Result<Box<dyn Rows + 'a>, EngineError> {
+    ) -> Result<Box<dyn PencilRows + 'a>, EngineError> {
         let mut image = Mat::<f64>::zeros(self.pencil.n_dof(), AT_ONCE);
         mass.mul_into(image.clone().as_ref(), image.as_mut());
         Ok(Box::new(LocalRows::new(&self.pencil, &self.factor)))
