@@ -13,7 +13,7 @@ pub use large::SHAPES;
 
 use std::sync::Arc;
 
-use crate::basis::{BasisError, Runs, find_basis};
+use crate::basis::{BasisError, SnapshotSchedule, find_basis};
 use crate::certificate::UnseenLoads;
 use crate::dynamics::{FirstMode, FullOrder};
 use crate::export::{Draft, NodeOrder};
@@ -23,8 +23,8 @@ use crate::limits::Memory;
 use crate::prepared::{FactorPrecision, Means, ParameterSpace, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
 use crate::report::{BuildPlan, BuildReport, ToleranceMissed};
-use crate::residual::StaticResidual;
-use crate::store::{Kept, Store};
+use crate::residual::ResidualFlexibility;
+use crate::store::{StageCache, Store};
 
 /// What the user may change without changing the problem.
 #[derive(Clone, Copy, Debug, Default)]
@@ -104,13 +104,13 @@ struct Stages<'a> {
     /// What marches at full order; absent where nothing does.
     full: Option<&'a FullOrder<'a>>,
     first_period: f64,
-    runs: &'a Runs,
+    runs: &'a SnapshotSchedule,
     unseen: &'a UnseenLoads,
     order: &'a NodeOrder,
-    kept: &'a Kept<'a>,
+    kept: &'a StageCache<'a>,
     options: &'a BuildOptions<'a>,
     /// Of the basis at hand.
-    residual: Option<&'a StaticResidual>,
+    residual: Option<&'a ResidualFlexibility>,
     /// The factor of the stiffness as the file keeps it; empty where it does not.
     factor: &'a [Draft],
     /// Sections of the stress; empty where the problem asks for none.
@@ -137,12 +137,12 @@ pub fn build(
     let marches = marches(problem, prepared);
     let full = marches.then(|| watch.stage("factorise stages", || prepared.full_order())).transpose()?;
     let full = full.as_ref();
-    let runs = &Runs::plan(&problem.snapshots, body, time_step, first_period);
+    let runs = &SnapshotSchedule::plan(&problem.snapshots, body, time_step, first_period);
     let steps = certificate_steps(problem, first_period / time_step);
     note_short_certificate(steps, first_period / time_step, listener);
     let open = problem.tolerance.steps.is_none();
     let unseen = &UnseenLoads { open, ..UnseenLoads::draw(body, runs, steps) };
-    let (order, kept) = (&NodeOrder::new(body), &Kept::new(options.store, prepared, listener));
+    let (order, kept) = (&NodeOrder::new(body), &StageCache::new(options.store, prepared, listener));
     let stages = Stages {
         prepared,
         full,
@@ -229,7 +229,8 @@ pub fn plan_build(
     let options = &options.at_the_start();
     let (prepared, first_period) = &model(problem, options, &mut Stopwatch::new(listener), listener)?;
     let full = marches(problem, prepared).then(|| prepared.full_order()).transpose()?;
-    let runs = Runs::plan(&problem.snapshots, &prepared.body, prepared.step.time_step, *first_period);
+    let runs =
+        SnapshotSchedule::plan(&problem.snapshots, &prepared.body, prepared.step.time_step, *first_period);
     let steps = certificate_steps(problem, *first_period / prepared.step.time_step);
     plan::checked(problem, (options.long, options.memory()), (prepared, full.as_ref(), &runs), steps)
 }

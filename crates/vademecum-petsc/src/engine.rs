@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 use vademecum_build::fem::{
-    AT_ONCE, ElementError, Engine, EngineError, FactorError, ModelError, PencilRows, Resource, Rigid, Search,
-    SpreadFactor, SpreadMatrix, SymmetricMatrix, Whole,
+    AT_ONCE, AssemblyPlan, ElementError, Engine, EngineError, FactorError, ModelError, PencilRows, Resource,
+    RigidBody, Search, SpreadFactor, SpreadMatrix, SymmetricMatrix,
 };
 
 use crate::calls::Calls;
@@ -92,7 +92,7 @@ impl Engine for Petsc {
         self.size
     }
 
-    fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
+    fn assemble(&self, body: &AssemblyPlan) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
         let mut session = self.shared.locked();
         let ids = [session.number(), session.number()];
         let made = assemble_all(&mut session, ids, body, &self.shared.options);
@@ -116,7 +116,7 @@ impl Engine for Petsc {
         matrix: &dyn SpreadMatrix,
         order: &[u32],
         motions: Option<MatRef<'_, f64>>,
-        rigid: Option<&Arc<Rigid>>,
+        rigid: Option<&Arc<RigidBody>>,
     ) -> Result<Arc<dyn SpreadFactor>, FactorError> {
         let options = &self.shared.options;
         let mut session = self.shared.locked();
@@ -183,7 +183,7 @@ fn deal(ranks: &Ranks, id: u64, matrix: &SymmetricMatrix, order: &[u32]) -> Resu
 fn assemble_all(
     session: &mut Session,
     ids: [u64; 2],
-    body: &Whole,
+    body: &AssemblyPlan,
     options: &Options,
 ) -> Result<Result<[Vec<f64>; 2], ModelError>, EngineError> {
     let (ranks, order) = (&session.ranks, body.order());
@@ -282,7 +282,7 @@ fn factorise_all(
 }
 
 /// The springs that hold a body without supports, of those at some rows: each is as stiff as its dof is.
-fn springs_at(places: &[u32], diagonal: &[f64], rigid: &Rigid) -> Vec<(usize, f64)> {
+fn springs_at(places: &[u32], diagonal: &[f64], rigid: &RigidBody) -> Vec<(usize, f64)> {
     let own = |pin: usize| {
         let row = places.iter().position(|&place| place as usize == pin)?;
         Some((row, diagonal[pin]))
@@ -407,7 +407,7 @@ impl SpreadMatrix for DistributedMatrix {
 /// A factor on all ranks, seen from the first.
 struct DistributedFactor {
     handle: RemoteHandle,
-    rigid: Option<Arc<Rigid>>,
+    rigid: Option<Arc<RigidBody>>,
 }
 
 impl fmt::Debug for DistributedFactor {

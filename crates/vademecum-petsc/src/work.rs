@@ -4,7 +4,7 @@ use std::ffi::CString;
 use std::path::Path;
 use std::sync::Arc;
 
-use vademecum_build::fem::{EngineError, FactorError, ModelError, Part, Pencil, Resource};
+use vademecum_build::fem::{AssemblyPart, EngineError, FactorError, ModelError, Pencil, Resource};
 use vademecum_build::limits::{Memory, memory_in_words};
 
 use crate::calls::{Factor, Iteration, Matrix};
@@ -28,7 +28,7 @@ fn short_of_memory(call: &str, reason: String) -> EngineError {
 }
 
 /// Assembles the rows of a part, if the memory is there.
-pub fn assemble(ranks: &Ranks, part: &Part, options: &Options) -> Result<Pencil, ModelError> {
+pub fn assemble(ranks: &Ranks, part: &AssemblyPart, options: &Options) -> Result<Pencil, ModelError> {
     let (needed, free) = (part.bytes(), free(ranks, options));
     // All ranks look before one of them takes any.
     let mut without = [f64::from(u8::from(needed > free))];
@@ -48,7 +48,7 @@ pub fn assemble(ranks: &Ranks, part: &Part, options: &Options) -> Result<Pencil,
 /// Mass and stiffness of all ranks, once each has assembled its part: this one's rows, and their diagonals.
 pub fn distribute(
     total: usize,
-    part: &Part,
+    part: &AssemblyPart,
     pencil: Pencil,
     places: Vec<i64>,
 ) -> Result<[(LocalMatrix, Vec<f64>); 2], EngineError> {

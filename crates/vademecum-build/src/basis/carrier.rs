@@ -7,12 +7,12 @@ use faer::{Mat, MatMut, MatRef};
 use super::error::BasisError;
 use super::pod::{StreamingPod, apply};
 use super::ritz::{Basis, pod_basis, ritz_basis, ritz_coordinates};
-use super::snapshots::{KeptRuns, Runs, compute};
+use super::snapshots::{CachedRuns, SnapshotSchedule, compute};
 use crate::dynamics::FullOrder;
 use crate::fem::{Pencil, Solve};
 use crate::input::Problem;
 use crate::prepared::{ParameterSpace, Prepared, Setting};
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, StageCache};
 
 /// Parameter samples at most: nominal and the corners of the region scales.
 const MOST_SAMPLES: usize = 9;
@@ -32,9 +32,9 @@ pub struct Carrier {
 pub fn carrier_basis(
     problem: &Problem,
     prepared: &Prepared,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     count: usize,
-    kept: &Kept<'_>,
+    kept: &StageCache<'_>,
 ) -> Result<Carrier, BasisError> {
     let body = &prepared.body;
     let nominal = body.model.pencil();
@@ -45,7 +45,7 @@ pub fn carrier_basis(
         kept.listener.stage(&format!("snapshots, parameter sample {} of {}", i + 1, settings.len()));
         let wanted = (count, problem.basis.oversampling);
         let inputs = |inputs: Inputs| inputs.value(&(&prepared.scheme, setting, runs, wanted));
-        let kept_runs = KeptRuns { kept, inputs: &|inputs| inputs.value(&(&prepared.scheme, setting)) };
+        let kept_runs = CachedRuns { kept, inputs: &|inputs| inputs.value(&(&prepared.scheme, setting)) };
         let (ritz, seen) = kept.stage(&format!("sample-{}", i + 1), inputs, || {
             let pencil = setting.pencil(nominal);
             ritz_at(problem, prepared, setting, &pencil, runs, count, &kept_runs)
@@ -107,9 +107,9 @@ fn ritz_at(
     prepared: &Prepared,
     setting: &Setting,
     pencil: &Pencil,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     count: usize,
-    kept: &KeptRuns<'_>,
+    kept: &CachedRuns<'_>,
 ) -> Result<(Basis, usize), BasisError> {
     let Prepared { body, symbolic, scheme, .. } = prepared;
     let full = FullOrder::new(pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;

@@ -5,7 +5,7 @@ use faer::{Mat, MatRef};
 use super::pod::{Apply, Pod, gram, lower_gram_factor, weighted_svd};
 use crate::dynamics::krylov::symmetric_eigen;
 use crate::linalg::{NoConvergence, symmetric_part};
-use crate::store::{Hashed, Inputs};
+use crate::store::{Inputs, StageInput};
 
 /// The basis of a vademecum.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -38,7 +38,7 @@ impl Basis {
 }
 
 /// What it was made from is left aside.
-impl Hashed for Basis {
+impl StageInput for Basis {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.matrix(self.vectors.as_ref()).matrix(self.stiffness.as_ref()).value(&self.eigenvalues)
     }

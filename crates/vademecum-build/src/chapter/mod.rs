@@ -26,7 +26,7 @@ use faer::{Mat, MatRef};
 use vademecum_format::scheme::{HISTORY, SchemeTable, StageCoefficients};
 use vademecum_format::{ChapterAxis, ChapterRole};
 
-use crate::basis::{Basis, Runs, spread_nodes};
+use crate::basis::{Basis, SnapshotSchedule, spread_nodes};
 use crate::dynamics::FullOrder;
 use crate::fem::{Factor, Pencil, Solve, Symbolic};
 use crate::input::{ChapterEntry, Projection, Repair};
@@ -117,7 +117,7 @@ impl ChapterSetting {
         prepared: &Prepared,
         basis: &Basis,
         full: &FullOrder<'_>,
-        runs: &Runs,
+        runs: &SnapshotSchedule,
         listener: &dyn Listener,
     ) -> Result<Self, ChapterError> {
         let body = &prepared.body;

@@ -11,7 +11,7 @@ use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
 use crate::fem::{AT_ONCE, EngineError, PencilRows, Search, agree_matrix, contiguous};
 use crate::linalg::{Columns, NoConvergence, Random, product};
-use crate::store::KeptSolves;
+use crate::store::CachedSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
 /// symmetry). A wider block reads the factor less often, but needs more vectors: 32 modes of a body of
@@ -42,11 +42,11 @@ pub(super) struct Krylov<'a> {
     random: Random,
     /// A Rayleigh quotient near the largest.
     stiffest: f64,
-    kept: Option<&'a KeptSolves<'a>>,
+    kept: Option<&'a CachedSolves<'a>>,
 }
 
 /// A space without the rows it grows on, which a search for more modes goes on from.
-pub(crate) struct Grown {
+pub(crate) struct SearchSpace {
     basis: Columns,
     expanded: usize,
     projected: Mat<f64>,
@@ -54,7 +54,7 @@ pub(crate) struct Grown {
 }
 
 /// Rayleigh–Ritz pairs, `θ` descending.
-pub(super) struct Ritz {
+pub(super) struct RitzPairs {
     pub values: Vec<f64>,
     /// Coordinates in the expanded basis.
     vectors: Mat<f64>,
@@ -67,7 +67,7 @@ impl<'a> Krylov<'a> {
     pub fn new(
         rows: &'a mut dyn PencilRows,
         search: &Search,
-        kept: Option<&'a KeptSolves<'a>>,
+        kept: Option<&'a CachedSolves<'a>>,
     ) -> Result<Krylov<'a>, EngineError> {
         let mut space = Self::empty(rows, search, kept);
         space.add_random_block()?;
@@ -77,7 +77,7 @@ impl<'a> Krylov<'a> {
     fn empty(
         rows: &'a mut dyn PencilRows,
         &Search { count, available, stiffest, .. }: &Search,
-        kept: Option<&'a KeptSolves<'a>>,
+        kept: Option<&'a CachedSolves<'a>>,
     ) -> Krylov<'a> {
         let own = rows.own();
         let capacity = search_vectors(count).min(available);
@@ -97,8 +97,8 @@ impl<'a> Krylov<'a> {
     pub fn resume(
         rows: &'a mut dyn PencilRows,
         search: &Search,
-        kept: Option<&'a KeptSolves<'a>>,
-        grown: Grown,
+        kept: Option<&'a CachedSolves<'a>>,
+        grown: SearchSpace,
     ) -> Self {
         let mut space = Self::empty(rows, search, kept);
         space.basis.append(grown.basis.as_ref());
@@ -109,10 +109,10 @@ impl<'a> Krylov<'a> {
     }
 
     /// What a search for more modes can go on from: nothing where columns were left out for want of room.
-    pub fn grown(self) -> Option<Grown> {
+    pub fn grown(self) -> Option<SearchSpace> {
         let whole = self.used() < self.capacity;
         let Self { basis, expanded, projected, random, .. } = self;
-        whole.then_some(Grown { basis, expanded, projected, random })
+        whole.then_some(SearchSpace { basis, expanded, projected, random })
     }
 
     fn used(&self) -> usize {
@@ -180,7 +180,7 @@ impl<'a> Krylov<'a> {
 
     /// Whether the user wants the search to stop.
     pub fn is_stopped(&mut self) -> Result<bool, EngineError> {
-        self.rows.agree_whether(self.kept.is_some_and(KeptSolves::cancelled))
+        self.rows.agree_whether(self.kept.is_some_and(CachedSolves::cancelled))
     }
 
     /// Orthonormalises a block against the basis and appends what is left of it, as far as there is room.
@@ -205,7 +205,7 @@ impl<'a> Krylov<'a> {
     ///
     /// # Errors
     /// [`ModesError`]: matrices with entries that are not numbers, a rank that was lost.
-    pub fn ritz(&mut self) -> Result<Ritz, ModesError> {
+    pub fn ritz(&mut self) -> Result<RitzPairs, ModesError> {
         let m = self.expanded;
         let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
         let (ascending, vectors) = symmetric_eigen(symmetric.as_ref())?;
@@ -216,11 +216,11 @@ impl<'a> Krylov<'a> {
         self.rows.agree(&mut values)?;
         self.rows.agree(&mut residuals)?;
         agree_matrix(self.rows, &mut vectors)?;
-        Ok(Ritz { values, vectors, residuals })
+        Ok(RitzPairs { values, vectors, residuals })
     }
 
     /// Ritz vectors over the dofs, with their true residuals; without rows on other ranks than the first.
-    pub fn modes(&mut self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
+    pub fn modes(&mut self, ritz: &RitzPairs, count: usize) -> Result<Modes, ModesError> {
         let n = self.basis.as_ref().nrows();
         // A singular mass shows as θ = 0, to rounding.
         let found = ritz.values.iter().take(count).filter(|&&t| t > 1e-15 * ritz.values[0]).count();

@@ -12,8 +12,8 @@ mod march;
 mod mode_table;
 mod modes;
 mod orthonormal;
+mod reference;
 pub mod schemes;
-mod truth;
 mod window;
 mod work;
 
@@ -32,10 +32,11 @@ pub use march::{
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub(crate) use modes::lowest_modes_kept;
 pub use modes::{FirstMode, Modes, ModesError, lowest_modes, search_on};
-pub use schemes::{SchemeError, SchemeKind};
-pub use truth::{
-    Beside, Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,
+pub use reference::{
+    Complement, Decay, MarchMeter, MotionPart, ReferenceDistance, ReferenceError, ReferenceOptions,
+    ReferenceSolution, ReferenceTrajectory,
 };
+pub use schemes::{SchemeError, SchemeKind};
 pub use window::{Acting, Span, Window};
 pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};
 

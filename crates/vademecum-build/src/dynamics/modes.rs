@@ -11,11 +11,11 @@ use std::sync::{Mutex, PoisonError};
 
 use faer::Mat;
 
-use super::krylov::{Grown, Krylov};
+use super::krylov::{Krylov, SearchSpace};
 use crate::fem::{EngineError, FactorError, Pencil, PencilRows, Search, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::progress::Cancelled;
-use crate::store::KeptSolves;
+use crate::store::CachedSolves;
 
 /// Ritz residual `‖K⁻¹M x − θ x‖ / θ`, in the mass norm, at which a mode counts as converged. It bounds the
 /// relative error of its eigenvalue (whose true error is of the order of its square over the gap).
@@ -118,7 +118,7 @@ pub(crate) fn lowest_modes_kept(
     pencil: &Pencil,
     symbolic: &Symbolic,
     count: usize,
-    (kept, first): (&KeptSolves<'_>, Option<&FirstMode>),
+    (kept, first): (&CachedSolves<'_>, Option<&FirstMode>),
 ) -> Result<Modes, ModesError> {
     let grown = first.and_then(FirstMode::take);
     Ok(search(pencil, symbolic, count, (TOLERANCE, PROBES), (Some(kept), grown))?.0)
@@ -129,7 +129,7 @@ pub struct FirstMode {
     /// Hz, to eight digits, as far as the matrices have them.
     pub frequency_hz: f64,
     /// Until a search goes on from it. Nothing on several ranks, each of which has its own rows.
-    grown: Mutex<Option<Grown>>,
+    grown: Mutex<Option<SearchSpace>>,
 }
 
 impl FirstMode {
@@ -153,13 +153,13 @@ impl FirstMode {
         self.take();
     }
 
-    fn take(&self) -> Option<Grown> {
+    fn take(&self) -> Option<SearchSpace> {
         self.grown.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
 /// Solves that are kept, and what an earlier search has grown.
-type Begun<'a> = (Option<&'a KeptSolves<'a>>, Option<Grown>);
+type SearchStart<'a> = (Option<&'a CachedSolves<'a>>, Option<SearchSpace>);
 
 /// The lowest modes to a residual, after so many expansions more, and what a search for more can go on from.
 fn search(
@@ -167,8 +167,8 @@ fn search(
     symbolic: &Symbolic,
     count: usize,
     (tolerance, probes): (f64, usize),
-    begun: Begun<'_>,
-) -> Result<(Modes, Option<Grown>), ModesError> {
+    begun: SearchStart<'_>,
+) -> Result<(Modes, Option<SearchSpace>), ModesError> {
     let n = pencil.n_elastic();
     if count == 0 || count > n {
         return Err(ModesError::Count { count, n });
@@ -194,7 +194,7 @@ fn search(
 pub fn search_on(
     rows: &mut dyn PencilRows,
     search: &Search,
-    kept: Option<&KeptSolves<'_>>,
+    kept: Option<&CachedSolves<'_>>,
 ) -> Result<Modes, ModesError> {
     Ok(search_from(rows, search, (kept, None))?.0)
 }
@@ -203,8 +203,8 @@ pub fn search_on(
 fn search_from(
     rows: &mut dyn PencilRows,
     search: &Search,
-    (kept, grown): Begun<'_>,
-) -> Result<(Modes, Option<Grown>), ModesError> {
+    (kept, grown): SearchStart<'_>,
+) -> Result<(Modes, Option<SearchSpace>), ModesError> {
     let Search { count, tolerance, probes, .. } = *search;
     // What has grown is looked at before it grows on, as it would have been.
     let mut is_new = grown.is_some();
@@ -394,7 +394,7 @@ mod tests {
             let off = (first.frequency_hz / whole.frequencies_hz()[0] - 1.0).abs();
             assert!(off < 1e-8, "{off:e}");
             assert!(first.grown.lock().unwrap().is_some(), "nothing is handed on");
-            let begun = (&KeptSolves::new(None, &Silent), Some(&first));
+            let begun = (&CachedSolves::new(None, &Silent), Some(&first));
             let found = lowest_modes_kept(model.pencil(), &symbolic, count, begun).unwrap();
             assert_eq!((found.eigenvalues, found.vectors), (whole.eigenvalues, whole.vectors));
             assert!(first.take().is_none());
@@ -421,7 +421,7 @@ mod tests {
         let whole = lowest_modes(pencil, &symbolic, 40).unwrap();
         let store = Store::new(&folder.path().join("work"), false);
         let listener = Impatient(AtomicUsize::new(0));
-        let first = KeptSolves::of_all(&store, &listener);
+        let first = CachedSolves::of_all(&store, &listener);
         let stopped = lowest_modes_kept(pencil, &symbolic, 40, (&first, None));
         assert!(matches!(stopped, Err(ModesError::Cancelled(_))));
         // The start, and four expansions.
@@ -429,7 +429,7 @@ mod tests {
         assert_eq!((files().count(), first.found()), (5, 0));
         // One of them is damaged, and solved for again.
         std::fs::write(files().next().unwrap(), b"half").unwrap();
-        let again = KeptSolves::of_all(&store, &Silent);
+        let again = CachedSolves::of_all(&store, &Silent);
         let modes = lowest_modes_kept(pencil, &symbolic, 40, (&again, None)).unwrap();
         assert_eq!(again.found(), 4);
         assert_eq!(modes.eigenvalues, whole.eigenvalues);

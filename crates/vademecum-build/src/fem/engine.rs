@@ -14,10 +14,10 @@ use faer::{Mat, MatMut, MatRef};
 use super::factor::{Factor, FactorError, Solve};
 use super::model_error::ModelError;
 use super::pencil::Pencil;
-use super::rigid::Rigid;
+use super::rigid::RigidBody;
 use super::sparse::{AT_ONCE, SymmetricMatrix};
 use super::spread::{EngineError, SpreadMatrix};
-use super::whole::Whole;
+use super::whole::AssemblyPlan;
 
 /// The inner product of the mass over the rows of all ranks.
 pub trait MassProduct {
@@ -125,7 +125,7 @@ pub trait Engine: Debug + Send + Sync {
     ///
     /// # Errors
     /// [`ModelError::FoldedElement`], [`ModelError::TooLarge`], [`ModelError::Engine`].
-    fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError>;
+    fn assemble(&self, body: &AssemblyPlan) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError>;
 
     /// Deals the rows of a matrix out. `order` gives the row of the matrix that stands at each place of an
     /// elimination order: rows at near places are coupled.
@@ -145,7 +145,7 @@ pub trait Engine: Debug + Send + Sync {
         matrix: &dyn SpreadMatrix,
         order: &[u32],
         motions: Option<MatRef<'_, f64>>,
-        rigid: Option<&Arc<Rigid>>,
+        rigid: Option<&Arc<RigidBody>>,
     ) -> Result<Arc<dyn SpreadFactor>, FactorError>;
 }
 

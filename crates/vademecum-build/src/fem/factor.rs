@@ -14,9 +14,9 @@ use rayon::prelude::*;
 use super::engine::{Engine, LocalRows, PencilRows, Search, SpreadFactor};
 use super::multifrontal::factorise;
 use super::ordering::structure;
-use super::pencil::{Away, Pencil};
-use super::rigid::Rigid;
-use super::single::{Iteration, Single, TOLERANCE};
+use super::pencil::{Pencil, RemoteMatrices};
+use super::rigid::RigidBody;
+use super::single::{Iteration, SingleFactor, TOLERANCE};
 use super::sparse::{AT_ONCE, Pattern, SymmetricMatrix, contiguous, contiguous_mut};
 use super::spread::{EngineError, SpreadMatrix};
 use super::substitution::{LARGE, gather, scatter, substitute, substitute_by_groups};
@@ -67,11 +67,11 @@ pub struct Symbolic {
     n: usize,
     found: Arc<OnceLock<(Arc<Pattern>, Arc<Supernodes>)>>,
     /// What they are found of once a factor in this process needs them, where rows lie on ranks.
-    away: Option<Arc<Away>>,
+    away: Option<Arc<RemoteMatrices>>,
     /// The factor that was last kept.
     kept: Arc<Mutex<Option<Arc<Factor>>>>,
     /// The rigid motions of a body without supports.
-    rigid: Option<Arc<Rigid>>,
+    rigid: Option<Arc<RigidBody>>,
     /// What factorises the stiffness where it is not this process alone.
     engine: Option<Arc<dyn Engine>>,
     /// The rigid motions of the body, held or not, where the engine iterates.
@@ -174,7 +174,7 @@ impl Symbolic {
         match (self.is_spread(), self.single) {
             (true, _) => 0,
             (false, true) => {
-                Single::bytes(self.supernodes()).saturating_add(Iteration::bytes(self.n(), AT_ONCE))
+                SingleFactor::bytes(self.supernodes()).saturating_add(Iteration::bytes(self.n(), AT_ONCE))
             }
             (false, false) => self.factor_bytes(),
         }
@@ -263,7 +263,7 @@ impl Symbolic {
         }
         let held = self.rigid.as_ref().map_or_else(|| matrix.clone(), |rigid| rigid.held(matrix));
         if self.single {
-            let single = Single::new(self.supernodes(), &held);
+            let single = SingleFactor::new(self.supernodes(), &held);
             return Ok(Numbers::Single(single.ok_or(FactorError::NotConverged { error: 1.0 })?));
         }
         Ok(self.factorize(held)?.numbers)
@@ -329,7 +329,7 @@ fn on_ranks(
 enum Numbers {
     /// Here, group by group.
     Double(Vec<f64>),
-    Single(Single),
+    Single(SingleFactor),
     /// On other ranks too.
     Distributed(Arc<dyn SpreadFactor>),
 }
@@ -342,7 +342,7 @@ pub struct Factor {
     numbers: Numbers,
     /// Present for the stiffness of a body without supports: the values are those of `Kₛ`, and what is solved
     /// with is `K⁺` of it.
-    rigid: Option<Arc<Rigid>>,
+    rigid: Option<Arc<RigidBody>>,
 }
 
 impl Factor {
@@ -352,7 +352,7 @@ impl Factor {
     }
 
     /// The rigid motions, where the matrix is the stiffness of a body without supports.
-    pub(super) fn rigid(&self) -> Option<&Arc<Rigid>> {
+    pub(super) fn rigid(&self) -> Option<&Arc<RigidBody>> {
         self.rigid.as_ref()
     }
 
@@ -442,13 +442,13 @@ pub struct FactorColumns {
 pub struct Solve {
     columns: usize,
     /// Made by the first solve, for the kind of its factor.
-    memory: Option<Memory>,
+    memory: Option<SolveMemory>,
     /// Right-hand side and residual, present when refinement is asked for.
     refine: Option<[Mat<f64>; 2]>,
 }
 
 /// What a solve works in.
-enum Memory {
+enum SolveMemory {
     /// For each group of columns: these in the order of elimination, and what the tallest group of the factor
     /// takes.
     Small(Vec<[Vec<f64>; 2]>),
@@ -457,19 +457,19 @@ enum Memory {
     Iteration(Iteration),
 }
 
-impl Memory {
-    fn new(factor: &Factor, columns: usize) -> Option<Memory> {
+impl SolveMemory {
+    fn new(factor: &Factor, columns: usize) -> Option<SolveMemory> {
         let n = factor.symbolic.n();
         match &factor.numbers {
             Numbers::Distributed(_) => None,
-            Numbers::Single(_) => Some(Memory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
+            Numbers::Single(_) => Some(SolveMemory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
             Numbers::Double(values) if values.len() > LARGE => {
-                Some(Memory::Large(vec![0.0; n * padded(columns.min(AT_ONCE))]))
+                Some(SolveMemory::Large(vec![0.0; n * padded(columns.min(AT_ONCE))]))
             }
             Numbers::Double(_) => {
                 let (width, tallest) = (SOLVE_GROUP.min(columns), factor.symbolic.supernodes().tallest());
                 let group = |_| [n, tallest].map(|rows| vec![0.0; rows * width]);
-                Some(Memory::Small((0..columns.div_ceil(SOLVE_GROUP)).map(group).collect()))
+                Some(SolveMemory::Small((0..columns.div_ceil(SOLVE_GROUP)).map(group).collect()))
             }
         }
     }
@@ -487,7 +487,7 @@ impl Solve {
     }
 
     /// Overwrites `rhs`, shape `(n, c)`, by `A⁻¹ rhs`; all threads. For the stiffness of a body without
-    /// supports it is `K⁺ rhs` (see [`Rigid`]).
+    /// supports it is `K⁺ rhs` (see [`RigidBody`]).
     ///
     /// # Panics
     /// If `rhs` has more columns than this memory was made for.
@@ -533,14 +533,14 @@ impl Solve {
         assert!(rhs.ncols() <= self.columns, "more columns than the memory was made for");
         let supernodes = || factor.symbolic.supernodes();
         if self.memory.is_none() {
-            self.memory = Memory::new(factor, self.columns);
+            self.memory = SolveMemory::new(factor, self.columns);
         }
         match (&factor.numbers, &mut self.memory) {
             (Numbers::Distributed(spread), _) => spread.solve_in_place(rhs.rb_mut()),
-            (Numbers::Double(values), Some(Memory::Small(groups))) => {
+            (Numbers::Double(values), Some(SolveMemory::Small(groups))) => {
                 solve_groups(supernodes(), values, rhs.rb_mut(), groups);
             }
-            (Numbers::Double(values), Some(Memory::Large(x))) => {
+            (Numbers::Double(values), Some(SolveMemory::Large(x))) => {
                 let supernodes = supernodes();
                 for mut rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
                     let (columns, k) = (rhs.ncols(), padded(rhs.ncols()));
@@ -550,7 +550,7 @@ impl Solve {
                     scatter(supernodes, x, k, rhs.rb_mut(), |x, _, _| x);
                 }
             }
-            (Numbers::Single(single), Some(Memory::Iteration(memory))) => {
+            (Numbers::Single(single), Some(SolveMemory::Iteration(memory))) => {
                 for rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
                     let error = single.solve(supernodes(), &factor.matrix, rhs, memory);
                     let mut worst = factor.symbolic.worst.lock().unwrap_or_else(PoisonError::into_inner);

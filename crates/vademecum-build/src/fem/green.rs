@@ -67,7 +67,7 @@ pub enum GreenError {
 }
 
 /// The inverse Jacobian of an element at a point, and the root of its volume form.
-struct Map {
+struct JacobianMap {
     inverse: Tensor,
     root: f64,
 }
@@ -84,7 +84,7 @@ pub struct GreenStrain<'m> {
     straight: Vec<StrainPoint>,
     curved: Vec<StrainPoint>,
     /// One for a straight element, one for each point of a curved one.
-    maps: Vec<Map>,
+    maps: Vec<JacobianMap>,
     /// First map of each element, and first point; with the ends.
     first: Vec<[usize; 2]>,
     /// `√(λ + 2μ/3)` and `√(2μ)` of each region.
@@ -124,7 +124,7 @@ impl<'m> GreenStrain<'m> {
             for point in mapped {
                 let (inverse, determinant) = jacobian(n, point, &nodes[..n])
                     .map_err(|source| GreenError::Folded { element, source })?;
-                maps.push(Map { inverse, root: determinant.sqrt() });
+                maps.push(JacobianMap { inverse, root: determinant.sqrt() });
             }
             points += own;
         }
@@ -356,7 +356,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     /// The points of an element.
-    fn points(&self, element: usize) -> impl Iterator<Item = At<'_>> {
+    fn points(&self, element: usize) -> impl Iterator<Item = ElementPoint<'_>> {
         let [[map, point], [next_map, next_point]] = [self.first[element], self.first[element + 1]];
         let mesh = self.model.mesh();
         let roots = self.roots[mesh.element_region[element] as usize];
@@ -367,7 +367,11 @@ impl<'m> GreenStrain<'m> {
         table.iter().enumerate().map(move |(k, point)| {
             let map = &maps[k.min(maps.len() - 1)];
             let root = map.root * point.root_weight;
-            At { gradients: &point.gradients[..n], inverse: &map.inverse, roots: roots.map(|x| root * x) }
+            ElementPoint {
+                gradients: &point.gradients[..n],
+                inverse: &map.inverse,
+                roots: roots.map(|x| root * x),
+            }
         })
     }
 
@@ -418,14 +422,14 @@ impl<'m> GreenStrain<'m> {
 }
 
 /// An element at one of its points.
-struct At<'a> {
+struct ElementPoint<'a> {
     gradients: &'a [[f64; 3]],
     inverse: &'a Tensor,
     /// `√(w det J)` times the roots of the moduli.
     roots: [f64; 2],
 }
 
-impl At<'_> {
+impl ElementPoint<'_> {
     /// `H`, `H_ij = ∂u_i/∂x_j`.
     fn gradient(&self, nodal: &Nodal) -> Tensor {
         let mut reference = [[0.0; 3]; 3];

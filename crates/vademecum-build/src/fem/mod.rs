@@ -44,13 +44,13 @@ pub use loads::{Facet, LoadError, surface_facets};
 pub use model::Model;
 pub use model_error::ModelError;
 pub use pencil::{Pencil, PencilError};
-pub use rigid::Rigid;
-pub use selected::Selected;
+pub use rigid::RigidBody;
+pub use selected::SelectedInverse;
 pub use sparse::{AT_ONCE, Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
 pub use spread::{EngineError, Resource, SpreadMatrix};
 pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points};
-pub use whole::{Part, Whole};
+pub use whole::{AssemblyPart, AssemblyPlan};
 
 #[cfg(test)]
 mod convergence_tests;

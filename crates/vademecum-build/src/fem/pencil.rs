@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::late::Late;
-use super::rigid::Rigid;
+use super::late::Lazy;
+use super::rigid::RigidBody;
 use super::sparse::{Pattern, SymmetricMatrix};
 use super::spread::SpreadMatrix;
 
@@ -30,14 +30,14 @@ pub struct Pencil {
     /// The node of each free dof, ascending; `None` when the matrices came without a mesh.
     dof_nodes: Option<Vec<u32>>,
     /// The rigid motions of a body without supports.
-    rigid: Option<Arc<Rigid>>,
+    rigid: Option<Arc<RigidBody>>,
     /// What is behind matrices whose rows lie on ranks.
-    away: Option<Arc<Away>>,
+    away: Option<Arc<RemoteMatrices>>,
 }
 
 /// What is behind matrices whose rows lie on ranks.
 #[derive(Debug)]
-pub(super) struct Away {
+pub(super) struct RemoteMatrices {
     /// The free dof at each place of the order in which rows are dealt.
     pub order: Arc<Vec<u32>>,
     /// Number of material regions.
@@ -45,16 +45,16 @@ pub(super) struct Away {
     /// About how many numbers a factor has.
     pub factor_entries: usize,
     /// Both matrices in this process, once something needs their entries.
-    pub here: Arc<Late<Pencil>>,
+    pub here: Arc<Lazy<Pencil>>,
 }
 
-impl Away {
+impl RemoteMatrices {
     /// The same behind matrices whose regions are scaled.
-    fn scaled(&self, m: &[f64], k: &[f64]) -> Away {
+    fn scaled(&self, m: &[f64], k: &[f64]) -> RemoteMatrices {
         let (nominal, m, k) = (self.here.clone(), m.to_vec(), k.to_vec());
-        Away {
+        RemoteMatrices {
             order: self.order.clone(),
-            here: Arc::new(Late::new(move || nominal.get().scaled(&m, &k))),
+            here: Arc::new(Lazy::new(move || nominal.get().scaled(&m, &k))),
             ..*self
         }
     }
@@ -120,7 +120,7 @@ impl Pencil {
     }
 
     /// Mass and stiffness of a body whose rows lie on ranks.
-    pub(super) fn spread([mass, stiffness]: [Arc<dyn SpreadMatrix>; 2], away: Away) -> Pencil {
+    pub(super) fn spread([mass, stiffness]: [Arc<dyn SpreadMatrix>; 2], away: RemoteMatrices) -> Pencil {
         let away = Arc::new(away);
         let [of_mass, of_stiffness] = [(); 2].map(|()| away.clone());
         Pencil {
@@ -136,7 +136,7 @@ impl Pencil {
     }
 
     /// What is behind matrices whose rows lie on ranks.
-    pub(super) fn away(&self) -> Option<&Arc<Away>> {
+    pub(super) fn away(&self) -> Option<&Arc<RemoteMatrices>> {
         self.away.as_ref()
     }
 
@@ -205,12 +205,12 @@ impl Pencil {
     }
 
     /// The same pencil as that of a body without supports.
-    pub(crate) fn with_rigid(self, rigid: Rigid) -> Pencil {
+    pub(crate) fn with_rigid(self, rigid: RigidBody) -> Pencil {
         Pencil { rigid: Some(Arc::new(rigid)), ..self }
     }
 
     /// The rigid motions of a body without supports; `None` of a body that is held.
-    pub fn rigid(&self) -> Option<&Arc<Rigid>> {
+    pub fn rigid(&self) -> Option<&Arc<RigidBody>> {
         self.rigid.as_ref()
     }
 

@@ -30,7 +30,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::factor::{Factor, Solve, Symbolic};
-use super::rigid::Rigid;
+use super::rigid::RigidBody;
 use super::sparse::SymmetricMatrix;
 use super::supernodes::{Group, Run, Supernodes};
 use crate::linalg::{SHARED, by_rows, symmetric_part};
@@ -43,14 +43,14 @@ const MOVE: f64 = 40.0;
 
 /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` on the pattern of the factor of `A`.
 #[derive(Clone, Debug)]
-pub struct Selected {
+pub struct SelectedInverse {
     supernodes: Arc<Supernodes>,
     inverse: Vec<f64>,
     weighted: Vec<f64>,
-    relief: Option<Relief>,
+    relief: Option<ReliefProjection>,
 }
 
-impl Selected {
+impl SelectedInverse {
     /// Entry of `A⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
     /// `K⁺`.
     pub fn inverse(&self, row: usize, column: usize) -> Option<f64> {
@@ -66,7 +66,7 @@ impl Selected {
     }
 }
 
-/// What inertia relief takes off the entries for `Kₛ` (see [`Rigid`]). With `Z = Kₛ⁻¹`, `Y = ZMΦ`,
+/// What inertia relief takes off the entries for `Kₛ` (see [`RigidBody`]). With `Z = Kₛ⁻¹`, `Y = ZMΦ`,
 /// `S = ΦᵀMY`, `V = ZMY` and `T = ΦᵀMV`:
 ///
 /// ```text
@@ -74,7 +74,7 @@ impl Selected {
 /// K⁺MK⁺ = ZMZ − ΦCᵀ − CΦᵀ − (Y − ΦS)(Y − ΦS)ᵀ   C = V − ½ΦT
 /// ```
 #[derive(Clone, Debug)]
-struct Relief {
+struct ReliefProjection {
     motions: Mat<f64>,
     /// `A`, `C` and `Y − ΦS`, shape (n, 6).
     half: Mat<f64>,
@@ -82,8 +82,8 @@ struct Relief {
     answers: Mat<f64>,
 }
 
-impl Relief {
-    fn new(factor: &Factor, rigid: &Rigid, mass: &SymmetricMatrix) -> Relief {
+impl ReliefProjection {
+    fn new(factor: &Factor, rigid: &RigidBody, mass: &SymmetricMatrix) -> ReliefProjection {
         let held = factor.without_rigid();
         let mut solve = Solve::new(held.symbolic(), 6, false);
         let (motions, momenta) = (rigid.motions(), rigid.momenta());
@@ -94,7 +94,7 @@ impl Relief {
         solve.solve_in_place(&held, second.as_mut());
         let shares = |columns: &Mat<f64>| motions * symmetric_part((momenta.transpose() * columns).as_ref());
         let (own, other) = (shares(&answers), shares(&second));
-        Relief {
+        ReliefProjection {
             motions: motions.to_owned(),
             half: &answers - faer::Scale(0.5) * &own,
             half_weighted: second - faer::Scale(0.5) * other,
@@ -146,8 +146,12 @@ impl Factor {
     /// If `weight` is on another pattern.
     ///
     /// For the stiffness of a body without supports `weight` is its mass.
-    pub fn select(self, weight: &SymmetricMatrix, listener: &dyn Listener) -> Result<Selected, Cancelled> {
-        let relief = self.rigid().map(|rigid| Relief::new(&self, rigid, weight));
+    pub fn select(
+        self,
+        weight: &SymmetricMatrix,
+        listener: &dyn Listener,
+    ) -> Result<SelectedInverse, Cancelled> {
+        let relief = self.rigid().map(|rigid| ReliefProjection::new(&self, rigid, weight));
         let (symbolic, mut inverse) = self.into_values();
         assert!(std::ptr::eq(symbolic.pattern(), &**weight.pattern()), "one pattern per symbolic analysis");
         let supernodes = symbolic.supernodes().clone();
@@ -170,7 +174,7 @@ impl Factor {
             downwards(&supernodes, group, [&mut inverse, &mut weighted], &mut fronts, &mut spare);
             advance(group, 2.0 / 3.0)?;
         }
-        Ok(Selected { supernodes, inverse, weighted, relief })
+        Ok(SelectedInverse { supernodes, inverse, weighted, relief })
     }
 }
 

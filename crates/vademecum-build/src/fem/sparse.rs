@@ -17,7 +17,7 @@ use faer::{Mat, MatMut, MatRef};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::late::Late;
+use super::late::Lazy;
 use super::spread::SpreadMatrix;
 use crate::linalg::row_groups;
 
@@ -84,7 +84,7 @@ pub struct SymmetricMatrix(Entries);
 enum Entries {
     Here(Arc<Pattern>, Arc<Vec<f64>>, Arc<OnceLock<Option<NonZero>>>),
     /// On the ranks; here only once something needs them here.
-    Distributed(Arc<dyn SpreadMatrix>, Arc<Late<SymmetricMatrix>>),
+    Distributed(Arc<dyn SpreadMatrix>, Arc<Lazy<SymmetricMatrix>>),
 }
 
 /// The entries of a matrix that are not zero, where they are few beside the places of its pattern: a mass
@@ -130,7 +130,7 @@ impl SymmetricMatrix {
         rows: Arc<dyn SpreadMatrix>,
         here: impl Fn() -> SymmetricMatrix + Send + Sync + 'static,
     ) -> Self {
-        SymmetricMatrix(Entries::Distributed(rows, Arc::new(Late::new(here))))
+        SymmetricMatrix(Entries::Distributed(rows, Arc::new(Lazy::new(here))))
     }
 
     /// Number of rows and columns.

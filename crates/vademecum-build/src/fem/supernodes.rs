@@ -9,9 +9,9 @@ use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::{Index, MatRef};
 use rayon::prelude::*;
 
-use super::number::Number;
+use super::number::FactorScalar;
 use super::sparse::SymmetricMatrix;
-use super::tree::{Leaves, Tree};
+use super::tree::{Contribution, Tree};
 
 /// Columns with the same rows below them.
 #[derive(Clone, Debug)]
@@ -141,7 +141,7 @@ impl Supernodes {
                 }
             }
         }
-        let [tree, solves] = [(); 2].map(|()| Tree::new(vec![], vec![], Leaves::Much));
+        let [tree, solves] = [(); 2].map(|()| Tree::new(vec![], vec![], Contribution::Much));
         let mut all = Self { groups, tree, solves, rows, in_parent: vec![], owner, place, order };
         let parent: Vec<_> = all.groups.iter().map(|group| all.parent(group)).collect();
         let local = |(group, parent): (&Group, &Option<usize>)| {
@@ -151,8 +151,8 @@ impl Supernodes {
         all.in_parent = places.concat();
         let work = |of: fn(&Group) -> f64| all.groups.iter().map(of).collect();
         let [factorise, solve] = [work(Group::work), work(Group::entries)];
-        all.tree = Tree::new(parent.clone(), factorise, Leaves::Much);
-        all.solves = Tree::new(parent, solve, Leaves::Little);
+        all.tree = Tree::new(parent.clone(), factorise, Contribution::Much);
+        all.solves = Tree::new(parent, solve, Contribution::Little);
         all
     }
 
@@ -253,7 +253,7 @@ impl Supernodes {
 
     /// The lower triangle of `A`, or of `D A D + δ I`, in the places of the groups, zeros elsewhere; all
     /// threads.
-    pub fn scatter<T: Number>(&self, matrix: &SymmetricMatrix, scaling: Option<&Scaling>) -> Vec<T> {
+    pub fn scatter<T: FactorScalar>(&self, matrix: &SymmetricMatrix, scaling: Option<&Scaling>) -> Vec<T> {
         let mut values = vec![T::nearest(0.0); self.len()];
         let places = self.split(&mut values, |group| group.values.len());
         self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, scaling, own));
@@ -261,7 +261,7 @@ impl Supernodes {
     }
 
     /// The same for one group.
-    fn fill<T: Number>(
+    fn fill<T: FactorScalar>(
         &self,
         group: &Group,
         matrix: &SymmetricMatrix,

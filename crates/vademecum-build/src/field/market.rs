@@ -9,8 +9,8 @@ use std::path::Path;
 
 use super::{FieldError, io_error, write_whole};
 use crate::fem::SymmetricMatrix;
-use crate::mesh::text::{Number, Text, tokens};
-use crate::mesh::{Place, shown};
+use crate::mesh::text::{ParsedNumber, Text, tokens};
+use crate::mesh::{Location, shown};
 use crate::store::{Kind, read_regular};
 
 /// Mirrored entries of a general matrix may differ by this, relative to `√(a_ii a_jj)`, the largest that an
@@ -62,7 +62,7 @@ struct Entry {
 
 /// What the first line says.
 #[derive(Clone, Copy)]
-struct Header {
+struct MarketHeader {
     integer: bool,
     symmetric: bool,
 }
@@ -119,12 +119,12 @@ fn refused(text: &Text<'_>, found: impl Into<String>, expected: impl Into<String
 /// The same for an entry that was read before.
 fn refused_at(text: &Text<'_>, line: u32, found: String, expected: &str) -> FieldError {
     let mut at = text.at();
-    at.place = Place::Line(line as usize);
+    at.place = Location::Line(line as usize);
     let remedy = "add up repeated entries and write one symmetric matrix".into();
     FieldError::Faulty(Box::new(at.fault(found, expected.into(), remedy)))
 }
 
-fn header(text: &mut Text<'_>) -> Result<Header, FieldError> {
+fn header(text: &mut Text<'_>) -> Result<MarketHeader, FieldError> {
     const EXPECTED: &str =
         "`%%MatrixMarket matrix coordinate`, `real` or `integer`, `symmetric` or `general`";
     let line = text.raw_line().unwrap_or_default();
@@ -143,7 +143,7 @@ fn header(text: &mut Text<'_>) -> Result<Header, FieldError> {
         b"general" => false,
         _ => return Err(refused(text, shown(line), EXPECTED)),
     };
-    Ok(Header { integer, symmetric })
+    Ok(MarketHeader { integer, symmetric })
 }
 
 /// Size and number of entries, both believed only as far as the file can hold them.
@@ -172,7 +172,7 @@ fn sizes(text: &mut Text<'_>) -> Result<(usize, usize), FieldError> {
     Ok((n, count))
 }
 
-fn entry(text: &Text<'_>, line: &[u8], header: Header, n: usize) -> Result<Entry, FieldError> {
+fn entry(text: &Text<'_>, line: &[u8], header: MarketHeader, n: usize) -> Result<Entry, FieldError> {
     let expected =
         if header.integer { "a row, a column and an integer" } else { "a row, a column and a finite number" };
     let malformed = || refused(text, shown(line), expected);

@@ -28,7 +28,7 @@ use crate::store::{Kind, Outputs};
 
 /// A dense matrix, columns one after the other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Matrix {
+pub struct DenseMatrix {
     /// Number of rows.
     pub rows: usize,
     /// Number of columns.
@@ -37,7 +37,7 @@ pub struct Matrix {
     pub data: Vec<f64>,
 }
 
-impl Matrix {
+impl DenseMatrix {
     /// One column.
     ///
     /// # Panics

@@ -6,17 +6,17 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::basis::with_followers;
-use super::map::{Pairs, StrainGram, StrainMap};
+use super::map::{Pairs, ReducedStrain, StrainGram};
 use super::prior::{Prior, columns};
-use super::regression::Columns;
+use super::regression::StrainColumns;
 use super::shapes::kept_states;
-use super::states::{States, draw};
+use super::states::{TrainingStates, draw};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};
 use crate::fem::{Factor, FactorError, GreenError, GreenStrain, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::prepared::Body;
-use crate::store::Kept;
+use crate::store::StageCache;
 
 /// Where the states are drawn.
 const SEED: u64 = 0x1A26_E001;
@@ -96,7 +96,7 @@ pub enum LearnError {
 
 /// Natural modes and shapes that follow them.
 #[derive(Clone, Debug)]
-pub struct FollowedBasis {
+pub struct CondensedBasis {
     /// Shape (n, R); their mass is the identity, their eigenvalues ascend.
     pub vectors: Mat<f64>,
     /// Diagonal of their stiffness.
@@ -107,16 +107,16 @@ pub struct FollowedBasis {
 
 /// A basis and the strain map over it.
 #[derive(Clone, Debug)]
-pub struct Learnt {
+pub struct LargeModel {
     /// In words.
     pub name: String,
     /// Natural modes of the basis; the other shapes follow them.
     pub modes: usize,
     prior: Prior,
     /// What its coordinates are of.
-    pub basis: FollowedBasis,
+    pub basis: CondensedBasis,
     /// The strain map.
-    pub map: StrainMap,
+    pub map: ReducedStrain,
     /// Coordinates of the states, one a column.
     pub states: Mat<f64>,
     /// Their energies \[J\].
@@ -124,17 +124,17 @@ pub struct Learnt {
 }
 
 /// What strain maps of a body are learnt with.
-pub struct Learner<'a> {
+pub struct StrainLearner<'a> {
     body: &'a Body,
     symbolic: &'a Symbolic,
     strain: GreenStrain<'a>,
     factor: Arc<Factor>,
     modes: Modes,
     options: LargeOptions,
-    kept: &'a Kept<'a>,
+    kept: &'a StageCache<'a>,
 }
 
-impl<'a> Learner<'a> {
+impl<'a> StrainLearner<'a> {
     /// Finds the natural modes.
     ///
     /// # Errors
@@ -143,14 +143,14 @@ impl<'a> Learner<'a> {
         body: &'a Body,
         symbolic: &'a Symbolic,
         options: &LargeOptions,
-        kept: &'a Kept<'a>,
-    ) -> Result<Learner<'a>, LearnError> {
+        kept: &'a StageCache<'a>,
+    ) -> Result<StrainLearner<'a>, LearnError> {
         let (strain, pencil) = (GreenStrain::new(&body.model)?, body.model.pencil());
         let options = LargeOptions { coordinates: options.coordinates.min(pencil.n_dof()), ..*options };
         let [.., most] = options.natural_modes();
         let modes = lowest_modes(pencil, symbolic, most)?;
         let factor = symbolic.factor_of(pencil.stiffness())?;
-        Ok(Learner { body, symbolic, strain, factor, modes, options, kept })
+        Ok(StrainLearner { body, symbolic, strain, factor, modes, options, kept })
     }
 
     /// Strain maps before any regression: with a part of the coordinates natural modes and the others
@@ -158,7 +158,7 @@ impl<'a> Learner<'a> {
     ///
     /// # Errors
     /// [`LearnError`].
-    pub fn priors(&self) -> Result<Vec<Learnt>, LearnError> {
+    pub fn priors(&self) -> Result<Vec<LargeModel>, LearnError> {
         let Self { body, options, .. } = self;
         let mut found = vec![];
         for n_modes in options.natural_modes() {
@@ -182,7 +182,7 @@ impl<'a> Learner<'a> {
     ///
     /// # Errors
     /// [`LearnError`].
-    pub fn fitted(&self, from: &Learnt) -> Result<Vec<Learnt>, LearnError> {
+    pub fn fitted(&self, from: &LargeModel) -> Result<Vec<LargeModel>, LearnError> {
         let states = self.mixed(from.modes)?;
         let basis = &from.basis;
         let states = self.seen(&basis.vectors, &states);
@@ -222,12 +222,12 @@ impl<'a> Learner<'a> {
         Ok(states)
     }
 
-    fn seen(&self, vectors: &Mat<f64>, states: &[Vec<f64>]) -> States {
-        States::new(&self.strain, times_mass(self.body, vectors.as_ref()).as_ref(), states)
+    fn seen(&self, vectors: &Mat<f64>, states: &[Vec<f64>]) -> TrainingStates {
+        TrainingStates::new(&self.strain, times_mass(self.body, vectors.as_ref()).as_ref(), states)
     }
 
-    fn columns(&self, basis: &FollowedBasis, prior: Prior) -> Columns {
-        let FollowedBasis { vectors, eigenvalues, .. } = basis;
+    fn columns(&self, basis: &CondensedBasis, prior: Prior) -> StrainColumns {
+        let CondensedBasis { vectors, eigenvalues, .. } = basis;
         let pairs = Pairs { interacting: eigenvalues.len(), coupled: 0 };
         columns(&self.strain, (vectors.as_ref(), eigenvalues), pairs, prior, (self.symbolic, &self.factor))
     }
@@ -236,16 +236,16 @@ impl<'a> Learner<'a> {
         &self,
         fitted: String,
         (modes, prior): (usize, Prior),
-        basis: &FollowedBasis,
+        basis: &CondensedBasis,
         gram: &StrainGram,
-        states: &States,
-    ) -> Result<Learnt, LearnError> {
+        states: &TrainingStates,
+    ) -> Result<LargeModel, LearnError> {
         let prior_name = match prior {
             Prior::Relaxed => "relaxed",
             Prior::Galerkin => "Galerkin",
         };
         let shapes = basis.eigenvalues.len() - modes;
-        Ok(Learnt {
+        Ok(LargeModel {
             name: format!("{modes} modes, {shapes} shapes that follow, {prior_name}{fitted}"),
             modes,
             prior,
@@ -276,11 +276,11 @@ pub(super) fn at_load_nodes(body: &Body, vectors: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// A basis whose first vectors are natural modes, with ascending eigenvalues.
-fn sorted((vectors, values): (Mat<f64>, Vec<f64>), n_modes: usize) -> FollowedBasis {
+fn sorted((vectors, values): (Mat<f64>, Vec<f64>), n_modes: usize) -> CondensedBasis {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let natural = |&k: &usize| if k < n_modes { values[k].sqrt() } else { 0.0 };
-    FollowedBasis {
+    CondensedBasis {
         vectors: Mat::from_fn(vectors.nrows(), order.len(), |i, k| vectors[(i, order[k])]),
         eigenvalues: order.iter().map(|&k| values[k]).collect(),
         natural: order.iter().map(natural).collect(),

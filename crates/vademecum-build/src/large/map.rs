@@ -53,7 +53,7 @@ impl Pairs {
 
 /// A strain map by rows: `z_k = ω_k q_k + Q_k · m(q)` for `k < R`, `Q_k · m(q)` after.
 #[derive(Clone, Debug)]
-pub struct StrainMap {
+pub struct ReducedStrain {
     /// `ω`, one for each coordinate \[rad/s\].
     pub frequencies: Vec<f64>,
     /// The products that count.
@@ -62,7 +62,7 @@ pub struct StrainMap {
     pub quadratic: Mat<f64>,
 }
 
-impl StrainMap {
+impl ReducedStrain {
     /// `z(q)`, length rows.
     pub fn strain(&self, q: &[f64]) -> Vec<f64> {
         let products = self.pairs.products(q);
@@ -99,7 +99,7 @@ impl StrainGram {
     ///
     /// # Errors
     /// [`NoConvergence`].
-    pub fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<StrainMap, NoConvergence> {
+    pub fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<ReducedStrain, NoConvergence> {
         let Self { top, gram, pairs, .. } = self;
         let (r, extra) = (top.nrows(), extra.min(pairs.count()));
         let rest = symmetric_part((gram - product(top.transpose(), top.as_ref())).as_ref());
@@ -114,7 +114,7 @@ impl StrainGram {
         let mut quadratic = Mat::zeros(r + extra, pairs.count());
         quadratic.subrows_mut(0, r).copy_from(top);
         quadratic.subrows_mut(r, extra).copy_from(&beside);
-        Ok(StrainMap { frequencies: self.frequencies.clone(), pairs: *pairs, quadratic })
+        Ok(ReducedStrain { frequencies: self.frequencies.clone(), pairs: *pairs, quadratic })
     }
 }
 

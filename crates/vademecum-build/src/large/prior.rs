@@ -4,7 +4,7 @@ use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 
 use super::map::Pairs;
-use super::regression::Columns;
+use super::regression::StrainColumns;
 use crate::fem::{Factor, GreenStrain, Solve, Symbolic, contiguous, contiguous_mut};
 use crate::linalg::{subtract_product, transposed_product};
 
@@ -29,7 +29,7 @@ pub fn columns(
     pairs: Pairs,
     prior: Prior,
     factor: (&Symbolic, &Factor),
-) -> Columns {
+) -> StrainColumns {
     let (vectors, eigenvalues) = basis;
     let mut linear = Mat::zeros(strain.n_rows(), vectors.ncols());
     each_column(linear.as_mut(), |k, out| strain.linear(contiguous(vectors, k), out));
@@ -45,7 +45,7 @@ pub fn columns(
         }
     }
     let frequencies = eigenvalues.iter().map(|x| x.sqrt()).collect();
-    Columns { frequencies, pairs, linear, quadratic }
+    StrainColumns { frequencies, pairs, linear, quadratic }
 }
 
 /// What the rest of a body does with each product of coordinates, shape (n, products): the displacement `w`

@@ -19,7 +19,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::map::{Pairs, StrainGram};
-use super::states::States;
+use super::states::TrainingStates;
 use crate::dynamics::symmetric_eigen;
 use crate::linalg::{NoConvergence, column_groups, product, symmetric_part, transposed_product};
 
@@ -30,7 +30,7 @@ const WIDTH: usize = 128;
 
 /// Full strains as columns.
 #[derive(Clone, Debug)]
-pub struct Columns {
+pub struct StrainColumns {
     /// `ω`.
     pub frequencies: Vec<f64>,
     /// The products that count.
@@ -41,7 +41,7 @@ pub struct Columns {
     pub quadratic: Mat<f64>,
 }
 
-impl Columns {
+impl StrainColumns {
     /// What the energy depends on, before any regression.
     pub fn gram(&self) -> StrainGram {
         let top = transposed_product(self.linear.as_ref(), self.quadratic.as_ref());
@@ -57,7 +57,7 @@ impl Columns {
     ///
     /// # Errors
     /// [`NoConvergence`].
-    pub fn fitted(&self, states: &States, ridges: &[f64]) -> Result<Vec<StrainGram>, NoConvergence> {
+    pub fn fitted(&self, states: &TrainingStates, ridges: &[f64]) -> Result<Vec<StrainGram>, NoConvergence> {
         let (p, q) = (self.pairs.count(), states.coordinates.as_ref());
         let products = self.pairs.products_of(q);
         let weight = |s: usize| 1.0 / states.energies[s].max(f64::MIN_POSITIVE);

@@ -9,7 +9,7 @@ use super::prediction::Prediction;
 use crate::dynamics::large::{LargeError, Newton, Relaxation};
 use crate::fem::{Factor, GreenStrain, SOFTENING, Symbolic};
 use crate::progress::Listener;
-use crate::store::Kept;
+use crate::store::StageCache;
 
 /// How often coordinates are halved.
 const HALVINGS: i32 = 5;
@@ -23,7 +23,7 @@ const TOGETHER: usize = 64;
 /// # Errors
 /// As [`relaxed`].
 pub(super) fn kept_states(
-    kept: &Kept<'_>,
+    kept: &StageCache<'_>,
     strain: &GreenStrain<'_>,
     (modes, eigenvalues): (MatRef<'_, f64>, &[f64]),
     (symbolic, factor): (&Symbolic, &Factor),

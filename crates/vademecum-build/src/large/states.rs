@@ -13,7 +13,7 @@ use crate::linalg::{Random, transposed_product, unit};
 
 /// States of the full order beside their coordinates.
 #[derive(Clone, Debug)]
-pub struct States {
+pub struct TrainingStates {
     /// `VᵀM u`, shape (R, states).
     pub coordinates: Mat<f64>,
     /// The full strains, shape (strains, states).
@@ -54,9 +54,9 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
     drawn
 }
 
-impl States {
+impl TrainingStates {
     /// States as displacements, in the coordinates `VᵀM u` of a basis with momenta `MV`.
-    pub fn new(strain: &GreenStrain<'_>, momenta: MatRef<'_, f64>, states: &[Vec<f64>]) -> States {
+    pub fn new(strain: &GreenStrain<'_>, momenta: MatRef<'_, f64>, states: &[Vec<f64>]) -> TrainingStates {
         let n = strain.n_dof();
         let displacements = Mat::from_fn(n, states.len(), |i, s| states[s][i]);
         let coordinates = transposed_product(momenta, displacements.as_ref());
@@ -66,6 +66,6 @@ impl States {
         }
         let energy = |s: usize| 0.5 * strains.col_as_slice(s).iter().map(|z| z * z).sum::<f64>();
         let energies = (0..states.len()).map(energy).collect();
-        States { coordinates, strains, energies }
+        TrainingStates { coordinates, strains, energies }
     }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::learn::{Learnt, at_load_nodes};
+use super::learn::{LargeModel, at_load_nodes};
 use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeWork, Newton};
 use crate::dynamics::{Modes, Rayleigh, TrajectoryError, Work};
 use crate::fem::{GreenStrain, SOFTENING, Symbolic};
@@ -17,7 +17,7 @@ use crate::linalg::{Random, project, unit};
 use crate::mesh::Mesh;
 use crate::prepared::Body;
 use crate::progress::Listener;
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, StageCache};
 
 /// Steps of the reference in a step of the file, where nothing else is asked for.
 pub const PARTS: usize = 4;
@@ -25,11 +25,11 @@ pub const PARTS: usize = 4;
 const TOLERANCE: f64 = 1e-5;
 /// How often a push is made weaker that the law of the body does not bear, or that moves the surface too far,
 /// before another one is drawn.
-const WEAKER: usize = 2;
+const HALVINGS: usize = 2;
 /// How often pushes are drawn anew; those of the last draw are made weaker as often as need be.
-const DRAWS: u64 = 8;
+const MAX_DRAWS: u64 = 8;
 /// As often as need be.
-const ANY: usize = 12;
+const MAX_HALVINGS: usize = 12;
 /// How wide a push is, as a part of the longest edge of the box around the body.
 const WIDTH: f64 = 0.1;
 /// Widths beyond which a push is not felt.
@@ -97,7 +97,7 @@ fn longest_edge(mesh: &Mesh) -> f64 {
 }
 
 /// What every push of a body is drawn from.
-pub struct Pushes<'a> {
+pub struct PushFamily<'a> {
     /// The body.
     pub body: &'a Body,
     /// A few of its natural modes.
@@ -108,7 +108,7 @@ pub struct Pushes<'a> {
     pub time_step: f64,
 }
 
-impl Pushes<'_> {
+impl PushFamily<'_> {
     /// Pushes at random places, one for each word whether it is a pulse, so strong that the linear motion
     /// under them reaches about 0.4 to 0.8 of the largest displacement.
     pub fn draw(&self, pulses: &[bool], seed: u64) -> Vec<Push> {
@@ -163,7 +163,7 @@ fn over_dofs(body: &Body, push: &[(u32, [f64; 3])]) -> Vec<f64> {
 }
 
 /// What marches a body at full order.
-pub struct FullOrder<'a> {
+pub struct ReferenceModel<'a> {
     /// The strain.
     pub strain: &'a GreenStrain<'a>,
     /// Structure of the factor.
@@ -176,7 +176,7 @@ pub struct FullOrder<'a> {
     pub parts: usize,
 }
 
-impl FullOrder<'_> {
+impl ReferenceModel<'_> {
     /// What `steps` steps of the file are about to take at full order, counted once for each push and
     /// measured on a few under one of them.
     ///
@@ -201,16 +201,16 @@ impl FullOrder<'_> {
     /// [`LargeError`].
     pub fn references(
         &self,
-        drawn: &Pushes<'_>,
+        drawn: &PushFamily<'_>,
         (count, seed): (usize, u64),
         steps: usize,
-        kept: &Kept<'_>,
-    ) -> Result<Vec<Reference>, LargeError> {
-        let mut found: Vec<Option<Reference>> = vec![None; count];
-        for draw in 0..DRAWS {
+        kept: &StageCache<'_>,
+    ) -> Result<Vec<ReferenceRun>, LargeError> {
+        let mut found: Vec<Option<ReferenceRun>> = vec![None; count];
+        for draw in 0..MAX_DRAWS {
             let missing: Vec<usize> = (0..count).filter(|&k| found[k].is_none()).collect();
             let pulses: Vec<bool> = missing.iter().map(|k| k.is_multiple_of(2)).collect();
-            let weaker = if draw + 1 == DRAWS { ANY } else { WEAKER };
+            let weaker = if draw + 1 == MAX_DRAWS { MAX_HALVINGS } else { HALVINGS };
             let marched = |push: &Push| self.march(push, drawn, (steps, weaker), kept);
             let marched: Result<Vec<_>, LargeError> =
                 drawn.draw(&pulses, seed + draw).par_iter().map(marched).collect();
@@ -224,10 +224,10 @@ impl FullOrder<'_> {
     fn march(
         &self,
         push: &Push,
-        drawn: &Pushes<'_>,
+        drawn: &PushFamily<'_>,
         (steps, weaker): (usize, usize),
-        kept: &Kept<'_>,
-    ) -> Result<Option<Reference>, LargeError> {
+        kept: &StageCache<'_>,
+    ) -> Result<Option<ReferenceRun>, LargeError> {
         /// Of the displacement that was asked for.
         const WITHIN: f64 = 0.95;
         let asked = drawn.displacement;
@@ -256,7 +256,7 @@ impl FullOrder<'_> {
         name: &str,
         push: &Push,
         limits: impl Debug,
-        kept: &Kept<'_>,
+        kept: &StageCache<'_>,
         march: impl FnOnce() -> Result<T, LargeError>,
     ) -> Result<T, LargeError> {
         let inputs = |inputs: Inputs| {
@@ -275,7 +275,7 @@ impl FullOrder<'_> {
         push: &Push,
         steps: usize,
         listener: &dyn Listener,
-    ) -> Result<Reference, LargeError> {
+    ) -> Result<ReferenceRun, LargeError> {
         let begun = Instant::now();
         let Self { strain, symbolic, damping, time_step, parts } = *self;
         let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };
@@ -299,7 +299,7 @@ impl FullOrder<'_> {
             listener.checkpoint(kept.len(), steps)?;
         }
         let seconds_per_step = begun.elapsed().as_secs_f64() / kept.len() as f64;
-        Ok(Reference {
+        Ok(ReferenceRun {
             push: push.clone(),
             displacements: kept,
             least_stretch: least,
@@ -309,7 +309,7 @@ impl FullOrder<'_> {
     }
 }
 
-impl Reference {
+impl ReferenceRun {
     /// How far the surface moves at most \[m\].
     pub(crate) fn largest_displacement(&self, body: &Body) -> f64 {
         self.displacements.iter().map(|u| body.largest_displacement(u)).fold(0.0, f64::max)
@@ -319,8 +319,12 @@ impl Reference {
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn refined(self, full: &FullOrder<'_>, kept: &Kept<'_>) -> Result<Reference, LargeError> {
-        let finer = FullOrder { parts: 2 * full.parts, ..*full };
+    pub fn refined(
+        self,
+        full: &ReferenceModel<'_>,
+        kept: &StageCache<'_>,
+    ) -> Result<ReferenceRun, LargeError> {
+        let finer = ReferenceModel { parts: 2 * full.parts, ..*full };
         let (push, steps) = (&self.push, self.displacements.len());
         let march = || finer.follow(push, steps, kept.listener);
         let fine = finer.kept(&format!("{}-refined", push.name), push, steps, kept, march)?;
@@ -332,13 +336,13 @@ impl Reference {
             whole += mass.inner(b, b);
         }
         let seconds_per_step = self.seconds_per_step;
-        Ok(Reference { own_error: (off / whole).sqrt() / 3.0, seconds_per_step, ..fine })
+        Ok(ReferenceRun { own_error: (off / whole).sqrt() / 3.0, seconds_per_step, ..fine })
     }
 }
 
 /// A push, and the motion under it at full order.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Reference {
+pub struct ReferenceRun {
     /// The push as it was marched.
     pub push: Push,
     /// Displacements over the free dofs after each step of the file \[m\].
@@ -353,7 +357,7 @@ pub struct Reference {
 }
 
 /// The reference of a push as a basis sees it.
-pub struct Seen {
+pub struct ProjectedRun {
     /// Coordinates after each step, one a column.
     pub coordinates: Mat<f64>,
     /// Square of the mass norm of what the basis does not hold, summed over the steps.
@@ -362,7 +366,7 @@ pub struct Seen {
     pub whole: f64,
 }
 
-impl Seen {
+impl ProjectedRun {
     /// Error of a motion against what the basis sees of a reference: relative, over all dofs and steps, in
     /// the mass norm; and what no motion in this basis can be below.
     pub fn error(&self, found: &Mat<f64>) -> TrajectoryError {
@@ -377,9 +381,9 @@ impl Seen {
     }
 }
 
-impl Learnt {
+impl LargeModel {
     /// A reference in the coordinates of the basis.
-    pub fn see(&self, body: &Body, reference: &Reference) -> Seen {
+    pub fn see(&self, body: &Body, reference: &ReferenceRun) -> ProjectedRun {
         let (n, reference) = (self.basis.vectors.nrows(), &reference.displacements);
         let u = Mat::from_fn(n, reference.len(), |i, s| reference[s][i]);
         let mut momenta = Mat::zeros(n, reference.len());
@@ -388,6 +392,6 @@ impl Learnt {
         let dot =
             |s: usize| u.col_as_slice(s).iter().zip(momenta.col_as_slice(s)).map(|(a, b)| a * b).sum::<f64>();
         let whole: f64 = (0..reference.len()).map(dot).sum();
-        Seen { beside: (whole - coordinates.squared_norm_l2()).max(0.0), coordinates, whole }
+        ProjectedRun { beside: (whole - coordinates.squared_norm_l2()).max(0.0), coordinates, whole }
     }
 }

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 /// One of the two kinds of control groups: where it is found, and what its files are called.
-struct Kind {
+struct GroupKind {
     /// Where the kernel shows the groups.
     root: &'static str,
     /// What stands before the group in `/proc/self/cgroup`, behind the number.
@@ -18,15 +18,15 @@ struct Kind {
     inactive: &'static str,
 }
 
-const KINDS: [Kind; 2] = [
-    Kind {
+const KINDS: [GroupKind; 2] = [
+    GroupKind {
         root: "/sys/fs/cgroup",
         controllers: "",
         limit: "memory.max",
         used: "memory.current",
         inactive: "inactive_file",
     },
-    Kind {
+    GroupKind {
         root: "/sys/fs/cgroup/memory",
         controllers: "memory",
         limit: "memory.limit_in_bytes",
@@ -38,7 +38,7 @@ const KINDS: [Kind; 2] = [
 /// Memory that all groups of this process leave \[bytes\]; none where none of them has a limit.
 pub fn left_by_groups() -> Option<u64> {
     let table = std::fs::read_to_string("/proc/self/cgroup").ok()?;
-    let of_kind = |kind: &Kind| {
+    let of_kind = |kind: &GroupKind| {
         let read = |folder: &Path, name| std::fs::read_to_string(folder.join(name)).ok();
         let left_by = |folder: PathBuf| {
             let [limit, used] = [kind.limit, kind.used].map(|name| read(&folder, name));
@@ -52,7 +52,7 @@ pub fn left_by_groups() -> Option<u64> {
 
 /// The folder of the group of this process and those of the groups above it. Within a container the path may
 /// be that of the machine, of which the container shows the last part alone: the root is always among them.
-fn folders(table: &str, kind: &Kind) -> Vec<PathBuf> {
+fn folders(table: &str, kind: &GroupKind) -> Vec<PathBuf> {
     let group = |line: &str| {
         let (_, line) = line.split_once(':')?;
         let (controllers, group) = line.split_once(':')?;
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn groups_are_found_from_the_own_one_upwards() {
         let table = "12:pids:/jobs/7\n4:cpu,memory:/jobs/7\n0::/user.slice/a b\n";
-        let of = |kind: &Kind| folders(table, kind);
+        let of = |kind: &GroupKind| folders(table, kind);
         let [unified, first] = &KINDS;
         let paths = |all: &[&str]| all.iter().map(PathBuf::from).collect::<Vec<_>>();
         let own = ["/sys/fs/cgroup/user.slice/a b", "/sys/fs/cgroup/user.slice", "/sys/fs/cgroup"];

@@ -13,7 +13,7 @@ use super::raw::{RawMesh, Tetrahedra};
 use super::{Mesh, Order, Region};
 
 /// The mended mesh and what is still wrong with it.
-pub(crate) struct Checked {
+pub(crate) struct CheckedMesh {
     pub mesh: Mesh,
     pub problems: Vec<Flaw>,
     pub unused_nodes: usize,
@@ -21,7 +21,7 @@ pub(crate) struct Checked {
 }
 
 /// Mends what is harmless and lists the problems.
-pub(crate) fn check(raw: &RawMesh) -> Checked {
+pub(crate) fn check(raw: &RawMesh) -> CheckedMesh {
     let mut problems = Vec::new();
     if !raw.unsupported.is_empty() {
         problems.push(Flaw::UnsupportedElements(raw.unsupported.clone()));
@@ -49,7 +49,7 @@ pub(crate) fn check(raw: &RawMesh) -> Checked {
         problems.extend(disconnected(&mesh));
         faces(&mut mesh, &mut problems);
     }
-    Checked { mesh, problems, unused_nodes, reoriented }
+    CheckedMesh { mesh, problems, unused_nodes, reoriented }
 }
 
 /// Keeps the nodes that elements use, in file order.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::flaw::Flaw;
-use super::place::Place;
+use super::place::Location;
 
 /// One fault of a file: where, what was found, what was expected, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub struct Fault {
     /// The file.
     pub file: PathBuf,
     /// The line or byte.
-    pub place: Place,
+    pub place: Location,
     /// The section as the file spells it, for instance `$Nodes` or `*ELEMENT`.
     pub section: String,
     /// What stands there, shortened.
@@ -97,16 +97,16 @@ impl MeshError {
 }
 
 /// What a parser knows about its position when it meets a fault.
-pub(crate) struct At<'a> {
+pub(crate) struct FaultSite<'a> {
     pub file: &'a Path,
-    pub place: Place,
+    pub place: Location,
     pub section: &'a str,
 }
 
 /// What to do about a file that breaks its format's rules.
 const REWRITE: &str = "correct the file, or write it again with the mesher";
 
-impl At<'_> {
+impl FaultSite<'_> {
     pub fn malformed(&self, found: impl Into<String>, expected: impl Into<String>) -> MeshError {
         MeshError::Malformed(Box::new(self.fault(found.into(), expected.into(), REWRITE.into())))
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::place::Place;
+use super::place::Location;
 
 /// Volume cells of one kind that cannot be computed with.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub struct UnsupportedCells {
     /// How many there are.
     pub count: usize,
     /// Where the first one is.
-    pub first: Place,
+    pub first: Location,
 }
 
 /// Why a mesh cannot be computed with.

@@ -37,7 +37,7 @@ pub(crate) use error::shown;
 pub use error::{Fault, MeshError};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
-pub use place::Place;
+pub use place::Location;
 pub use quality::{corner_volume, jacobian_10, quality};
 pub use raw::{RawMesh, Tetrahedra};
 pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};

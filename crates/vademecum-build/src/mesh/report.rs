@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::check::{Checked, check};
+use super::check::{CheckedMesh, check};
 use super::quality::{corners, element_volume, quality};
 use super::raw::RawMesh;
 use super::{Mesh, Order, bounding_box};
@@ -81,7 +81,7 @@ pub struct QualityReport {
 
 /// Looks at a mesh without refusing it.
 pub fn inspect(raw: &RawMesh) -> MeshReport {
-    let Checked { mesh, problems, unused_nodes, reoriented } = check(raw);
+    let CheckedMesh { mesh, problems, unused_nodes, reoriented } = check(raw);
     let (low, high) = bounding_box(&mesh.nodes);
     let regions = regions(&mesh);
     MeshReport {

@@ -1,19 +1,19 @@
 //! Rows of numbers that are a line in a text file and a run of bytes in a binary one.
 
 use super::error::MeshError;
-use super::text::{Binary, Endian, Number, Text, tokens};
+use super::text::{Binary, Endian, ParsedNumber, Text, tokens};
 
 /// Reads rows from text or binary alike.
-pub(crate) struct Rows<'a> {
+pub(crate) struct RowReader<'a> {
     pub text: Text<'a>,
     endian: Option<Endian>,
     line: &'a [u8],
     rest: &'a [u8],
 }
 
-impl<'a> Rows<'a> {
+impl<'a> RowReader<'a> {
     pub fn new(text: Text<'a>, endian: Option<Endian>) -> Self {
-        Rows { text, endian, line: b"", rest: b"" }
+        RowReader { text, endian, line: b"", rest: b"" }
     }
 
     pub fn is_binary(&self) -> bool {
@@ -42,7 +42,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    fn next<T: Number + Binary>(&mut self, expected: &str) -> Result<T, MeshError> {
+    fn next<T: ParsedNumber + Binary>(&mut self, expected: &str) -> Result<T, MeshError> {
         if let Some(endian) = self.endian {
             return self.text.value(endian, expected);
         }

@@ -7,7 +7,7 @@ use super::detect::sound;
 use super::error::MeshError;
 use super::load::load;
 use super::raw::{CellKind, RawMesh};
-use super::text::{Number, Text};
+use super::text::{ParsedNumber, Text};
 
 /// Reads a mesh from a coordinate table (`x y z` a line) and a connectivity table (4 or 10 node numbers a
 /// line).
@@ -37,7 +37,11 @@ pub fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<RawMesh, 
 }
 
 /// The values of a line, or none for a comment.
-fn values<T: Number>(text: &Text<'_>, line: &[u8], expected: &str) -> Result<Option<Vec<T>>, MeshError> {
+fn values<T: ParsedNumber>(
+    text: &Text<'_>,
+    line: &[u8],
+    expected: &str,
+) -> Result<Option<Vec<T>>, MeshError> {
     if matches!(line.first(), Some(b'#' | b'%')) {
         return Ok(None);
     }

@@ -6,7 +6,7 @@ use super::error::MeshError;
 use super::load::load;
 use super::quality::{EDGES, dot, sub};
 use super::raw::{CellKind, NodeIndex, RawMesh};
-use super::text::{Number, Text, tokens};
+use super::text::{ParsedNumber, Text, tokens};
 
 /// Reads both files, whichever of them `path` is.
 pub(crate) fn parse(path: &Path) -> Result<RawMesh, MeshError> {

@@ -15,7 +15,8 @@ use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
 use crate::large::{
-    FullOrder, LargeOptions, LearnError, Learner, Learnt, PARTS, Pushes, Reference, Seen, asked_displacement,
+    LargeModel, LargeOptions, LearnError, PARTS, ProjectedRun, PushFamily, ReferenceModel, ReferenceRun,
+    StrainLearner, asked_displacement,
 };
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
@@ -57,9 +58,14 @@ impl Stages<'_> {
         let strain = GreenStrain::new(&body.model)?;
         let pencil = body.model.pencil();
         let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
-        let drawn = Pushes { body, modes: &modes, displacement: options.displacement, time_step };
-        let full =
-            FullOrder { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts: PARTS };
+        let drawn = PushFamily { body, modes: &modes, displacement: options.displacement, time_step };
+        let full = ReferenceModel {
+            strain: &strain,
+            symbolic,
+            damping: prepared.rayleigh(),
+            time_step,
+            parts: PARTS,
+        };
         let steps = (PUSH_PERIODS * first_period / time_step).ceil() as usize;
         let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
 
@@ -72,13 +78,13 @@ impl Stages<'_> {
         plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
         plan.work.check(self.options.long, || "pushes at full order".into())?;
         listener.note(&format!("ahead: {}; and shapes of least energy beside them", in_words(&plan)));
-        let learner = Learner::new(body, symbolic, &options, kept)?;
+        let learner = StrainLearner::new(body, symbolic, &options, kept)?;
         let priors = watch.stage(SHAPES, || learner.priors())?;
         let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
         let references = watch.stage("held-out pushes at full order", march)?;
         let measured = |maps, fit| self.measured(problem, maps, &references, fit);
         let priors = watch.stage("choice of the shapes", || measured(priors, true))?;
-        let fitted = || -> Result<Vec<Learnt>, LearnError> {
+        let fitted = || -> Result<Vec<LargeModel>, LearnError> {
             let mut fitted = vec![];
             for prior in worth_fitting(&priors) {
                 fitted.extend(learner.fitted(prior)?);
@@ -101,7 +107,7 @@ impl Stages<'_> {
         let references = references?;
         let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
         let full_order_seconds_per_step = seconds / references.len() as f64;
-        let certify = |bytes: &[u8], push: &Reference| {
+        let certify = |bytes: &[u8], push: &ReferenceRun| {
             certify_push(bytes, self.order, body, (push, &map.see(body, push)))
         };
         let runs = watch.stage("certificate", || self.runs(problem, &map, &references, certify))?;
@@ -128,9 +134,9 @@ impl Stages<'_> {
     fn runs<T: Send>(
         &self,
         problem: &Problem,
-        map: &Learnt,
-        references: &[Reference],
-        measure: impl Fn(&[u8], &Reference) -> Result<T, CertificateError> + Sync,
+        map: &LargeModel,
+        references: &[ReferenceRun],
+        measure: impl Fn(&[u8], &ReferenceRun) -> Result<T, CertificateError> + Sync,
     ) -> Result<Vec<T>, BuildError> {
         let rows = sections(map, problem);
         let sized = Stages { strain: &rows, ..*self };
@@ -143,8 +149,8 @@ impl Stages<'_> {
     fn motions(
         &self,
         problem: &Problem,
-        map: &Learnt,
-        references: &[Reference],
+        map: &LargeModel,
+        references: &[ReferenceRun],
         substeps: Option<usize>,
     ) -> Result<Vec<Mat<f64>>, BuildError> {
         self.runs(problem, map, references, |bytes, push| push_motion(bytes, self.order, push, substeps))
@@ -156,12 +162,12 @@ impl Stages<'_> {
     fn measured(
         &self,
         problem: &Problem,
-        maps: Vec<Learnt>,
-        references: &[Reference],
+        maps: Vec<LargeModel>,
+        references: &[ReferenceRun],
         fit: bool,
-    ) -> Result<Vec<(f64, Learnt)>, BuildError> {
-        let measure = |mut map: Learnt| {
-            let seen: Vec<Seen> =
+    ) -> Result<Vec<(f64, LargeModel)>, BuildError> {
+        let measure = |mut map: LargeModel| {
+            let seen: Vec<ProjectedRun> =
                 references.par_iter().map(|reference| map.see(&self.prepared.body, reference)).collect();
             let motions = match fit {
                 true => self.fit_inertia(problem, &mut map, references, &seen)?,
@@ -185,9 +191,9 @@ impl Stages<'_> {
     fn fit_inertia(
         &self,
         problem: &Problem,
-        map: &mut Learnt,
-        references: &[Reference],
-        seen: &[Seen],
+        map: &mut LargeModel,
+        references: &[ReferenceRun],
+        seen: &[ProjectedRun],
     ) -> Result<Vec<Mat<f64>>, BuildError> {
         let fine = self.motions(problem, map, references, Some(MANY_SUBSTEPS))?;
         let off = |motions: &[Mat<f64>]| {
@@ -217,10 +223,10 @@ fn geometric_mean(errors: &[f64]) -> f64 {
 
 /// For each number of modes the better of the maps before any regression, where it is not far behind the best
 /// of all.
-fn worth_fitting(priors: &[(f64, Learnt)]) -> Vec<&Learnt> {
+fn worth_fitting(priors: &[(f64, LargeModel)]) -> Vec<&LargeModel> {
     let mut sorted: Vec<_> = priors.iter().collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut kept: Vec<&Learnt> = vec![];
+    let mut kept: Vec<&LargeModel> = vec![];
     for (error, map) in &sorted {
         if *error <= BEHIND * sorted[0].0 && kept.iter().all(|other| other.modes != map.modes) {
             kept.push(map);
@@ -230,7 +236,7 @@ fn worth_fitting(priors: &[(f64, Learnt)]) -> Vec<&Learnt> {
 }
 
 /// The basis as files have it. Its signs are those of the strain map.
-fn basis_of(map: &Learnt) -> Basis {
+fn basis_of(map: &LargeModel) -> Basis {
     let (r, values) = (map.basis.eigenvalues.len(), &map.basis.eigenvalues);
     Basis {
         vectors: map.basis.vectors.clone(),
@@ -242,7 +248,7 @@ fn basis_of(map: &Learnt) -> Basis {
 }
 
 /// The strain map, and where its training was.
-fn sections(map: &Learnt, problem: &Problem) -> Vec<Draft> {
+fn sections(map: &LargeModel, problem: &Problem) -> Vec<Draft> {
     let (r, states) = (map.basis.eigenvalues.len(), map.states.as_ref());
     let linear = Mat::from_fn(r, r, |i, j| if i == j { map.map.frequencies[i] } else { 0.0 });
     let count = states.ncols() as f64;

@@ -27,7 +27,7 @@ use crate::prepared::{Body, Prepared};
 use crate::progress::{StageTiming, Stopwatch};
 use crate::reaction::reactions;
 use crate::report::{BuildPlan, BuildReport, CertificateReport};
-use crate::residual::{Reduced, StaticResidual, Way, static_residual, stress_residual};
+use crate::residual::{BlockMethod, ResidualBasis, ResidualFlexibility, static_residual, stress_residual};
 use crate::response::{BlockTerms, StageResponse, stage_responses};
 use crate::store::Inputs;
 
@@ -104,7 +104,7 @@ impl Stages<'_> {
         problem: &Problem,
         basis: &Basis,
         watch: &mut Stopwatch<'_>,
-    ) -> Result<Option<StaticResidual>, BuildError> {
+    ) -> Result<Option<ResidualFlexibility>, BuildError> {
         let Self { prepared, order, kept, .. } = *self;
         let body = &prepared.body;
         let wanted = wants_residual(problem, prepared) && order.n_load > 0;
@@ -112,7 +112,7 @@ impl Stages<'_> {
         let reduced = self.reduced(basis, eigenvalues, problem);
         let nodes = &order.nodes[..order.n_load];
         let triangles = &order.triangles[..order.n_load_triangles];
-        let way = Way::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
+        let way = BlockMethod::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
         let inputs = |inputs: Inputs| {
             let probes: Vec<_> = body.probes.iter().map(|probe| &probe.nodes).collect();
             let inputs = inputs.value(&(reduced.rigorous, way, probes)).with(basis).indices(nodes);
@@ -167,11 +167,16 @@ impl Stages<'_> {
     }
 
     /// The basis beside the body.
-    fn reduced<'b>(&'b self, basis: &'b Basis, eigenvalues: &'b [f64], problem: &Problem) -> Reduced<'b> {
+    fn reduced<'b>(
+        &'b self,
+        basis: &'b Basis,
+        eigenvalues: &'b [f64],
+        problem: &Problem,
+    ) -> ResidualBasis<'b> {
         let Prepared { body, symbolic, exact, .. } = self.prepared;
         // A scheme without stages is exact in time.
         let rigorous = problem.basis_kind() == BasisKind::Modes && *exact;
-        Reduced { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
+        ResidualBasis { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
     }
 
     /// The reactions of the supports as the file keeps them, where they are asked for.

@@ -30,7 +30,7 @@ use crate::limits::TooMuchMemory;
 use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
-use crate::store::{Hashed, Inputs};
+use crate::store::{Inputs, StageInput};
 
 /// Why a problem cannot be computed with.
 #[derive(Debug, thiserror::Error)]
@@ -112,7 +112,7 @@ impl Prepared {
 
 /// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at
 /// them.
-impl Hashed for Prepared {
+impl StageInput for Prepared {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.with(&self.body.model)
     }

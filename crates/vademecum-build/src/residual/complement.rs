@@ -19,7 +19,7 @@ use crate::prepared::{Body, Probe};
 pub(super) const GROUP: usize = 24;
 
 /// `K⁻¹` and a basis with `BᵀKB = Λ`.
-pub(super) struct Complement<'a> {
+pub(super) struct ResidualOperator<'a> {
     body: &'a Body,
     symbolic: &'a Symbolic,
     /// Absent while it is used up.
@@ -32,7 +32,7 @@ pub(super) struct Complement<'a> {
 }
 
 /// Memory for as many columns as are worked on at once.
-pub(super) struct Workspace {
+pub(super) struct ResidualWorkspace {
     /// Forces, then answers; shape (n, columns).
     pub columns: Mat<f64>,
     /// `M` times the answers.
@@ -40,7 +40,7 @@ pub(super) struct Workspace {
     solve: Solve,
 }
 
-impl<'a> Complement<'a> {
+impl<'a> ResidualOperator<'a> {
     pub fn new(
         body: &'a Body,
         symbolic: &'a Symbolic,
@@ -102,10 +102,14 @@ impl<'a> Complement<'a> {
     }
 
     /// Memory for `columns` columns.
-    pub fn workspace(&self, columns: usize) -> Workspace {
+    pub fn workspace(&self, columns: usize) -> ResidualWorkspace {
         let n = self.pencil().n_dof();
         let [own, images] = [Mat::zeros(n, columns), Mat::zeros(n, columns)];
-        Workspace { columns: own, images, solve: Solve::new(self.factor().symbolic(), columns, false) }
+        ResidualWorkspace {
+            columns: own,
+            images,
+            solve: Solve::new(self.factor().symbolic(), columns, false),
+        }
     }
 
     /// Place of a component of a node among the free dofs; `None` where it is held.
@@ -114,7 +118,7 @@ impl<'a> Complement<'a> {
     }
 
     /// Overwrites the first `used` columns, forces `F`, by `R F`.
-    pub fn apply(&self, memory: &mut Workspace, used: usize) {
+    pub fn apply(&self, memory: &mut ResidualWorkspace, used: usize) {
         let r = self.compliances.len();
         let groups = used.div_ceil(GROUP);
         let mut shares = vec![Mat::zeros(r, GROUP); groups];
@@ -133,8 +137,8 @@ impl<'a> Complement<'a> {
     }
 
     /// `M` times the first `used` columns.
-    pub fn weigh(&self, memory: &mut Workspace, used: usize) {
-        let Workspace { columns, images, .. } = memory;
+    pub fn weigh(&self, memory: &mut ResidualWorkspace, used: usize) {
+        let ResidualWorkspace { columns, images, .. } = memory;
         let images = images.as_mut().subcols_mut(0, used);
         self.pencil().mass().mul_into(columns.as_ref().subcols(0, used), images);
     }

@@ -27,12 +27,12 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
-use super::complement::{Complement, columns_of};
+use super::complement::{ResidualOperator, columns_of};
 use super::error::ResidualError;
 use super::small::{Symmetric, semidefinite, symmetric};
 use super::sweep::{AtNode, note_long, sweep};
 use super::way::selection_to_solves;
-use crate::fem::{Factor, Selected, Solve, Symbolic};
+use crate::fem::{Factor, SelectedInverse, Solve, Symbolic};
 use crate::prepared::Body;
 use crate::progress::{Listener, Quiet};
 
@@ -48,7 +48,7 @@ pub(super) type Blocks = (Symmetric, Vec<[f64; 9]>);
 
 /// What the columns of three forces at a node say of its blocks.
 pub(super) fn blocks(
-    complement: &Complement<'_>,
+    complement: &ResidualOperator<'_>,
     nodes: &[u32],
     firsts: &[Vec<u32>],
     place: usize,
@@ -72,7 +72,7 @@ pub(super) fn static_answers(
 }
 
 /// What is taken of the blocks on the pattern: rows of the loadable nodes.
-struct Taken {
+struct LoadableRows {
     /// `B`, `A − ½ B (FᵀA)`, `A`, `q`, `H F − ½ B (FᵀHF)`.
     vectors: Mat<f64>,
     half: Mat<f64>,
@@ -81,8 +81,8 @@ struct Taken {
     slopes: Mat<f64>,
 }
 
-impl Taken {
-    fn new(complement: &Complement<'_>) -> Self {
+impl LoadableRows {
+    fn new(complement: &ResidualOperator<'_>) -> Self {
         let (vectors, mass) = (complement.vectors(), complement.pencil().mass());
         let r = vectors.ncols();
         let compliance = |k: usize| complement.compliances()[k];
@@ -153,7 +153,7 @@ fn nine(body: &Body, [first, second]: [u32; 2], of: impl Fn(usize, usize) -> Opt
 }
 
 /// One node, and how large what it is subtracted from is.
-struct Found {
+struct NodeEntry {
     node: AtNode<Blocks>,
     inverse: f64,
 }
@@ -162,11 +162,11 @@ struct Found {
 pub(super) fn selected(
     body: &Body,
     symbolic: &Symbolic,
-    mut complement: Complement<'_>,
+    mut complement: ResidualOperator<'_>,
     (nodes, firsts): (&[u32], &[Vec<u32>]),
     listener: &dyn Listener,
 ) -> Result<Vec<AtNode<Blocks>>, ResidualError> {
-    let swept = |complement: &Complement<'_>, places: &[usize], listener: &dyn Listener| {
+    let swept = |complement: &ResidualOperator<'_>, places: &[usize], listener: &dyn Listener| {
         let some: Vec<u32> = places.iter().map(|&place| nodes[place]).collect();
         sweep(complement, &some, listener, |at, columns| {
             blocks(complement, nodes, firsts, places[at], columns)
@@ -179,13 +179,13 @@ pub(super) fn selected(
     let r = complement.compliances().len();
     note_long(start.elapsed().as_secs_f64() * selection_to_solves(symbolic, r, count), nodes.len(), listener);
 
-    let taken = Taken::new(&complement);
+    let taken = LoadableRows::new(&complement);
     let selected = complement.take_factor()?.select(body.model.pencil().mass(), listener)?;
     let at = |place: usize| at_node(body, &selected, &taken, (nodes, firsts), place);
-    let mut found: Vec<Found> = (0..nodes.len()).into_par_iter().map(at).collect();
+    let mut found: Vec<NodeEntry> = (0..nodes.len()).into_par_iter().map(at).collect();
     drop((selected, taken));
 
-    let noise = Noise::new(&found, &witnesses, &witnessed);
+    let noise = RoundingError::new(&found, &witnesses, &witnessed);
     let doubtful: Vec<bool> = found.iter().map(|found| noise.shows(found)).collect();
     // A pair is found with its second node.
     let again =
@@ -203,11 +203,11 @@ pub(super) fn selected(
 /// The blocks of one node.
 fn at_node(
     body: &Body,
-    selected: &Selected,
-    taken: &Taken,
+    selected: &SelectedInverse,
+    taken: &LoadableRows,
     (nodes, firsts): (&[u32], &[Vec<u32>]),
     place: usize,
-) -> Found {
+) -> NodeEntry {
     let node = nodes[place];
     let left = |i: usize, j: usize| Some(selected.inverse(i, j)? - taken.of_inverse(i, j));
     let own = semidefinite(symmetric(&nine(body, [node; 2], left)));
@@ -217,20 +217,20 @@ fn at_node(
     let gram = symmetric(&nine(body, [node; 2], gram));
     let answer = symmetric(&nine(body, [node; 2], |i, j| selected.weighted(i, j)));
     let inverse = largest(&symmetric(&nine(body, [node; 2], |i, j| selected.inverse(i, j))));
-    Found { node: AtNode { taken: (own, others), gram, answer }, inverse }
+    NodeEntry { node: AtNode { taken: (own, others), gram, answer }, inverse }
 }
 
 /// How far entries are off, as a share of what they are subtracted from.
-struct Noise {
+struct RoundingError {
     inverse: f64,
     weighted: f64,
 }
 
-impl Noise {
-    fn new(found: &[Found], places: &[usize], exact: &[AtNode<Blocks>]) -> Self {
+impl RoundingError {
+    fn new(found: &[NodeEntry], places: &[usize], exact: &[AtNode<Blocks>]) -> Self {
         let mut noise = Self { inverse: 0.0, weighted: 0.0 };
         for (&place, exact) in places.iter().zip(exact) {
-            let Found { node, inverse } = &found[place];
+            let NodeEntry { node, inverse } = &found[place];
             let off = |a: &Symmetric, b: &Symmetric| largest(&std::array::from_fn(|k| a[k] - b[k]));
             let share = |off: f64, whole: f64| if whole > 0.0 { off / whole } else { 0.0 };
             noise.inverse = noise.inverse.max(share(off(&node.taken.0, &exact.taken.0), *inverse));
@@ -240,7 +240,7 @@ impl Noise {
     }
 
     /// Whether it is more than may be lost of the blocks of a node.
-    fn shows(&self, Found { node, inverse }: &Found) -> bool {
+    fn shows(&self, NodeEntry { node, inverse }: &NodeEntry) -> bool {
         self.inverse * inverse > RESIDUAL_LOSS * largest(&node.taken.0)
             || self.weighted * largest(&node.answer) > GRAM_LOSS * largest(&node.gram)
     }

@@ -11,14 +11,14 @@ const PROJECTIONS: f64 = 6.0;
 
 /// How the blocks at the loadable nodes are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-pub enum Way {
+pub enum BlockMethod {
     /// Three right-hand sides for each node.
     Solves,
     /// Entries of `K⁻¹` and `K⁻¹MK⁻¹` on the pattern of the factor, whatever the number of nodes.
     Selection,
 }
 
-impl Way {
+impl BlockMethod {
     /// The cheaper one for `r` modes and so many nodes, by the multiplications of both. Matrices of another
     /// program are solved with: nodes that are neighbours on the surface need not be coupled in them. A
     /// factor on several ranks or in single precision is solved with too: its entries are not here or not

@@ -11,9 +11,9 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use super::growing::Growing;
-use super::kind::{HEAD, Kind, Looks};
-use super::part::{Part, remove_left_behind};
+use super::growing::GrowingFile;
+use super::kind::{HEAD, Kind, Signature};
+use super::part::{PartialFile, remove_left_behind};
 
 /// Longest chain of links that is followed.
 const LINKS: usize = 40;
@@ -101,7 +101,7 @@ fn io_error(file: &Path) -> impl Fn(io::Error) -> OutputError + '_ {
 
 /// What tells two files apart, whatever their names.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Identity {
+struct FileIdentity {
     /// Device and number on it; hard links share them.
     #[cfg(unix)]
     node: Option<(u64, u64)>,
@@ -109,7 +109,7 @@ struct Identity {
     path: PathBuf,
 }
 
-impl Identity {
+impl FileIdentity {
     /// Of what is there, or of what will be there once it is written.
     fn of(path: &Path) -> Option<Self> {
         let found = std::fs::metadata(path).ok();
@@ -146,7 +146,7 @@ fn node(found: &Metadata) -> (u64, u64) {
 
 /// Whether two paths lead to the same file or folder, be it there or not.
 pub fn is_same_place(a: &Path, b: &Path) -> bool {
-    let (a, b) = (Identity::of(a), Identity::of(b));
+    let (a, b) = (FileIdentity::of(a), FileIdentity::of(b));
     a.zip(b).is_some_and(|(a, b)| a.is(&b))
 }
 
@@ -159,7 +159,7 @@ pub fn goes_through(path: &Path) -> bool {
 /// What a command may write: not what it reads, and nothing of another kind unless it is forced.
 #[derive(Debug, Default)]
 pub struct Outputs {
-    inputs: Vec<(PathBuf, Identity)>,
+    inputs: Vec<(PathBuf, FileIdentity)>,
     force: bool,
     /// Whether what killed programs left is let be.
     lets_be: bool,
@@ -168,7 +168,7 @@ pub struct Outputs {
 }
 
 /// Where the bytes of an output go.
-enum Place {
+enum Destination {
     /// To a new file that replaces what is at `target`.
     File { target: PathBuf, old: Option<Metadata> },
     /// To a pipe or a device, which stays.
@@ -179,7 +179,7 @@ impl Outputs {
     /// For a command that reads `inputs`; `force` lets it replace files of any kind. Those that are not there
     /// are no concern of this.
     pub fn new(inputs: impl IntoIterator<Item = PathBuf>, force: bool) -> Self {
-        let known = |path: PathBuf| Identity::of(&path).map(|identity| (path, identity));
+        let known = |path: PathBuf| FileIdentity::of(&path).map(|identity| (path, identity));
         Self { inputs: inputs.into_iter().filter_map(known).collect(), force, ..Self::default() }
     }
 
@@ -195,15 +195,15 @@ impl Outputs {
     /// # Errors
     /// As [`Self::write`].
     pub fn check(&self, outputs: &[(PathBuf, Kind)]) -> Result<(), OutputError> {
-        let mut seen: Vec<(&Path, Identity)> = vec![];
+        let mut seen: Vec<(&Path, FileIdentity)> = vec![];
         for (path, kind) in outputs {
-            if let Place::File { target, .. } = self.place(path, *kind)? {
+            if let Destination::File { target, .. } = self.place(path, *kind)? {
                 self.clean(folder(&target));
-                Part::new(folder(&target), None).map_err(refused(path, &target))?;
+                PartialFile::new(folder(&target), None).map_err(refused(path, &target))?;
             } else {
                 continue;
             }
-            let Some(identity) = Identity::of(path) else { continue };
+            let Some(identity) = FileIdentity::of(path) else { continue };
             if let Some((other, _)) = seen.iter().find(|(_, known)| known.is(&identity)) {
                 return Err(OutputError::Twice { file: path.clone(), other: other.to_path_buf() });
             }
@@ -256,8 +256,8 @@ impl Outputs {
             out.flush()
         };
         match self.place(path, kind)? {
-            Place::Through => open_through(path).and_then(|file| fill(&file)).map_err(io_error(path)),
-            Place::File { target, old } => {
+            Destination::Through => open_through(path).and_then(|file| fill(&file)).map_err(io_error(path)),
+            Destination::File { target, old } => {
                 let mut part = self.part(path, &target, old.as_ref())?;
                 let finish = || -> io::Result<()> {
                     fill(&part.file)?;
@@ -283,21 +283,23 @@ impl Outputs {
         kind: Kind,
         head: &str,
         tail: &'static str,
-    ) -> Result<Growing, OutputError> {
+    ) -> Result<GrowingFile, OutputError> {
         match self.place(path, kind)? {
-            Place::Through => open_through(path).and_then(|file| Growing::begin(file, false, head, tail)),
-            Place::File { target, old } => {
+            Destination::Through => {
+                open_through(path).and_then(|file| GrowingFile::begin(file, false, head, tail))
+            }
+            Destination::File { target, old } => {
                 let mut part = self.part(path, &target, old.as_ref())?;
-                let begun = part.file.try_clone().and_then(|file| Growing::begin(file, true, head, tail));
+                let begun = part.file.try_clone().and_then(|file| GrowingFile::begin(file, true, head, tail));
                 begun.and_then(|begun| part.name(&target).map(|()| begun))
             }
         }
         .map_err(io_error(path))
     }
 
-    fn part(&self, path: &Path, target: &Path, old: Option<&Metadata>) -> Result<Part, OutputError> {
+    fn part(&self, path: &Path, target: &Path, old: Option<&Metadata>) -> Result<PartialFile, OutputError> {
         self.clean(folder(target));
-        Part::new(folder(target), old).map_err(refused(path, target))
+        PartialFile::new(folder(target), old).map_err(refused(path, target))
     }
 
     /// Rids a folder, once, of what killed programs left.
@@ -308,7 +310,7 @@ impl Outputs {
     }
 
     /// Where an output goes, if it may.
-    fn place(&self, path: &Path, kind: Kind) -> Result<Place, OutputError> {
+    fn place(&self, path: &Path, kind: Kind) -> Result<Destination, OutputError> {
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(not_a_file(path, "the name of a folder"));
         }
@@ -316,7 +318,7 @@ impl Outputs {
             Ok(found) => found,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let target = follow(path).map_err(io_error(path))?;
-                return Ok(Place::File { target, old: None });
+                return Ok(Destination::File { target, old: None });
             }
             Err(error) => return Err(io_error(path)(error)),
         };
@@ -324,21 +326,21 @@ impl Outputs {
             return Err(not_a_file(path, what));
         }
         if is_character_device(&found) {
-            return Ok(Place::Through);
+            return Ok(Destination::Through);
         }
         self.refuse_input(path)?;
         if !found.is_file() {
-            return Ok(Place::Through);
+            return Ok(Destination::Through);
         }
         self.refuse_other_kind(path, kind)?;
         let is_link = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
         let target = if is_link { std::fs::canonicalize(path) } else { Ok(path.to_path_buf()) };
-        Ok(Place::File { target: target.map_err(io_error(path))?, old: Some(found) })
+        Ok(Destination::File { target: target.map_err(io_error(path))?, old: Some(found) })
     }
 
     fn refuse_input(&self, path: &Path) -> Result<(), OutputError> {
-        let output = Identity::of(path);
-        let is_output = |identity: &Identity| output.as_ref().is_some_and(|output| output.is(identity));
+        let output = FileIdentity::of(path);
+        let is_output = |identity: &FileIdentity| output.as_ref().is_some_and(|output| output.is(identity));
         match self.inputs.iter().find(|(_, identity)| is_output(identity)) {
             Some((input, _)) => Err(OutputError::Input { file: path.into(), input: input.clone() }),
             None => Ok(()),
@@ -351,7 +353,7 @@ impl Outputs {
         }
         let other = |found: String| OutputError::OtherKind { file: path.into(), found, expected: kind };
         let head = head(path).map_err(|error| other(format!("one that cannot be read ({error})")))?;
-        if kind.replaces(&head) { Ok(()) } else { Err(other(Looks::like(&head).to_string())) }
+        if kind.replaces(&head) { Ok(()) } else { Err(other(Signature::like(&head).to_string())) }
     }
 }
 

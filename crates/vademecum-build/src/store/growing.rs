@@ -14,7 +14,7 @@ const PAGE: u64 = 4096;
 /// A text of lines between a head and a tail. After each write the file is whole: head, lines, tail. It is
 /// left so by whatever ends the program.
 #[derive(Debug)]
-pub struct Growing {
+pub struct GrowingFile {
     file: File,
     /// Length of head and lines in the file; `None` for a pipe or a device, which cannot go back.
     whole: Option<u64>,
@@ -29,7 +29,7 @@ pub struct Growing {
     failed: bool,
 }
 
-impl Growing {
+impl GrowingFile {
     /// Begins the text in a new file, or in a pipe or a device (`goes_back` is false).
     pub(super) fn begin(file: File, goes_back: bool, head: &str, tail: &'static str) -> io::Result<Self> {
         let mut begun = Self {
@@ -177,7 +177,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.pvd");
         let read = || std::fs::read_to_string(&path).unwrap();
-        let mut text = Growing::begin(File::create(&path).unwrap(), true, "<a>\n", "</a>\n").unwrap();
+        let mut text = GrowingFile::begin(File::create(&path).unwrap(), true, "<a>\n", "</a>\n").unwrap();
         assert_eq!((read().as_str(), text.lines()), ("<a>\n</a>\n", 0));
         text.add("<b/>\n").unwrap();
         text.finish().unwrap();
@@ -191,7 +191,7 @@ mod tests {
     fn lines_that_wait_take_little_memory() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut text = Growing::begin(File::create(&path).unwrap(), true, "head\n", "").unwrap();
+        let mut text = GrowingFile::begin(File::create(&path).unwrap(), true, "head\n", "").unwrap();
         let line = "x".repeat(99) + "\n";
         for _ in 0..10_000 {
             text.add(&line).unwrap();
@@ -206,7 +206,8 @@ mod tests {
     fn no_line_lies_on_two_pages() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut text = Growing::begin(File::create(&path).unwrap(), true, "head of the table\n", "").unwrap();
+        let mut text =
+            GrowingFile::begin(File::create(&path).unwrap(), true, "head of the table\n", "").unwrap();
         for i in 0..3_000 {
             text.add(&format!("{i},{:.9e}\n", -1.0 / (1.0 + f64::from(i)))).unwrap();
             if i % 100 == 0 {

@@ -11,7 +11,7 @@ use xxhash_rust::xxh3::Xxh3;
 use super::read::open_regular;
 
 /// A value that says itself what of it a stage depends on.
-pub trait Hashed {
+pub trait StageInput {
     /// Adds it to the inputs of a stage.
     fn add_to(&self, inputs: Inputs) -> Inputs;
 }
@@ -67,7 +67,7 @@ impl Inputs {
     }
 
     /// A value that knows what of it matters.
-    pub fn with(self, value: &(impl Hashed + ?Sized)) -> Self {
+    pub fn with(self, value: &(impl StageInput + ?Sized)) -> Self {
         value.add_to(self)
     }
 

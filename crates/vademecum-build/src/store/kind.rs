@@ -43,7 +43,7 @@ impl Kind {
         match self {
             Self::Any => true,
             Self::Own => head.is_empty(),
-            kind => head.is_empty() || Looks::like(head) == Looks::Of(kind),
+            kind => head.is_empty() || Signature::like(head) == Signature::Of(kind),
         }
     }
 
@@ -75,14 +75,14 @@ impl fmt::Display for Kind {
 
 /// What the first bytes of a file look like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Looks {
+pub(super) enum Signature {
     /// One of the kinds that are written here.
     Of(Kind),
     /// Something else.
     Other(&'static str),
 }
 
-impl fmt::Display for Looks {
+impl fmt::Display for Signature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Of(Kind::Text) => f.write_str("a text"),
@@ -99,24 +99,24 @@ const FIRST_NAME: usize = 30;
 const DESCRIPTION: &[u8] = b"modelDescription.xml";
 
 /// First bytes that tell what a file is.
-const MARKS: [(&[u8], Looks); 14] = [
-    (&vademecum_format::MAGIC, Looks::Of(Kind::Vademecum)),
-    (b"\x93NUMPY", Looks::Of(Kind::Npy)),
-    (b"%%MatrixMarket", Looks::Of(Kind::Market)),
-    (b"\x7fELF", Looks::Other("a program")),
-    (b"MZ", Looks::Other("a program")),
-    (b"#!", Looks::Other("a script")),
-    (b"\x89PNG", Looks::Other("a PNG picture")),
-    (b"%PDF", Looks::Other("a PDF document")),
-    (ZIP, Looks::Other("a ZIP archive")),
-    (b"\x1f\x8b", Looks::Other("a gzip archive")),
-    (b"$", Looks::Other("a Gmsh mesh")),
-    (b"# vtk DataFile", Looks::Other("a VTK mesh")),
-    (b"MFEM ", Looks::Other("an MFEM mesh")),
-    (b"MeshVersionFormatted", Looks::Other("a Medit mesh")),
+const MARKS: [(&[u8], Signature); 14] = [
+    (&vademecum_format::MAGIC, Signature::Of(Kind::Vademecum)),
+    (b"\x93NUMPY", Signature::Of(Kind::Npy)),
+    (b"%%MatrixMarket", Signature::Of(Kind::Market)),
+    (b"\x7fELF", Signature::Other("a program")),
+    (b"MZ", Signature::Other("a program")),
+    (b"#!", Signature::Other("a script")),
+    (b"\x89PNG", Signature::Other("a PNG picture")),
+    (b"%PDF", Signature::Other("a PDF document")),
+    (ZIP, Signature::Other("a ZIP archive")),
+    (b"\x1f\x8b", Signature::Other("a gzip archive")),
+    (b"$", Signature::Other("a Gmsh mesh")),
+    (b"# vtk DataFile", Signature::Other("a VTK mesh")),
+    (b"MFEM ", Signature::Other("an MFEM mesh")),
+    (b"MeshVersionFormatted", Signature::Other("a Medit mesh")),
 ];
 
-impl Looks {
+impl Signature {
     /// Judges the first bytes of a file.
     pub(super) fn like(head: &[u8]) -> Self {
         if head.starts_with(ZIP) && head.get(FIRST_NAME..).is_some_and(|name| name.starts_with(DESCRIPTION)) {
@@ -242,7 +242,7 @@ mod tests {
             ("a text that is cut in the middle of an é".as_bytes().split_last().unwrap().1, "a text"),
         ];
         for (head, expected) in kinds {
-            assert_eq!(Looks::like(head).to_string(), expected, "{}", String::from_utf8_lossy(head));
+            assert_eq!(Signature::like(head).to_string(), expected, "{}", String::from_utf8_lossy(head));
         }
     }
 

@@ -19,13 +19,13 @@ const SUFFIX: &str = ".part";
 const ABANDONED: Duration = Duration::from_secs(3600);
 
 /// A file that is being written; removed unless it gets its name.
-pub(super) struct Part {
+pub(super) struct PartialFile {
     path: PathBuf,
     pub(super) file: File,
     named: bool,
 }
 
-impl Part {
+impl PartialFile {
     /// A new file in `folder`. It has the permissions of `old`, the file it will replace, and otherwise those
     /// that the system gives to a new file.
     pub(super) fn new(folder: &Path, old: Option<&Metadata>) -> io::Result<Self> {
@@ -56,7 +56,7 @@ impl Part {
     }
 }
 
-impl Drop for Part {
+impl Drop for PartialFile {
     fn drop(&mut self) {
         if !self.named {
             // The error before this one is the one to tell.
@@ -186,7 +186,7 @@ mod tests {
     fn what_is_being_written_stays_and_what_was_left_behind_goes() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let written = Part::new(folder.path(), None).unwrap();
+        let written = PartialFile::new(folder.path(), None).unwrap();
         for name in [".vademecum-left.part", ".vademecum-notes", "a.part"] {
             std::fs::write(at(name), b"half").unwrap();
         }
@@ -200,9 +200,9 @@ mod tests {
     #[test]
     fn a_part_goes_unless_it_gets_its_name() {
         let folder = tempfile::tempdir().unwrap();
-        drop(Part::new(folder.path(), None).unwrap());
+        drop(PartialFile::new(folder.path(), None).unwrap());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-        Part::new(folder.path(), None).unwrap().name(&folder.path().join("a")).unwrap();
+        PartialFile::new(folder.path(), None).unwrap().name(&folder.path().join("a")).unwrap();
         assert!(folder.path().join("a").exists());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }

@@ -1,9 +1,9 @@
 //! Where a body rests under a load.
 
-use super::balance::{Last, Stage};
+use super::balance::{LastPoint, StageBalance};
 use super::error::{LargeError, check_length};
-use super::newton::{Newton, Stopped};
-use super::space::Space;
+use super::newton::{Newton, NewtonStop};
+use super::space::MotionSpace;
 use super::vectors::sum;
 use crate::fem::{GreenStrain, Symbolic};
 
@@ -27,7 +27,7 @@ impl Default for RestOptions {
 
 /// A body at rest.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
+pub struct StaticSolution {
     /// Displacement over the free dofs \[m\].
     pub displacement: Vec<f64>,
     /// Load steps that were taken.
@@ -52,14 +52,15 @@ pub fn rest(
     start: &[f64],
     load: &mut dyn FnMut(f64, &mut [f64]),
     options: &RestOptions,
-) -> Result<Rest, LargeError> {
+) -> Result<StaticSolution, LargeError> {
     let n = strain.n_dof();
     check_length("the start", start.len(), n)?;
     if strain.model().pencil().rigid().is_some() {
         return Err(LargeError::FreeBody);
     }
-    let mut found = Rest { displacement: start.to_vec(), load_steps: 0, iterations: 0, corrections: vec![] };
-    let space = Space::Whole(symbolic);
+    let mut found =
+        StaticSolution { displacement: start.to_vec(), load_steps: 0, iterations: 0, corrections: vec![] };
+    let space = MotionSpace::Whole(symbolic);
     let whole = 1.0 / options.parts.max(1) as f64;
     let (mut reached, mut part, mut force) = (0.0, whole, vec![0.0; n]);
     let mut way = vec![0.0; n];
@@ -71,7 +72,7 @@ pub fn rest(
         if !force.iter().all(|f| f.is_finite()) {
             return Err(LargeError::Load { at: next });
         }
-        let mut stage = Stage {
+        let mut stage = StageBalance {
             strain,
             start: &found.displacement,
             midpoint: false,
@@ -80,7 +81,7 @@ pub fn rest(
             weight: 1.0,
             history: vec![],
             energy: 0.0,
-            last: Last::default(),
+            last: LastPoint::default(),
         };
         // Where the last load step leads.
         let mut increment: Vec<f64> = way.iter().map(|d| (next - reached) * d).collect();
@@ -101,12 +102,12 @@ pub fn rest(
                 found.corrections = course.corrections;
                 reached = next;
             }
-            Err(Stopped::Factor(error)) => return Err(error.into()),
+            Err(NewtonStop::Factor(error)) => return Err(error.into()),
             failed => {
                 part = 0.5 * (next - reached);
                 match failed {
                     Ok(_) if shortest => return Err(LargeError::InsideOut { reached }),
-                    Err(Stopped::Unbalanced { residual, iterations }) if shortest => {
+                    Err(NewtonStop::Unbalanced { residual, iterations }) if shortest => {
                         return Err(LargeError::NoRest { reached, step: 2.0 * part, residual, iterations });
                     }
                     _ => {}

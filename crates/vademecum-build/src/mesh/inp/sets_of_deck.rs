@@ -5,7 +5,7 @@ use super::model::{Deck, Element, is_volume};
 use super::sets::{Family, Sets};
 use crate::mesh::error::{MeshError, shown};
 use crate::mesh::raw::CellKind;
-use crate::mesh::text::Number;
+use crate::mesh::text::ParsedNumber;
 
 impl Deck {
     pub fn node_set(&mut self, card: &Card) -> Result<(), MeshError> {

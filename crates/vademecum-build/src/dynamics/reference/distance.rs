@@ -7,13 +7,13 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::reference::{Trajectory, Truth, WINDOW, Windows};
-use crate::dynamics::orthonormal::{Joined, orthonormalise_here};
+use super::solution::{ReferenceSolution, ReferenceTrajectory, WINDOW, Windows};
+use crate::dynamics::orthonormal::{BlockSplit, orthonormalise_here};
 use crate::fem::SymmetricMatrix;
 
 /// A motion shown as `u(t) = Σ_j c_j a_j(t)`.
 #[derive(Clone, Copy)]
-pub struct DisplacedBy<'m> {
+pub struct MotionPart<'m> {
     /// `c_j` over the free dofs, shape (n, k); any columns.
     pub columns: MatRef<'m, f64>,
     /// `a_j` at each instant, the start included; shape (k, instants).
@@ -22,7 +22,7 @@ pub struct DisplacedBy<'m> {
 
 /// Relative L2 distances over all dofs and instants, mass norm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TruthDistance {
+pub struct ReferenceDistance {
     /// Of the motion from the truth.
     pub error: f64,
     /// Of the truth from its projection on the columns of the first part of the motion: what no coordinates
@@ -32,24 +32,24 @@ pub struct TruthDistance {
 
 /// Columns beside the space of a truth: many motions that they show, on any trajectory in that space, are
 /// compared for the price of writing the columns over its vectors once.
-pub struct Beside {
+pub struct Complement {
     /// The columns over the vectors of the truth, shape (m, k).
     onto_old: Mat<f64>,
     /// What is left of them, over further orthonormal vectors; shape (k', k).
     onto_new: Mat<f64>,
 }
 
-impl Truth<'_> {
+impl ReferenceSolution<'_> {
     /// Columns over the free dofs, shape (n, k), beside the space. Costs 8 n k products for each vector of
     /// the space.
-    pub fn beside(&self, columns: Mat<f64>) -> Beside {
-        let Joined { onto_old, onto_new, .. } =
+    pub fn beside(&self, columns: Mat<f64>) -> Complement {
+        let BlockSplit { onto_old, onto_new, .. } =
             orthonormalise_here(self.pencil.mass(), self.space(), columns);
-        Beside { onto_old, onto_new }
+        Complement { onto_old, onto_new }
     }
 }
 
-impl Beside {
+impl Complement {
     /// Squares of the distance in the mass of the motion `Σ_j c_j a_j(t)` of the columns from a trajectory,
     /// at each instant. `coordinates` are those of the trajectory over the space, shape (m, instants), and
     /// `amplitudes` have shape (k, instants).
@@ -73,13 +73,13 @@ impl Beside {
     }
 }
 
-impl<'t> Trajectory<'t> {
+impl<'t> ReferenceTrajectory<'t> {
     /// Distance of a motion from this one. The motion is the sum of its parts: a basis with its coordinates,
     /// and perhaps columns that follow the loads statically. The floor is that of the first part.
     ///
     /// # Panics
     /// If a part has another number of dofs or of instants.
-    pub fn distance(&self, parts: &[DisplacedBy<'_>]) -> TruthDistance {
+    pub fn distance(&self, parts: &[MotionPart<'_>]) -> ReferenceDistance {
         let truth = self.truth;
         let count: usize = parts.iter().map(|part| part.columns.ncols()).sum();
         let mut columns = Mat::zeros(truth.space().nrows(), count);
@@ -91,7 +91,8 @@ impl<'t> Trajectory<'t> {
         }
         let beside = truth.beside(columns);
         let basis = parts.first().map_or(0, |part| part.columns.ncols());
-        let floor = Floor::new(beside.onto_old.subcols(0, basis), beside.onto_new.subcols(0, basis));
+        let floor =
+            ProjectionError::new(beside.onto_old.subcols(0, basis), beside.onto_new.subcols(0, basis));
         let mut sums = [0.0; 3];
         for (first, window) in self.windows() {
             let width = window.ncols();
@@ -108,13 +109,13 @@ impl<'t> Trajectory<'t> {
             sums[2] += inside.squared_norm_l2() + beyond.squared_norm_l2();
         }
         let [norm, floor, error] = sums;
-        TruthDistance { error: (error / norm).sqrt(), floor: (floor / norm).sqrt() }
+        ReferenceDistance { error: (error / norm).sqrt(), floor: (floor / norm).sqrt() }
     }
 
     /// A meter of the distance of a motion that is marched at full order.
-    pub fn marched_apart(&self) -> MarchedApart<'t> {
+    pub fn marched_apart(&self) -> MarchMeter<'t> {
         let n = self.truth.space().nrows();
-        MarchedApart {
+        MarchMeter {
             mass: self.truth.pencil.mass(),
             space: self.truth.space(),
             windows: self.windows(),
@@ -127,18 +128,18 @@ impl<'t> Trajectory<'t> {
 }
 
 /// What is left of coordinates over the truth's space once they are projected on a basis.
-struct Floor {
+struct ProjectionError {
     /// Orthonormal basis in those coordinates, its part beyond the space below; shape (m + k', r).
     basis: Mat<f64>,
 }
 
-impl Floor {
-    fn new(onto_old: MatRef<'_, f64>, onto_new: MatRef<'_, f64>) -> Floor {
+impl ProjectionError {
+    fn new(onto_old: MatRef<'_, f64>, onto_new: MatRef<'_, f64>) -> ProjectionError {
         let (m, beyond, r) = (onto_old.nrows(), onto_new.nrows(), onto_old.ncols());
         let mut columns = Mat::zeros(m + beyond, r);
         columns.subrows_mut(0, m).copy_from(onto_old);
         columns.subrows_mut(m, beyond).copy_from(onto_new);
-        Floor { basis: columns.qr().compute_thin_Q() }
+        ProjectionError { basis: columns.qr().compute_thin_Q() }
     }
 
     fn squared(&self, window: MatRef<'_, f64>) -> f64 {
@@ -152,7 +153,7 @@ impl Floor {
 }
 
 /// Distance of a marched motion from the truth, collected instant by instant.
-pub struct MarchedApart<'t> {
+pub struct MarchMeter<'t> {
     mass: &'t SymmetricMatrix,
     space: MatRef<'t, f64>,
     windows: Windows<'t>,
@@ -165,7 +166,7 @@ pub struct MarchedApart<'t> {
     sums: [f64; 2],
 }
 
-impl MarchedApart<'_> {
+impl MarchMeter<'_> {
     /// Adds the next instant, the start first; displacement over the free dofs.
     ///
     /// # Panics

@@ -21,11 +21,11 @@
 
 mod distance;
 mod motion;
-mod reference;
+mod solution;
 mod space;
 
-pub use distance::{Beside, DisplacedBy, MarchedApart, TruthDistance};
-pub use reference::{Decay, Trajectory, Truth, TruthError, TruthOptions};
+pub use distance::{Complement, MarchMeter, MotionPart, ReferenceDistance};
+pub use solution::{Decay, ReferenceError, ReferenceOptions, ReferenceSolution, ReferenceTrajectory};
 
 #[cfg(test)]
 mod tests;
