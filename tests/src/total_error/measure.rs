@@ -132,7 +132,7 @@ fn compare(damped: &[Damped], order: &NodeOrder, push: &Push, (step, vectors): (
         }
         at += file.modes + SHOWN;
     }
-    let beside = truth.beside(columns);
+    let complement = truth.complement(columns);
 
     let mut samples = vec![];
     for (place, damped) in damped.iter().enumerate() {
@@ -154,7 +154,7 @@ fn compare(damped: &[Damped], order: &NodeOrder, push: &Push, (step, vectors): (
                                 load.when.just_before(n as f64 * step);
                         }
                     }
-                    beside.squares_apart(exact[history].clone(), amplitudes.as_ref())
+                    complement.squares_apart(exact[history].clone(), amplitudes.as_ref())
                 };
                 let under = |under: &Matrix| {
                     let entry = (std::slice::from_ref(load), &[0][..]);

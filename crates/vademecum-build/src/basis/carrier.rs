@@ -15,7 +15,7 @@ use crate::prepared::{ParameterSpace, Prepared, Setting};
 use crate::store::{Inputs, StageCache};
 
 /// Parameter samples at most: nominal and the corners of the region scales.
-const MOST_SAMPLES: usize = 9;
+const MAX_SAMPLES: usize = 9;
 
 /// The basis and how many snapshots stand behind it.
 pub struct Carrier {
@@ -94,7 +94,7 @@ pub(crate) fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
     for values in space.corners() {
         let corner = space.setting(&values);
         let setting = Setting { step: nominal.step, ..corner };
-        if settings.len() < MOST_SAMPLES && !settings.contains(&setting) {
+        if settings.len() < MAX_SAMPLES && !settings.contains(&setting) {
             settings.push(setting);
         }
     }

@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 
 use super::pod::{Apply, Pod, gram, lower_gram_factor, weighted_svd};
-use crate::dynamics::krylov::symmetric_eigen;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, symmetric_part};
 use crate::store::{Inputs, StageInput};
 

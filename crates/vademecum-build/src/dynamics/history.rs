@@ -15,7 +15,7 @@ use super::interval::{Interval, TIE};
 pub const CHORD: f64 = 1e-6;
 
 /// Most parts of a piece of time, whatever the load: 29 periods of a sinusoid.
-const MOST_PARTS: f64 = 65_536.0;
+const MAX_PARTS: f64 = 65_536.0;
 
 /// How a load follows time.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,7 +177,7 @@ impl History {
         }
         // A chord of length h is at most h²/8 of the curvature away.
         let parts = (length * (curvature / (8.0 * CHORD * amplitude)).sqrt()).ceil();
-        parts.clamp(1.0, MOST_PARTS) as usize
+        parts.clamp(1.0, MAX_PARTS) as usize
     }
 }
 

@@ -2,15 +2,13 @@
 
 use std::time::Instant;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Mat, MatMut, MatRef, Par, Spec};
+use faer::{Mat, MatMut, MatRef};
 
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
 use crate::fem::{AT_ONCE, EngineError, PencilRows, Search, agree_matrix, contiguous};
-use crate::linalg::{Columns, NoConvergence, Random, product};
+use crate::linalg::{Columns, Random, product, symmetric_eigen};
 use crate::store::CachedSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
@@ -293,45 +291,6 @@ fn turn_positive(vector: &mut [f64]) {
     if largest < 0.0 {
         vector.iter_mut().for_each(|x| *x = -*x);
     }
-}
-
-/// What did not converge.
-const EIGENVALUES: &str = "the eigenvalues of a symmetric matrix";
-
-/// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix; one thread.
-///
-/// The matrix is scaled to unit size first: faer's routine returns wrong results for small norms from n ≈ 130
-/// on.
-///
-/// # Errors
-/// [`NoConvergence`]: an entry that is not a finite number.
-pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), NoConvergence> {
-    let n = matrix.nrows();
-    if n == 0 {
-        return Ok((Vec::new(), Mat::new()));
-    }
-    let size = matrix.norm_max();
-    // The largest of numbers and NaNs may be a number.
-    let finite = (0..n).all(|j| (0..n).all(|i| matrix[(i, j)].is_finite()));
-    if !finite {
-        return Err(NoConvergence { what: EIGENVALUES });
-    }
-    let scale = if size > 0.0 { size } else { 1.0 };
-    let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / scale);
-    let mut values = faer::Col::<f64>::zeros(n);
-    let mut vectors = Mat::zeros(n, n);
-    let request = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, Spec::default());
-    let mut memory = MemBuffer::new(request);
-    self_adjoint_evd(
-        scaled.as_ref(),
-        values.as_mut().as_diagonal_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Spec::default(),
-    )
-    .map_err(|_| NoConvergence { what: EIGENVALUES })?;
-    Ok(((0..n).map(|i| scale * values[i]).collect(), vectors))
 }
 
 /// `aᵀb` of each pair of columns.

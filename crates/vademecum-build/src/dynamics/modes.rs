@@ -256,10 +256,10 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use super::*;
-    use crate::dynamics::krylov::symmetric_eigen;
     use crate::fem::Model;
     use crate::fem::test_mesh::{block, hold};
     use crate::fem::{Material, ModelError};
+    use crate::linalg::symmetric_eigen;
     use crate::progress::{Listener, Silent};
     use crate::store::Store;
 

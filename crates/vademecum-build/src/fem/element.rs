@@ -15,6 +15,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::linalg::vec3::cross;
 use crate::mesh::Order;
 
 /// Most nodes of an element.
@@ -225,11 +226,6 @@ pub(super) fn jacobian(
         return Err(ElementError { determinant });
     }
     Ok((cofactors.map(|c| c.map(|x| x / determinant)), determinant))
-}
-
-/// `a × b`.
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Shape functions and their reference derivatives at barycentric coordinates `l`.

@@ -22,11 +22,11 @@ use rayon::prelude::*;
 
 use super::assembly::{NodeGraph, blocks_over_free_dofs, element_nodes, incident_elements};
 use super::element::{
-    ElementError, ElementKernel, MAX_NODES, Point, cross, jacobian, rule_degree_5, rule_degree_6,
-    tabulate_point,
+    ElementError, ElementKernel, MAX_NODES, Point, jacobian, rule_degree_5, rule_degree_6, tabulate_point,
 };
 use super::model::Model;
 use super::sparse::SymmetricMatrix;
+use crate::linalg::vec3::{cross, dot};
 use crate::mesh::Order;
 
 /// Rows of `z` at each point of integration.
@@ -326,7 +326,7 @@ impl<'m> GreenStrain<'m> {
                     let [a, b, c] = deformation(&gradient);
                     let (strains, _) = principal(&green(&gradient));
                     let square = 1.0 + 2.0 * strains.into_iter().fold(f64::INFINITY, f64::min);
-                    least = least.min(square.max(0.0).sqrt().copysign(dot(&a, &cross(b, c))));
+                    least = least.min(square.max(0.0).sqrt().copysign(dot(a, cross(b, c))));
                 }
             }
             least
@@ -471,10 +471,10 @@ impl ElementPoint<'_> {
     /// Adds `P ∇N_a` to each node, with `P` the weighted first Piola–Kirchhoff stress.
     fn add_forces(&self, p: &Tensor, forces: &mut [[f64; 3]]) {
         // P J⁻ᵀ, so that no gradient in space is needed.
-        let reference: Tensor = p.map(|row| self.inverse.map(|j| dot(&row, &j)));
+        let reference: Tensor = p.map(|row| self.inverse.map(|j| dot(row, j)));
         for (f, g) in forces.iter_mut().zip(self.gradients) {
             for i in 0..3 {
-                f[i] += dot(&reference[i], g);
+                f[i] += dot(reference[i], *g);
             }
         }
     }
@@ -488,13 +488,13 @@ impl ElementPoint<'_> {
         for (g, r) in g.iter_mut().zip(self.gradients) {
             *g = std::array::from_fn(|i| (0..3).map(|k| r[k] * self.inverse[k][i]).sum());
         }
-        let turned: Nodal = g.map(|g| f.map(|row| dot(&row, &g)));
-        let pulled: Nodal = g.map(|g| stress.map(|row| dot(&row, &g)));
-        let left: Tensor = f.map(|row| f.map(|other| dot(&row, &other)));
+        let turned: Nodal = g.map(|g| f.map(|row| dot(row, g)));
+        let pulled: Nodal = g.map(|g| stress.map(|row| dot(row, g)));
+        let left: Tensor = f.map(|row| f.map(|other| dot(row, other)));
         for a in 0..n {
             for b in a..n {
                 let block = &mut blocks[a * n + b];
-                let (shear, own) = (mu * dot(&g[a], &g[b]), dot(&g[a], &pulled[b]));
+                let (shear, own) = (mu * dot(g[a], g[b]), dot(g[a], pulled[b]));
                 for i in 0..3 {
                     for j in 0..3 {
                         block[3 * i + j] += lambda * turned[a][i] * turned[b][j]
@@ -581,10 +581,6 @@ fn principal(t: &Tensor) -> ([f64; 3], Tensor) {
         }
     }
     ([a[0][0], a[1][1], a[2][2]], axes)
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `A B`.

@@ -8,8 +8,9 @@ use std::collections::HashMap;
 use faer::{MatMut, MatRef};
 
 use super::assembly::element_nodes;
-use super::element::{EDGES, ElementKernel, cross};
+use super::element::{EDGES, ElementKernel};
 use super::model::Model;
+use crate::linalg::vec3::cross;
 use crate::mesh::{Mesh, Order};
 
 /// Corners of the four faces of a tetrahedron, seen counter-clockwise from outside.

@@ -33,8 +33,6 @@ mod whole;
 
 pub(crate) use assembly::{pair_bytes, pairs};
 pub use dofs::DofMap;
-#[cfg(test)]
-pub(crate) use element::cross;
 pub use element::{ElementError, Material};
 pub use engine::{Engine, LocalRows, MassProduct, PencilRows, Search, SpreadFactor};
 pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};

@@ -15,6 +15,7 @@
 use faer::{Mat, MatMut, MatRef, Side};
 
 use super::sparse::SymmetricMatrix;
+use crate::linalg::vec3::cross;
 use crate::linalg::{subtract_product, transposed_product};
 
 /// Mass, place and moments of inertia of a body without supports, and its rigid motions.
@@ -133,10 +134,6 @@ fn times(mass: &SymmetricMatrix, columns: MatRef<'_, f64>) -> Mat<f64> {
     let mut image = Mat::zeros(columns.nrows(), columns.ncols());
     mass.mul_into(columns, image.as_mut());
     image
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// The principal axes of moments of inertia; the axes of the coordinates if there is no finding them.

@@ -31,7 +31,7 @@ const SHIFTS: [f64; 4] = [0.0, 1e-6, 1e-5, 1e-4];
 const CAUTION: f64 = 10.0;
 
 /// Iterations after which a solution is given up.
-const MOST: usize = 200;
+const MAX_ITERATIONS: usize = 200;
 
 /// A factor in single precision.
 #[derive(Clone, Debug)]
@@ -138,7 +138,7 @@ impl SingleFactor {
         x.fill(0.0);
         direction.fill(0.0);
         let mut states = vec![Convergence::default(); k];
-        for _ in 0..MOST {
+        for _ in 0..MAX_ITERATIONS {
             self.precondition(supernodes, image, turned.rb_mut());
             each(&mut x, [&mut residual, &mut direction, &mut turned], &mut states, |column| column.turn());
             if states.iter().all(|state| state.done) {

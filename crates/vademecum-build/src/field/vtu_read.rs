@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::{DenseMatrix, FieldError, io_error};
+use crate::linalg::vec3::{norm, sub};
 use crate::mesh::vtk::array::decode;
 use crate::mesh::vtk::xml::{Shell, arrays};
-use crate::mesh::{Mesh, bounding_box, quality::norm, quality::sub};
+use crate::mesh::{Mesh, bounding_box};
 use crate::store::read_regular;
 
 /// One array of point data.

@@ -7,8 +7,8 @@
 
 use faer::{Mat, MatRef};
 
-use crate::dynamics::symmetric_eigen;
 use crate::fem::Pencil;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, subtract_product, symmetric_part, transposed_product};
 
 /// The basis `[modes, shapes]`, its mass the identity, and the diagonal of its stiffness. `momenta` is the

@@ -13,7 +13,7 @@
 
 use faer::{Mat, MatRef};
 
-use crate::dynamics::symmetric_eigen;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, Random, product, symmetric_part};
 
 /// Products of coordinates: each pair once, in the order of its first coordinate.
@@ -129,7 +129,7 @@ fn rows_on_states(
 ) -> Result<Mat<f64>, NoConvergence> {
     const ITERATIONS: usize = 6;
     /// Below this part of the largest square a direction is rounding.
-    const LEAST: f64 = 1e-13;
+    const MIN_SQUARE: f64 = 1e-13;
     let n = products.ncols();
     let weighted = product(rest, products);
     let image = |x: MatRef<'_, f64>| product(products.transpose(), product(weighted.as_ref(), x).as_ref());
@@ -142,7 +142,7 @@ fn rows_on_states(
     let (squares, axes) = symmetric_eigen(spread.as_ref())?;
     let last = squares.len() - 1;
     let scaled = Mat::from_fn(last + 1, count, |i, k| match squares[last - k] {
-        square if square > LEAST * squares[last] => axes[(i, last - k)] / square.sqrt(),
+        square if square > MIN_SQUARE * squares[last] => axes[(i, last - k)] / square.sqrt(),
         _ => 0.0,
     });
     let vectors = product(x.as_ref(), scaled.as_ref());

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::map::{Pairs, StrainGram};
 use super::states::TrainingStates;
-use crate::dynamics::symmetric_eigen;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, column_groups, product, symmetric_part, transposed_product};
 
 /// Strains that are worked on at a time.

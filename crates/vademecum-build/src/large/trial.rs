@@ -361,7 +361,7 @@ pub struct ProjectedRun {
     /// Coordinates after each step, one a column.
     pub coordinates: Mat<f64>,
     /// Square of the mass norm of what the basis does not hold, summed over the steps.
-    pub beside: f64,
+    pub projection_residual: f64,
     /// The same of everything.
     pub whole: f64,
 }
@@ -372,7 +372,7 @@ impl ProjectedRun {
     pub fn error(&self, found: &Mat<f64>) -> TrajectoryError {
         let off = (&self.coordinates - found).squared_norm_l2();
         let root = |x: f64| (x / self.whole).sqrt();
-        TrajectoryError { error: root(off + self.beside), floor: root(self.beside) }
+        TrajectoryError { error: root(off + self.projection_residual), floor: root(self.projection_residual) }
     }
 
     /// How far two motions in the basis are apart, as a part of the size of the reference.
@@ -392,6 +392,10 @@ impl LargeModel {
         let dot =
             |s: usize| u.col_as_slice(s).iter().zip(momenta.col_as_slice(s)).map(|(a, b)| a * b).sum::<f64>();
         let whole: f64 = (0..reference.len()).map(dot).sum();
-        ProjectedRun { beside: (whole - coordinates.squared_norm_l2()).max(0.0), coordinates, whole }
+        ProjectedRun {
+            projection_residual: (whole - coordinates.squared_norm_l2()).max(0.0),
+            coordinates,
+            whole,
+        }
     }
 }

@@ -11,6 +11,7 @@ use super::flaw::Flaw;
 use super::quality::{FACES, corners, degree_2_points, degree_4_rule, flatness, jacobian_10, quality, ten};
 use super::raw::{RawMesh, Tetrahedra};
 use super::{Mesh, Order, Region};
+use crate::linalg::vec3::{norm, sub};
 
 /// The mended mesh and what is still wrong with it.
 pub(crate) struct CheckedMesh {
@@ -219,7 +220,7 @@ fn folded(mesh: &Mesh) -> Option<Flaw> {
 /// position.
 fn duplicates(mesh: &Mesh) -> Option<Flaw> {
     let (low, high) = super::bounding_box(&mesh.nodes);
-    let tolerance = 1e-12 * super::quality::norm(super::quality::sub(high, low));
+    let tolerance = 1e-12 * norm(sub(high, low));
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return None;
     }

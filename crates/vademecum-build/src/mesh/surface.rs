@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use super::check::sorted_with_parity;
-use super::quality::{FACE_MIDS, FACES, cross, norm, sub};
+use super::quality::{FACE_MIDS, FACES};
 use super::{Mesh, Order};
+use crate::linalg::vec3::{cross, norm, sub};
 
 /// Boundary facets, their linear triangles and the nodes on them.
 ///

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::error::MeshError;
 use super::load::load;
-use super::quality::{EDGES, dot, sub};
+use super::quality::EDGES;
 use super::raw::{CellKind, NodeIndex, RawMesh};
 use super::text::{ParsedNumber, Text, tokens};
+use crate::linalg::vec3::{dot, sub};
 
 /// Reads both files, whichever of them `path` is.
 pub(crate) fn parse(path: &Path) -> Result<RawMesh, MeshError> {

@@ -10,7 +10,7 @@ use super::{BuildError, Built, Stages};
 use crate::basis::Basis;
 use crate::certificate::{CertificateError, LargeReport, StructureMeasured, certify_push, push_motion};
 use crate::dynamics::large::LargeError;
-use crate::dynamics::{lowest_modes, symmetric_eigen};
+use crate::dynamics::lowest_modes;
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
@@ -18,6 +18,7 @@ use crate::large::{
     LargeModel, LargeOptions, LearnError, PARTS, ProjectedRun, PushFamily, ReferenceModel, ReferenceRun,
     StrainLearner, asked_displacement,
 };
+use crate::linalg::symmetric_eigen;
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::BuildPlan;

@@ -16,7 +16,7 @@ use crate::mesh::Mesh;
 use crate::suggest::did_you_mean;
 
 /// Corners of the box looked at; of more than six parameters, that many are drawn.
-const MOST_CORNERS: usize = 64;
+const MAX_CORNERS: usize = 64;
 
 /// A parameter with its place in the model.
 #[derive(Clone, Debug)]
@@ -165,11 +165,11 @@ impl ParameterSpace {
             };
             self.parameters.iter().enumerate().map(end).collect()
         };
-        if 1usize << p.min(32) <= MOST_CORNERS {
+        if 1usize << p.min(32) <= MAX_CORNERS {
             return (0..1 << p).map(corner).collect();
         }
         let mut random = Random::new(64);
-        (0..MOST_CORNERS).map(|_| corner(random.next_u64())).collect()
+        (0..MAX_CORNERS).map(|_| corner(random.next_u64())).collect()
     }
 
     /// `count` random points of the box.

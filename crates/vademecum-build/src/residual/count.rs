@@ -24,7 +24,7 @@ use crate::store::CachedSolves;
 /// Natural modes tried first.
 const FIRST: usize = 16;
 /// Natural modes at most: beyond them every mode more takes next to nothing off the bound.
-const MOST: usize = 512;
+const MAX_MODES: usize = 512;
 
 /// What was found.
 pub enum ModeSearch {
@@ -90,7 +90,7 @@ pub fn modes_within(
             }
         }
         missed = count;
-        let next = (2 * count).min(MOST).min(pencil.n_elastic());
+        let next = (2 * count).min(MAX_MODES).min(pencil.n_elastic());
         let bytes = 8.0 * (pencil.n_dof() * search_vectors(next)) as f64;
         if next == count || bytes > limit {
             return Ok(ModeSearch::Missed { modes: count, reached });

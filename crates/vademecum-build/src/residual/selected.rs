@@ -23,8 +23,7 @@
 
 use std::time::Instant;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::complement::{ResidualOperator, columns_of};
@@ -33,6 +32,7 @@ use super::small::{Symmetric, semidefinite, symmetric};
 use super::sweep::{AtNode, note_long, sweep};
 use super::way::selection_to_solves;
 use crate::fem::{Factor, SelectedInverse, Solve, Symbolic};
+use crate::linalg::sequential_product;
 use crate::prepared::Body;
 use crate::progress::{Listener, Quiet};
 
@@ -110,11 +110,11 @@ impl LoadableRows {
         lost -= &answers;
         let lost = solved(weigh(lost.as_ref()));
 
-        let own = product(answers.as_ref(), forces.as_ref());
-        let other = product(off.as_ref(), forces.as_ref());
+        let own = sequential_product(answers.transpose(), forces.as_ref());
+        let other = sequential_product(off.transpose(), forces.as_ref());
         let left = Mat::from_fn(r, r, |i, j| if i == j { compliance(i) } else { 0.0 } - own[(i, j)]);
         let slopes = &answers * (&left - other) + &off * &left - lost;
-        let curve = product(forces.as_ref(), slopes.as_ref());
+        let curve = sequential_product(forces.transpose(), slopes.as_ref());
         let halved = |m: &Mat<f64>| Mat::from_fn(r, r, |i, j| 0.25 * (m[(i, j)] + m[(j, i)]));
         let half = &answers - vectors * halved(&own);
         let slopes = slopes - vectors * halved(&curve);
@@ -134,13 +134,6 @@ impl LoadableRows {
         let along = |k: usize| b[(i, k)] * u[(j, k)] + u[(i, k)] * b[(j, k)];
         (0..b.ncols()).map(|k| modal(k) + along(k)).sum()
     }
-}
-
-/// `AᵀB`, summed in one order.
-fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut product = Mat::zeros(a.ncols(), b.ncols());
-    matmul(product.as_mut(), Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
-    product
 }
 
 /// Nine numbers between two nodes, row by row; nothing where a component is held.

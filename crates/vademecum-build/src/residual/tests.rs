@@ -9,12 +9,12 @@ use vademecum_format::exact::Propagator;
 
 use super::small::{form, full};
 use super::*;
-use crate::dynamics::krylov::symmetric_eigen;
 use crate::dynamics::lowest_modes;
 use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
 use crate::input::Problem;
 use crate::linalg::Random;
+use crate::linalg::symmetric_eigen;
 use crate::prepared::{Prepared, prepare};
 use crate::progress::{Silent, Stopwatch, is_cancelled};
 use crate::store::CachedSolves;

@@ -180,7 +180,7 @@ fn momenta(model: &Model, state: &LargeState) -> [f64; 6] {
         model.mesh().nodes.iter().zip(state.displacement.as_chunks::<3>().0).zip(p.as_chunks::<3>().0)
     {
         let at: [f64; 3] = std::array::from_fn(|i| x[i] + u[i]);
-        let moment = crate::fem::cross(at, *p);
+        let moment = crate::linalg::vec3::cross(at, *p);
         (0..3).for_each(|i| (out[i], out[3 + i]) = (out[i] + p[i], out[3 + i] + moment[i]));
     }
     out
@@ -199,7 +199,7 @@ fn a_free_body_keeps_its_momenta_and_strain_rate_damping_does_not_slow_its_turni
         .nodes
         .iter()
         .flat_map(|x| {
-            let spin = crate::fem::cross([3.0, 2.0, 25.0], *x);
+            let spin = crate::linalg::vec3::cross([3.0, 2.0, 25.0], *x);
             [spin[0] + 1.0, spin[1], spin[2]]
         })
         .map(|v| v + 2.0 * random.uniform())

@@ -42,7 +42,7 @@ pub struct Complement {
 impl ReferenceSolution<'_> {
     /// Columns over the free dofs, shape (n, k), beside the space. Costs 8 n k products for each vector of
     /// the space.
-    pub fn beside(&self, columns: Mat<f64>) -> Complement {
+    pub fn complement(&self, columns: Mat<f64>) -> Complement {
         let BlockSplit { onto_old, onto_new, .. } =
             orthonormalise_here(self.pencil.mass(), self.space(), columns);
         Complement { onto_old, onto_new }
@@ -89,10 +89,12 @@ impl<'t> ReferenceTrajectory<'t> {
             columns.subcols_mut(at, part.columns.ncols()).copy_from(part.columns);
             at += part.columns.ncols();
         }
-        let beside = truth.beside(columns);
+        let complement = truth.complement(columns);
         let basis = parts.first().map_or(0, |part| part.columns.ncols());
-        let floor =
-            ProjectionError::new(beside.onto_old.subcols(0, basis), beside.onto_new.subcols(0, basis));
+        let floor = ProjectionError::new(
+            complement.onto_old.subcols(0, basis),
+            complement.onto_new.subcols(0, basis),
+        );
         let mut sums = [0.0; 3];
         for (first, window) in self.windows() {
             let width = window.ncols();
@@ -105,7 +107,7 @@ impl<'t> ReferenceTrajectory<'t> {
             }
             sums[0] += window.squared_norm_l2();
             sums[1] += floor.squared(window.as_ref());
-            let [inside, beyond] = beside.apart(window, amplitudes.as_ref());
+            let [inside, beyond] = complement.apart(window, amplitudes.as_ref());
             sums[2] += inside.squared_norm_l2() + beyond.squared_norm_l2();
         }
         let [norm, floor, error] = sums;

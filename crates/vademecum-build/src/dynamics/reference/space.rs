@@ -8,9 +8,9 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
-use crate::dynamics::krylov::symmetric_eigen;
 use crate::dynamics::orthonormal::orthonormalise_here;
 use crate::fem::{Factor, Pencil, Solve};
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{Columns, NoConvergence};
 
 /// Columns solved for together.

@@ -4,10 +4,10 @@ use faer::{Mat, mat};
 use vademecum_format::exact::Propagator;
 
 use super::{MotionPart, ReferenceOptions, ReferenceSolution};
-use crate::dynamics::krylov::symmetric_eigen;
 use crate::dynamics::{History, Interval, Rayleigh, TimedLoad, lowest_modes};
 use crate::fem::test_mesh::{block, hold};
 use crate::fem::{Material, Model, Pencil, Symbolic};
+use crate::linalg::symmetric_eigen;
 use crate::progress::Silent;
 
 const OPTIONS: ReferenceOptions =
@@ -393,9 +393,9 @@ fn a_space_serves_another_damping_and_many_motions_on_its_trajectories() {
     // columns move.
     let trajectory = damped.trajectory(0);
     let coordinates = trajectory.coordinates();
-    let beside = damped.beside(lowest.vectors.clone());
+    let complement = damped.complement(lowest.vectors.clone());
     let zeta = Mat::from_fn(4, 61, |k, n| if k < 2 { 1e-5 * ((k + 1) * n) as f64 } else { 0.0 });
-    let squares = beside.squares_apart(coordinates.clone(), zeta.as_ref());
+    let squares = complement.squares_apart(coordinates.clone(), zeta.as_ref());
     let (columns, amplitudes) = (lowest.vectors.subcols(0, 2), zeta.subrows(0, 2));
     let expected = trajectory.distance(&[MotionPart { columns, amplitudes }]).error;
     let found = (squares.iter().sum::<f64>() / coordinates.squared_norm_l2()).sqrt();
