@@ -18,7 +18,7 @@ use crate::fem::{FactorError, Solve, Symbolic};
 use crate::linalg::vec3::cross;
 use crate::prepared::{Body, Support};
 
-/// What a file keeps of the reactions. Force, then moment about the support's point.
+/// Reactions at the supports as stored in a file: force, then moment about the support's point.
 #[derive(Clone, Debug)]
 pub struct Reactions {
     /// `L_Sᵀ` of each support, shape (6, r).

@@ -76,7 +76,7 @@ unsafe extern "C" {
     fn vp_iteration_free(iteration: *mut c_void);
 }
 
-/// What a call says of itself: nothing, or the error that the shim keeps.
+/// Result of a call: nothing, or the error that the shim keeps.
 fn checked(status: c_int) -> Result<(), EngineError> {
     if status == 0 {
         return Ok(());
@@ -269,12 +269,12 @@ impl Factor {
         checked(unsafe { vp_factor_fill(self.matrix.made, self.made, room) })
     }
 
-    /// What MUMPS says of this rank (`INFO`).
+    /// Status of MUMPS on this rank (`INFO`).
     pub fn info(&self, which: i64) -> Result<i64, EngineError> {
         self.asked(false, which)
     }
 
-    /// What MUMPS says of all ranks (`INFOG`).
+    /// Status of MUMPS over all ranks (`INFOG`).
     pub fn info_of_all(&self, which: i64) -> Result<i64, EngineError> {
         self.asked(true, which)
     }

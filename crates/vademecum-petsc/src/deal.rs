@@ -9,7 +9,7 @@ use crate::ranks::Ranks;
 
 /// Rows of a rank in the order in which they are dealt.
 pub struct Share {
-    /// Where each row starts, and the end.
+    /// Start of each row, and the end.
     pub starts: Vec<i64>,
     /// Columns by the same order, ascending in each row.
     pub columns: Vec<i64>,

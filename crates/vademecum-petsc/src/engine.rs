@@ -21,7 +21,7 @@ use crate::work::{assemble, distribute};
 /// Starts MPI and PETSc. The first rank does `work` with an engine of all ranks, and its result comes back;
 /// the others serve it until it is done, and come back without one.
 ///
-/// Where a rank was lost during the work, the others may wait for what will not come. Then `tell` says what
+/// If a rank was lost during the work, the others may wait for ever. Then `tell` reports what
 /// became of the work and gives an exit code, with which all ranks end: no launcher has to notice.
 ///
 /// # Errors
@@ -55,7 +55,7 @@ pub fn run<T>(
     Ok(Some(done))
 }
 
-/// What all matrices and factors of a job share.
+/// Data shared by all matrices and factors of a job.
 #[derive(Clone)]
 struct Shared {
     session: Arc<Mutex<Session>>,
@@ -290,7 +290,7 @@ fn springs_at(places: &[u32], diagonal: &[f64], rigid: &RigidBody) -> Vec<(usize
     rigid.pins().into_iter().filter_map(own).collect()
 }
 
-/// Whether the three dofs of each node stand together in an order: there the rigid motions begin with rows of
+/// True if the three dofs of each node stand together in an order: there the rigid motions begin with rows of
 /// the unit matrix.
 fn in_blocks(motions: MatRef<'_, f64>, order: &[u32]) -> bool {
     let is_unit = |(at, &row): (usize, &u32)| {
@@ -299,7 +299,7 @@ fn in_blocks(motions: MatRef<'_, f64>, order: &[u32]) -> bool {
     order.len().is_multiple_of(3) && order.iter().enumerate().all(is_unit)
 }
 
-/// What lies on all ranks under a number, until it is dropped.
+/// Number of a matrix or factor on all ranks, freed on drop.
 struct RemoteHandle {
     shared: Shared,
     id: u64,

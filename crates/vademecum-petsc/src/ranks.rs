@@ -1,10 +1,10 @@
-//! What ranks tell each other: numbers, lists of numbers, and the words by which the first rank leads.
+//! Messages between ranks: numbers, lists of numbers, and the commands of the first rank.
 
 use vademecum_build::fem::{EngineError, Search};
 
 use crate::calls::Calls;
 
-/// What the first rank has the others do. Numbers name matrices and factors.
+/// A command of the first rank to the others. Numbers name matrices and factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// Take the rows of a matrix that follow.
@@ -23,11 +23,11 @@ pub enum Command {
     Search(u64, u64, Search, bool),
     /// Free a matrix or a factor.
     Release(u64),
-    /// Go home.
+    /// End the job.
     Stop,
 }
 
-/// A word on its way: its kind and up to eight numbers.
+/// An encoded command: its kind and up to eight numbers.
 type Packet = [u64; 9];
 
 impl Command {
@@ -118,7 +118,7 @@ pub struct Ranks {
 }
 
 impl Ranks {
-    /// Whether this is the rank that leads.
+    /// True if this is the rank that leads.
     pub fn is_first(&self) -> bool {
         self.calls.rank == 0
     }
@@ -137,12 +137,12 @@ impl Ranks {
         first(rank)..first(rank + 1)
     }
 
-    /// Has all other ranks do something.
+    /// Sends a command to all other ranks.
     pub fn broadcast(&self, command: Command) -> Result<(), EngineError> {
         self.others().try_for_each(|rank| self.send(&command.packet(), rank))
     }
 
-    /// Waits for a word.
+    /// Waits for a command.
     pub fn receive_command(&self) -> Result<Command, EngineError> {
         self.calls.idle()?;
         let mut packet = [[0; 8]; size_of::<Packet>() / 8];

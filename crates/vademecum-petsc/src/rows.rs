@@ -12,7 +12,7 @@ use crate::calls::{Factor, Iteration, Matrix};
 use crate::deal::Share;
 use crate::ranks::Ranks;
 
-/// What solves with a matrix, and the matrix.
+/// A solver with its matrix.
 pub enum Solver {
     /// A factor by MUMPS.
     Direct(Factor),
@@ -85,7 +85,7 @@ impl Drop for Scratch {
     }
 }
 
-/// What a body without supports needs beside its matrices.
+/// Rigid motions of a body without supports, and their momenta.
 pub struct Relief {
     /// `Φ`, own rows.
     pub motions: Mat<f64>,
@@ -102,7 +102,7 @@ pub struct Session {
     pub factors: BTreeMap<u64, LocalSolver>,
     /// The number of the next matrix or factor.
     next: u64,
-    /// Whether a call failed: then the others may wait for what will not come.
+    /// True if a call failed: then the others may wait for what will not come.
     pub lost: bool,
 }
 

@@ -13,10 +13,10 @@ use crate::ranks::{Command, Ranks};
 use crate::rows::{LocalMatrix, LocalSolver, Relief, Session, SpreadRows};
 use crate::work::{assemble, distribute, factorise, iterate};
 
-/// How long a rank that failed waits for the first one to tell the same.
+/// Time that a failed rank waits for the first one to report the same error.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// Does what the first rank says next; whether there may be more. A failure ends the job.
+/// Executes the next command of the first rank; false after the last one. A failure ends the job.
 pub fn serve_next(session: &mut Session, options: &Options) -> bool {
     match serve(session, options) {
         Ok(more) => more,
@@ -28,7 +28,7 @@ pub fn serve_next(session: &mut Session, options: &Options) -> bool {
     }
 }
 
-/// Waits for a word and does it.
+/// Waits for a command and executes it.
 fn serve(session: &mut Session, options: &Options) -> Result<bool, EngineError> {
     match session.ranks.receive_command()? {
         Command::Deal(id) => {
@@ -126,8 +126,8 @@ pub fn make(
     }))
 }
 
-/// What became of the assembly on this rank: whether it failed, at which element, with which volume form; or
-/// whether memory was short, and the words.
+/// Outcome of the assembly on this rank: success, or failure with element and volume form, or
+/// shortage of memory with its message.
 fn send_verdict(ranks: &Ranks, error: Option<&ModelError>) -> Result<(), EngineError> {
     match error {
         None => ranks.send(&[0.0; 3], 0),

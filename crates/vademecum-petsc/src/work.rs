@@ -1,4 +1,4 @@
-//! What every rank does with its rows when the first one says so.
+//! Operations of every rank on its rows, at a command of the first one.
 
 use std::ffi::CString;
 use std::path::Path;
@@ -67,8 +67,7 @@ pub fn distribute(
 /// count the first.
 const ROOM: [i64; 3] = [30, 100, 400];
 
-/// What solves with a matrix, and the folder of a factor on disk; or why there is none, which all ranks agree
-/// on.
+/// A solver and the folder of its factor on disk; or the error, on which all ranks agree.
 pub type SolverResult = Result<(Solver, Option<Scratch>), FactorError>;
 
 /// A factor of the rows of all ranks.
@@ -147,7 +146,7 @@ pub fn iterate(
     Ok(Ok((Solver::Iterative(Iteration::new(matrix, motions, *blocks, TOLERANCE)?), None)))
 }
 
-/// What MUMPS says of an error.
+/// Error of MUMPS in words.
 fn mumps_error(call: &str, factor: &Factor) -> Result<EngineError, EngineError> {
     let [code, detail] = [factor.info_of_all(1)?, factor.info_of_all(2)?];
     let (words, short) = match code {

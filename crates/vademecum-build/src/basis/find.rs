@@ -167,7 +167,7 @@ pub fn basis_of_pod(
     Ok(basis)
 }
 
-/// What the basis at the values of the problem file depends on, beside the model.
+/// Inputs of the basis at the values of the problem file, besides the model.
 fn basis_inputs(inputs: Inputs, problem: &Problem, prepared: &Prepared, runs: &SnapshotSchedule) -> Inputs {
     let Prepared { scheme, step, body, .. } = prepared;
     let plan = &problem.snapshots;

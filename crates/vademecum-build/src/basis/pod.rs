@@ -30,6 +30,7 @@ const RANK_TOLERANCE: f64 = 1e-12;
 
 /// A proper orthogonal decomposition: the best subspace for the snapshots in one inner product.
 #[derive(Clone, Debug)]
+#[doc(alias("proper orthogonal decomposition", "SVD"))]
 pub struct Pod {
     /// `V`, shape (n, k), `VᵀWV = I`, most energetic first.
     pub vectors: Mat<f64>,

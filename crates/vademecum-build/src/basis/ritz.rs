@@ -37,7 +37,7 @@ impl Basis {
     }
 }
 
-/// What it was made from is left aside.
+/// Its provenance is not part of the address.
 impl StageInput for Basis {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.matrix(self.vectors.as_ref()).matrix(self.stiffness.as_ref()).value(&self.eigenvalues)

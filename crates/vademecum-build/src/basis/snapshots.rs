@@ -64,7 +64,7 @@ pub struct SnapshotSchedule {
     pub nodes: Vec<u32>,
     /// Directions of the unit force at each.
     pub directions: Vec<[f64; 3]>,
-    /// How long each force is held \[s\].
+    /// Duration of each force \[s\].
     pub hold: f64,
     /// Steps of each run.
     pub steps: usize,
@@ -159,7 +159,7 @@ fn spread(points: &[[f64; 3]], count: usize) -> Vec<usize> {
 pub struct CachedRuns<'a> {
     /// The finished stages of the build.
     pub kept: &'a StageCache<'a>,
-    /// What the march of these runs depends on, beside the model and the runs themselves.
+    /// Inputs of the march besides the model and the runs themselves.
     pub inputs: &'a (dyn Fn(Inputs) -> Inputs + Sync),
 }
 

@@ -1,7 +1,7 @@
 //! Damping: what the material gives to each mode, and what the time scheme adds of its own.
 //!
 //! Rayleigh damping `C = α M + β K` gives a mode of circular frequency `ω` the ratio `ζ = α/(2ω) + βω/2`.
-//! What a scheme adds is read off the eigenvalues of its step on one oscillator, the 3 × 3 matrix that maps
+//! Numerical damping is computed from the eigenvalues of its step on one oscillator, the 3 × 3 matrix that maps
 //! `(u, Δt u̇, Δt² ü)` from one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of frequency
 //! `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
 
@@ -82,7 +82,7 @@ fn rayleigh_of_ratios(pairs: [(f64, f64); 2]) -> Result<Rayleigh, DampingError> 
 }
 
 impl Rayleigh {
-    /// Whether no mode gains energy: both coefficients finite and not negative.
+    /// True if no mode gains energy: both coefficients finite and not negative.
     pub fn is_sound(&self) -> bool {
         [self.alpha, self.beta].iter().all(|x| *x >= 0.0 && x.is_finite())
     }
@@ -100,7 +100,7 @@ impl Rayleigh {
 pub struct ModalRatios(pub Vec<f64>);
 
 impl ModalRatios {
-    /// Whether there is no such damping.
+    /// True if there is no such damping.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -128,7 +128,7 @@ impl ModalRatios {
     }
 }
 
-/// What a scheme does to one oscillator.
+/// Numerical damping and period elongation of one oscillator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NumericalDamping {
     /// Largest modulus of the step's three eigenvalues.

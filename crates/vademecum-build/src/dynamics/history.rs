@@ -1,4 +1,4 @@
-//! How a load follows time: the one description that the march at full order, the reference that is exact in
+//! Time functions of loads: the one description that the march at full order, the reference that is exact in
 //! time, the certificate and the player of scenarios share.
 //!
 //! A history is a product of three functions of time: when the load acts ([`Interval`]), the share that falls
@@ -17,7 +17,7 @@ pub const CHORD: f64 = 1e-6;
 /// Most parts of a piece of time, whatever the load: 29 periods of a sinusoid.
 const MAX_PARTS: f64 = 65_536.0;
 
-/// How a load follows time.
+/// Time function of a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
     /// When it acts.
@@ -62,7 +62,7 @@ pub struct Wave {
     pub sweep: f64,
     /// Phase at the start \[rad\].
     pub phase: f64,
-    /// What is added.
+    /// The constant term.
     pub mean: f64,
 }
 

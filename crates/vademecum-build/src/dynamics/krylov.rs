@@ -106,7 +106,7 @@ impl<'a> Krylov<'a> {
         space
     }
 
-    /// What a search for more modes can go on from: nothing where columns were left out for want of room.
+    /// Starting space for a search for more modes; none where columns were left out for want of room.
     pub fn grown(self) -> Option<SearchSpace> {
         let whole = self.used() < self.capacity;
         let Self { basis, expanded, projected, random, .. } = self;
@@ -176,7 +176,7 @@ impl<'a> Krylov<'a> {
         Ok(())
     }
 
-    /// Whether the user wants the search to stop.
+    /// True if the user wants the search to stop.
     pub fn is_stopped(&mut self) -> Result<bool, EngineError> {
         self.rows.agree_whether(self.kept.is_some_and(CachedSolves::cancelled))
     }

@@ -20,7 +20,7 @@ pub struct TimedLoad {
     pub column: usize,
     /// Force over the free dofs \[N\], length n.
     pub force: Vec<f64>,
-    /// How it follows time.
+    /// Its time function.
     pub when: History,
 }
 
@@ -163,7 +163,7 @@ fn of_elastic_motion<'l>(full: &FullOrder<'_>, loads: &'l [TimedLoad]) -> Cow<'l
     Cow::Owned(loads)
 }
 
-/// How far a reduced trajectory is from the full-order one, per trajectory, in the mass norm over all dofs
+/// Error of a reduced trajectory against the full-order one, per trajectory, in the mass norm over all dofs
 /// and steps.
 pub struct ErrorMeter<'a> {
     mass: &'a crate::fem::SymmetricMatrix,

@@ -1,4 +1,4 @@
-//! What a scheme and the damping do to each mode, in one table.
+//! Table of modes: effect of scheme and damping on each.
 
 use faer::Mat;
 use vademecum_format::scheme::SchemeTable;

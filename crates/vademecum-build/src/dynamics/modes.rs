@@ -37,6 +37,7 @@ const NEAR: f64 = 1e3;
 
 /// Natural modes in ascending order.
 #[derive(Clone, Debug)]
+#[doc(alias("normal modes", "eigenvectors"))]
 pub struct Modes {
     /// `λ = ω²`, 1/s².
     pub eigenvalues: Vec<f64>,

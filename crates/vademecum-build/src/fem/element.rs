@@ -43,7 +43,7 @@ impl Material {
         (2.0 * mu * self.poisson / (1.0 - 2.0 * self.poisson), mu)
     }
 
-    /// Whether the three constants describe a solid: `E > 0`, `−1 < ν < ½`, `ρ > 0`, all finite.
+    /// True if the three constants describe a solid: `E > 0`, `−1 < ν < ½`, `ρ > 0`, all finite.
     pub fn is_sound(&self) -> bool {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         positive(self.young) && positive(self.density) && self.poisson > -1.0 && self.poisson < 0.5
@@ -68,7 +68,7 @@ pub(super) struct Point {
     pub gradients: [[f64; 3]; MAX_NODES],
 }
 
-/// What all elements of one order have in common.
+/// Data common to all elements of one order.
 pub(crate) struct ElementKernel {
     order: Order,
     /// Exact for the stiffness of a straight element.
@@ -163,7 +163,7 @@ impl ElementKernel {
         Ok(())
     }
 
-    /// Whether the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so
+    /// True if the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so
     /// that calling it affine moves nothing by more than that fraction.
     pub(super) fn is_straight(&self, nodes: &[[f64; 3]]) -> bool {
         if self.order == Order::Linear {

@@ -1,4 +1,4 @@
-//! Where the rows of a body's matrices are: in this process, or spread over the ranks of a cluster.
+//! Placement of the rows of a body's matrices: in this process, or distributed over the ranks of a cluster.
 //!
 //! The search for modes is written once, on [`PencilRows`]: what one rank does with its rows, and what all ranks do
 //! together. A rank is one of the processes that work on one body. Every rank runs the same search; what they
@@ -73,7 +73,7 @@ pub trait PencilRows: MassProduct {
     /// As [`MassProduct::mul_mass`].
     fn agree(&mut self, numbers: &mut [f64]) -> Result<(), EngineError>;
 
-    /// What the first rank says, on all of them.
+    /// Broadcasts the numbers of the first rank.
     ///
     /// # Errors
     /// As [`MassProduct::mul_mass`].
@@ -96,7 +96,7 @@ pub trait PencilRows: MassProduct {
     fn scatter(&mut self, whole: Option<&Mat<f64>>, own: MatMut<'_, f64>) -> Result<(), EngineError>;
 }
 
-/// What all ranks search for.
+/// Parameters of a search on all ranks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// Modes wanted.
@@ -113,7 +113,7 @@ pub struct Search {
 
 /// Has other ranks do their share of the work on matrices.
 pub trait Engine: Debug + Send + Sync {
-    /// How it solves, with the tolerance, where it does so by iteration and not by a factor.
+    /// Name of the iterative solver, with the tolerance; none where it solves by a factor.
     fn solver(&self) -> Option<String> {
         None
     }

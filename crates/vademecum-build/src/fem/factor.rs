@@ -28,7 +28,7 @@ use crate::linalg::{Random, column_groups};
 /// ones, and groups of 8 leave work for two threads.
 const SOLVE_GROUP: usize = 8;
 
-/// What reading the entries of a factor takes for granted.
+/// Precondition of reading the entries of a factor.
 const READABLE: &str = "a factor in this process and in double precision";
 
 /// Why a factorisation failed.
@@ -66,17 +66,17 @@ pub enum FactorError {
 pub struct Symbolic {
     n: usize,
     found: Arc<OnceLock<(Arc<Pattern>, Arc<Supernodes>)>>,
-    /// What they are found of once a factor in this process needs them, where rows lie on ranks.
+    /// Their source once a factor in this process needs them, where rows are on other ranks.
     away: Option<Arc<RemoteMatrices>>,
     /// The factor that was last kept.
     kept: Arc<Mutex<Option<Arc<Factor>>>>,
     /// The rigid motions of a body without supports.
     rigid: Option<Arc<RigidBody>>,
-    /// What factorises the stiffness where it is not this process alone.
+    /// The engine that factorises the stiffness; none where this process does.
     engine: Option<Arc<dyn Engine>>,
     /// The rigid motions of the body, held or not, where the engine iterates.
     motions: Option<Arc<Mat<f64>>>,
-    /// Whether the factors of the stiffness are in single precision.
+    /// True if the factors of the stiffness are in single precision.
     single: bool,
     /// The largest error that an iteration left, relative in the energy norm.
     worst: Arc<Mutex<f64>>,
@@ -134,7 +134,7 @@ impl Symbolic {
         Symbolic { single: true, kept: Arc::default(), ..self }
     }
 
-    /// Whether every system so far was solved to the tolerance.
+    /// True if every system so far was solved to the tolerance.
     ///
     /// # Errors
     /// [`FactorError::NotConverged`].
@@ -143,7 +143,7 @@ impl Symbolic {
         if error <= TOLERANCE { Ok(()) } else { Err(FactorError::NotConverged { error }) }
     }
 
-    /// How systems are solved, where not by a factor in double precision alone.
+    /// Description of the solver, unless it is a factor in double precision alone.
     pub fn solver(&self) -> Option<String> {
         if self.single {
             let preconditioner = "a factor in single precision";
@@ -164,7 +164,7 @@ impl Symbolic {
         }
     }
 
-    /// Whether the entries of a factor of the stiffness can be read.
+    /// True if the entries of a factor of the stiffness can be read.
     pub fn has_entries(&self) -> bool {
         !self.is_spread() && !self.single
     }
@@ -180,7 +180,7 @@ impl Symbolic {
         }
     }
 
-    /// Whether factors of the stiffness are made by an engine and lie outside this process.
+    /// True if factors of the stiffness are made by an engine and lie outside this process.
     pub fn is_spread(&self) -> bool {
         self.engine.is_some()
     }
@@ -324,7 +324,7 @@ fn on_ranks(
     matrix.spread().map_or_else(|| engine.deal(matrix, order), |rows| Ok(rows.clone()))
 }
 
-/// Where the numbers of a factor are.
+/// Storage of the numbers of a factor.
 #[derive(Clone, Debug)]
 enum Numbers {
     /// Here, group by group.
@@ -447,7 +447,7 @@ pub struct Solve {
     refine: Option<[Mat<f64>; 2]>,
 }
 
-/// What a solve works in.
+/// Memory of a solve.
 enum SolveMemory {
     /// For each group of columns: these in the order of elimination, and what the tallest group of the factor
     /// takes.

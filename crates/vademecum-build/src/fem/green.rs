@@ -61,7 +61,7 @@ pub enum GreenError {
     Folded {
         /// Index of the element.
         element: usize,
-        /// What was found.
+        /// The value found.
         source: ElementError,
     },
 }
@@ -79,6 +79,7 @@ struct StrainPoint {
 }
 
 /// The strain of a model's displacements.
+#[doc(alias("Green-Lagrange strain", "St. Venant-Kirchhoff"))]
 pub struct GreenStrain<'m> {
     model: &'m Model,
     straight: Vec<StrainPoint>,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::OnceLock;
 
-/// What makes a value.
+/// Initializer of a value.
 type Initializer<T> = Box<dyn Fn() -> T + Send + Sync>;
 
 /// A value, or how to make it.
@@ -23,7 +23,7 @@ impl<T> Lazy<T> {
         self.found.get_or_init(|| (self.make)())
     }
 
-    /// Whether anyone has asked.
+    /// True if anyone has asked.
     pub fn is_made(&self) -> bool {
         self.found.get().is_some()
     }

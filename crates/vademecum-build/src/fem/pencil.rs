@@ -31,11 +31,11 @@ pub struct Pencil {
     dof_nodes: Option<Vec<u32>>,
     /// The rigid motions of a body without supports.
     rigid: Option<Arc<RigidBody>>,
-    /// What is behind matrices whose rows lie on ranks.
+    /// Source of matrices whose rows are on other ranks.
     away: Option<Arc<RemoteMatrices>>,
 }
 
-/// What is behind matrices whose rows lie on ranks.
+/// Source of matrices whose rows are on other ranks.
 #[derive(Debug)]
 pub(super) struct RemoteMatrices {
     /// The free dof at each place of the order in which rows are dealt.
@@ -135,7 +135,7 @@ impl Pencil {
         }
     }
 
-    /// What is behind matrices whose rows lie on ranks.
+    /// Source of matrices whose rows are on other ranks.
     pub(super) fn away(&self) -> Option<&Arc<RemoteMatrices>> {
         self.away.as_ref()
     }
@@ -145,7 +145,7 @@ impl Pencil {
         [self.mass.spread(), self.stiffness.spread()]
     }
 
-    /// Whether something needed entries of matrices whose rows lie on ranks, and had them assembled here.
+    /// True if something needed entries of matrices whose rows lie on ranks, and had them assembled here.
     pub fn was_assembled_here(&self) -> bool {
         self.away.as_ref().is_some_and(|away| away.here.is_made())
     }

@@ -20,6 +20,7 @@ use crate::linalg::{subtract_product, transposed_product};
 
 /// Mass, place and moments of inertia of a body without supports, and its rigid motions.
 #[derive(Clone, Debug)]
+#[doc(alias("inertia relief", "floating frame of reference"))]
 pub struct RigidBody {
     /// Mass \[kg\].
     pub mass: f64,

@@ -38,11 +38,12 @@ use crate::progress::{Cancelled, Listener};
 
 /// Rows and columns of a tile that is mirrored at a time: two fit the first cache.
 const TILE: usize = 32;
-/// What moving a number between groups costs, in multiplications of a dense product.
+/// Cost of moving a number between groups, in multiplications of a dense product.
 const MOVE: f64 = 40.0;
 
 /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` on the pattern of the factor of `A`.
 #[derive(Clone, Debug)]
+#[doc(alias("Takahashi", "selected inversion"))]
 pub struct SelectedInverse {
     supernodes: Arc<Supernodes>,
     inverse: Vec<f64>,
@@ -66,7 +67,7 @@ impl SelectedInverse {
     }
 }
 
-/// What inertia relief takes off the entries for `Kₛ` (see [`RigidBody`]). With `Z = Kₛ⁻¹`, `Y = ZMΦ`,
+/// Correction of the entries for `Kₛ` by inertia relief (see [`RigidBody`]). With `Z = Kₛ⁻¹`, `Y = ZMΦ`,
 /// `S = ΦᵀMY`, `V = ZMY` and `T = ΦᵀMV`:
 ///
 /// ```text

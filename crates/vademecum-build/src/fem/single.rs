@@ -1,13 +1,13 @@
 //! Solves with a factor in single precision, which takes half the memory of one in double precision.
 //!
-//! What is factorised is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one; and
+//! The factorised matrix is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one; and
 //! where its rounding makes it indefinite, `D A D + δ I` with the least δ of a few that mends it. The factor
 //! is only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes and
 //! Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding, and what that
 //! spoils most is solved for apart ([`super::coarse`]). Iterative refinement would need more, and fail where
 //! the condition of `D A D` times that rounding exceeds one.
 //!
-//! What an iteration takes off the square of the error in the energy norm is known, and is nearly all of it.
+//! The reduction of the squared error in the energy norm by an iteration is known, and is nearly all of it.
 //! It falls by much the same factor each time, so the last one is foretold and not waited for.
 
 use faer::prelude::{Reborrow, ReborrowMut};
@@ -74,12 +74,12 @@ struct Column<'a> {
     state: &'a mut Convergence,
 }
 
-/// How far the iteration for one column is.
+/// Progress of the iteration for one column.
 #[derive(Clone, Copy, Default)]
 struct Convergence {
     /// `rᵀ z` of the last iteration.
     product: f64,
-    /// What the last iteration took off the square of the error.
+    /// Reduction of the squared error by the last iteration.
     gain: f64,
     /// `xᵀ A x`, what the iterations have added up to.
     energy: f64,

@@ -5,7 +5,7 @@
 //! gather that runs in parallel over rows with no sums across threads, hence the same bits for any number of
 //! threads.
 //!
-//! Where ranks share the work on a body, the rows of a matrix lie on them. Products are then made there, and
+//! If ranks share the work on a body, each has some rows of a matrix. Products are then made there, and
 //! whatever asks for entries has the matrix assembled here.
 
 use std::cell::Cell;
@@ -54,7 +54,7 @@ impl Pattern {
         self.rows.len()
     }
 
-    /// Where column `j` lies in the value array.
+    /// Range of column `j` in the value array.
     pub fn range(&self, j: usize) -> std::ops::Range<usize> {
         self.column_starts[j] as usize..self.column_starts[j + 1] as usize
     }
@@ -79,7 +79,7 @@ impl Pattern {
 #[derive(Clone, Debug)]
 pub struct SymmetricMatrix(Entries);
 
-/// Where the entries of a matrix are.
+/// Storage of the entries of a matrix.
 #[derive(Clone, Debug)]
 enum Entries {
     Here(Arc<Pattern>, Arc<Vec<f64>>, Arc<OnceLock<Option<NonZero>>>),
@@ -167,7 +167,7 @@ impl SymmetricMatrix {
         self.here().1
     }
 
-    /// Whether two matrices have the same values, on one pattern.
+    /// True if two matrices have the same values, on one pattern.
     pub(super) fn is_same(&self, other: &SymmetricMatrix) -> bool {
         match (&self.0, &other.0) {
             (Entries::Here(_, own, _), Entries::Here(_, other, _)) => Arc::ptr_eq(own, other) || own == other,
@@ -201,7 +201,7 @@ impl SymmetricMatrix {
         SymmetricMatrix::new(pattern.clone(), values)
     }
 
-    /// Whether every entry off the diagonal is zero.
+    /// True if every entry off the diagonal is zero.
     pub(crate) fn is_diagonal(&self) -> bool {
         let (pattern, values) = self.here();
         (0..self.n()).all(|j| {

@@ -78,7 +78,7 @@ pub(super) fn substitute<T: FactorScalar>(
     }
 }
 
-/// Whether a part of the right-hand sides holds zeros alone.
+/// True if a part of the right-hand sides holds zeros alone.
 fn is_zero<T: FactorScalar>(part: &[T]) -> bool {
     part.iter().all(|x| *x == T::nearest(0.0))
 }

@@ -1,4 +1,4 @@
-//! How the numbers of a factor lie: groups of columns with the same rows below them.
+//! Layout of a factor: groups of columns with the same rows below them (supernodes).
 //!
 //! A group of one column is a column of a simplicial factor. What is selected of an inverse lies in the same
 //! places.
@@ -18,11 +18,11 @@ use super::tree::{Contribution, Tree};
 pub(super) struct Group {
     /// The first of the columns, in the order of elimination.
     pub first: usize,
-    /// How many.
+    /// Their number.
     pub columns: usize,
-    /// Where the rows below stand among those of all groups.
+    /// Range of the rows below among those of all groups.
     rows: Range<usize>,
-    /// Where the values stand: shape (columns + rows, columns), column by column.
+    /// Range of the values: shape (columns + rows, columns), column by column.
     pub values: Range<usize>,
 }
 
@@ -78,7 +78,7 @@ pub(super) struct Supernodes {
     order: Vec<u32>,
 }
 
-/// What stands in for a matrix `A`: `D A D + δ I`.
+/// Scaled and shifted substitute of a matrix `A`: `D A D + δ I`.
 #[derive(Clone, Debug)]
 pub(super) struct Scaling {
     /// `D`.
@@ -96,7 +96,7 @@ impl Scaling {
 
 /// Rows below a group that are columns of one other group.
 pub(super) struct Run {
-    /// That group.
+    /// Index of that group.
     pub owner: usize,
     /// Their places among the rows.
     pub places: Range<usize>,
@@ -161,7 +161,7 @@ impl Supernodes {
         &self.order
     }
 
-    /// Where the rows below a group stand among the columns and rows of its parent.
+    /// Positions of the rows below a group among the columns and rows of its parent.
     pub fn in_parent(&self, group: &Group) -> &[u32] {
         &self.in_parent[group.rows.clone()]
     }
@@ -223,7 +223,7 @@ impl Supernodes {
         self.rows(group).first().map(|&row| self.owner[row as usize] as usize)
     }
 
-    /// Where rows stand among the columns and rows of a group that has them all; both ascend.
+    /// Positions of rows among the columns and rows of a group that has them all; both ascend.
     pub fn local(&self, rows: &[u32], group: &Group) -> Vec<u32> {
         let below = self.rows(group);
         let mut at = 0;
@@ -237,7 +237,7 @@ impl Supernodes {
         rows.iter().map(place).collect()
     }
 
-    /// Where the value of two rows of the matrix stands, both ways round; `None` off the pattern of the
+    /// Position of the value of two rows of the matrix, in either order; `None` off the pattern of the
     /// factor.
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {
         let [a, b] = [self.place[row] as usize, self.place[column] as usize];

@@ -20,7 +20,7 @@ pub(super) fn padded(k: usize) -> usize {
     if (2..K).contains(&k) { K } else { k }
 }
 
-/// What is done with a block of a factor.
+/// An operation with a block of a factor.
 #[derive(Clone, Copy)]
 pub(super) enum BlockKernel {
     /// `x ← x − A y`.

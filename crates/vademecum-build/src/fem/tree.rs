@@ -4,7 +4,7 @@
 //! by group, and there threads share the rows of the dense products. Children are taken in one order, so the
 //! bits never depend on the number of threads.
 //!
-//! What a group leaves to its parent lies in memory until then. In a factorisation that is a dense matrix, so
+//! The contribution of a group to its parent is kept in memory until then. In a factorisation that is a dense matrix, so
 //! a few subtrees are gone through at a time, and then their parents. In a solve it is a few numbers for each
 //! row, so all subtrees come first and threads wait for each other once.
 
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-/// What a group leaves to its parent.
+/// Contribution of a group to its parent.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Contribution {
     /// A dense matrix.
@@ -40,7 +40,7 @@ impl Contribution {
     }
 }
 
-/// What is gone through at a time.
+/// A unit of traversal.
 #[derive(Debug)]
 enum Pass {
     /// The groups of some subtrees, one thread each; ascending.
@@ -49,7 +49,7 @@ enum Pass {
     Group(usize),
 }
 
-/// What some groups left for others.
+/// Contributions of some groups to others.
 type Contributions<L> = BTreeMap<usize, L>;
 
 /// The elimination tree of the groups.

@@ -15,8 +15,9 @@ use super::ordering::order_of_nodes;
 use super::pencil::{Pencil, RemoteMatrices};
 use crate::mesh::{Mesh, Order};
 
-/// What the matrices of a body are assembled of, and the order in which their rows are dealt.
+/// Input of the assembly of a body's matrices, and the order in which rows are distributed.
 #[derive(Debug)]
+#[doc(alias = "domain decomposition")]
 pub struct AssemblyPlan {
     mesh: Arc<Mesh>,
     materials: Vec<Material>,
@@ -57,7 +58,7 @@ impl AssemblyPlan {
         &self.order
     }
 
-    /// What is behind the matrices that the ranks assemble of this.
+    /// Source of the matrices that the ranks assemble.
     pub(super) fn away(self: &Arc<Self>) -> RemoteMatrices {
         let whole = self.clone();
         let assembled = move || {
@@ -107,7 +108,7 @@ impl AssemblyPlan {
 pub struct AssemblyPart {
     /// Order of the elements.
     pub order: Order,
-    /// Where their nodes are.
+    /// Coordinates of their nodes.
     pub nodes: Vec<[f64; 3]>,
     /// Nodes of each element, by these nodes.
     pub elements: Vec<u32>,

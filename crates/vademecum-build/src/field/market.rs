@@ -60,7 +60,7 @@ struct Entry {
     value: f64,
 }
 
-/// What the first line says.
+/// Content of the first line.
 #[derive(Clone, Copy)]
 struct MarketHeader {
     integer: bool,

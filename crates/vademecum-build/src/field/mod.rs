@@ -55,7 +55,7 @@ pub enum FieldError {
     Io {
         /// The file.
         file: PathBuf,
-        /// What the machine said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// A VTK file is faulty.
@@ -66,9 +66,9 @@ pub enum FieldError {
     Malformed {
         /// The file.
         file: PathBuf,
-        /// What stands there.
+        /// The text found.
         found: String,
-        /// What the format asks for.
+        /// The expected content.
         expected: String,
     },
     /// A text file is faulty at a line.

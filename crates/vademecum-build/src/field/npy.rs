@@ -78,7 +78,7 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), HeaderFault> {
     }
 }
 
-/// What follows `'key':` in the header.
+/// Text after `'key':` in the header.
 fn value<'a>(header: &'a str, key: &str) -> Result<&'a str, HeaderFault> {
     let quoted = [format!("'{key}'"), format!("\"{key}\"")];
     let tail = quoted.iter().find_map(|q| header.split_once(q.as_str()).map(|(_, tail)| tail));

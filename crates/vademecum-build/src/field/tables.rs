@@ -12,7 +12,7 @@ use crate::mesh::shown;
 use crate::mesh::text::{ParsedNumber, Text};
 use crate::store::read_regular;
 
-/// What one row of the matrices is.
+/// Meaning of one row of the matrices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DofRow {
     /// Row of the matrices, from 0.
@@ -21,7 +21,7 @@ pub struct DofRow {
     pub node: u64,
     /// Component of its displacement: 0, 1 or 2.
     pub component: usize,
-    /// Where the node lies.
+    /// Coordinates of the node.
     pub position: [f64; 3],
     /// Line of the table, for messages.
     pub line: usize,
@@ -32,7 +32,7 @@ pub struct DofRow {
 pub struct PointRow {
     /// Number of the node.
     pub node: u64,
-    /// Where it lies.
+    /// Its coordinates.
     pub position: [f64; 3],
     /// Line of the table, for messages.
     pub line: usize,

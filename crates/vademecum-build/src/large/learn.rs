@@ -18,7 +18,7 @@ use crate::linalg::NoConvergence;
 use crate::prepared::Body;
 use crate::store::StageCache;
 
-/// Where the states are drawn.
+/// Seed of the states.
 const SEED: u64 = 0x1A26_E001;
 /// Ridges of the regressions, in mean squares of the products, each begun where the one before ended. With a
 /// large one the prior stays nearly what it is; a small one asks for many states.
@@ -30,10 +30,10 @@ const SPLITS: [usize; 3] = [6, 4, 2];
 pub const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
 /// States that show which shapes follow the modes, for each coordinate.
 const FOLLOWED: usize = 8;
-/// How much further than asked for the states of a regression move: where they end, the map is a guess.
+/// Displacement of training states relative to the requested one: beyond it the map extrapolates.
 const MARGIN: f64 = 1.3;
 
-/// What is asked of a strain map.
+/// Options of a reduced strain.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LargeOptions {
     /// Largest displacement of the loadable surface \[m\].
@@ -60,7 +60,7 @@ impl LargeOptions {
     }
 }
 
-/// Why no strain map was learnt.
+/// Why no reduced strain was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
     /// No strain.
@@ -94,8 +94,9 @@ pub enum LearnError {
     Shapes(#[from] LargeError),
 }
 
-/// Natural modes and shapes that follow them.
+/// Natural modes and condensed shapes (static modal derivatives).
 #[derive(Clone, Debug)]
+#[doc(alias("followers", "static modal derivatives", "static condensation"))]
 pub struct CondensedBasis {
     /// Shape (n, R); their mass is the identity, their eigenvalues ascend.
     pub vectors: Mat<f64>,
@@ -105,15 +106,16 @@ pub struct CondensedBasis {
     pub natural: Vec<f64>,
 }
 
-/// A basis and the strain map over it.
+/// A basis and the reduced strain over it.
 #[derive(Clone, Debug)]
+#[doc(alias = "reduced-order model")]
 pub struct LargeModel {
     /// In words.
     pub name: String,
     /// Natural modes of the basis; the other shapes follow them.
     pub modes: usize,
     prior: Prior,
-    /// What its coordinates are of.
+    /// Kind of its coordinates.
     pub basis: CondensedBasis,
     /// The strain map.
     pub map: ReducedStrain,
@@ -123,7 +125,7 @@ pub struct LargeModel {
     pub energies: Vec<f64>,
 }
 
-/// What strain maps of a body are learnt with.
+/// Input of the regression of a body's reduced strain.
 pub struct StrainLearner<'a> {
     body: &'a Body,
     symbolic: &'a Symbolic,

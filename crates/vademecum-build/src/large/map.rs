@@ -1,4 +1,4 @@
-//! The strain map: reduced strains that are quadratic in the coordinates, and the rows a file keeps of them.
+//! The reduced Green–Lagrange strain, quadratic in the coordinates, and its rows in a file.
 //!
 //! The strain of St. Venant and Kirchhoff is quadratic in the displacement, so over a basis
 //!
@@ -33,7 +33,7 @@ impl Pairs {
         own.chain((0..n).flat_map(move |a| (n..all).map(move |b| (a, b))))
     }
 
-    /// How many there are.
+    /// Their number.
     pub fn count(self) -> usize {
         let n = self.interacting;
         n * (n + 1) / 2 + n * self.coupled
@@ -51,8 +51,9 @@ impl Pairs {
     }
 }
 
-/// A strain map by rows: `z_k = ω_k q_k + Q_k · m(q)` for `k < R`, `Q_k · m(q)` after.
+/// A reduced Green–Lagrange strain by rows: `z_k = ω_k q_k + Q_k · m(q)` for `k < R`, `Q_k · m(q)` after.
 #[derive(Clone, Debug)]
+#[doc(alias("strain map", "reduced Green-Lagrange strain"))]
 pub struct ReducedStrain {
     /// `ω`, one for each coordinate \[rad/s\].
     pub frequencies: Vec<f64>,
@@ -79,7 +80,7 @@ impl ReducedStrain {
     }
 }
 
-/// What a strain map is cut from: of full strains, only what their energy depends on.
+/// Gram matrix of full strains, from which the rows of a reduced strain are selected.
 #[derive(Clone, Debug)]
 pub struct StrainGram {
     /// `ω`.

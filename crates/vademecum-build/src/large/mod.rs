@@ -1,4 +1,4 @@
-//! Large displacements: a strain map over a basis, learnt from shapes of least energy.
+//! Large displacements: the reduced Green–Lagrange strain over a basis, fitted to statically condensed shapes.
 
 mod basis;
 mod learn;

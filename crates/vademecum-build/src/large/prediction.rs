@@ -1,4 +1,4 @@
-//! Where coordinates of natural modes move a body, to second order: where the search for a shape of least
+//! Second-order displacement at coordinates of natural modes: where the search for a shape of least
 //! energy begins.
 
 use faer::{ColRef, Mat, MatRef};
@@ -9,6 +9,7 @@ use crate::dynamics::large::InitialGuess;
 use crate::fem::{Factor, GreenStrain, Symbolic};
 
 /// `u(q) = V q + Σ w_ab q_a q_b` over natural modes, with what the rest of the body does with each product.
+#[doc(alias("static modal derivatives", "quadratic manifold"))]
 pub struct Prediction<'a> {
     pub(super) strain: &'a GreenStrain<'a>,
     /// Shape (n, r).

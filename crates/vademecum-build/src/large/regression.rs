@@ -42,7 +42,7 @@ pub struct StrainColumns {
 }
 
 impl StrainColumns {
-    /// What the energy depends on, before any regression.
+    /// Data that determine the energy, before any regression.
     pub fn gram(&self) -> StrainGram {
         let top = transposed_product(self.linear.as_ref(), self.quadratic.as_ref());
         let mut gram = Mat::zeros(self.pairs.count(), self.pairs.count());

@@ -11,7 +11,7 @@ use faer::{Mat, MatRef};
 use crate::fem::GreenStrain;
 use crate::linalg::{Random, transposed_product, unit};
 
-/// States of the full order beside their coordinates.
+/// Full-order training states with their coordinates.
 #[derive(Clone, Debug)]
 pub struct TrainingStates {
     /// `VᵀM u`, shape (R, states).

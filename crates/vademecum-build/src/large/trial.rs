@@ -1,4 +1,4 @@
-//! Pushes at full order, and what a basis sees of them.
+//! Load cases at full order, and their projection on a basis.
 
 use std::fmt::Debug;
 use std::time::Instant;
@@ -21,21 +21,20 @@ use crate::store::{Inputs, StageCache};
 
 /// Steps of the reference in a step of the file, where nothing else is asked for.
 pub const PARTS: usize = 4;
-/// Where Newton's method ends in the reference: far below what any reduced motion misses it by.
+/// Tolerance of Newton's method in the reference, far below the error of any reduced motion.
 const TOLERANCE: f64 = 1e-5;
-/// How often a push is made weaker that the law of the body does not bear, or that moves the surface too far,
-/// before another one is drawn.
+/// Load halvings before a load case is redrawn.
 const HALVINGS: usize = 2;
-/// How often pushes are drawn anew; those of the last draw are made weaker as often as need be.
+/// Draws of a load case; those of the last draw are halved up to [`MAX_HALVINGS`] times.
 const MAX_DRAWS: u64 = 8;
-/// As often as need be.
+/// Load halvings of the last draw.
 const MAX_HALVINGS: usize = 12;
-/// How wide a push is, as a part of the longest edge of the box around the body.
+/// Width of a push, as a part of the longest edge of the bounding box.
 const WIDTH: f64 = 0.1;
 /// Widths beyond which a push is not felt.
 const REACH: f64 = 3.0;
 
-/// How much further than at rest a linear body moves under a pulse of about its period, and under a push that
+/// Dynamic amplification of a linear body under a pulse of about its period, and under a push that
 /// begins at once.
 const PULSE: f64 = 1.6;
 /// See [`PULSE`].
@@ -44,15 +43,15 @@ const HELD: f64 = 2.0;
 /// A push by something blunt: a force spread over the loadable nodes around one of them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Push {
-    /// What tells it from others of the body.
+    /// Unique name among the pushes of the body.
     pub name: String,
     /// Loadable nodes and their forces \[N\] at the height of the push.
     pub nodes: Vec<(u32, [f64; 3])>,
     /// The same over the free dofs.
     pub force: Vec<f64>,
-    /// How long it lasts \[s\].
+    /// Duration \[s\].
     pub length: f64,
-    /// Whether it comes and goes as a squared sine; else it is held, and let go at once.
+    /// True for a pulse shaped as a squared sine; otherwise the force is constant and ends at once.
     pub pulse: bool,
 }
 
@@ -96,7 +95,7 @@ fn longest_edge(mesh: &Mesh) -> f64 {
     (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max)
 }
 
-/// What every push of a body is drawn from.
+/// Distribution of the pushes of a body.
 pub struct PushFamily<'a> {
     /// The body.
     pub body: &'a Body,
@@ -162,7 +161,7 @@ fn over_dofs(body: &Body, push: &[(u32, [f64; 3])]) -> Vec<f64> {
     full
 }
 
-/// What marches a body at full order.
+/// Full-order model of a body with its time scheme.
 pub struct ReferenceModel<'a> {
     /// The strain.
     pub strain: &'a GreenStrain<'a>,
@@ -177,7 +176,7 @@ pub struct ReferenceModel<'a> {
 }
 
 impl ReferenceModel<'_> {
-    /// What `steps` steps of the file are about to take at full order, counted once for each push and
+    /// Estimated work of `steps` steps of the file at full order, counted once for each push and
     /// measured on a few under one of them.
     ///
     /// # Errors
@@ -250,7 +249,7 @@ impl ReferenceModel<'_> {
         })
     }
 
-    /// What is marched under a push, which a build that was stopped finds again.
+    /// Cached motion under a push.
     fn kept<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -310,7 +309,7 @@ impl ReferenceModel<'_> {
 }
 
 impl ReferenceRun {
-    /// How far the surface moves at most \[m\].
+    /// Largest displacement of the surface \[m\].
     pub(crate) fn largest_displacement(&self, body: &Body) -> f64 {
         self.displacements.iter().map(|u| body.largest_displacement(u)).fold(0.0, f64::max)
     }
@@ -342,6 +341,7 @@ impl ReferenceRun {
 
 /// A push, and the motion under it at full order.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[doc(alias = "validation load case")]
 pub struct ReferenceRun {
     /// The push as it was marched.
     pub push: Push,
@@ -349,18 +349,18 @@ pub struct ReferenceRun {
     pub displacements: Vec<Vec<f64>>,
     /// The least principal stretch in any element and step.
     pub least_stretch: f64,
-    /// What the motion itself is off by: relative, over all dofs and steps, in the mass norm; not a number
+    /// Discretisation error in time of the motion itself: relative, over all dofs and steps, in the mass norm; not a number
     /// where nobody looked.
     pub own_error: f64,
     /// Wall time of a step of the file \[s\], with as many marches side by side as there are cores.
     pub seconds_per_step: f64,
 }
 
-/// The reference of a push as a basis sees it.
+/// A reference run projected on a basis.
 pub struct ProjectedRun {
     /// Coordinates after each step, one a column.
     pub coordinates: Mat<f64>,
-    /// Square of the mass norm of what the basis does not hold, summed over the steps.
+    /// Square of the projection error in the mass norm, summed over the steps.
     pub projection_residual: f64,
     /// The same of everything.
     pub whole: f64,
@@ -375,14 +375,14 @@ impl ProjectedRun {
         TrajectoryError { error: root(off + self.projection_residual), floor: root(self.projection_residual) }
     }
 
-    /// How far two motions in the basis are apart, as a part of the size of the reference.
+    /// Distance of two motions in the basis, relative to the reference.
     pub fn apart(&self, one: &Mat<f64>, other: &Mat<f64>) -> f64 {
         (one - other).norm_l2() / self.whole.sqrt()
     }
 }
 
 impl LargeModel {
-    /// A reference in the coordinates of the basis.
+    /// Projects a reference run on the basis.
     pub fn see(&self, body: &Body, reference: &ReferenceRun) -> ProjectedRun {
         let (n, reference) = (self.basis.vectors.nrows(), &reference.displacements);
         let u = Mat::from_fn(n, reference.len(), |i, s| reference[s][i]);

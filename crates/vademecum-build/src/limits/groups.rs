@@ -1,4 +1,4 @@
-//! What the control groups of this process leave of memory (Linux): containers, job schedulers and services
+//! Memory left by the control groups of this process (Linux): containers, job schedulers and services
 //! set a limit there, which the machine's free memory does not show.
 //!
 //! A limit holds for a group and all below it, so that the least of what the own group and those above it
@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 
 /// One of the two kinds of control groups: where it is found, and what its files are called.
 struct GroupKind {
-    /// Where the kernel shows the groups.
+    /// Mount point of the groups.
     root: &'static str,
-    /// What stands before the group in `/proc/self/cgroup`, behind the number.
+    /// Text before the group in `/proc/self/cgroup`, after the number.
     controllers: &'static str,
     limit: &'static str,
     used: &'static str,
@@ -63,7 +63,7 @@ fn folders(table: &str, kind: &GroupKind) -> Vec<PathBuf> {
     Path::new(&group).ancestors().map(|group| Path::new(kind.root).join(group)).collect()
 }
 
-/// What a limit leaves beside what is used, less what can be given up; none where there is no limit.
+/// Limit less used memory that cannot be reclaimed; none where there is no limit.
 fn left(limit: &str, used: &str, stat: &str, inactive: &str) -> Option<u64> {
     let [limit, used] = [limit, used].map(|number| number.trim().parse::<u64>().ok());
     let row = |line: &str| line.strip_prefix(inactive)?.trim().parse().ok();

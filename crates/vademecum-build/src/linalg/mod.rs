@@ -21,7 +21,7 @@ use rayon::prelude::*;
      ranges of a sensible size beside each other?"
 )]
 pub struct NoConvergence {
-    /// What was looked for.
+    /// The decomposition named in the message.
     pub what: &'static str,
 }
 

@@ -13,7 +13,7 @@ use super::raw::{RawMesh, Tetrahedra};
 use super::{Mesh, Order, Region};
 use crate::linalg::vec3::{norm, sub};
 
-/// The mended mesh and what is still wrong with it.
+/// The repaired mesh and its remaining flaws.
 pub(crate) struct CheckedMesh {
     pub mesh: Mesh,
     pub problems: Vec<Flaw>,

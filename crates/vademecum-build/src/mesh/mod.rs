@@ -91,7 +91,7 @@ pub struct Mesh {
     pub node_groups: BTreeMap<String, Vec<u32>>,
     /// Named sets of surface triangles, by their three corner nodes.
     pub facet_groups: BTreeMap<String, Vec<[u32; 3]>>,
-    /// What was mended on reading, in sentences for the user.
+    /// Repairs made on reading, in sentences for the user.
     pub notes: Vec<String>,
 }
 

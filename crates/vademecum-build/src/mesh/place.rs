@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Where in a file a fault lies.
+/// Position of a fault in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Location {
     /// Line of a text file, counted from 1.

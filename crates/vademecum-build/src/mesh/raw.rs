@@ -1,4 +1,4 @@
-//! What the parsers hand over: cells as the file has them, before anything is checked or mended.
+//! Output of the parsers: cells as the file has them, before any check or repair.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -1,4 +1,4 @@
-//! What `vademecum mesh FILE` says about a mesh.
+//! The report of `vademecum mesh FILE`.
 
 use std::fmt;
 
@@ -36,9 +36,9 @@ pub struct MeshReport {
     pub groups: Vec<GroupReport>,
     /// Shape quality of the elements.
     pub quality: QualityReport,
-    /// What keeps the mesh from being computed with, in sentences; empty if it is sound.
+    /// Flaws that exclude a computation, in sentences; empty if the mesh is sound.
     pub problems: Vec<String>,
-    /// What was mended or left out, in sentences.
+    /// Repairs and omissions, in sentences.
     pub notes: Vec<String>,
 }
 

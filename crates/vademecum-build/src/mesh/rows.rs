@@ -85,7 +85,7 @@ impl<'a> RowReader<'a> {
         u64::try_from(value).map_err(|_| self.text.at().malformed(format!("{value}"), expected))
     }
 
-    /// What is left on the line of a text row, none in a binary row.
+    /// The rest of the line of a text row; none in a binary row.
     pub fn line_is_empty(&self) -> bool {
         self.endian.is_none() && tokens(self.rest).next().is_none()
     }

@@ -175,7 +175,7 @@ impl<'a> Text<'a> {
         Ok(T::from_bytes(self.take(T::SIZE, what)?, endian))
     }
 
-    /// What is left of the file.
+    /// The rest of the file.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.pos..]
     }

@@ -10,7 +10,7 @@ use crate::input::GaugeEntry;
 use crate::mesh::surface::Surface;
 use crate::mesh::{Mesh, Order};
 
-/// How far off the surface an end may lie, as a share of the gauge's length.
+/// Largest distance of an end from the surface, as a share of the gauge's length.
 const OFF: f64 = 0.1;
 
 /// A gauge that cannot be glued to the body.

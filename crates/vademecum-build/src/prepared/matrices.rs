@@ -50,12 +50,12 @@ pub enum MatricesError {
     },
 }
 
-/// What the files of `mesh.matrices` say.
+/// Content of the files of `mesh.matrices`.
 #[derive(Clone, Debug)]
 pub struct MatrixModel {
     /// Nodes without elements, in one region.
     pub mesh: Mesh,
-    /// Whether each dof is held, three per node.
+    /// True if each dof is held, three per node.
     pub constrained: Vec<bool>,
     /// The matrices, one row per free dof, ascending.
     pub pencil: Pencil,

@@ -1,4 +1,4 @@
-//! What a problem is computed with: memory, engine, precision.
+//! Means of a computation: memory, engine, precision.
 
 use std::sync::Arc;
 
@@ -18,11 +18,11 @@ pub enum FactorPrecision {
     Single,
 }
 
-/// What a problem is computed with.
+/// Memory, engine and precision of a computation.
 pub struct Means<'a> {
     /// Memory that may be used.
     pub memory: Memory,
-    /// What makes factors of the stiffness; absent: this process.
+    /// The engine for factors of the stiffness; absent: this process.
     pub engine: Option<&'a Arc<dyn Engine>>,
     /// The precision of these, in this process.
     pub precision: FactorPrecision,

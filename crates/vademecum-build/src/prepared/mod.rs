@@ -38,7 +38,7 @@ pub enum PrepareError {
     /// Problem and mesh do not fit.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// What a body without supports cannot have.
+    /// The key that a body without supports excludes.
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// The damping feeds energy into some mode.
@@ -55,7 +55,7 @@ pub enum PrepareError {
     NotDefinite {
         /// `mass` or `stiffness`.
         key: &'static str,
-        /// Where it showed.
+        /// The stage that detected it.
         source: FactorError,
     },
     /// More memory than there is.
@@ -77,7 +77,7 @@ pub struct Prepared {
     pub symbolic: Symbolic,
     /// The scheme that the full order is marched with: Bathe's where the file moves its modes exactly.
     pub scheme: SchemeTable,
-    /// Whether the file moves its modes exactly.
+    /// True if the file moves its modes exactly.
     pub exact: bool,
     /// Live parameters.
     pub space: ParameterSpace,
@@ -110,7 +110,7 @@ impl Prepared {
     }
 }
 
-/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at
+/// Inputs of all stages: the model. Scheme, step and parameters are named by the stages that look at
 /// them.
 impl StageInput for Prepared {
     fn add_to(&self, inputs: Inputs) -> Inputs {
@@ -199,7 +199,7 @@ pub fn prepare_within(
     Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios, first_mode })
 }
 
-/// Whether a file that is exact in time is built from products with the matrices and solves alone.
+/// True if a file that is exact in time is built from products with the matrices and solves alone.
 fn entries_stay_away(problem: &Problem) -> bool {
     let whole_factor = problem.output.static_fields == Some(true);
     problem.basis_kind() == BasisKind::Modes && !problem.is_large() && !whole_factor
@@ -232,7 +232,7 @@ fn check_definite(pencil: &Pencil, symbolic: &Symbolic) -> Result<(), PrepareErr
     factorises(pencil.stiffness()).map_err(|source| PrepareError::NotDefinite { key: "stiffness", source })
 }
 
-/// Whether every diagonal entry is above zero.
+/// True if every diagonal entry is above zero.
 fn positive(matrix: &SymmetricMatrix) -> Result<(), FactorError> {
     match (0..matrix.n()).find(|&i| matrix.diagonal(i) <= 0.0) {
         None => Ok(()),

@@ -25,7 +25,7 @@ pub struct LiveParameter {
     pub name: String,
     /// Its unit; empty for a factor.
     pub unit: &'static str,
-    /// What it changes.
+    /// The scaled property.
     pub role: ParameterRole,
     /// Smallest value.
     pub lower: f64,
@@ -39,6 +39,7 @@ pub struct LiveParameter {
 
 /// The live parameters of a problem.
 #[derive(Clone, Debug)]
+#[doc(alias("parameter domain", "parametric reduced-order model"))]
 pub struct ParameterSpace {
     /// The parameters, in the order of the problem file.
     pub parameters: Vec<LiveParameter>,
@@ -112,7 +113,7 @@ impl ParameterSpace {
         self
     }
 
-    /// Whether a parameter scales single regions, so that θ alone does not carry them all.
+    /// True if a parameter scales single regions, so that θ alone does not carry them all.
     pub fn has_region_parameters(&self) -> bool {
         self.parameters.iter().any(|p| region_of(p.role).is_some())
     }
@@ -132,14 +133,14 @@ impl ParameterSpace {
         self.parameters.iter().map(|p| p.nominal).collect()
     }
 
-    /// What the parameters can do to the responses: names and nominal values do nothing.
+    /// Inputs of the responses; names and nominal values are not among them.
     pub(crate) fn effect(&self) -> impl std::fmt::Debug {
         let lowest: Vec<f64> = self.parameters.iter().map(|p| p.lower).collect();
         let moves: Vec<_> = self.parameters.iter().map(|p| (p.role, p.lower, p.upper, p.log)).collect();
         (self.setting(&lowest), moves)
     }
 
-    /// What the model needs at these values, one per parameter.
+    /// Model coefficients at these values, one per parameter.
     pub fn setting(&self, values: &[f64]) -> Setting {
         let mut setting = Setting {
             step: self.fixed,
@@ -205,7 +206,7 @@ impl ParameterSpace {
         Ok(range)
     }
 
-    /// What collapsed into θ and what kept an axis, in sentences for the build log.
+    /// Parameters merged into θ and parameters with an axis of their own, in sentences for the build log.
     pub fn explain(&self, theta: (f64, f64)) -> Vec<String> {
         let name = |p: &LiveParameter| format!("`{}`", p.name);
         let (regional, uniform): (Vec<&LiveParameter>, Vec<&LiveParameter>) =

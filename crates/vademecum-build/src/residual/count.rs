@@ -26,7 +26,7 @@ const FIRST: usize = 16;
 /// Natural modes at most: beyond them every mode more takes next to nothing off the bound.
 const MAX_MODES: usize = 512;
 
-/// What was found.
+/// The value found.
 pub enum ModeSearch {
     /// The fewest modes that keep the bound, and what they reach.
     Modes(Modes, f64),

@@ -35,7 +35,7 @@ use selected::{blocks, selected};
 use small::{Symmetric, semidefinite};
 use sweep::{answers, sweep};
 
-/// Where the residual is asked for, and what the basis leaves out of.
+/// A body and the basis whose residual flexibility is computed.
 #[derive(Clone, Copy)]
 pub struct ResidualBasis<'a> {
     /// The body.
@@ -46,12 +46,13 @@ pub struct ResidualBasis<'a> {
     pub vectors: MatRef<'a, f64>,
     /// `Λ`, the diagonal of `BᵀKB`.
     pub eigenvalues: &'a [f64],
-    /// Whether `B` are natural modes and the step is exact in time: whether the bound is rigorous.
+    /// True if `B` are natural modes and the step is exact in time: whether the bound is rigorous.
     pub rigorous: bool,
 }
 
 /// `R` where a file keeps it, and its bound.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[doc(alias("static residual", "residual attachment modes", "static correction", "mode acceleration"))]
 pub struct ResidualFlexibility {
     /// `R` between each loadable node and itself \[m/N\].
     pub contact: Vec<Symmetric>,

@@ -43,10 +43,10 @@ const RESIDUAL_LOSS: f64 = 1e-6;
 /// Largest relative error of `G`: it is a bound, and its root is read to two digits.
 const GRAM_LOSS: f64 = 1e-3;
 
-/// What a contact needs: `R` of the node, and of the pairs in which it is the second.
+/// Blocks for a contact: `R` of the node, and of the pairs in which it is the second.
 pub(super) type Blocks = (Symmetric, Vec<[f64; 9]>);
 
-/// What the columns of three forces at a node say of its blocks.
+/// Blocks of a node from the columns of three forces at it.
 pub(super) fn blocks(
     complement: &ResidualOperator<'_>,
     nodes: &[u32],
@@ -71,7 +71,7 @@ pub(super) fn static_answers(
     Ok(nodes.par_iter().map(at).collect())
 }
 
-/// What is taken of the blocks on the pattern: rows of the loadable nodes.
+/// Low-rank correction of the blocks on the pattern: rows of the loadable nodes.
 struct LoadableRows {
     /// `B`, `A − ½ B (FᵀA)`, `A`, `q`, `H F − ½ B (FᵀHF)`.
     vectors: Mat<f64>,
@@ -121,13 +121,13 @@ impl LoadableRows {
         Self { vectors: vectors.to_owned(), half, answers, off, slopes }
     }
 
-    /// What is taken of `Z` between two dofs.
+    /// Correction of `Z` between two dofs.
     fn of_inverse(&self, i: usize, j: usize) -> f64 {
         let [b, v] = [&self.vectors, &self.half];
         (0..b.ncols()).map(|k| b[(i, k)] * v[(j, k)] + v[(i, k)] * b[(j, k)]).sum()
     }
 
-    /// What is taken of `Z M Z` between two dofs.
+    /// Correction of `Z M Z` between two dofs.
     fn of_weighted(&self, i: usize, j: usize) -> f64 {
         let [b, a, q, u] = [&self.vectors, &self.answers, &self.off, &self.slopes];
         let modal = |k: usize| a[(i, k)] * a[(j, k)] + (a[(i, k)] * q[(j, k)] + q[(i, k)] * a[(j, k)]);
@@ -213,7 +213,7 @@ fn at_node(
     NodeEntry { node: AtNode { taken: (own, others), gram, answer }, inverse }
 }
 
-/// How far entries are off, as a share of what they are subtracted from.
+/// Rounding error of entries, relative to their minuends.
 struct RoundingError {
     inverse: f64,
     weighted: f64,
@@ -232,7 +232,7 @@ impl RoundingError {
         noise
     }
 
-    /// Whether it is more than may be lost of the blocks of a node.
+    /// True if it is more than may be lost of the blocks of a node.
     fn shows(&self, NodeEntry { node, inverse }: &NodeEntry) -> bool {
         self.inverse * inverse > RESIDUAL_LOSS * largest(&node.taken.0)
             || self.weighted * largest(&node.answer) > GRAM_LOSS * largest(&node.gram)

@@ -1,4 +1,4 @@
-//! What a basis leaves out of the stress under a load that stays: `S R F`, with `S` the rows of the stress.
+//! Static correction of the stress: `S R F`, with `S` the rows of the stress.
 
 use super::ResidualBasis;
 use super::complement::ResidualOperator;
@@ -9,6 +9,7 @@ use crate::progress::Listener;
 
 /// Stress of `R`, where a file keeps it.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
+#[doc(alias = "static correction of the stress")]
 pub struct StressFlexibility {
     /// Per point and loadable node the stress under unit forces \[Pa/N\]: row the component of stress, column
     /// that of the force. Empty where it was not asked for.

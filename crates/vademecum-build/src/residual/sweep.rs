@@ -12,9 +12,9 @@ use super::small::{Symmetric, symmetric};
 use crate::dynamics::time_in_words;
 use crate::progress::Listener;
 
-/// What is kept of the answers to forces at one node.
+/// Data kept of the responses to forces at one node.
 pub(super) struct AtNode<T> {
-    /// What the caller took of the three columns `R e`.
+    /// Data that the caller extracted from the three columns `R e`.
     pub taken: T,
     /// `(R e)ᵀ M (R e)`.
     pub gram: Symmetric,

@@ -26,7 +26,7 @@ pub enum OutputError {
     Io {
         /// The file, as the caller named it.
         file: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// There is no such folder.
@@ -34,7 +34,7 @@ pub enum OutputError {
     NoFolder {
         /// The file.
         file: PathBuf,
-        /// Where it should be.
+        /// The expected place.
         folder: PathBuf,
     },
     /// No file can stand there.
@@ -42,7 +42,7 @@ pub enum OutputError {
     NotAFile {
         /// The path.
         file: PathBuf,
-        /// What it is.
+        /// Its kind.
         what: &'static str,
     },
     /// Something else stands where a folder is needed.
@@ -73,9 +73,9 @@ pub enum OutputError {
     OtherKind {
         /// The file.
         file: PathBuf,
-        /// What it seems to be.
+        /// Its apparent kind.
         found: String,
-        /// What was to be written.
+        /// The kind to be written.
         expected: Kind,
     },
 }
@@ -99,7 +99,7 @@ fn io_error(file: &Path) -> impl Fn(io::Error) -> OutputError + '_ {
     |source| OutputError::Io { file: file.to_path_buf(), source }
 }
 
-/// What tells two files apart, whatever their names.
+/// Identity of a file, independent of its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct FileIdentity {
     /// Device and number on it; hard links share them.
@@ -144,30 +144,30 @@ fn node(found: &Metadata) -> (u64, u64) {
     (found.dev(), found.ino())
 }
 
-/// Whether two paths lead to the same file or folder, be it there or not.
+/// True if two paths lead to the same file or folder, be it there or not.
 pub fn is_same_place(a: &Path, b: &Path) -> bool {
     let (a, b) = (FileIdentity::of(a), FileIdentity::of(b));
     a.zip(b).is_some_and(|(a, b)| a.is(&b))
 }
 
-/// Whether bytes for this path go to a pipe or a device, beside which nothing can be kept.
+/// True if bytes for this path go to a pipe or a device, beside which nothing can be kept.
 pub fn goes_through(path: &Path) -> bool {
     let found = std::fs::metadata(path);
     found.is_ok_and(|found| !found.is_file() && neither_file_nor_through(&found).is_none())
 }
 
-/// What a command may write: not what it reads, and nothing of another kind unless it is forced.
+/// Outputs that a command may write: none of its inputs, and no file of another kind unless forced.
 #[derive(Debug, Default)]
 pub struct Outputs {
     inputs: Vec<(PathBuf, FileIdentity)>,
     force: bool,
-    /// Whether what killed programs left is let be.
+    /// True if what killed programs left is let be.
     lets_be: bool,
     /// Folders that were rid of it.
     cleaned: RefCell<BTreeSet<PathBuf>>,
 }
 
-/// Where the bytes of an output go.
+/// Destination of the bytes of an output.
 enum Destination {
     /// To a new file that replaces what is at `target`.
     File { target: PathBuf, old: Option<Metadata> },
@@ -189,7 +189,7 @@ impl Outputs {
         Self { force: true, lets_be: true, ..Self::default() }
     }
 
-    /// Whether all of `outputs` could be written, before long work: what stands there may be replaced, no two
+    /// True if all of `outputs` could be written, before long work: what stands there may be replaced, no two
     /// are one file, and where the folder is there already, a file can be made in it.
     ///
     /// # Errors
@@ -230,7 +230,7 @@ impl Outputs {
     /// Makes a folder for outputs, and those above it.
     ///
     /// # Errors
-    /// What the system says; that there is something else.
+    /// The error of the system; or that another file exists there.
     pub fn make_folder(&self, folder: &Path) -> Result<(), OutputError> {
         match std::fs::metadata(folder) {
             Ok(found) if !found.is_dir() => Err(not_a_folder(folder)),
@@ -309,7 +309,7 @@ impl Outputs {
         }
     }
 
-    /// Where an output goes, if it may.
+    /// Destination of an output, if it may be written.
     fn place(&self, path: &Path, kind: Kind) -> Result<Destination, OutputError> {
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(not_a_file(path, "the name of a folder"));
@@ -388,7 +388,7 @@ fn refused<'a>(path: &'a Path, target: &'a Path) -> impl Fn(io::Error) -> Output
     }
 }
 
-/// What is neither written beside its place nor through.
+/// A path that can be written neither through a temporary file nor directly.
 #[cfg(unix)]
 fn neither_file_nor_through(found: &Metadata) -> Option<&'static str> {
     use std::os::unix::fs::FileTypeExt;
@@ -422,7 +422,7 @@ fn is_character_device(_: &Metadata) -> bool {
     false
 }
 
-/// Where a path leads through links whose end is not there.
+/// Target of a path through dangling links.
 fn follow(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..LINKS {
@@ -451,7 +451,7 @@ fn flush_folder(folder: &Path) {
 /// Writes `bytes` to `path` as [`Outputs::write`] does, whatever file stands there.
 ///
 /// # Errors
-/// What the system says (full disk, read-only folder); the old file is then as it was.
+/// The error of the system (full disk, read-only folder); the old file is then unchanged.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(Outputs::default().write(path, Kind::Any, |out| out.write_all(bytes))?)
 }

@@ -21,14 +21,14 @@ const ENDING: &str = ".stage";
 /// Bytes of the checksum at the front.
 const CHECKSUM: usize = 16;
 
-/// Where a build keeps its finished stages.
+/// Folder of finished stages.
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
     fresh: bool,
 }
 
-/// What the folder has for a stage.
+/// Result of a look-up of a stage.
 pub(crate) enum CachedStage<T> {
     /// The result.
     Whole(T),
@@ -52,7 +52,7 @@ impl Store {
         &self.folder
     }
 
-    /// Whether any stage is kept.
+    /// True if any stage is kept.
     pub fn holds_stages(&self) -> bool {
         self.names().iter().any(|name| name.ends_with(ENDING))
     }
@@ -60,7 +60,7 @@ impl Store {
     /// Removes the stages, and the folder if nothing else is in it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn remove(&self) -> io::Result<()> {
         remove_left_behind(&self.folder);
         for name in self.names().iter().filter(|name| name.ends_with(ENDING)) {

@@ -52,7 +52,7 @@ impl GrowingFile {
     /// is called.
     ///
     /// # Errors
-    /// What the system says (full disk). The file then ends with its last whole line.
+    /// The error of the system (full disk). The file then ends with its last whole line.
     pub fn add(&mut self, line: &str) -> io::Result<()> {
         self.waiting.extend_from_slice(line.as_bytes());
         self.longest = self.longest.max(line.len());
@@ -153,7 +153,7 @@ fn count(lines: &[u8]) -> usize {
     lines.iter().filter(|&&byte| byte == b'\n').count()
 }
 
-/// How much was written from a place in the file on, page by page, and why not all.
+/// Bytes written from a place in the file on, page by page, and the error that ended it.
 fn write_counted(file: &mut File, place: u64, bytes: &[u8]) -> (usize, io::Result<()>) {
     let mut written = 0;
     while written < bytes.len() {

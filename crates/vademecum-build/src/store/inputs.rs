@@ -16,7 +16,7 @@ pub trait StageInput {
     fn add_to(&self, inputs: Inputs) -> Inputs;
 }
 
-/// What a stage reads, added piece by piece; XXH3-128 of all of it is the address.
+/// Inputs of a stage, added piece by piece; XXH3-128 of all of it is the address.
 #[derive(Clone)]
 pub struct Inputs(Xxh3);
 
@@ -71,7 +71,7 @@ impl Inputs {
         value.add_to(self)
     }
 
-    /// What a file holds, or that it cannot be read.
+    /// Content of a file, or the fact that it cannot be read.
     pub fn file(mut self, path: &Path) -> Self {
         let read = read_into(&mut self.0, path);
         self.value(&read.ok())

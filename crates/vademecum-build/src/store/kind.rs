@@ -1,12 +1,12 @@
-//! What a file seems to be, by a cheap look at its first bytes: whether a file that stands in the way is one
+//! Kinds of files, guessed from its first bytes: whether a file that stands in the way is one
 //! of the kind that is to be written.
 
 use std::fmt;
 
-/// How much of a file is looked at \[bytes\].
+/// Inspected head of a file \[bytes\].
 pub(super) const HEAD: usize = 4096;
 
-/// What an output is.
+/// Kind of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A vademecum file.
@@ -38,7 +38,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Whether a file that begins so may be replaced by one of this kind without being asked.
+    /// True if a file that begins so may be replaced by one of this kind without being asked.
     pub(super) fn replaces(self, head: &[u8]) -> bool {
         match self {
             Self::Any => true,
@@ -47,7 +47,7 @@ impl Kind {
         }
     }
 
-    /// Whether a file of this kind is flushed to the disk before it counts as written. Fields and tables are
+    /// True if a file of this kind is flushed to the disk before it counts as written. Fields and tables are
     /// many and soon made again.
     pub(super) fn is_flushed(self) -> bool {
         matches!(self, Self::Vademecum | Self::Html | Self::Fmu | Self::Any)
@@ -73,7 +73,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What the first bytes of a file look like.
+/// Classification of a file by its first bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Signature {
     /// One of the kinds that are written here.
@@ -182,7 +182,7 @@ fn text(head: &[u8]) -> Option<&str> {
     (!text.contains('\0')).then_some(text)
 }
 
-/// Whether the first line that says something is a table's name or a key with its value.
+/// True if the first line that says something is a table's name or a key with its value.
 fn is_toml(text: &str) -> bool {
     let mut lines = text.lines().map(str::trim);
     let line = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
@@ -196,7 +196,7 @@ fn is_toml(text: &str) -> bool {
     }
 }
 
-/// Whether every whole line has as many commas as the first, and at least one.
+/// True if every whole line has as many commas as the first, and at least one.
 fn is_table(text: &str) -> bool {
     let whole = text.rfind('\n').map_or(text, |end| &text[..end]);
     let commas = |line: &str| {

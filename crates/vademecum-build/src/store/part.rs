@@ -14,7 +14,7 @@ use std::time::{Duration, SystemTime};
 const PREFIX: &str = ".vademecum-";
 const SUFFIX: &str = ".part";
 
-/// Where there are no locks: a file that nobody has written to for so long was left by a program that was
+/// Without file locks: a file that nobody has written to for so long was left by a program that was
 /// killed.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
@@ -73,7 +73,7 @@ fn name() -> String {
     format!("{PREFIX}{:x}-{now:x}-{call:x}{SUFFIX}", std::process::id())
 }
 
-/// Whether a file of this name is one that is or was being written.
+/// True if a file of this name is one that is or was being written.
 pub(super) fn is_part(name: &OsStr) -> bool {
     name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX))
 }
@@ -132,7 +132,7 @@ fn unlock(file: &File) {
 #[cfg(not(unix))]
 fn unlock(_: &File) {}
 
-/// Whether the path still leads to the open file.
+/// True if the path still leads to the open file.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -145,7 +145,7 @@ fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
 }
 
-/// What is private stays private while it is written: the mode is there from the start.
+/// Private files are private while they are written: the mode is set from the start.
 #[cfg(unix)]
 fn open_new(path: &Path, old: Option<&Metadata>) -> io::Result<File> {
     use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};

@@ -24,9 +24,9 @@ pub struct CachedSolves<'a> {
     worth: Duration,
     /// Addresses of those that were found or written.
     own: RefCell<Vec<u128>>,
-    /// How many were found that an earlier run wrote.
+    /// Number of solves found that an earlier run wrote.
     found: Cell<usize>,
-    /// Whether it was told that one cannot be written.
+    /// True if it was told that one cannot be written.
     told: Cell<bool>,
 }
 
@@ -45,7 +45,7 @@ impl<'a> CachedSolves<'a> {
         self.store.as_ref().map_or(0, |(_, model)| model.clone().matrix(forces).address())
     }
 
-    /// What a solve gave, all rows, if it is kept. What is damaged is not there.
+    /// Cached solution, all rows; none if it is missing or damaged.
     pub(crate) fn find(&self, address: u128) -> Option<Mat<f64>> {
         let (store, _) = self.store.as_ref()?;
         let CachedStage::Whole(CachedSolution(answers)) = store.read(NAME, address) else { return None };
@@ -58,7 +58,7 @@ impl<'a> CachedSolves<'a> {
         Some(answers)
     }
 
-    /// Whether a solve that took so long is to be kept.
+    /// True if a solve that took so long is to be kept.
     pub(crate) fn keeps(&self, took: Duration) -> bool {
         self.store.is_some() && took >= self.worth
     }
@@ -77,7 +77,7 @@ impl<'a> CachedSolves<'a> {
         }
     }
 
-    /// Whether the user wants the search to stop.
+    /// True if the user wants the search to stop.
     pub(crate) fn cancelled(&self) -> bool {
         self.listener.cancelled()
     }
@@ -97,7 +97,7 @@ impl<'a> CachedSolves<'a> {
         Self { worth: Duration::ZERO, ..Self::new(Some((store, Inputs::none())), listener) }
     }
 
-    /// How many were found that an earlier run wrote.
+    /// Number of solves found that an earlier run wrote.
     pub(crate) fn found(&self) -> usize {
         self.found.get()
     }

@@ -46,7 +46,7 @@ pub struct LargeState {
     strain: [Vec<f64>; 3],
 }
 
-/// What the steps took, and the factors that are kept between them.
+/// Cost of the steps, and the factors that are reused between them.
 #[derive(Default)]
 pub struct LargeWork {
     /// Corrections of Newton's method, those of failed attempts left out.

@@ -11,7 +11,7 @@
 //! The second form, where the first one fails, has the true stress and a line search: the step along `p` is
 //! cut where the slope `p·r` changes its sign, until the slope is half of what it was.
 //!
-//! Where a tangent is not positive definite, the first form stops; the second one leaves compression out of
+//! If a tangent is not positive definite, the first form stops; the second one leaves compression out of
 //! it, so that `p` still goes downhill.
 
 use super::balance::Balance;
@@ -38,7 +38,7 @@ impl Default for Newton {
     }
 }
 
-/// What a solution took.
+/// Cost of a solution.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NewtonWork {
     /// The relative size of each correction.

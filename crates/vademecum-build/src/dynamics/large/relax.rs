@@ -37,6 +37,7 @@ pub struct Relaxation<'a> {
 
 /// A shape of least energy.
 #[derive(Clone, Debug, PartialEq)]
+#[doc(alias("static condensation", "implicit condensation"))]
 pub struct RelaxedShape {
     /// Displacement over the free dofs \[m\].
     pub displacement: Vec<f64>,
@@ -47,7 +48,7 @@ pub struct RelaxedShape {
     pub factorisations: usize,
 }
 
-/// Where a shape may be, from which Newton's method begins.
+/// Initial guess of a shape, from which Newton's method begins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialGuess {
     /// Displacement over the free dofs \[m\].

@@ -1,4 +1,4 @@
-//! Where a body rests under a load.
+//! Static equilibrium under a load at large displacements.
 
 use super::balance::{LastPoint, StageBalance};
 use super::error::{LargeError, check_length};
@@ -7,7 +7,7 @@ use super::space::MotionSpace;
 use super::vectors::sum;
 use crate::fem::{GreenStrain, Symbolic};
 
-/// How a load is applied.
+/// Options of load stepping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestOptions {
     /// Parts into which the load path is cut at first; longer ones are tried after parts that were easy.
@@ -41,7 +41,7 @@ pub struct StaticSolution {
 /// The rest of a held body at the end of a load path: `load(s, f)` writes the load \[N\] at the part
 /// `s ∈ [0, 1]` of the path, and `start` is a rest at `s = 0`.
 ///
-/// Where a load step finds no balance it is halved, and the shortest ones are tried with a line search. A
+/// A load step without convergence is halved, and the shortest ones are tried with a line search. A
 /// factorisation for each correction.
 ///
 /// # Errors

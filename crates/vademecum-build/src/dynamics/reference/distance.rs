@@ -1,6 +1,6 @@
-//! How far other motions are from the truth, in the mass norm.
+//! Distance of other motions from the reference solution, in the mass norm.
 //!
-//! Distances are norms of differences: a motion is written over the vectors of the truth and, where it leaves
+//! Distances are norms of differences: a motion is written over the vectors of the reference and, where it leaves
 //! their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an error
 //! of 1e-10 is measured as well as one of 1.
 
@@ -11,7 +11,7 @@ use super::solution::{ReferenceSolution, ReferenceTrajectory, WINDOW, Windows};
 use crate::dynamics::orthonormal::{BlockSplit, orthonormalise_here};
 use crate::fem::SymmetricMatrix;
 
-/// A motion shown as `u(t) = Σ_j c_j a_j(t)`.
+/// A part of a motion, `u(t) = Σ_j c_j a_j(t)`.
 #[derive(Clone, Copy)]
 pub struct MotionPart<'m> {
     /// `c_j` over the free dofs, shape (n, k); any columns.
@@ -22,25 +22,26 @@ pub struct MotionPart<'m> {
 
 /// Relative L2 distances over all dofs and instants, mass norm.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(alias("floor", "projection error", "best-approximation error"))]
 pub struct ReferenceDistance {
-    /// Of the motion from the truth.
+    /// Of the motion from the reference solution.
     pub error: f64,
-    /// Of the truth from its projection on the columns of the first part of the motion: what no coordinates
-    /// on that basis could mend.
+    /// Projection error: of the reference solution from its projection on the columns of the first part of
+    /// the motion.
     pub floor: f64,
 }
 
-/// Columns beside the space of a truth: many motions that they show, on any trajectory in that space, are
-/// compared for the price of writing the columns over its vectors once.
+/// Columns split into their part in the space of a reference solution and the orthogonal complement: the
+/// comparison of many motions in these columns needs the split once.
 pub struct Complement {
-    /// The columns over the vectors of the truth, shape (m, k).
+    /// The columns over the vectors of the reference, shape (m, k).
     onto_old: Mat<f64>,
-    /// What is left of them, over further orthonormal vectors; shape (k', k).
+    /// Their remainder, over further orthonormal vectors; shape (k', k).
     onto_new: Mat<f64>,
 }
 
 impl ReferenceSolution<'_> {
-    /// Columns over the free dofs, shape (n, k), beside the space. Costs 8 n k products for each vector of
+    /// Splits columns over the free dofs, shape (n, k). Costs 8 n k products for each vector of
     /// the space.
     pub fn complement(&self, columns: Mat<f64>) -> Complement {
         let BlockSplit { onto_old, onto_new, .. } =
@@ -62,7 +63,7 @@ impl Complement {
         (0..instants).map(|t| inside.col(t).squared_norm_l2() + beyond.col(t).squared_norm_l2()).collect()
     }
 
-    /// Some instants of the truth less the columns with their amplitudes: what differs along its vectors and
+    /// Some instants of the reference less the columns with their amplitudes: what differs along its vectors and
     /// what lies beyond them.
     fn apart(&self, window: Mat<f64>, amplitudes: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let mut apart = window;
@@ -85,7 +86,11 @@ impl<'t> ReferenceTrajectory<'t> {
         let mut columns = Mat::zeros(truth.space().nrows(), count);
         let mut at = 0;
         for part in parts {
-            assert_eq!(part.amplitudes.ncols(), self.instants(), "instants of a motion beside the truth");
+            assert_eq!(
+                part.amplitudes.ncols(),
+                self.instants(),
+                "instants of the motion and of the reference"
+            );
             columns.subcols_mut(at, part.columns.ncols()).copy_from(part.columns);
             at += part.columns.ncols();
         }
@@ -129,7 +134,7 @@ impl<'t> ReferenceTrajectory<'t> {
     }
 }
 
-/// What is left of coordinates over the truth's space once they are projected on a basis.
+/// Projection error of coordinates over the reference space for a basis.
 struct ProjectionError {
     /// Orthonormal basis in those coordinates, its part beyond the space below; shape (m + k', r).
     basis: Mat<f64>,
@@ -154,7 +159,7 @@ impl ProjectionError {
     }
 }
 
-/// Distance of a marched motion from the truth, collected instant by instant.
+/// Distance of a marched motion from the reference solution, collected instant by instant.
 pub struct MarchMeter<'t> {
     mass: &'t SymmetricMatrix,
     space: MatRef<'t, f64>,
@@ -164,7 +169,7 @@ pub struct MarchMeter<'t> {
     /// Displacements that wait for their window, shape (n, window).
     marched: Mat<f64>,
     filled: usize,
-    /// Squares of the distance and of the truth.
+    /// Squares of the distance and of the reference.
     sums: [f64; 2],
 }
 
@@ -172,7 +177,7 @@ impl MarchMeter<'_> {
     /// Adds the next instant, the start first; displacement over the free dofs.
     ///
     /// # Panics
-    /// If there are more instants than the truth has, or another number of dofs.
+    /// If there are more instants than the reference has, or another number of dofs.
     pub fn add(&mut self, displacement: &[f64]) {
         self.marched.col_as_slice_mut(self.filled).copy_from_slice(displacement);
         self.filled += 1;

@@ -15,7 +15,7 @@
 //! that are not orthogonal. Natural modes that are known may stand first: they are their own images, so the
 //! space grows beside them as it would for the loads less their part.
 //!
-//! How far the space has converged is measured: the answer with all of its vectors against the answer with
+//! The convergence of the space is measured: the answer with all of its vectors against the answer with
 //! the first two thirds of those that were added. A point force that jumps on a body without damping makes
 //! its highest modes ring. Their share falls slowly, and the estimate says so.
 

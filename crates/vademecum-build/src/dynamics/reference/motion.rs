@@ -21,7 +21,7 @@ pub(super) struct Motion<'a> {
     force: Vec<[f64; 2]>,
     /// Instant of the state.
     instant: usize,
-    /// Whether the state has been shown.
+    /// True if the state has been shown.
     shown: bool,
 }
 

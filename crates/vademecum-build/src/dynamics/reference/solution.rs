@@ -1,4 +1,4 @@
-//! The truth: its space, its modes, and the motion in them.
+//! The reference solution: its space, its modes, and the motion in them.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -52,7 +52,7 @@ impl ReferenceOptions {
     }
 }
 
-/// Why there is no truth.
+/// Why there is no reference solution.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceError {
     /// The stiffness does not factorise.
@@ -67,6 +67,7 @@ pub enum ReferenceError {
 }
 
 /// Trajectories from rest, exact in time, in a space made for their loads.
+#[doc(alias("truth", "load-dependent Ritz vectors"))]
 pub struct ReferenceSolution<'a> {
     pub(super) pencil: &'a Pencil,
     /// `V`, shape (n, m), orthonormal in the mass.
@@ -79,7 +80,7 @@ pub struct ReferenceSolution<'a> {
     steps: usize,
     /// Vectors that were known before, the first of the space.
     given: usize,
-    /// Whether nothing was left to add to the space.
+    /// True if nothing was left to add to the space.
     closed: bool,
     errors: Vec<f64>,
 }
@@ -96,7 +97,7 @@ struct ModalPencil {
 struct ModalLoads {
     /// `VᵀF`, shape (m, loads).
     shares: Mat<f64>,
-    /// How each load follows time, and on which trajectory it acts.
+    /// Time function of each load, and the trajectory on which it acts.
     when: Vec<(usize, History)>,
 }
 
@@ -145,7 +146,7 @@ impl<'a> ReferenceSolution<'a> {
     }
 
     /// The same, but the space grows no more once `enough` has an answer, which comes along: what is measured
-    /// against the truth may need less of it. It is asked at every size at which the error is estimated.
+    /// against the reference may need less of it. It is asked at every size at which the error is estimated.
     ///
     /// The space begins with natural modes of the pencil, shape (n, count), where they are known: what is
     /// left of the loads then moves faster than they do, and takes half as many vectors. They have to be
@@ -249,7 +250,7 @@ impl<'a> ReferenceSolution<'a> {
     }
 }
 
-/// One trajectory of a truth.
+/// One trajectory of a reference solution.
 #[derive(Clone, Copy)]
 pub struct ReferenceTrajectory<'t> {
     pub(super) truth: &'t ReferenceSolution<'t>,

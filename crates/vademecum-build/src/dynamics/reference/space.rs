@@ -20,7 +20,7 @@ const GROUP: usize = 24;
 /// vectors that are moved cost as much as new ones.
 const ROOM: usize = 8;
 
-/// What did not converge.
+/// Name of the decomposition in errors.
 const PROJECTED: &str = "the stiffness projected on the space of the loads";
 
 /// A growing space.
@@ -93,7 +93,7 @@ impl<'a> RitzSpace<'a> {
         self.given
     }
 
-    /// Whether `K⁻¹M` leads nowhere else.
+    /// True if `K⁻¹M` leads nowhere else.
     pub fn is_closed(&self) -> bool {
         self.expanded == self.used() || self.used() == self.pencil.n_dof()
     }

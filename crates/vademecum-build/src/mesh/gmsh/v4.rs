@@ -7,7 +7,7 @@ use crate::mesh::error::MeshError;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 use crate::mesh::rows::RowReader;
 
-/// What the sections of a file know of each other.
+/// Numbers by which the sections of a file refer to each other.
 #[derive(Default)]
 pub(crate) struct EntityTable {
     /// Physical tags by dimension and entity tag.

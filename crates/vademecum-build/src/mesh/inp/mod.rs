@@ -255,7 +255,7 @@ impl Deck {
     }
 }
 
-/// What the element types of both programs stand for.
+/// Meaning of the element types of both programs.
 fn element_kind(name: &str) -> Option<CellKind> {
     const SURFACES: [(&[&str], CellKind); 4] = [
         (

@@ -1,4 +1,4 @@
-//! What *NSET and *ELSET say, and the regions and groups that sets become.
+//! The keywords *NSET and *ELSET, and the regions and groups made of sets.
 
 use super::deck::{Card, DataLine};
 use super::model::{Deck, Element, is_volume};

@@ -88,7 +88,7 @@ impl Deck {
         self.members(std::slice::from_ref(&field), "*SURFACE", &self.element_sets, find)
     }
 
-    /// How many tetrahedra each face belongs to.
+    /// Number of tetrahedra of each face.
     fn free_faces(&self) -> HashMap<[u32; 3], u32> {
         let mut count = HashMap::new();
         for element in self.elements.iter().filter(|e| is_volume(e) && matches!(e.nodes.len(), 4 | 10)) {

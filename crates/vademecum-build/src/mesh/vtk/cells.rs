@@ -1,4 +1,4 @@
-//! What legacy VTK and VTU files share: cell types, and how their arrays become a mesh.
+//! Common parts of legacy VTK and VTU files: cell types, and the mesh made of their arrays.
 
 use crate::mesh::error::{FaultSite, MeshError};
 use crate::mesh::place::Location;

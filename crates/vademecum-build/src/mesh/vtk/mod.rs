@@ -39,7 +39,7 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     build(RawMesh::new(file, name), &grid, &text.at())
 }
 
-/// What the data arrays at hand belong to.
+/// Owner of the current data arrays.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ArrayOwner {
     Nothing,

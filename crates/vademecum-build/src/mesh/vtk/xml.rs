@@ -27,7 +27,7 @@ pub(crate) struct Shell<'a> {
     pub appended: AppendedData<'a>,
 }
 
-/// How the arrays of a file are stored.
+/// Storage of the arrays of a file.
 #[derive(Clone, Copy)]
 pub(crate) struct ArrayStorage<'a> {
     pub endian: Endian,
